@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, whole
-from sdftrack.motion.quaternion_curves import angular_velocities, matrices
+from sdftrack.motion.quaternion_curves import angular_velocities, exponentials, matrices
 from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.slow_errors import SlowErrors
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 from sdftrack.motion.trajectory import Trajectory
 
@@ -33,6 +34,8 @@ class Piece:
         First and last measured pose.
     noise_scales : (float, float)
         Noise of positions and of rotations over what the covariances say.
+    slow : SlowErrors or None
+        What the covariances say beyond that noise.
     """
 
     spline: UniformSpline
@@ -40,6 +43,7 @@ class Piece:
     start_s: float
     end_s: float
     noise_scales: tuple[float, float]
+    slow: SlowErrors | None = None
 
     @property
     def mean(self) -> Array:
@@ -65,6 +69,7 @@ class SmoothedMotion:
         self.trajectory, self.pieces, self._seed = trajectory, pieces, seed
         self._count = samples
         self._drawn: dict[int, Array] = {}
+        self._slow: dict[int, Array] = {}
 
     @property
     def noise_scales(self) -> tuple[float, float]:
@@ -107,6 +112,14 @@ class SmoothedMotion:
             self._drawn[k] = drawn + piece.mean[:, :, None]
         return self._drawn[k]
 
+    def _slow_coefficients(self, k: int) -> Array:
+        """(size, 6, S) of a piece."""
+        if k not in self._slow:
+            slow = self.pieces[k].slow
+            assert slow is not None
+            self._slow[k] = slow.drawn(np.random.default_rng([self._seed, k, 1]), self._count)
+        return self._slow[k]
+
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:
         S, n = self._count if sampled else 1, len(times)
         positions = np.full((4, S, n, 3), np.nan)
@@ -118,14 +131,24 @@ class SmoothedMotion:
                 continue
             observed |= inside
             at, coefficients = times[inside], self._coefficients(k, sampled)
+            slow = self._slow_coefficients(k) if sampled and piece.slow else None
             for order in range(4):
                 x = piece.spline.evaluate(coefficients[:, :3], at, order)
+                if slow is not None:
+                    x = x + piece.slow.spline.evaluate(slow[:, :3], at, order)  # type: ignore[union-attr]
                 positions[order][:, inside] = np.moveaxis(x, 2, 0)
             q, rate = (
                 np.moveaxis(piece.spline.evaluate(coefficients[:, 3:], at, order), 2, 0) for order in (0, 1)
             )
             rotations[:, inside] = matrices(q)
             turning[:, inside] = angular_velocities(q, rate)
+            if slow is not None:
+                turn, turn_rate = (
+                    np.moveaxis(piece.slow.spline.evaluate(slow[:, 3:], at, order), 2, 0)  # type: ignore[union-attr]
+                    for order in (0, 1)
+                )
+                rotations[:, inside] = exponentials(turn) @ rotations[:, inside]
+                turning[:, inside] += turn_rate + np.cross(turn, turning[:, inside])
         p, v, a, j = positions
         return MotionSamples(times, p, v, a, j, rotations, turning, observed)
 

@@ -19,7 +19,7 @@ from scipy.stats import chi2
 
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 
-__all__ = ["MovementPrior", "estimate_prior"]
+__all__ = ["NOISE_WINDOW_S", "MovementPrior", "estimate_prior", "quiet_level"]
 
 Array = NDArray[np.float64]
 WINDOW_S, NOISE_WINDOW_S = 0.15, 0.5  # standard deviations of the windows of jerk and noise
@@ -32,18 +32,21 @@ LEAST_JERK = 1e-6  # (m/s^3)^2 s per extent squared: a rest, and still well cond
 
 @dataclass(frozen=True)
 class MovementPrior:
-    """Precisions of a coordinate's prior, and the scale of its noise.
+    """Precisions of a coordinate's prior, and what it leaves of the measurements.
 
     Attributes
     ----------
     precision : (size - order,) float64
         Of the m-th differences of the coefficients over step^m.
-    noise_scale : float
-        Factor of the standard deviations that were given.
+    residuals : (n, C) float64
+        Measured less smoothed values.
+    absorbed : float
+        Variance of the noise over that of the residuals, which the smoothed values follow a little.
     """
 
     precision: Array
-    noise_scale: float
+    residuals: Array
+    absorbed: float
 
 
 def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, variances: Array) -> MovementPrior:
@@ -75,11 +78,12 @@ def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, varianc
         if step >= MEASURED_ITERATIONS:
             error = values - spline.evaluate(posterior.mean, times_s)
             ratio = _second_moment(error, spline.evaluate(probes, times_s)) / variances
-            scale2 = max(_quiet_level(ratio, NOISE_WINDOW_S / h, values.shape[1]), 1e-12)
-    return MovementPrior(h / jerk, float(np.sqrt(scale2)))
+            scale2 = max(quiet_level(ratio, NOISE_WINDOW_S / h, values.shape[1]), 1e-12)
+    alone = quiet_level((error**2).mean(axis=1) / variances, NOISE_WINDOW_S / h, values.shape[1])
+    return MovementPrior(h / jerk, error, scale2 / max(alone, 1e-12))
 
 
-def _quiet_level(ratio: Array, window: float, coordinates: int) -> float:
+def quiet_level(ratio: Array, window: float, coordinates: int) -> float:
     """The level of a windowed average of squares where it is low, with the bias of that choice removed.
 
     The mean over all times would take tremor for noise, and then smooth it away.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["angular_velocities", "continuous_quaternions", "left_jacobians", "matrices"]
+__all__ = ["angular_velocities", "continuous_quaternions", "exponentials", "left_jacobians", "matrices"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,12 @@ def matrices(q: Array) -> Array:
         [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def exponentials(w: Array) -> Array:
+    """(..., 3, 3) rotations of rotation vectors (..., 3)."""
+    half = 0.5 * np.linalg.norm(w, axis=-1, keepdims=True)
+    return matrices(np.concatenate([0.5 * w * np.sinc(half / np.pi), np.cos(half)], axis=-1))
 
 
 def angular_velocities(q: Array, rate: Array) -> Array:

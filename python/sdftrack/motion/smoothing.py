@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap, checked_samples
-from sdftrack.motion.prior import MovementPrior, estimate_prior
+from sdftrack.motion.prior import NOISE_WINDOW_S, MovementPrior, estimate_prior, quiet_level
 from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacobians
+from sdftrack.motion.slow_errors import slow_errors
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 from sdftrack.motion.trajectory import Trajectory
 
@@ -52,9 +53,10 @@ def smooth(
 
     Notes
     -----
-    The covariances of the tracker, scaled so that they agree with the noise from frame to frame (`noise_scales`), weigh
-    the poses; those that are "weak" count with four times theirs. Splines with knots at every frame and a penalty on
-    their jerk have the posterior of a Rauch-Tung-Striebel smoother with the same process noise.
+    The covariances of the tracker, scaled so that they agree with the noise from frame to frame (`noise_scales`), are
+    the weights of the poses; "weak" ones count with four times theirs. What they say beyond that noise is an error
+    that changes slowly: no smoother averages it, so it is added to the samples. Splines with knots at every frame and a
+    penalty on their jerk have the posterior of a Rauch-Tung-Striebel smoother with the same process noise.
     """
     of_kind(trajectory, Trajectory, "trajectory")
     order = whole(order, "order", 2, 4)
@@ -97,11 +99,29 @@ def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, 
     moving = estimate_prior(spline, times, poses[:, :3, 3], variances[:, :3].mean(axis=1))
     # Four coordinates share the noise of three: a quaternion changes by half a small rotation, never along itself.
     turning = estimate_prior(spline, times, q, variances[:, 3:].mean(axis=1) * (3 / 16))
-    scale = np.repeat([moving.noise_scale, turning.noise_scale], 3)
+    turned = 4 * np.einsum("nij,ni->nj", left_jacobians(q), turning.residuals)
+    noise = [
+        _noise_levels(moving.residuals, covariances[:, :3, :3], moving.absorbed, step),
+        _noise_levels(turned, covariances[:, 3:, 3:], turning.absorbed, step),
+    ]
+    scales = float(np.sqrt(noise[0].max())), float(np.sqrt(noise[1].max()))
+    scale = np.repeat(scales, 3)
     information = np.asarray(np.linalg.inv(covariances * np.outer(scale, scale)), np.float64)
     posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)
-    scales = (moving.noise_scale, turning.noise_scale)
-    return Piece(spline, posterior, float(times[0]), float(times[-1]), scales)
+    slow = slow_errors(times, covariances, noise, order) if trajectory.covariances is not None else None
+    return Piece(spline, posterior, float(times[0]), float(times[-1]), scales, slow)
+
+
+def _noise_levels(residuals: Array, covariances: Array, absorbed: float, step: float) -> Array:
+    """(3,) variances of the noise from frame to frame over those of covariances (n, 3, 3), along their principal axes.
+
+    Each axis on its own, from the best known to the least: one that is not seen, as the rotation of a can, changes
+    slowly and says nothing of the others.
+    """
+    values, vectors = np.linalg.eigh(covariances)
+    along = np.einsum("nji,nj->ni", vectors, residuals) ** 2 / values
+    levels = [quiet_level(a, NOISE_WINDOW_S / step, 1) for a in along.T]
+    return np.maximum(absorbed * np.array(levels), 1e-12)
 
 
 def _coupled(
