@@ -142,7 +142,7 @@ def _floor(found: Analysis, exercise: Any) -> list[tuple[float, float]]:
     tremor = found.tremor_between(0.0, exercise.repetitions[0][0] - 0.05)
     if tremor is None:
         return []
-    return [(tremor.floor_m, float(np.hypot(tremor.floor_m, tremor.rms_m)))]
+    return [(tremor.floor_m, tremor.total_m)]
 
 
 def _count_table(counts: dict[str, list[tuple[bool, bool]]], wrong: list[str]) -> Table:

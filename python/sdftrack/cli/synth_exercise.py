@@ -58,12 +58,13 @@ def exercise_scene(
         raise Usage("expected models whose lowest points have the same z, which is their height", "--model")
     across = float(meshes[0].bounds[1][0] - meshes[-1].bounds[0][0]) + TOUCHING_M
     chosen = (kind or ExerciseKind.reach).value.replace("-", "_")
+    own: dict[str, Any] = {"meeting_m": across} if chosen == "two_handed" else {}
     made = synth.exercise(
         chosen,
         seed=seed,
         repetitions=5 if repetitions is None else repetitions,
         fps=fps,
         origin_m=-float(meshes[0].bounds[0][2]),
-        **({"meeting_m": across} if chosen == "two_handed" else {}),
+        **own,
     )
     return made, synth.exercise_sequence(made, meshes, seed=seed, **more)

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from sdftrack.io.report_file import result_of
 
-__all__ = ["Recording", "load_mesh_alone", "load_recording", "result_of"]
+__all__ = ["Recording", "load_mesh_alone", "load_recording", "model_of_report", "result_of"]
 
 MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
 
@@ -69,6 +69,25 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
     except BaseException:
         sequence.close()
         raise
+
+
+def model_of_report(path: Path, k: int) -> Any:
+    """The mesh of object k of a result folder, m; None where its report names none that is there."""
+    from sdftrack.io.report_file import read_results
+
+    settings = read_results(path)["settings"]
+    if settings.get("command") == "reconstruct":
+        return _meshes(path, settings, 1, _NoModels, None)[0] if (path / "mesh.ply").is_file() else None
+    models = settings.get("models", [])
+    if k >= len(models) or not Path(models[k]).is_file():
+        return None
+    return _meshes(path, {**settings, "models": [models[k]]}, 1, _NoModels, None)[0]
+
+
+class _NoModels:
+    """In place of a sequence: it has no models of its own."""
+
+    models: ClassVar[dict[int, Any]] = {}
 
 
 def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:

@@ -14,6 +14,7 @@ from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
 from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.smoothed import smoothed_trajectory
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
 
@@ -47,6 +48,7 @@ __all__ = [
     "save",
     "savitzky_golay",
     "smooth",
+    "smoothed_trajectory",
     "sparc",
     "table_frame",
     "tremor_of",

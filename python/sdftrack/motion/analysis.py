@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,10 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
+from sdftrack.motion.measures.repeatability import mean_dtw_distance
 from sdftrack.motion.measures.targets import definitions_of_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Repetition, count_interval, find_repetitions
+from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
 from sdftrack.motion.windows import MARGIN_S, with_rests
@@ -25,6 +28,11 @@ __all__ = ["Analysis", "MeasuredRepetition", "analyze"]
 
 Array = NDArray[np.float64]
 SETTLED_S = 0.15  # at the ends of a hold, while the object comes to rest
+OF_TURNS = frozenset({"range_angle", "range_turn", "peak_angular_speed"})
+LARGEST_TURN_SD_RAD = 0.3  # beyond it angles saturate, and their intervals are too narrow
+UNSEEN = (
+    "the rotation is not seen well enough: the object looks alike from several sides; track its colours too"
+)
 RATE_HZ = 100.0  # of the samples that measures are computed from
 
 
@@ -85,11 +93,21 @@ class Analysis:
         return self.motion.trajectory
 
     @property
-    def tremors(self) -> list[Tremor]:
-        """Of the holds of a second and more."""
-        holds = [p for r in self.repetitions for p in r.span.phases if p.name == "hold"]
-        found = [self.tremor_between(p.start_s + SETTLED_S, p.end_s - SETTLED_S) for p in holds]
-        return [t for t in found if t is not None]
+    def tremors(self) -> list[tuple[float, float, Tremor]]:
+        """(start_s, end_s, tremor) of the holds of a second and more."""
+        holds = [(p.start_s, p.end_s) for r in self.repetitions for p in r.span.phases if p.name == "hold"]
+        found = [(a, b, self.tremor_between(a + SETTLED_S, b - SETTLED_S)) for a, b in holds]
+        return [(a, b, t) for a, b, t in found if t is not None]
+
+    @property
+    def path_difference_m(self) -> float:
+        """Mean distance of the paths of two repetitions after time warping, m; NaN for fewer than two."""
+        paths = [
+            self.motion.mean(np.linspace(r.span.start_s, r.span.end_s, 60)).positions_m[0]
+            for r in self.repetitions
+            if not r.gap_s
+        ]
+        return mean_dtw_distance(paths)
 
     def tremor_between(self, start_s: float, end_s: float) -> Tremor | None:
         """The tremor in a stretch of time, see :func:`tremor_of`."""
@@ -227,14 +245,26 @@ def _measured(
 ) -> MeasuredRepetition:
     times, asked = requests(motion, repetition, cue_s, shared, definitions)
     mean, samples = motion.mean(times), motion.samples(times)
+    unseen = _turn_sd(mean, samples) > LARGEST_TURN_SD_RAD
     values: dict[str, Measured] = {}
     spread: dict[str, Array] = {}
     for definition, name, context in asked:
         spread[name] = definition.compute(samples, context)
         values[name] = measured(definition, float(definition.compute(mean, context)[0]), spread[name], name)
+        if unseen and definition.name in OF_TURNS:
+            values[name] = dataclasses.replace(values[name], determined=False, note=UNSEEN)
     inside = (times >= repetition.start_s) & (times <= repetition.end_s)
     gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
     return MeasuredRepetition(repetition, values, gap, cue_s, spread)
+
+
+def _turn_sd(mean: MotionSamples, samples: MotionSamples) -> float:
+    """Root mean square of the angle between the rotations of the samples and of their mean, rad; 0 in a gap."""
+    some = np.flatnonzero(mean.observed)[::10]
+    if not len(some):
+        return 0.0
+    trace = np.einsum("snij,nij->sn", samples.rotations[:, some], mean.rotations[0, some])
+    return float(np.sqrt((np.arccos(np.clip(0.5 * (trace - 1), -1, 1)) ** 2).mean()))
 
 
 def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:

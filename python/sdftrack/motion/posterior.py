@@ -34,6 +34,8 @@ class Piece:
         First and last measured pose.
     noise_scales : (float, float)
         Noise of positions and of rotations over what the covariances say.
+    position_noise_m : float
+        Standard deviation of the noise of a position from frame to frame, all axes together.
     slow : SlowErrors or None
         What the covariances say beyond that noise.
     """
@@ -43,6 +45,7 @@ class Piece:
     start_s: float
     end_s: float
     noise_scales: tuple[float, float]
+    position_noise_m: float
     slow: SlowErrors | None = None
 
     @property
@@ -81,11 +84,9 @@ class SmoothedMotion:
     @property
     def position_noise_m(self) -> float:
         """Standard deviation of the noise of a measured position from frame to frame, all axes together, m."""
-        used = self.trajectory.covariances
-        if used is None:
-            return float(np.sqrt(3) * 1e-3 * self.noise_scales[0])
-        variances = np.einsum("nii->n", used[:, :3, :3])
-        return self.noise_scales[0] * float(np.sqrt(np.nanmedian(variances[self.trajectory.usable])))
+        lengths = np.array([p.end_s - p.start_s for p in self.pieces])
+        variances = np.array([p.position_noise_m**2 for p in self.pieces])
+        return float(np.sqrt(np.average(variances, weights=lengths)))
 
     def times_s(self, rate_hz: float) -> Array:
         """Regular times over the whole trajectory."""

@@ -2,8 +2,8 @@
 """Errors that change slowly: what a covariance says beyond the noise from frame to frame.
 
 The pose of a tracker is off by noise that is new in every frame and by an amount that depends on the view: the sensor's
-distortion, the model's, a rotation that hardly shows. A smoother averages the first, not the second. The variance of the
-noise from frame to frame is measured along each axis; the rest of the covariance is taken for slow.
+distortion, the model's, a rotation that hardly shows. A smoother averages the first, not the second. The variance of
+the noise from frame to frame is measured along each axis; the rest of the covariance is taken for slow.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from sdftrack.motion.spline import UniformSpline
 __all__ = ["SlowErrors", "slow_errors"]
 
 Array = NDArray[np.float64]
+UNSURE = 0.1  # of a measured variance: less than this is none
 STEP_S = 0.35  # of knots: errors are alike within about twice that, the time of half a movement
 LARGEST_TURN_RAD = 1.0  # standard deviation: more than that is unknown, and would turn samples over
 
@@ -48,7 +49,7 @@ def slow_errors(times_s: Array, covariances: Array, noise: list[Array], order: i
     `noise`: (3,) variances of the noise from frame to frame over those of the covariances, along the principal axes of
     the position's and of the rotation's, best known first.
     """
-    rest = [np.maximum(1 - level, 0.0) for level in noise]
+    rest = [np.where(level < 1 - UNSURE, 1 - level, 0.0) for level in noise]
     if not np.any(rest):
         return None
     spline = UniformSpline(

@@ -31,6 +31,8 @@ class Tremor:
     ----------
     rms_m, low_m, high_m : float
         Root mean square of the displacement in the band, all axes together, noise taken off; 95 % interval.
+    total_m : float
+        With the noise.
     floor_m : float
         What a resting object would show: the root mean square of the noise in the band.
     frequency_hz : float
@@ -44,6 +46,7 @@ class Tremor:
     rms_m: float
     low_m: float
     high_m: float
+    total_m: float
     floor_m: float
     frequency_hz: float
     band_hz: tuple[float, float]
@@ -106,7 +109,16 @@ def tremor_of(
     bounds = [float(np.sqrt(max(rest + k * 1.96 * sd, 0.0))) for k in (-1, 0, 1)]
     determined = bounds[0] > 0 and bounds[2] - bounds[0] < max(DETERMINED * bounds[1], 1e-12) * 2
     peak = float(frequencies[band][np.argmax(total)]) if determined else float("nan")
-    return Tremor(bounds[1], bounds[0], bounds[2], float(np.sqrt(floor)), peak, (low, high), determined)
+    return Tremor(
+        bounds[1],
+        bounds[0],
+        bounds[2],
+        float(np.sqrt(power)),
+        float(np.sqrt(floor)),
+        peak,
+        (low, high),
+        determined,
+    )
 
 
 def _spectra(t: Array, x: Array, rate: float) -> tuple[Array, Array]:

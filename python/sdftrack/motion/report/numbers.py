@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+"""The measures of one or several objects and sessions as JSON and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sdftrack import __version__
+from sdftrack.io.result_rows import plain
+from sdftrack.motion.analysis import Analysis, MeasuredRepetition
+from sdftrack.motion.report.sessions import Change
+
+__all__ = ["measures_csv", "measures_json", "repetitions_json"]
+
+
+def measures_json(
+    sessions: Mapping[str, Sequence[Analysis]],
+    changes: Sequence[Change] = (),
+    settings: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """What ``measures.json`` holds, ready for JSON; docs/reference/motion.schema.json describes it.
+
+    Parameters
+    ----------
+    sessions : dict of str to list of Analysis
+        By name; one Analysis per object.
+    changes : list of Change
+        Of :func:`compare_sessions`.
+    settings : dict
+        How the measures were made.
+    """
+    asked = {d.name: d for each in sessions.values() for a in each for d in a.definitions}
+    return dict(
+        plain(
+            {
+                "version": __version__,
+                "settings": dict(settings or {}),
+                "definitions": {
+                    d.name: {"label": d.label, "unit": d.unit, "definition": d.text, "source": d.source}
+                    for d in asked.values()
+                },
+                "sessions": [
+                    {"name": name, "objects": [_object(a) for a in each]} for name, each in sessions.items()
+                ],
+                "changes": [c.to_dict() for c in changes],
+            }
+        )
+    )
+
+
+def _object(a: Analysis) -> dict[str, Any]:
+    trajectory = a.trajectory
+    gaps = sum(r.gap_s for r in a.repetitions)
+    return {
+        "object": trajectory.name,
+        "frame": trajectory.frame,
+        "duration_s": trajectory.duration_s,
+        "rate_hz": trajectory.rate_hz,
+        "status": a.shares,
+        "gap_in_repetitions_s": gaps,
+        "noise_scales": list(a.motion.noise_scales),
+        "position_noise_m": a.motion.position_noise_m,
+        "repetitions": {"count": a.count[0], "low": a.count[1], "high": a.count[2]},
+        "path_difference_m": a.path_difference_m,
+        "averages": [m.to_dict() for m in a.averages.values()],
+        "coefficient_of_variation": a.variation,
+        "tremor": [
+            {
+                "start_s": start, "end_s": end, "rms_m": t.rms_m, "low_m": t.low_m, "high_m": t.high_m,
+                "noise_floor_m": t.floor_m, "frequency_hz": t.frequency_hz, "band_hz": list(t.band_hz),
+                "determined": t.determined,
+            }
+            for start, end, t in a.tremors
+        ],
+        "each": [_repetition(r) for r in a.repetitions],
+    }  # fmt: skip
+
+
+def _repetition(r: MeasuredRepetition) -> dict[str, Any]:
+    return {
+        "start_s": r.span.start_s,
+        "end_s": r.span.end_s,
+        "cue_s": r.cue_s,
+        "gap_s": r.gap_s,
+        "phases": [{"name": p.name, "start_s": p.start_s, "end_s": p.end_s} for p in r.span.phases],
+        "measures": [m.to_dict() for m in r.values.values()],
+    }
+
+
+def measures_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
+    """One row per repetition. Columns of a measure are ``name_unit``, ``name_low`` and ``name_high``.
+
+    A cell is empty where the measure is undefined; of one that is not determined the value is empty, its interval not.
+    """
+    everything = [
+        (name, a, k, r)
+        for name, each in sessions.items()
+        for a in each
+        for k, r in enumerate(a.repetitions, 1)
+    ]
+    units = {n: m.unit for _, _, _, r in everything for n, m in r.values.items()}
+    head = ["session", "object", "repetition", "start_s", "end_s", "gap_s"]
+    for name, unit in units.items():
+        head += [name if unit == "1" else f"{name}_{unit_text(unit)}", f"{name}_low", f"{name}_high"]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    for session, a, k, r in everything:
+        row = [
+            session,
+            a.trajectory.name,
+            k,
+            f"{r.span.start_s:.4f}",
+            f"{r.span.end_s:.4f}",
+            f"{r.gap_s:.3f}",
+        ]
+        for name in units:
+            m = r.values.get(name)
+            row += (
+                ["", "", ""]
+                if m is None
+                else [_cell(m.value) if m.determined else "", _cell(m.low), _cell(m.high)]
+            )
+        writer.writerow(row)
+    return out.getvalue()
+
+
+def unit_text(unit: str) -> str:
+    """A unit as part of a column's name: "m/s^2" is m_per_s2."""
+    return unit.replace("/", "_per_").replace("^", "").replace("%", "percent")
+
+
+def repetitions_json(a: Analysis) -> dict[str, Any]:
+    """Start and end of the repetitions, to be corrected by hand and given back with --repetitions."""
+    return {
+        "object": a.trajectory.name,
+        "repetitions": [[r.span.start_s, r.span.end_s] for r in a.repetitions],
+    }
+
+
+def _cell(value: float) -> str:
+    return f"{value:.9g}" if np.isfinite(value) else ""
