@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +24,7 @@ KINDS = ("reach", "pouring", "circle", "tremor", "two_handed")
 OBJECTS = ("cup", "ball", "box", "stick", "duck", "can")
 NOISES: tuple[tuple[str, Any], ...] = (("1 mm", 0.001), ("Kinect", "kinect"))
 REPETITIONS = 3
+DT = 1e-3  # s, of differences of exact velocities
 
 
 @dataclass
@@ -65,7 +67,6 @@ def tracked_exercise(
 ) -> tuple[Any, list[motion.Trajectory]]:
     """An exercise with the trajectories of its objects, tracked in rendered images from the true first pose."""
     mesh = st.synth.exercise_object(name)
-    # The origin in the middle: the position of another point of a ball or a can depends on a rotation nobody sees.
     center = 0.5 * (mesh.bounds[0] + mesh.bounds[1])
     mesh = st.Mesh(mesh.vertices - center, mesh.faces, mesh.colors)
     exercise = st.synth.exercise(kind, seed=seed, repetitions=REPETITIONS, origin_m=float(center[2]))
@@ -108,12 +109,14 @@ def exercise_intervals(*, runs: int = 100, first_seed: int = 1000, threads: int 
         label, noise = NOISES[run % len(NOISES)]
         exercise, trajectories = tracked_exercise(kind, name, noise, first_seed + run, threads=threads)
         for k, trajectory in enumerate(trajectories):
+            point = motion.best_known_point(trajectory)
+            trajectory = motion.at_point(trajectory, point)
             found = motion.analyze(trajectory, cues_s=exercise.cues_s, up=exercise.up)
             true = len(exercise.repetitions)
             counts[label].append((found.count[0] == true, found.count[1] <= true <= found.count[2]))
             if found.count[0] != true:
                 wrong.append(f"{kind}, {name}, {label}, seed {first_seed + run}: {found.count[0]} of {true}")
-            _compare(found, exercise, k, tallies[label])
+            _compare(found, exercise, k, point, tallies[label])
             floors += _floor(found, exercise)
     tables = [
         Table(
@@ -129,9 +132,29 @@ def exercise_intervals(*, runs: int = 100, first_seed: int = 1000, threads: int 
     return tables
 
 
-def _compare(found: Analysis, exercise: Any, k: int, tallies: dict[str, Tally]) -> None:
+def _at(exercise: Any, k: int, point: Array, times: Array) -> motion.MotionSamples:
+    """The exact movement of a point of object k."""
+    exact = exercise.sample(times, k)
+    velocities = _velocities(exact, point)
+    after, before = (_velocities(exercise.sample(times + s * DT, k), point) for s in (1, -1))
+    return dataclasses.replace(
+        exact,
+        positions_m=exact.positions_m + exact.rotations @ point,
+        velocities_mps=velocities,
+        accelerations_mps2=(after - before) / (2 * DT),
+        jerks_mps3=(after - 2 * velocities + before) / DT**2,
+    )
+
+
+def _velocities(exact: motion.MotionSamples, point: Array) -> Array:
+    return np.asarray(
+        exact.velocities_mps + np.cross(exact.angular_velocities_radps, exact.rotations @ point), np.float64
+    )
+
+
+def _compare(found: Analysis, exercise: Any, k: int, point: Array, tallies: dict[str, Tally]) -> None:
     for repetition in found.repetitions:
-        true = true_values(found, repetition, lambda times: exercise.sample(times, k))
+        true = true_values(found, repetition, lambda times: _at(exercise, k, point, times))
         for name, m in repetition.values.items():
             measure = name.removesuffix("_move").removesuffix("_return")
             tallies.setdefault(measure, Tally()).add(m, true[name])

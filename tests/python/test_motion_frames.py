@@ -155,3 +155,33 @@ class TestFilters:
     def test_bad_arguments(self, call, message):
         with pytest.raises(ValueError, match=message):
             call(noisy(TIMES, reaches(TIMES, [1.0])))
+
+
+class TestBestKnownPoint:
+    def test_it_is_the_centre_of_a_ball(self):
+        C = np.diag([1e-8] * 3 + [1.0] * 3)
+        at_origin = motion.at_point(Trajectory([0.0], np.eye(4)[None], C[None]), [0, 0, -0.03])
+        np.testing.assert_allclose(motion.best_known_point(at_origin), [0, 0, 0.03], atol=1e-4)
+
+    def test_it_is_on_the_axis_of_a_can_as_near_as_possible(self):
+        C = np.diag([1e-8] * 3 + [1e-6, 1e-6, 1.0])
+        can = Trajectory([0.0], np.eye(4)[None], C[None])
+        np.testing.assert_allclose(motion.best_known_point(can, [0.02, 0.01, 0.05]), [0, 0, 0.05], atol=2e-4)
+
+    def test_it_stays_where_all_rotations_are_seen(self):
+        C = np.diag([1e-8] * 3 + [1e-6] * 3)
+        box = Trajectory([0.0], np.eye(4)[None], C[None])
+        np.testing.assert_allclose(motion.best_known_point(box, POINT), POINT, atol=1e-3)
+
+    def test_its_position_is_better_known_than_that_of_points_around_it(self):
+        trajectory = noisy(TIMES, reaches(TIMES, [1.0]), TURN)
+        best = motion.best_known_point(trajectory)
+
+        def variance(x):
+            return np.einsum("nii->n", motion.at_point(trajectory, x).covariances[:, :3, :3]).mean()
+
+        assert all(variance(best) < variance(best + d) for d in 0.2 * np.vstack([np.eye(3), -np.eye(3)]))
+
+    def test_without_covariances_it_is_the_wanted_one(self):
+        plain = Trajectory([0.0], np.eye(4)[None])
+        np.testing.assert_array_equal(motion.best_known_point(plain, POINT), POINT)

@@ -67,7 +67,8 @@ def motion(
         str,
         typer.Option(
             metavar="center|origin|X,Y,Z",
-            help="Point of the object that is measured; center: of its model, if known.",
+            help="Point of the object that is measured; center: near the middle of its model, where its position is known "
+            "best.",
         ),
     ] = "center",
     axis: Annotated[

@@ -74,12 +74,14 @@ def _load(path: Path, wishes: Wishes) -> Session:
 
 
 def _at_point(path: Path, k: int, trajectory: Any, point: str | Numbers) -> Any:
-    from sdftrack.motion import at_point
+    from sdftrack.motion import at_point, best_known_point
 
     if point == "origin":
         return trajectory
-    where = _center(path, k) if point == "center" else point
-    return trajectory if where is None else at_point(trajectory, where)
+    if point == "center":
+        middle = _center(path, k)
+        return at_point(trajectory, best_known_point(trajectory, (0, 0, 0) if middle is None else middle))
+    return at_point(trajectory, point)
 
 
 def _center(path: Path, k: int) -> Any:

@@ -5,7 +5,7 @@ from sdftrack.motion.analysis import Analysis, MeasuredRepetition, analyze
 from sdftrack.motion.definitions import DEFINITIONS, Definition
 from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
-from sdftrack.motion.frames import at_point, in_frame, table_frame
+from sdftrack.motion.frames import at_point, best_known_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
 from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
@@ -35,6 +35,7 @@ __all__ = [
     "Tremor",
     "analyze",
     "at_point",
+    "best_known_point",
     "butterworth",
     "count_interval",
     "dtw_distance",

@@ -12,9 +12,10 @@ from sdftrack import geometry
 from sdftrack._internal.validation import number, numbers
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["at_point", "in_frame", "table_frame"]
+__all__ = ["at_point", "best_known_point", "in_frame", "table_frame"]
 
 Array = NDArray[np.float64]
+COST_RAD = 0.02  # a point 10 mm away is taken if its position is known by more than 0.2 mm better
 
 
 def at_point(trajectory: Trajectory, point_obj_m: ArrayLike) -> Trajectory:
@@ -39,6 +40,35 @@ def at_point(trajectory: Trajectory, point_obj_m: ArrayLike) -> Trajectory:
         J[:, :3, 3:] = -_cross_matrices(lever)  # Exp(r) lever = lever + r x lever
         covariances = J @ covariances @ np.swapaxes(J, 1, 2)
     return dataclasses.replace(trajectory, poses=poses, covariances=covariances)
+
+
+def best_known_point(trajectory: Trajectory, near_obj_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """The point of the object whose position is known best, as near to `near_obj_m` as that allows.
+
+    Of an object that looks alike from several sides only points on its axis, or its centre, have a known position: a
+    rotation that nobody sees moves all others. Without covariances it is `near_obj_m`.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    near_obj_m : (3,) array
+        For example the middle of the model, object frame, m.
+
+    Returns
+    -------
+    (3,) float64
+        For :func:`at_point`.
+    """
+    near = _vector(near_obj_m, "near_obj_m")
+    if trajectory.covariances is None:
+        return near
+    used = trajectory.usable & np.isfinite(trajectory.covariances).all(axis=(1, 2))
+    R, C = trajectory.poses[used, :3, :3], trajectory.covariances[used]
+    # The error of a point x is d + sum over i of x_i M_i r, with the errors d of the origin and r of the rotation.
+    M = np.stack([-_cross_matrices(R[:, :, i]) for i in range(3)], axis=1)
+    A = np.einsum("niab,nbc,njac->nij", M, C[:, 3:, 3:], M).mean(axis=0)
+    b = np.einsum("niab,nba->ni", M, C[:, 3:, :3]).mean(axis=0)
+    return np.asarray(np.linalg.solve(A + COST_RAD**2 * np.eye(3), COST_RAD**2 * near - b))
 
 
 def in_frame(trajectory: Trajectory, T_frame_ref: ArrayLike, name: str) -> Trajectory:

@@ -108,8 +108,8 @@ def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, 
     scale = np.repeat(scales, 3)
     information = np.asarray(np.linalg.inv(covariances * np.outer(scale, scale)), np.float64)
     posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)
-    axes = np.linalg.eigvalsh(covariances[:, :3, :3])
-    position_noise = float(np.sqrt((axes @ noise[0]).mean()))
+    level = quiet_level((moving.residuals**2).mean(axis=1), NOISE_WINDOW_S / step, 3)
+    position_noise = float(np.sqrt(3 * moving.absorbed * level))
     slow = slow_errors(times, covariances, noise, order) if trajectory.covariances is not None else None
     return Piece(spline, posterior, float(times[0]), float(times[-1]), scales, position_noise, slow)
 
