@@ -166,7 +166,7 @@ class TestBestKnownPoint:
     def test_it_is_on_the_axis_of_a_can_as_near_as_possible(self):
         C = np.diag([1e-8] * 3 + [1e-6, 1e-6, 1.0])
         can = Trajectory([0.0], np.eye(4)[None], C[None])
-        np.testing.assert_allclose(motion.best_known_point(can, [0.02, 0.01, 0.05]), [0, 0, 0.05], atol=2e-4)
+        np.testing.assert_allclose(motion.best_known_point(can, [0.02, 0.01, 0.05]), [0, 0, 0.05], atol=3e-4)
 
     def test_it_stays_where_all_rotations_are_seen(self):
         C = np.diag([1e-8] * 3 + [1e-6] * 3)

@@ -67,7 +67,7 @@ def motion(
         str,
         typer.Option(
             metavar="center|origin|X,Y,Z",
-            help="Point of the object that is measured; center: near the middle of its model, where its position is known "
+            help="Point of the object that is measured; center: near the middle of its model, where it is known "
             "best.",
         ),
     ] = "center",
