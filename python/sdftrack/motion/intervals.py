@@ -15,9 +15,12 @@ __all__ = ["Measured", "measured"]
 
 Array = NDArray[np.float64]
 LEVEL = (2.5, 97.5)
+TOO_WIDE = "the interval is too wide: move nearer, record more frames per second, or use a larger object"
 NOISE_ALONE = (
     0.2  # of the value, as the shift of the samples: noise alone shows 0.41, its square root of 2 less 1
 )
+SEVERAL = "several movements fit the poses: correct the repetitions, or record more frames per second"
+APART = 0.8  # of half of an interval: the value of the mean movement is not that of the samples
 LEAST_DEFINED = 0.9  # of the samples
 
 
@@ -72,18 +75,21 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         note = "undefined here" if not known.any() else "undefined in many of the possible movements"
         return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
     low, middle, high = np.percentile(samples[known], [LEVEL[0], 50, LEVEL[1]])
+    side = high - middle if value > middle else middle - low
+    if not definition.bias and abs(value - middle) > APART * side + 1e-12:
+        # The samples and their mean disagree on which movement this is: no shift makes one of the other.
+        low, high = float(min(value, low)), float(max(value, high))
+        return Measured(name or definition.name, definition.unit, float(value), low, high, False, SEVERAL)
     noise_alone = middle - value > NOISE_ALONE * abs(value) and value > 0
     value -= definition.bias * (middle - value)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
-    if definition.bias and noise_alone and definition.unit != "1":
-        value, low = max(value, 0.0), 0.0  # a range or tilt of zero would look the same
+    if definition.unit != "1":  # lengths, times and angles
+        low = max(low, 0.0)
+        if definition.bias and noise_alone:
+            value, low = max(value, 0.0), 0.0  # a range or tilt of zero would look the same
     limit = definition.wide * (abs(value) if definition.relative else 1.0)
     fine = bool(high - low <= limit)
-    note = (
-        ""
-        if fine
-        else "the interval is too wide: move nearer, record more frames per second, or use a larger object"
-    )
+    note = "" if fine else TOO_WIDE
     return Measured(
         name or definition.name, definition.unit, float(value), float(low), float(high), fine, note
     )

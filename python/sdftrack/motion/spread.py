@@ -13,7 +13,6 @@ __all__ = ["CALIBRATION"]
 # Measure: (part of the samples' shift that the mean movement has, too; factor of the spread).
 CALIBRATION: dict[str, tuple[float, float]] = {
     "path_length": (0.7, 1.3),
-    "index_of_curvature": (0.4, 1.0),
     "sparc": (0.0, 1.15),
     "log_dimensionless_jerk": (0.2, 1.4),
     "peak_acceleration": (0.2, 0.9),

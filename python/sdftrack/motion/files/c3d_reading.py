@@ -92,7 +92,7 @@ def _times(file: Any, path: Path, count: int, fps: float | None) -> Any:
     header = file["header"]["points"]
     rate = float(header["frame_rate"])
     if not 0 < rate < np.inf:
-        raise ValueError(f"{path}: POINT:RATE is {rate:g}; expected the frame rate: fps=30 (--fps 30)")
+        raise ValueError(f"{path}: POINT:RATE is {rate:g}; expected the frame rate: fps=30")
     start = _text(file, *START)
     try:
         first = float(start) if start else header["first_frame"] / rate

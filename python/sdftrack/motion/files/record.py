@@ -89,5 +89,5 @@ def gaps_as_lost(poses: Array, status: Sequence[str] | None = None) -> list[str]
 def times_from_numbers(numbers: Any, fps: float | None, why: str) -> Array:
     """Times in seconds of numbered images; ValueError without `fps`, where `why` says what is missing."""
     if fps is None:
-        raise ValueError(f"{why}; expected the frame rate: fps=30 (--fps 30)")
+        raise ValueError(f"{why}; expected the frame rate: fps=30")
     return np.asarray(numbers, np.float64) / fps

@@ -102,7 +102,9 @@ def _trust(a: Analysis) -> str:
     missing = [m for m in a.averages.values() if not m.determined]
     if missing:
         labels = {d.name: d.label for d in a.definitions}
-        text += f" Not determined: {escape(', '.join(_label(m.name, labels) for m in missing))}; {missing[0].note}."
+        for note in dict.fromkeys(m.note for m in missing):
+            names = ", ".join(_label(m.name, labels) for m in missing if m.note == note)
+            text += f" Not determined: {escape(names)}; {escape(note)}."
     return text
 
 
