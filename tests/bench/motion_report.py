@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack motion`` for ten minutes at 30 Hz: ``python tests/bench/motion_report.py [--minutes 10]``.
 
-Printed are the seconds of the whole command, imports included, and of the smoother and the measures alone. Target on one
-core: 10 s for the command. Exit code 1 if missed.
+Printed are the seconds of the whole command, imports included, and of the smoother and the measures alone. Target on
+one core: 10 s for the command. Exit code 1 if missed.
 """
 
 from __future__ import annotations

@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, whole
-from sdftrack.motion.quaternion_curves import angular_velocities, exponentials, matrices
+from sdftrack.motion.quaternion_curves import (
+    angular_velocities_first,
+    cross_first,
+    exponentials_first,
+    matrices_first,
+    product_first,
+)
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.slow_errors import SlowErrors
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
@@ -52,6 +58,26 @@ class Piece:
     def mean(self) -> Array:
         """(size, 7) coefficients."""
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
+
+    def evaluate(self, times_s: Array, coefficients: Array, slow: Array | None) -> list[Array]:
+        """The fields of `MotionSamples` from positions to angular velocities, of coefficients (size, 7, S).
+
+        `slow`: coefficients (size, 6, S) of the slow errors. Samples are the fastest axis in memory, so that nothing is
+        copied: what is returned are views.
+        """
+        values = [np.moveaxis(self.spline.evaluate(coefficients, times_s, m), 1, 0) for m in (0, 1)]
+        positions = [v[:3] for v in values]
+        positions += [
+            np.moveaxis(self.spline.evaluate(coefficients[:, :3], times_s, m), 1, 0) for m in (2, 3)
+        ]
+        q, turning = values[0][3:], angular_velocities_first(values[0][3:], values[1][3:])
+        if slow is not None and self.slow is not None:
+            errors = [np.moveaxis(self.slow.spline.evaluate(slow, times_s, m), 1, 0) for m in range(4)]
+            positions = [p + e[:3] for p, e in zip(positions, errors, strict=True)]
+            q = product_first(exponentials_first(errors[0][3:]), q)
+            turning = turning + errors[1][3:] + cross_first(errors[0][3:], turning)
+        fields = [np.transpose(p, (2, 1, 0)) for p in positions]
+        return [*fields, np.transpose(matrices_first(q), (3, 2, 0, 1)), np.transpose(turning, (2, 1, 0))]
 
 
 class SmoothedMotion:
@@ -123,35 +149,30 @@ class SmoothedMotion:
 
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:
         S, n = self._count if sampled else 1, len(times)
-        positions = np.full((4, S, n, 3), np.nan)
-        rotations, turning = np.full((S, n, 3, 3), np.nan), np.full((S, n, 3), np.nan)
         observed = np.zeros(n, bool)
+        fields = None
         for k, piece in enumerate(self.pieces):
             inside = (times >= piece.start_s - 1e-9) & (times <= piece.end_s + 1e-9)
             if not inside.any():
                 continue
+            slow = self._slow_coefficients(k) if sampled and piece.slow is not None else None
+            values = piece.evaluate(times[inside], self._coefficients(k, sampled), slow)
+            if inside.all():
+                return _as_samples(times, values, np.ones(n, bool))
+            if fields is None:
+                fields = [np.full((S, n, *v.shape[2:]), np.nan) for v in values]
+            for field, value in zip(fields, values, strict=True):
+                field[:, inside] = value
             observed |= inside
-            at, coefficients = times[inside], self._coefficients(k, sampled)
-            slow = self._slow_coefficients(k) if sampled and piece.slow else None
-            for order in range(4):
-                x = piece.spline.evaluate(coefficients[:, :3], at, order)
-                if slow is not None:
-                    x = x + piece.slow.spline.evaluate(slow[:, :3], at, order)  # type: ignore[union-attr]
-                positions[order][:, inside] = np.moveaxis(x, 2, 0)
-            q, rate = (
-                np.moveaxis(piece.spline.evaluate(coefficients[:, 3:], at, order), 2, 0) for order in (0, 1)
-            )
-            rotations[:, inside] = matrices(q)
-            turning[:, inside] = angular_velocities(q, rate)
-            if slow is not None:
-                turn, turn_rate = (
-                    np.moveaxis(piece.slow.spline.evaluate(slow[:, 3:], at, order), 2, 0)  # type: ignore[union-attr]
-                    for order in (0, 1)
-                )
-                rotations[:, inside] = exponentials(turn) @ rotations[:, inside]
-                turning[:, inside] += turn_rate + np.cross(turn, turning[:, inside])
-        p, v, a, j = positions
-        return MotionSamples(times, p, v, a, j, rotations, turning, observed)
+        if fields is None:
+            fields = [np.full((S, n, 3), np.nan) for _ in range(6)]
+            fields[4] = np.full((S, n, 3, 3), np.nan)
+        return _as_samples(times, fields, observed)
+
+
+def _as_samples(times: Array, fields: list[Array], observed: NDArray[np.bool_]) -> MotionSamples:
+    p, v, a, j, rotations, turning = fields
+    return MotionSamples(times, p, v, a, j, rotations, turning, observed)
 
 
 def checked_samples(samples: int, seed: int) -> tuple[int, int]:

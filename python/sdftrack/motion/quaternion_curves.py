@@ -10,7 +10,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["angular_velocities", "continuous_quaternions", "exponentials", "left_jacobians", "matrices"]
+__all__ = [
+    "angular_velocities",
+    "angular_velocities_first",
+    "continuous_quaternions",
+    "cross_first",
+    "exponentials_first",
+    "left_jacobians",
+    "matrices",
+    "matrices_first",
+    "product_first",
+]
 
 Array = NDArray[np.float64]
 
@@ -34,25 +44,45 @@ def left_jacobians(q: Array) -> Array:
 
 def matrices(q: Array) -> Array:
     """(..., 3, 3) rotations of quaternions (..., 4) of any length but 0."""
-    x, y, z, w = np.moveaxis(q, -1, 0)
+    return np.moveaxis(matrices_first(np.moveaxis(q, -1, 0)), (0, 1), (-2, -1))
+
+
+def matrices_first(q: Array) -> Array:
+    """(3, 3, ...) rotations of quaternions (4, ...) of any length but 0: each component is a plane."""
+    x, y, z, w = q
     s = 2.0 / (x * x + y * y + z * z + w * w)
-    rows = [
-        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    out = np.empty((3, 3, *x.shape))
+    xs, ys, zs = s * x, s * y, s * z
+    out[0, 0], out[0, 1], out[0, 2] = 1 - (ys * y + zs * z), xs * y - zs * w, xs * z + ys * w
+    out[1, 0], out[1, 1], out[1, 2] = xs * y + zs * w, 1 - (xs * x + zs * z), ys * z - xs * w
+    out[2, 0], out[2, 1], out[2, 2] = xs * z - ys * w, ys * z + xs * w, 1 - (xs * x + ys * y)
+    return out
 
 
-def exponentials(w: Array) -> Array:
-    """(..., 3, 3) rotations of rotation vectors (..., 3)."""
-    half = 0.5 * np.linalg.norm(w, axis=-1, keepdims=True)
-    return matrices(np.concatenate([0.5 * w * np.sinc(half / np.pi), np.cos(half)], axis=-1))
+def product_first(p: Array, q: Array) -> Array:
+    """(4, ...) product p q of quaternions (4, ...): the rotation of q, then that of p."""
+    return np.concatenate(
+        [p[3] * q[:3] + q[3] * p[:3] + cross_first(p[:3], q[:3]), [p[3] * q[3] - (p[:3] * q[:3]).sum(axis=0)]]
+    )
+
+
+def cross_first(a: Array, b: Array) -> Array:
+    """(3, ...) cross product of vectors (3, ...)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def exponentials_first(w: Array) -> Array:
+    """(4, ...) quaternions of rotation vectors (3, ...)."""
+    half = 0.5 * np.sqrt((w**2).sum(axis=0))
+    return np.concatenate([0.5 * w * np.sinc(half / np.pi), [np.cos(half)]])
 
 
 def angular_velocities(q: Array, rate: Array) -> Array:
     """(..., 3) in the axes of the reference frame, rad/s, of curves q (..., 4) with derivative `rate` (..., 4)."""
-    u, w = q[..., :3], q[..., 3:]
-    du, dw = rate[..., :3], rate[..., 3:]
-    vector = w * du - dw * u - np.cross(du, u)
-    return np.asarray(2.0 * vector / (q**2).sum(axis=-1, keepdims=True))
+    return np.moveaxis(angular_velocities_first(np.moveaxis(q, -1, 0), np.moveaxis(rate, -1, 0)), 0, -1)
+
+
+def angular_velocities_first(q: Array, rate: Array) -> Array:
+    """(3, ...) of curves (4, ...)."""
+    vector = q[3] * rate[:3] - rate[3] * q[:3] - cross_first(rate[:3], q[:3])
+    return np.asarray(2.0 * vector / (q**2).sum(axis=0))

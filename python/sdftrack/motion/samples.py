@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 __all__ = ["MotionSamples"]
 
 Array = NDArray[np.float64]
+Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,9 @@ class MotionSamples:
     rotations: Array
     angular_velocities_radps: Array
     observed: NDArray[np.bool_]
+    _kept: dict[Any, Any] = field(
+        default_factory=dict, repr=False, init=False
+    )  # what several measures ask for
 
     @property
     def rate_hz(self) -> float:
@@ -49,13 +55,23 @@ class MotionSamples:
     @property
     def speeds_mps(self) -> Array:
         """(S, n) norms of the velocities."""
-        return np.asarray(np.linalg.norm(self.velocities_mps, axis=-1))
+        return self.kept(
+            "speeds", lambda: np.sqrt(np.einsum("snd,snd->sn", self.velocities_mps, self.velocities_mps))
+        )
+
+    def kept(self, key: Any, compute: Callable[[], Kept]) -> Kept:
+        """The result of `compute`, which is called once for each `key`."""
+        if key not in self._kept:
+            self._kept[key] = compute()
+        return cast(Kept, self._kept[key])
 
     def between(self, start_s: float, end_s: float) -> MotionSamples:
         """The part from `start_s` to `end_s`, both included."""
+        return self.kept(("between", start_s, end_s), lambda: self._between(start_s, end_s))
+
+    def _between(self, start_s: float, end_s: float) -> MotionSamples:
         a, b = np.searchsorted(self.times_s, [start_s - 1e-9, end_s + 1e-9])
-        fields = dataclasses.fields(self)
-        values = {f.name: getattr(self, f.name) for f in fields}
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}
         return MotionSamples(
             **{k: v[a:b] if k in ("times_s", "observed") else v[:, a:b] for k, v in values.items()}
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg.lapack import dpbtrf, dpbtrs, dtbtrs
+from scipy.sparse import csr_array
 
 __all__ = ["BandedPosterior", "UniformSpline"]
 
@@ -54,11 +55,15 @@ class UniformSpline:
     def evaluate(self, coefficients: Array, times_s: Array, derivative: int = 0) -> Array:
         """Values (n, ...) of splines with `coefficients` (size, ...) or a derivative of them."""
         first, weights = self.basis(times_s, derivative)
-        flat = coefficients.reshape(len(coefficients), -1)
-        out = np.zeros((len(first), flat.shape[1]))
-        for a in range(self.degree + 1):
-            out += weights[:, a, None] * flat[first + a]
-        return out.reshape(len(first), *coefficients.shape[1:])
+        if not len(first):
+            return np.zeros((0, *coefficients.shape[1:]))
+        low, width = int(first.min()), self.degree + 1
+        used = coefficients[low : int(first.max()) + width]
+        columns = (first[:, None] - low + np.arange(width)).ravel()
+        basis = csr_array(
+            (weights.ravel(), columns, width * np.arange(len(first) + 1)), (len(first), len(used))
+        )
+        return np.asarray(basis @ used.reshape(len(used), -1)).reshape(len(first), *coefficients.shape[1:])
 
     def differences(self, coefficients: Array) -> Array:
         """The m-th derivative as steps (size - m, ...): m-th differences of the coefficients over step^m."""

@@ -53,6 +53,10 @@ def movement_of(repetition: MotionSamples) -> Movement:
     The search begins at the peak of the mean speed of all samples, so that all speak of the same movement where two
     peaks, out and back, are about as high. The threshold is 5 % of each sample's own peak.
     """
+    return repetition.kept("movement", lambda: _found(repetition))
+
+
+def _found(repetition: MotionSamples) -> Movement:
     speed, times = repetition.speeds_mps, repetition.times_s
     start = int(np.argmax(speed.mean(axis=0)))
     peak = speed.max(axis=1)
