@@ -128,6 +128,7 @@ def motion(
     )
     options: dict[str, Any] = {"by": by, "max_gap_s": max_gap, "axis_obj": numbers_of(axis, 3, "--axis")}
     options["cues_s"] = read_cues(cues)
+    options["threads"] = threads
     options["targets"] = _targets(target)
     options["measures"] = None if measures is None else [m.strip() for m in measures.split(",")]
     if repetitions is not None:
@@ -169,7 +170,7 @@ def _measure(
 
 def _told(options: dict[str, Any]) -> dict[str, Any]:
     targets = [str(t) for t in options["targets"]]
-    return {**{k: v for k, v in options.items() if k != "targets"}, "targets": targets}
+    return {**{k: v for k, v in options.items() if k not in ("targets", "threads")}, "targets": targets}
 
 
 def _print(session: str, a: Any) -> None:

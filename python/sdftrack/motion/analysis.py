@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import numbers, of_kind
+from sdftrack._internal.validation import THREADS, numbers, of_kind, whole
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.repeatability import mean_dtw_distance
@@ -131,6 +133,7 @@ def analyze(
     max_gap_s: float = 0.3,
     samples: int = 200,
     seed: int = 0,
+    threads: int = 0,
 ) -> Analysis:
     """Measure an exercise.
 
@@ -154,6 +157,8 @@ def analyze(
         Names from `DEFINITIONS`; None: all.
     max_gap_s, samples, seed
         See :func:`smooth`.
+    threads : int
+        0: all cores. The result does not depend on it.
 
     Raises
     ------
@@ -174,11 +179,19 @@ def analyze(
     }
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
-    done = [_measured(motion, r, _cue_of(r, found, cues), context, definitions) for r in found]
+    motion.draw()  # once, before threads ask for it
+    with ThreadPoolExecutor(whole(threads, "threads", 0, 1024, THREADS) or _cores()) as pool:
+        each = [(r, _cue_of(r, found, cues)) for r in found]
+        done = list(pool.map(lambda a: _measured(motion, *a, context, definitions), each))
     count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
     return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares, context, definitions)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _chosen(measures: Sequence[str] | None) -> list[Definition]:

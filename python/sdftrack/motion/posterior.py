@@ -127,6 +127,13 @@ class SmoothedMotion:
         """Movements that are as probable as the posterior says, at regular times; the same ones in every call."""
         return self._evaluated(np.asarray(times_s, np.float64), sampled=True)
 
+    def draw(self) -> None:
+        """Draw the samples now; otherwise the first call that needs them does."""
+        for k, piece in enumerate(self.pieces):
+            self._coefficients(k, sampled=True)
+            if piece.slow is not None:
+                self._slow_coefficients(k)
+
     def _coefficients(self, k: int, sampled: bool) -> Array:
         """(size, 7, S) of a piece."""
         piece = self.pieces[k]
