@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import THREADS, numbers, of_kind, whole
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
@@ -180,18 +180,13 @@ def analyze(
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
     motion.draw()  # once, before threads ask for it
-    with ThreadPoolExecutor(whole(threads, "threads", 0, 1024, THREADS) or _cores()) as pool:
+    with ThreadPoolExecutor(_core.thread_count(whole(threads, "threads", 0, what=THREADS))) as pool:
         each = [(r, _cue_of(r, found, cues)) for r in found]
-        done = list(pool.map(lambda a: _measured(motion, *a, context, definitions), each))
+        done = list(pool.map(lambda a: _measured(motion, a[0], a[1], context, definitions), each))
     count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
     return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares, context, definitions)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _chosen(measures: Sequence[str] | None) -> list[Definition]:

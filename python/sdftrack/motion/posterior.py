@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import number, whole
 from sdftrack.motion.quaternion_curves import (
     angular_velocities_first,
-    cross_first,
     exponentials_first,
     matrices_first,
     product_first,
@@ -59,25 +58,33 @@ class Piece:
         """(size, 7) coefficients."""
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
 
-    def evaluate(self, times_s: Array, coefficients: Array, slow: Array | None) -> list[Array]:
+    def drawn(self, rng: np.random.Generator, count: int) -> Array:
+        """(size, 7, count) coefficients of samples, with the slow errors.
+
+        These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
+        """
+        deviations = self.posterior.deviations(rng.standard_normal((self.mean.size, count)))
+        out = deviations.reshape(self.spline.size, COORDINATES, count) + self.mean[:, :, None]
+        if self.slow is not None:
+            errors = self.slow.spline.evaluate(self.slow.drawn(rng, count), self.spline.centers_s)
+            out[:, :3] += errors[:, :3]
+            turns = exponentials_first(np.moveaxis(errors[:, 3:], 1, 0))
+            out[:, 3:] = np.moveaxis(product_first(turns, np.moveaxis(out[:, 3:], 1, 0)), 0, 1)
+        return out
+
+    def evaluate(self, times_s: Array, coefficients: Array) -> list[Array]:
         """The fields of `MotionSamples` from positions to angular velocities, of coefficients (size, 7, S).
 
-        `slow`: coefficients (size, 6, S) of the slow errors. Samples are the fastest axis in memory, so that nothing is
-        copied: what is returned are views.
+        Samples are the fastest axis in memory, so that nothing is copied: what is returned are views.
         """
         values = [np.moveaxis(self.spline.evaluate(coefficients, times_s, m), 1, 0) for m in (0, 1)]
         positions = [v[:3] for v in values]
         positions += [
             np.moveaxis(self.spline.evaluate(coefficients[:, :3], times_s, m), 1, 0) for m in (2, 3)
         ]
-        q, turning = values[0][3:], angular_velocities_first(values[0][3:], values[1][3:])
-        if slow is not None and self.slow is not None:
-            errors = [np.moveaxis(self.slow.spline.evaluate(slow, times_s, m), 1, 0) for m in range(4)]
-            positions = [p + e[:3] for p, e in zip(positions, errors, strict=True)]
-            q = product_first(exponentials_first(errors[0][3:]), q)
-            turning = turning + errors[1][3:] + cross_first(errors[0][3:], turning)
-        fields = [np.transpose(p, (2, 1, 0)) for p in positions]
-        return [*fields, np.transpose(matrices_first(q), (3, 2, 0, 1)), np.transpose(turning, (2, 1, 0))]
+        q, rate = values[0][3:], values[1][3:]
+        fields = [np.transpose(p, (2, 1, 0)) for p in (*positions, angular_velocities_first(q, rate))]
+        return [*fields[:4], np.transpose(matrices_first(q), (3, 2, 0, 1)), fields[4]]
 
 
 class SmoothedMotion:
@@ -98,7 +105,6 @@ class SmoothedMotion:
         self.trajectory, self.pieces, self._seed = trajectory, pieces, seed
         self._count = samples
         self._drawn: dict[int, Array] = {}
-        self._slow: dict[int, Array] = {}
 
     @property
     def noise_scales(self) -> tuple[float, float]:
@@ -129,10 +135,8 @@ class SmoothedMotion:
 
     def draw(self) -> None:
         """Draw the samples now; otherwise the first call that needs them does."""
-        for k, piece in enumerate(self.pieces):
+        for k in range(len(self.pieces)):
             self._coefficients(k, sampled=True)
-            if piece.slow is not None:
-                self._slow_coefficients(k)
 
     def _coefficients(self, k: int, sampled: bool) -> Array:
         """(size, 7, S) of a piece."""
@@ -140,19 +144,8 @@ class SmoothedMotion:
         if not sampled:
             return piece.mean[:, :, None]
         if k not in self._drawn:
-            rng = np.random.default_rng([self._seed, k])
-            drawn = piece.posterior.deviations(rng.standard_normal((piece.mean.size, self._count)))
-            drawn = drawn.reshape(piece.spline.size, COORDINATES, self._count)
-            self._drawn[k] = drawn + piece.mean[:, :, None]
+            self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count)
         return self._drawn[k]
-
-    def _slow_coefficients(self, k: int) -> Array:
-        """(size, 6, S) of a piece."""
-        if k not in self._slow:
-            slow = self.pieces[k].slow
-            assert slow is not None
-            self._slow[k] = slow.drawn(np.random.default_rng([self._seed, k, 1]), self._count)
-        return self._slow[k]
 
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:
         S, n = self._count if sampled else 1, len(times)
@@ -162,8 +155,7 @@ class SmoothedMotion:
             inside = (times >= piece.start_s - 1e-9) & (times <= piece.end_s + 1e-9)
             if not inside.any():
                 continue
-            slow = self._slow_coefficients(k) if sampled and piece.slow is not None else None
-            values = piece.evaluate(times[inside], self._coefficients(k, sampled), slow)
+            values = piece.evaluate(times[inside], self._coefficients(k, sampled))
             if inside.all():
                 return _as_samples(times, values, np.ones(n, bool))
             if fields is None:

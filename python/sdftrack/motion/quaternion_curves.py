@@ -14,7 +14,6 @@ __all__ = [
     "angular_velocities",
     "angular_velocities_first",
     "continuous_quaternions",
-    "cross_first",
     "exponentials_first",
     "left_jacobians",
     "matrices",

@@ -65,8 +65,7 @@ def slow_errors(times_s: Array, covariances: Array, noise: list[Array], order: i
 
 def _at_knots(spline: UniformSpline, times_s: Array, covariances: Array) -> Array:
     """Averages of covariances (n, 3, 3) about the middle of each coefficient's spline."""
-    knots = spline.start_s + STEP_S * (np.arange(spline.size) - 0.5 * (spline.degree - 1))
-    edges = np.searchsorted(times_s, [knots - STEP_S, knots + STEP_S])
+    edges = np.searchsorted(times_s, [spline.centers_s - STEP_S, spline.centers_s + STEP_S])
     first = np.minimum(edges[0], len(times_s) - 1)
     last = np.maximum(edges[1], first + 1)
     totals = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(covariances, axis=0)])

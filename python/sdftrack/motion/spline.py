@@ -44,6 +44,12 @@ class UniformSpline:
         """Number of coefficients."""
         return self.intervals + self.degree
 
+    @property
+    def centers_s(self) -> Array:
+        """(size,) middle of the spline that belongs to each coefficient, s, within the knots."""
+        middle = self.start_s + self.step_s * (np.arange(self.size) - 0.5 * (self.degree - 1))
+        return np.asarray(np.clip(middle, self.start_s, self.start_s + self.step_s * self.intervals))
+
     def basis(self, times_s: Array, derivative: int = 0) -> tuple[NDArray[np.int64], Array]:
         """First coefficient (n,) that a time depends on, and the weights (n, degree + 1) of it and those after it."""
         x = (np.asarray(times_s) - self.start_s) / self.step_s
