@@ -28,7 +28,7 @@ def dtw_distance(a: ArrayLike, b: ArrayLike, band: float = BAND) -> float:
     ----------
     a, b : (n, d), (m, d) array
     band : float
-        Largest shift of time, as a part of the longer path.
+        Largest shift of time, as a part of the paths; at least one point of the shorter one.
 
     >>> dtw_distance([[0.0], [1], [2]], [[0.0], [0], [1], [2]], 1)
     0.0
@@ -41,7 +41,7 @@ def dtw_distance(a: ArrayLike, b: ArrayLike, band: float = BAND) -> float:
     n, m = len(x), len(y)
     distance = np.linalg.norm(x[:, None] - y[None], axis=-1)
     i, j = np.ogrid[:n, :m]
-    width = max(band, 1 / max(n, m))
+    width = max(band, 1 / min(n, m))  # or no alignment of a short path with a long one would fit in the band
     distance[np.abs(i / max(n - 1, 1) - j / max(m - 1, 1)) > width] = np.inf
     best = np.full((n + 1, m + 1), np.inf)
     best[0, 0] = 0.0

@@ -146,7 +146,10 @@ def _read_points(path: FilePath) -> Array:
     if not path.is_file():
         raise ValueError(f"{path}: no such file")
     try:
-        return np.loadtxt(path, delimiter=",", comments="#", ndmin=2, dtype=np.float64)
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        if not any(line.partition("#")[0].strip() for line in lines):
+            raise ValueError("no points")
+        return np.loadtxt(lines, delimiter=",", comments="#", ndmin=2, dtype=np.float64)
     except ValueError:
         raise ValueError(f"{path}: expected lines of x,y,z in metres") from None
 

@@ -82,7 +82,8 @@ def tremor_of(
     -----
     Multitaper spectrum (five Slepian tapers, Thomson 1982) of each axis after removal of a cubic. White noise of
     variance s^2 at a rate f has the power s^2 (f2 - f1) / (f / 2) in the band, which is subtracted. The variance of the
-    rest is that of signal times noise and of noise times noise, bin by bin.
+    rest is that of signal times noise and of noise times noise, bin by bin. Tapers make a bin's power more certain, but
+    bins alike: the sum over the band is as uncertain as that of one taper.
     """
     inside = (trajectory.times_s >= start_s) & (trajectory.times_s <= end_s)
     t, x = trajectory.times_s[inside], trajectory.poses[inside, :3, 3]
@@ -103,7 +104,7 @@ def tremor_of(
     signal = np.maximum(total - noise, 0)
     # Neighbouring bins of padded tapers are not independent: a bin counts for df times the duration.
     independent = min(1.0, df * (t[-1] - t[0] + step))
-    spread = (2 * signal * noise / 3 + noise**2 / 3).sum() * df**2 / (TAPERS * independent)
+    spread = (2 * signal * noise / 3 + noise**2 / 3).sum() * df**2 / independent
     sd = float(np.sqrt(spread + (0.05 * floor) ** 2))
     rest = power - floor
     bounds = [float(np.sqrt(max(rest + k * 1.96 * sd, 0.0))) for k in (-1, 0, 1)]
