@@ -7,6 +7,7 @@ import dataclasses
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -94,14 +95,14 @@ class Analysis:
     def trajectory(self) -> Trajectory:
         return self.motion.trajectory
 
-    @property
+    @cached_property
     def tremors(self) -> list[tuple[float, float, Tremor]]:
         """(start_s, end_s, tremor) of the holds of a second and more."""
         holds = [(p.start_s, p.end_s) for r in self.repetitions for p in r.span.phases if p.name == "hold"]
         found = [(a, b, self.tremor_between(a + SETTLED_S, b - SETTLED_S)) for a, b in holds]
         return [(a, b, t) for a, b, t in found if t is not None]
 
-    @property
+    @cached_property
     def path_difference_m(self) -> float:
         """Mean distance of the paths of two repetitions after time warping, m; NaN for fewer than two."""
         paths = [

@@ -23,6 +23,7 @@ from sdftrack.motion.trajectory import Trajectory
 __all__ = ["Piece", "SmoothedMotion"]
 
 Array = NDArray[np.float64]
+Coefficients = tuple[Array, Array]  # of positions (size, 3, S) and quaternions (size, 4, S)
 COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
 
 
@@ -58,32 +59,29 @@ class Piece:
         """(size, 7) coefficients."""
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
 
-    def drawn(self, rng: np.random.Generator, count: int) -> Array:
-        """(size, 7, count) coefficients of samples, with the slow errors.
+    def drawn(self, rng: np.random.Generator, count: int) -> Coefficients:
+        """Coefficients of samples, with the slow errors.
 
         These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
         """
         deviations = self.posterior.deviations(rng.standard_normal((self.mean.size, count)))
         out = deviations.reshape(self.spline.size, COORDINATES, count) + self.mean[:, :, None]
+        positions, q = out[:, :3], out[:, 3:]
         if self.slow is not None:
             errors = self.slow.spline.evaluate(self.slow.drawn(rng, count), self.spline.centers_s)
-            out[:, :3] += errors[:, :3]
+            positions = positions + errors[:, :3]
             turns = exponentials_first(np.moveaxis(errors[:, 3:], 1, 0))
-            out[:, 3:] = np.moveaxis(product_first(turns, np.moveaxis(out[:, 3:], 1, 0)), 0, 1)
-        return out
+            q = np.moveaxis(product_first(turns, np.moveaxis(q, 1, 0)), 0, 1)
+        return np.ascontiguousarray(positions), np.ascontiguousarray(q)
 
-    def evaluate(self, times_s: Array, coefficients: Array) -> list[Array]:
-        """The fields of `MotionSamples` from positions to angular velocities, of coefficients (size, 7, S).
+    def evaluate(self, times_s: Array, coefficients: Coefficients) -> list[Array]:
+        """The fields of `MotionSamples` from positions to angular velocities.
 
         Samples are the fastest axis in memory, so that nothing is copied: what is returned are views.
         """
-        values = [np.moveaxis(self.spline.evaluate(coefficients, times_s, m), 1, 0) for m in (0, 1)]
-        positions = [v[:3] for v in values]
-        positions += [
-            np.moveaxis(self.spline.evaluate(coefficients[:, :3], times_s, m), 1, 0) for m in (2, 3)
-        ]
-        q, rate = values[0][3:], values[1][3:]
-        fields = [np.transpose(p, (2, 1, 0)) for p in (*positions, angular_velocities_first(q, rate))]
+        places = [np.moveaxis(self.spline.evaluate(coefficients[0], times_s, m), 1, 0) for m in range(4)]
+        q, rate = (np.moveaxis(self.spline.evaluate(coefficients[1], times_s, m), 1, 0) for m in (0, 1))
+        fields = [np.transpose(p, (2, 1, 0)) for p in (*places, angular_velocities_first(q, rate))]
         return [*fields[:4], np.transpose(matrices_first(q), (3, 2, 0, 1)), fields[4]]
 
 
@@ -104,7 +102,7 @@ class SmoothedMotion:
     def __init__(self, trajectory: Trajectory, pieces: list[Piece], samples: int, seed: int) -> None:
         self.trajectory, self.pieces, self._seed = trajectory, pieces, seed
         self._count = samples
-        self._drawn: dict[int, Array] = {}
+        self._drawn: dict[int, Coefficients] = {}
 
     @property
     def noise_scales(self) -> tuple[float, float]:
@@ -138,11 +136,10 @@ class SmoothedMotion:
         for k in range(len(self.pieces)):
             self._coefficients(k, sampled=True)
 
-    def _coefficients(self, k: int, sampled: bool) -> Array:
-        """(size, 7, S) of a piece."""
+    def _coefficients(self, k: int, sampled: bool) -> Coefficients:
         piece = self.pieces[k]
         if not sampled:
-            return piece.mean[:, :, None]
+            return piece.mean[:, :3, None], piece.mean[:, 3:, None]
         if k not in self._drawn:
             self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count)
         return self._drawn[k]

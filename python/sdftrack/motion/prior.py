@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 
@@ -90,7 +90,8 @@ def quiet_level(ratio: Array, window: float, coordinates: int) -> float:
     """
     smooth = gaussian_filter1d(ratio, window, mode="nearest")
     freedom = coordinates * min(len(ratio), 2 * np.sqrt(np.pi) * window)  # of a Gaussian window
-    return float(np.percentile(smooth, 100 * QUIET) * freedom / chi2.ppf(QUIET, freedom))
+    expected = 2 * gammaincinv(freedom / 2, QUIET) / freedom  # that quantile of chi squared over its freedom
+    return float(np.percentile(smooth, 100 * QUIET) / expected)
 
 
 def _second_moment(mean: Array, deviations: Array) -> Array:

@@ -15,7 +15,7 @@ __all__ = ["dtw_distance", "mean_dtw_distance"]
 Array = NDArray[np.float64]
 POINTS = 60  # of a resampled path
 BAND = 0.15
-MOST_PAIRS = 300
+MOST_PAIRS = 200
 
 
 def dtw_distance(a: ArrayLike, b: ArrayLike, band: float = BAND) -> float:
@@ -65,7 +65,7 @@ def _pairs(best: Array) -> int:
 def mean_dtw_distance(paths: Sequence[Array]) -> float:
     """Mean :func:`dtw_distance` over the pairs of paths (n, 3), each resampled to 60 points; NaN for fewer than two.
 
-    Of more than 300 pairs every k-th is used.
+    Of more than 200 pairs every k-th is used.
     """
     even = [_resampled(p) for p in paths]
     pairs = [(i, j) for i in range(len(even)) for j in range(i)]

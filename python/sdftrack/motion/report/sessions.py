@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.intervals import Measured
@@ -75,11 +76,9 @@ def _change(session: str, first: Analysis, now: Analysis, measure: str, k: int) 
 
 def _half_width(m: Measured, analysis: Analysis) -> float:
     """Half of the 95 % interval of an average, with the variation between repetitions; NaN for one repetition."""
-    from scipy.stats import t
-
     values = [r.values[m.name].value for r in analysis.repetitions if m.name in r.values]
     each = np.array([v for v in values if np.isfinite(v)])
     if len(each) < 2:
         return float("nan")
-    between = float(t.ppf(0.975, len(each) - 1)) * each.std(ddof=1) / np.sqrt(len(each))
+    between = float(stdtrit(len(each) - 1, 0.975)) * each.std(ddof=1) / np.sqrt(len(each))
     return float(np.hypot(0.5 * (m.high - m.low), between))
