@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,11 +19,10 @@ from sdftrack.cli.common import (
     ThreadsOption,
     Usage,
     check_cpu_only,
-    show_table,
 )
 
 EXPORTS = ("c3d", "sto", "trc", "csv")
-FILES = ("measures.json", "measures.csv", "report.html", "repetitions.json")
+ALL_LOST = 3  # exit code
 
 
 def motion(
@@ -41,14 +41,19 @@ def motion(
     unit: Annotated[str | None, typer.Option(help="Unit of lengths: m, mm or cm.")] = None,
     object_: Annotated[
         list[str] | None,
-        typer.Option("--object", metavar="NAME", help="Only objects of this name; repeatable."),
+        typer.Option(
+            "--object", metavar="NAME|N", help="Only this object, by name or number from 1; repeatable."
+        ),
     ] = None,
     by: Annotated[
         str, typer.Option(metavar="auto|position|rotation", help="What a repetition is found by.")
     ] = "auto",
     repetitions: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.json", help="Repetitions corrected by hand: a changed repetitions.json."),
+        typer.Option(
+            metavar="FILE",
+            help="Repetitions corrected by hand: a changed repetitions.json, or CSV of start_s,end_s.",
+        ),
     ] = None,
     cues: Annotated[
         str | None, typer.Option(metavar="T1,T2,...|FILE", help="Times of the signals to start, s.")
@@ -82,6 +87,12 @@ def motion(
         ),
     ] = None,
     measures: Annotated[str | None, typer.Option(metavar="A,B,...", help="Only these measures.")] = None,
+    session: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME|DATE", help="Name of a session in the report; repeated, one for every RESULT."
+        ),
+    ] = None,
     max_gap: Annotated[
         float, typer.Option(min=0.01, max=10, help="Longest time without a pose that is bridged, s.")
     ] = 0.3,
@@ -95,18 +106,14 @@ def motion(
 ) -> None:
     """Measure an exercise: repetitions, range, speed, smoothness, tremor, each with a 95 % interval.
 
-    Writes report.html to read and print, measures.csv (a row per repetition), measures.json, and repetitions.json,
-    which can be corrected and given back. With several RESULTs the report compares them as sessions.
+    Writes report.html to read and print, measures.csv (a row per repetition), measures.json, trajectory_smoothed.csv,
+    and repetitions.json, which can be corrected and given back. With several RESULTs the report compares them as
+    sessions. The exit code is 3 where all objects of a RESULT are lost in all frames.
     """
-    from sdftrack.cli.motion_inputs import (
-        Wishes,
-        load_sessions,
-        numbers_of,
-        parse_point,
-        read_cues,
-        read_spans,
-    )
-    from sdftrack.io.out_folder import refuse_folder
+    from sdftrack.cli.motion_inputs import AllLost, Wishes, load_sessions, parse_point
+    from sdftrack.cli.motion_run import OUTPUTS, measure
+    from sdftrack.cli.motion_times import read_cues, read_spans
+    from sdftrack.io.out_folder import refuse_folder, refuse_inputs
 
     if out is None:
         raise Usage("expected the folder to write", "--out")
@@ -116,104 +123,68 @@ def motion(
         raise Usage(f"expected camera or table, got {frame!r}", "--frame")
     if repetitions is not None and len(results) > 1:
         raise Usage("expected one RESULT with repetitions set by hand", "--repetitions")
-    wanted = _exports(export)
+    if session and len(session) != len(results):
+        raise Usage(f"expected one for every RESULT ({len(results)}), got {len(session)}", "--session")
+    wanted = _listed(export, EXPORTS, "--export")
     wishes = Wishes(
         fps=fps,
         unit=unit,
         objects=tuple(object_ or ()),
         point=parse_point(point),
-        up=None if up in (None, "table") else numbers_of(str(up), 3, "--up"),
+        up=None if up in (None, "table") else _direction(str(up), "--up"),
         table=up == "table" or frame == "table",
         in_table_frame=frame == "table",
     )
-    options: dict[str, Any] = {"by": by, "max_gap_s": max_gap, "axis_obj": numbers_of(axis, 3, "--axis")}
+    options: dict[str, Any] = {"by": by, "max_gap_s": max_gap, "axis_obj": _direction(axis, "--axis")}
     options["cues_s"] = read_cues(cues)
     options["threads"] = threads
-    options["targets"] = _targets(target)
-    options["measures"] = None if measures is None else [m.strip() for m in measures.split(",")]
-    if repetitions is not None:
-        options["spans_s"] = read_spans(repetitions)
     check_cpu_only(config, device)
+    options["targets"] = _targets(target)
+    options["measures"] = _measures(measures)
+    spans = None if repetitions is None else (repetitions, read_spans(repetitions))
     refuse_folder(out, overwrite)
-    _measure(load_sessions(results, wishes), options, out, overwrite, wanted, quiet)
+    inputs = [("RESULT", path) for path in results if path.is_file()]
+    refuse_inputs(out, [*OUTPUTS, *(f"trajectory.{e}" for e in wanted)], inputs)
+    try:
+        sessions = load_sessions(results, session or [], wishes)
+    except AllLost as error:
+        print(f"sdftrack: {error}; next: look at the recording with sdftrack view", file=sys.stderr)
+        raise typer.Exit(ALL_LOST) from None
+    measure(sessions, options, spans, out, overwrite, wanted, quiet)
 
 
-def _measure(
-    sessions: Any, options: dict[str, Any], out: Path, overwrite: bool, wanted: list[str], quiet: bool
-) -> None:
-    from sdftrack._internal.files import write_json, write_text
-    from sdftrack.motion import analyze
-    from sdftrack.motion.report import compare_sessions, measures_csv, measures_json, report_html
-    from sdftrack.motion.report.numbers import repetitions_json
-    from sdftrack.recorder import prepare_folder
+def _direction(text: str, option: str) -> tuple[float, ...]:
+    from sdftrack.cli.motion_inputs import numbers_of
 
-    analyses = {s.name: [analyze(t, up=s.up, **options) for t in s.trajectories] for s in sessions}
-    changes = compare_sessions(analyses)
-    settings = {"results": [str(s.path) for s in sessions], **_told(options)}
-    prepare_folder(out, overwrite)
-    write_json(out / "measures.json", measures_json(analyses, changes, settings))
-    write_text(out / "measures.csv", measures_csv(analyses))
-    first = next(iter(analyses.values()))
-    write_json(out / "repetitions.json", {"objects": [repetitions_json(a) for a in first]})
-    notes = [f"{s.name}: {s.path}" for s in sessions]
-    title = ", ".join(dict.fromkeys(a.trajectory.name for each in analyses.values() for a in each))
-    write_text(
-        out / "report.html", report_html(analyses, changes, title=f"Exercise with {title}", notes=notes)
-    )
-    _export(analyses, out, wanted)
-    if not quiet:
-        for name, each in analyses.items():
-            for a in each:
-                _print(name, a)
-        print(f"written to {out}; open {out / 'report.html'} in a browser")
-
-
-def _told(options: dict[str, Any]) -> dict[str, Any]:
-    targets = [str(t) for t in options["targets"]]
-    return {**{k: v for k, v in options.items() if k not in ("targets", "threads")}, "targets": targets}
-
-
-def _print(session: str, a: Any) -> None:
-    count, low, high = a.count
-    print(
-        f"{session}, {a.trajectory.name}: {count} repetitions ({low} to {high}) in {a.trajectory.duration_s:.1f} s"
-    )
-    rows = [
-        [
-            m.name,
-            f"{m.value:.4g}" if m.determined else "not determined",
-            f"{m.low:.4g}",
-            f"{m.high:.4g}",
-            m.unit,
-        ]
-        for m in a.averages.values()
-    ]
-    if rows:
-        show_table("averages over the repetitions", ["measure", "value", "low", "high", "unit"], rows)
+    values = numbers_of(text, 3, option)
+    if not any(values):
+        raise Usage(f"expected a direction x,y,z, got {text!r}", option)
+    return values
 
 
 def _targets(texts: list[str] | None) -> list[Any]:
+    if not texts:
+        return []
     from sdftrack.motion import parse_target
 
     try:
-        return [parse_target(t) for t in texts or []]
+        return [parse_target(t) for t in texts]
     except ValueError as error:
         raise Usage(str(error), "--target") from None
 
 
-def _exports(text: str | None) -> list[str]:
-    wanted = [] if text is None else [t.strip() for t in text.split(",")]
-    for one in wanted:
-        if one not in EXPORTS:
-            raise Usage(f"expected some of {', '.join(EXPORTS)}, got {one!r}", "--export")
-    return wanted
+def _measures(text: str | None) -> list[str] | None:
+    if text is None:
+        return None
+    from sdftrack.motion import DEFINITIONS
+
+    return _listed(text, tuple(DEFINITIONS), "--measures")
 
 
-def _export(analyses: dict[str, list[Any]], out: Path, wanted: list[str]) -> None:
-    from sdftrack.motion import save
-    from sdftrack.motion.smoothed import smoothed_trajectory
-
-    for k, each in enumerate(analyses.values(), 1):
-        stem = "trajectory" if len(analyses) == 1 else f"trajectory_{k}"
-        for suffix in wanted:
-            save(out / f"{stem}.{suffix}", [smoothed_trajectory(a.motion) for a in each])
+def _listed(text: str | None, known: tuple[str, ...], option: str) -> list[str]:
+    """Words separated by commas, all of them known."""
+    words = [] if text is None else [t.strip() for t in text.split(",")]
+    for word in words:
+        if word not in known:
+            raise Usage(f"expected some of {', '.join(known)}, got {word!r}", option)
+    return list(dict.fromkeys(words))

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""What ``sdftrack motion`` reads: trajectories, the table of their recording, cues and corrected repetitions."""
+"""What ``sdftrack motion`` measures: the trajectories of each result, and the table of its recording."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from sdftrack.cli.common import Usage
 
-__all__ = ["Session", "Wishes", "load_sessions", "numbers_of", "parse_point", "read_cues", "read_spans"]
+__all__ = ["AllLost", "Session", "Wishes", "load_sessions", "numbers_of", "parse_point"]
 
 Numbers = tuple[float, ...]
+FARTHEST_M = 20.0  # from the first position: no hand carries an object farther in front of a camera
+
+
+class AllLost(Exception):
+    """No object of a result has any pose."""
 
 
 @dataclass(frozen=True)
@@ -39,38 +43,65 @@ class Session:
     up: Any
 
 
-def load_sessions(paths: Sequence[Path], wishes: Wishes) -> list[Session]:
-    """One session per result, of names that differ."""
+def load_sessions(paths: Sequence[Path], names: Sequence[str], wishes: Wishes) -> list[Session]:
+    """One session per result, of names that differ: `names`, or those of the files."""
     sessions: list[Session] = []
-    for path in paths:
-        session = _load(path, wishes)
-        names = [s.name for s in sessions]
-        if session.name in names:
-            session = replace(session, name=f"{session.name} ({len(sessions) + 1})")
-        sessions.append(session)
+    for k, path in enumerate(paths):
+        own = path.stem if path.is_file() else path.resolve().name
+        name = names[k] if names else own
+        taken = [s.name for s in sessions]
+        sessions.append(_load(path, f"{name} ({k + 1})" if name in taken else name, wishes))
     return sessions
 
 
-def _load(path: Path, wishes: Wishes) -> Session:
+def _load(path: Path, name: str, wishes: Wishes) -> Session:
     from sdftrack.motion import in_frame, load, table_frame
 
-    trajectories = load(path, fps=wishes.fps, unit=wishes.unit)
-    if wishes.objects:
-        known = [t.name for t in trajectories]
-        missing = [n for n in wishes.objects if n not in known]
-        if missing:
-            raise ValueError(f"--object: {path} has {', '.join(known)}, not {missing[0]!r}")
-        trajectories = [t for t in trajectories if t.name in wishes.objects]
-    trajectories = [_at_point(path, k, t, wishes.point) for k, t in enumerate(trajectories)]
+    try:
+        trajectories = load(path, fps=wishes.fps, unit=wishes.unit)
+    except ValueError as error:
+        if str(error).endswith("lost in all frames"):
+            raise AllLost(str(error)) from None
+        raise
+    places = _chosen(path, [t.name for t in trajectories], wishes.objects)
+    chosen = [_at_point(path, k, trajectories[k], wishes.point) for k in places]
+    for t in chosen:
+        _check_reach(path, t)
     up: Any = wishes.up
     if wishes.table:
         normal, offset = _table_of(path)
         up = normal if wishes.up is None else up
         if wishes.in_table_frame:
             T = table_frame(normal, offset)
-            trajectories = [in_frame(t, T, "table") for t in trajectories]
+            chosen = [in_frame(t, T, "table") for t in chosen]
             up = T[:3, :3] @ up
-    return Session(path.stem if path.is_file() else path.resolve().name, path, trajectories, up)
+    return Session(name, path, chosen, up)
+
+
+def _chosen(path: Path, known: list[str], wanted: Sequence[str]) -> list[int]:
+    """Places of the objects with these names, or numbers from 1; all without any."""
+    places = []
+    for word in wanted:
+        if word in known:
+            places.append(known.index(word))
+        elif word.isdecimal() and 1 <= int(word) <= len(known):
+            places.append(int(word) - 1)
+        else:
+            listed = ", ".join(f"{k} {name}" for k, name in enumerate(known, 1))
+            raise ValueError(f"--object: expected a name or number of {path} ({listed}), got {word!r}")
+    return sorted(set(places)) if wanted else list(range(len(known)))
+
+
+def _check_reach(path: Path, trajectory: Any) -> None:
+    import numpy as np
+
+    x = trajectory.poses[trajectory.usable, :3, 3]
+    far = float(np.linalg.norm(x - x[0], axis=1).max())
+    if far > FARTHEST_M:
+        raise ValueError(
+            f"{path}: {trajectory.name} moves {far:.4g} m away from its start; is the file in mm or cm? Give its unit "
+            "(--unit mm)"
+        )
 
 
 def _at_point(path: Path, k: int, trajectory: Any, point: str | Numbers) -> Any:
@@ -117,51 +148,13 @@ def parse_point(text: str) -> str | Numbers:
 
 
 def numbers_of(text: str, count: int, option: str) -> Numbers:
-    """`count` numbers separated by commas; usage error otherwise."""
+    """`count` finite numbers separated by commas; usage error otherwise."""
+    import math
+
     try:
         values = tuple(float(v) for v in text.split(","))
     except ValueError:
         values = ()
-    if len(values) != count:
+    if len(values) != count or not all(map(math.isfinite, values)):
         raise Usage(f"expected {count} numbers separated by commas, got {text!r}", option)
     return values
-
-
-def read_cues(text: str | None) -> list[float]:
-    """Times from ``t1,t2`` or from a file with a time per line or exercise.json's ``cues_s``."""
-    if text is None:
-        return []
-    path = Path(text)
-    if path.is_file():
-        content = path.read_text(encoding="utf-8")
-        if path.suffix == ".json":
-            return [float(v) for v in _json(path, content, "cues_s")]
-        text = ",".join(content.split())
-    try:
-        return [float(v) for v in text.replace(";", ",").split(",") if v]
-    except ValueError:
-        raise Usage(
-            f"expected times in seconds, t1,t2,..., or a file of them, got {text!r}", "--cues"
-        ) from None
-
-
-def read_spans(path: Path) -> list[tuple[float, float]]:
-    """Start and end of the repetitions of the first object in a ``repetitions.json``."""
-    if not path.is_file():
-        raise FileNotFoundError(f"--repetitions: no such file: {path}")
-    content = path.read_text(encoding="utf-8")
-    try:
-        value = json.loads(content)
-        rows = value["objects"][0]["repetitions"] if isinstance(value, dict) else value
-        return [(float(a), float(b)) for a, b in rows]
-    except (ValueError, TypeError, KeyError, IndexError):
-        raise ValueError(
-            f"--repetitions {path}: expected a repetitions.json of this command, or [[start_s, end_s], ...]"
-        ) from None
-
-
-def _json(path: Path, content: str, key: str) -> Any:
-    try:
-        return json.loads(content)[key]
-    except (ValueError, TypeError, KeyError):
-        raise ValueError(f"--cues {path}: expected JSON with {key!r}: [t1, t2, ...]") from None

@@ -1,8 +1,20 @@
 # SPDX-License-Identifier: MIT
 """The report of an exercise: numbers as JSON and CSV, and a page to read and print."""
 
-from sdftrack.motion.report.numbers import measures_csv, measures_json
+from sdftrack.motion.report.numbers import measures_csv, measures_json, repetitions_text
 from sdftrack.motion.report.page import report_html
+from sdftrack.motion.report.pair import Pair, pairs_of
 from sdftrack.motion.report.sessions import Change, compare_sessions
+from sdftrack.motion.report.smoothed_csv import smoothed_csv
 
-__all__ = ["Change", "compare_sessions", "measures_csv", "measures_json", "report_html"]
+__all__ = [
+    "Change",
+    "Pair",
+    "compare_sessions",
+    "measures_csv",
+    "measures_json",
+    "pairs_of",
+    "repetitions_text",
+    "report_html",
+    "smoothed_csv",
+]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,15 +14,22 @@ import numpy as np
 from sdftrack import __version__
 from sdftrack.io.result_rows import plain
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
+from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.sessions import Change
+from sdftrack.motion.report.words import gaps_of
 
-__all__ = ["measures_csv", "measures_json", "repetitions_json"]
+__all__ = ["measures_csv", "measures_json", "repetitions_text"]
+
+FORMAT = 1  # of measures.json; changes when a program that reads it has to change
 
 
 def measures_json(
     sessions: Mapping[str, Sequence[Analysis]],
     changes: Sequence[Change] = (),
     settings: Mapping[str, Any] | None = None,
+    *,
+    notes: Sequence[str] = (),
+    pairs: Mapping[str, Sequence[Pair]] | None = None,
 ) -> dict[str, Any]:
     """What ``measures.json`` holds, ready for JSON; docs/reference/motion.schema.json describes it.
 
@@ -33,19 +41,30 @@ def measures_json(
         Of :func:`compare_sessions`.
     settings : dict
         How the measures were made.
+    notes : list of str
+        What a reader of the numbers should know, in sentences.
+    pairs : dict of str to list of Pair, optional
+        Of :func:`pairs_of`, by session.
     """
     asked = {d.name: d for each in sessions.values() for a in each for d in a.definitions}
     return dict(
         plain(
             {
+                "format": FORMAT,
                 "version": __version__,
                 "settings": dict(settings or {}),
+                "notes": list(notes),
                 "definitions": {
                     d.name: {"label": d.label, "unit": d.unit, "definition": d.text, "source": d.source}
                     for d in asked.values()
                 },
                 "sessions": [
-                    {"name": name, "objects": [_object(a) for a in each]} for name, each in sessions.items()
+                    {
+                        "name": name,
+                        "objects": [_object(a) for a in each],
+                        "pairs": [p.to_dict() for p in (pairs or {}).get(name, ())],
+                    }
+                    for name, each in sessions.items()
                 ],
                 "changes": [c.to_dict() for c in changes],
             }
@@ -59,9 +78,12 @@ def _object(a: Analysis) -> dict[str, Any]:
     return {
         "object": trajectory.name,
         "frame": trajectory.frame,
+        "start_s": float(trajectory.times_s[0]),
         "duration_s": trajectory.duration_s,
         "rate_hz": trajectory.rate_hz,
+        "images": len(trajectory),
         "status": a.shares,
+        "gaps_s": gaps_of(a),
         "gap_in_repetitions_s": gaps,
         "noise_scales": list(a.motion.noise_scales),
         "position_noise_m": a.motion.position_noise_m,
@@ -135,12 +157,15 @@ def unit_text(unit: str) -> str:
     return unit.replace("/", "_per_").replace("^", "").replace("%", "percent")
 
 
-def repetitions_json(a: Analysis) -> dict[str, Any]:
-    """Start and end of the repetitions, to be corrected by hand and given back with --repetitions."""
-    return {
-        "object": a.trajectory.name,
-        "repetitions": [[r.span.start_s, r.span.end_s] for r in a.repetitions],
-    }
+def repetitions_text(analyses: Sequence[Analysis]) -> str:
+    """``repetitions.json``: a line per repetition, to be corrected by hand and given back with --repetitions."""
+    objects = []
+    for a in analyses:
+        rows = [f"      [{r.span.start_s:.3f}, {r.span.end_s:.3f}]" for r in a.repetitions]
+        listed = "[\n" + ",\n".join(rows) + "\n    ]" if rows else "[]"
+        name = json.dumps(a.trajectory.name, ensure_ascii=False)
+        objects.append(f'  {{\n    "object": {name},\n    "repetitions": {listed}\n  }}')
+    return '{"columns": ["start_s", "end_s"], "objects": [\n' + ",\n".join(objects) + "\n]}\n"
 
 
 def _cell(value: float) -> str:

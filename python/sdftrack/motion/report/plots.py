@@ -1,82 +1,109 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of the report, as SVG."""
+"""Pictures of the report, as SVG: the path, the speed, height and tilt."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.analysis import Analysis
+from sdftrack.motion.report.style import GAP, INK, PHASES
+from sdftrack.motion.report.words import gaps_of
 
-__all__ = ["path_svg", "profiles_svg", "speed_svg"]
+__all__ = ["path_svg", "time_svg"]
 
 Array = NDArray[np.float64]
-INK, GRID = "#333333", "#dddddd"
-PHASES = {"move": "#cfe3f5", "hold": "#f3e3c3", "return": "#d8ecd2"}
 STYLE: Any = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9, "axes.edgecolor": INK, "text.color": INK,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
     "axes.spines.right": False, "axes.linewidth": 0.6, "svg.hashsalt": "sdftrack",
 }  # fmt: skip
 MOST_POINTS = 3000
+PATH_POINTS = 8000  # of all repetitions together
 
 
-def speed_svg(a: Analysis) -> str:
-    """Speed over time with phases shaded; gaps are left out."""
-    rate = min(50.0, MOST_POINTS / max(a.trajectory.duration_s, 1e-6))
-    times = a.motion.times_s(rate)
+def time_svg(a: Analysis) -> str:
+    """Speed over time, and height and tilt if the direction of gravity is known; phases shaded, gaps grey."""
+    duration = max(a.trajectory.duration_s, 1e-6)
+    times = a.motion.times_s(min(50.0, MOST_POINTS / duration))
     mean = a.motion.mean(times)
+    curves = [("speed, mm/s", 1e3 * mean.speeds_mps[0])]
+    up = a.settings.get("up")
+    if up is not None:
+        height = 1e3 * mean.positions_m[0] @ up
+        curves.append(("height, mm", height - height[np.isfinite(height)][0]))
+        axis = mean.rotations[0] @ a.settings["axis_obj"]
+        curves.append(("tilt, °", np.degrees(np.arccos(np.clip(axis @ up, -1, 1)))))
     start = times[0]
-    with _figure(7.4, 1.9) as (fig, axes):
-        ax = axes[0]
-        for r in a.repetitions:
-            for phase in r.span.phases:
-                ax.axvspan(
-                    phase.start_s - start, phase.end_s - start, color=PHASES.get(phase.name, "#eeeeee"), lw=0
+    with _figure(8.6, 0.5 + 1.3 * len(curves), len(curves), 1) as (fig, axes):
+        for ax, (label, values) in zip(axes[:, 0], curves, strict=True):
+            for name, color in PHASES.items():
+                phases = [p for r in a.repetitions for p in r.span.phases if p.name == name]
+                _shade(ax, [(p.start_s - start, p.end_s - start) for p in phases], color)
+            _shade(ax, [(g - start, h - start) for g, h in gaps_of(a)], GAP)
+            ax.plot(times - start, values, color=INK, lw=0.8)
+            ax.set(ylabel=label, xlim=(0, duration))
+            ax.label_outer()
+        axes[0, 0].set_ylim(0, None)
+        if len(a.repetitions) <= 40:
+            for k, r in enumerate(a.repetitions, 1):
+                middle = 0.5 * (r.span.start_s + r.span.end_s) - start
+                axes[0, 0].text(
+                    middle, 1, str(k), ha="center", va="bottom", transform=axes[0, 0].get_xaxis_transform()
                 )
-        ax.plot(times - start, 1e3 * mean.speeds_mps[0], color=INK, lw=0.8)
-        if not mean.observed.all():
-            ax.plot(
-                times[~mean.observed] - start, np.zeros((~mean.observed).sum()), ".", color="#c44536", ms=2
-            )
-        ax.set(xlabel="time, s", ylabel="speed, mm/s", xlim=(0, times[-1] - start), ylim=(0, None))
+        axes[-1, 0].set_xlabel("time, s")
         return _svg(fig)
+
+
+def _shade(ax: Any, spans: list[tuple[float, float]], color: str) -> None:
+    ax.broken_barh(
+        [(a, b - a) for a, b in spans],
+        (0, 1),
+        color=color,
+        lw=0,
+        transform=ax.get_xaxis_transform(),
+        zorder=0,
+    )
 
 
 def path_svg(a: Analysis) -> str:
-    """The path of the point in the reference frame, from the front and from above, a colour per repetition."""
-    with _figure(7.4, 2.9, 2) as (fig, axes):
-        colors = _colors(len(a.repetitions))
-        for r, color in zip(a.repetitions, colors, strict=True):
-            times = np.linspace(r.span.start_s, r.span.end_s, 150)
-            x = 1e3 * a.motion.mean(times).positions_m[0]
-            axes[0].plot(x[:, 0], x[:, 1], color=color, lw=0.9)
-            axes[1].plot(x[:, 0], x[:, 2], color=color, lw=0.9)
-        camera = a.trajectory.frame == "camera"
-        for ax, label, title in (
-            (axes[0], "y, mm", "as the camera sees it" if camera else "x and y"),
-            (axes[1], "z, mm", "from above: z is the distance from the camera" if camera else "x and z"),
-        ):
-            ax.set(xlabel="x, mm", ylabel=label)
+    """The path of the point from above and from the side, or as the camera sees it, a colour per repetition."""
+    right, away, upward, titles = _directions(a)
+    points = max(20, min(150, PATH_POINTS // max(1, len(a.repetitions))))
+    origin = a.trajectory.poses[a.trajectory.usable][0, :3, 3]
+    with _figure(8.6, 3.0, 1, 2) as (fig, axes):
+        for r, color in zip(a.repetitions, _colors(len(a.repetitions)), strict=True):
+            times = np.linspace(r.span.start_s, r.span.end_s, points)
+            x = 1e3 * (a.motion.mean(times).positions_m[0] - origin)
+            axes[0, 0].plot(x @ right, x @ away, color=color, lw=0.9)
+            axes[0, 1].plot(x @ right, x @ upward, color=color, lw=0.9)
+        for ax, label, title in zip(axes[0], ("away, mm", "up, mm"), titles, strict=True):
+            ax.plot(0, 0, "o", ms=4, mfc="white", mec=INK, zorder=5)
+            ax.set(xlabel="right, mm", ylabel=label)
             ax.set_title(title, fontsize=9, loc="left")
             ax.set_aspect("equal", adjustable="datalim")
-        if camera:
-            axes[0].invert_yaxis()
         return _svg(fig)
 
 
-def profiles_svg(a: Analysis) -> str:
-    """Speed profiles of all repetitions over each other, from their start."""
-    with _figure(7.4, 1.9) as (fig, axes):
-        for r, color in zip(a.repetitions, _colors(len(a.repetitions)), strict=True):
-            times = np.linspace(r.span.start_s, r.span.end_s, 200)
-            axes[0].plot(times - times[0], 1e3 * a.motion.mean(times).speeds_mps[0], color=color, lw=0.8)
-        axes[0].set(xlabel="time since the start of the repetition, s", ylabel="speed, mm/s", ylim=(0, None))
-        return _svg(fig)
+def _directions(a: Analysis) -> tuple[Array, Array, Array, tuple[str, str]]:
+    """Right, away and up in the reference frame, and the names of the two views."""
+    up = a.settings.get("up")
+    if up is None:
+        titles = "from above, if the camera looks level", "as the camera sees it"
+        if a.trajectory.frame != "camera":
+            titles = "x and z", "x and -y"
+        return np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), np.array([0.0, -1, 0]), titles
+    right = np.array([1.0, 0, 0]) - up[0] * up
+    if np.linalg.norm(right) < 1e-3:  # x points up: any other direction will do
+        right = np.array([0.0, 1, 0]) - up[1] * up
+    right /= np.linalg.norm(right)
+    return right, np.cross(up, right), up, ("from above", "from the side")
 
 
 def _colors(count: int) -> list[Any]:
@@ -85,29 +112,21 @@ def _colors(count: int) -> list[Any]:
     return [matplotlib.colormaps["viridis"](v) for v in np.linspace(0.05, 0.85, count)]
 
 
-class _figure:
-    """A figure in the style of the report, closed at the end."""
+@contextlib.contextmanager
+def _figure(width: float, height: float, rows: int, columns: int) -> Iterator[tuple[Any, Any]]:
+    """A figure in the style of the report, and its axes (rows, columns)."""
+    import matplotlib
+    from matplotlib.figure import Figure
 
-    def __init__(self, width: float, height: float, columns: int = 1) -> None:
-        self._size, self._columns = (width, height), columns
-
-    def __enter__(self) -> tuple[Any, Any]:
-        import matplotlib
-        from matplotlib.figure import Figure
-
-        self._style = matplotlib.rc_context(STYLE)
-        self._style.__enter__()
-        fig = Figure(figsize=self._size, layout="constrained")
-        return fig, fig.subplots(1, self._columns, squeeze=False)[0]
-
-    def __exit__(self, *about: object) -> None:
-        self._style.__exit__(None, None, None)
+    with matplotlib.rc_context(STYLE):
+        fig = Figure(figsize=(width, height), layout="constrained")
+        yield fig, fig.subplots(rows, columns, squeeze=False)
 
 
 def _svg(fig: Any) -> str:
     """The figure as an element for HTML: without the XML head, coordinates to a tenth of a point."""
     out = io.StringIO()
-    fig.savefig(out, format="svg", metadata={"Date": None})
+    fig.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
     text = out.getvalue()
     text = text[text.index("<svg") :]
     return re.sub(r"(\d+\.\d)\d+", r"\1", text)

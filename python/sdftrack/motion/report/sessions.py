@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.intervals import Measured
 
-__all__ = ["Change", "compare_sessions"]
+__all__ = ["Change", "compare_sessions", "partner"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Change:
 
 
 def compare_sessions(sessions: Mapping[str, Sequence[Analysis]]) -> list[Change]:
-    """Changes since the first session, for objects and measures that both have.
+    """Changes since the first session, for objects and measures that both have determined.
 
     The variance of an average is that of its measurement plus the variance between repetitions over their number
     (Student's t for few of them); the variances of the two sessions add.
@@ -55,23 +55,30 @@ def compare_sessions(sessions: Mapping[str, Sequence[Analysis]]) -> list[Change]
     names = list(sessions)
     changes = []
     for name in names[1:]:
-        for k, (first, now) in enumerate(zip(sessions[names[0]], sessions[name], strict=False)):
+        for k, first in enumerate(sessions[names[0]]):
+            now = partner(first, k, sessions[name])
             for measure in first.averages:
-                if measure in now.averages:
-                    changes += _change(name, first, now, measure, k)
+                if now is not None and measure in now.averages:
+                    changes += _change(name, first, now, measure)
     return changes
 
 
-def _change(session: str, first: Analysis, now: Analysis, measure: str, k: int) -> list[Change]:
+def partner(first: Analysis, k: int, others: Sequence[Analysis]) -> Analysis | None:
+    """The same object in another session: of the same name, or the only one, or, if no name is the same, the k-th."""
+    same = [a for a in others if a.trajectory.name == first.trajectory.name]
+    if same:
+        return same[0]
+    return others[k] if k < len(others) else None
+
+
+def _change(session: str, first: Analysis, now: Analysis, measure: str) -> list[Change]:
     a, b = first.averages[measure], now.averages[measure]
     half_a, half_b = _half_width(a, first), _half_width(b, now)
-    if not np.isfinite([a.value, b.value, half_a, half_b]).all():
+    if not (a.determined and b.determined and np.isfinite([a.value, b.value, half_a, half_b]).all()):
         return []
     value, half = b.value - a.value, float(np.hypot(half_a, half_b))
-    object_name = now.trajectory.name or str(k)
-    return [
-        Change(session, object_name, measure, a.unit, value, value - half, value + half, abs(value) > half)
-    ]
+    name = first.trajectory.name
+    return [Change(session, name, measure, a.unit, value, value - half, value + half, abs(value) > half)]
 
 
 def _half_width(m: Measured, analysis: Analysis) -> float:
