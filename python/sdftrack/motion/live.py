@@ -37,7 +37,7 @@ class LiveValues:
     repetitions : int
         Times that it went out and came back.
     last_repetition_s : float
-        Duration of the last one; NaN before the first.
+        Duration of the last one, beyond a quarter of the largest distance; NaN before the first.
     """
 
     speed_mps: float
