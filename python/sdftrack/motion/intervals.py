@@ -72,11 +72,15 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         note = "undefined here" if not known.any() else "undefined in many of the possible movements"
         return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
     low, middle, high = np.percentile(samples[known], [LEVEL[0], 50, LEVEL[1]])
-    noise_alone = middle - value > NOISE_ALONE * abs(value) and value > 0
+    noise_alone = middle - value > NOISE_ALONE * abs(value) and value >= 0
     value -= definition.bias * (middle - value)
+    # A range or tilt of zero would look the same as noise alone, and none is less than zero.
+    never_negative = bool(definition.bias) and definition.unit != "1"
+    if never_negative:
+        value = max(value, 0.0)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
-    if definition.bias and noise_alone and definition.unit != "1":
-        value, low = max(value, 0.0), 0.0  # a range or tilt of zero would look the same
+    if never_negative:
+        low = 0.0 if noise_alone else max(low, 0.0)
     limit = definition.wide * (abs(value) if definition.relative else 1.0)
     fine = bool(high - low <= limit)
     note = (
