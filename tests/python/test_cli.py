@@ -68,6 +68,7 @@ REACH = {
     "live": ["--reconstruct", "--camera", "replay:seq"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "view": ["seq"],
+    "motion": ["results"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],
 }
