@@ -107,7 +107,8 @@ class _figure:
 def _svg(fig: Any) -> str:
     """The figure as an element for HTML: without the XML head, coordinates to a tenth of a point."""
     out = io.StringIO()
-    fig.savefig(out, format="svg", metadata={"Date": None})
+    # Without metadata, which name documents on the network.
+    fig.savefig(out, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     text = out.getvalue()
     text = text[text.index("<svg") :]
     return re.sub(r"(\d+\.\d)\d+", r"\1", text)
