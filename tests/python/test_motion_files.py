@@ -159,9 +159,7 @@ def test_a_report_without_timestamps_asks_for_the_frame_rate(tmp_path):
     for row in report["frames"][3:]:
         row["timestamp"] = None
     write(tmp_path / "run/report.json", json.dumps(report))
-    with pytest.raises(
-        ValueError, match=r"report.json: 9 of 12 frames have no timestamp; .*fps=30 \(--fps 30\)"
-    ):
+    with pytest.raises(ValueError, match=r"report.json: 9 of 12 frames have no timestamp; .*fps=30"):
         st.motion.load(tmp_path / "run")
     np.testing.assert_allclose(st.motion.load(tmp_path / "run", fps=60)[0].times_s, np.arange(12) / 60)
 

@@ -18,6 +18,7 @@ from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.smoothed import smoothed_trajectory
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
+from sdftrack.motion.two_objects import contact, symmetry_index
 
 __all__ = [
     "DEFINITIONS",
@@ -40,6 +41,7 @@ __all__ = [
     "at_point",
     "best_known_point",
     "butterworth",
+    "contact",
     "count_interval",
     "dtw_distance",
     "find_repetitions",
@@ -54,6 +56,7 @@ __all__ = [
     "smooth",
     "smoothed_trajectory",
     "sparc",
+    "symmetry_index",
     "table_frame",
     "tremor_of",
 ]

@@ -59,6 +59,8 @@ class Definition:
     relative : bool
     of : "repetition" or "movement"
         What it is computed for: all of a repetition, or each of its movements between two rests.
+    signed : bool
+        Whether values below 0 have a meaning although the unit is one of lengths, times or angles.
     bias : float
         Noise makes the largest of many values larger, and a path longer: the values of the samples differ from that of
         their mean by a shift, and the mean movement itself, which has noise left, from the true one by about this part
@@ -79,6 +81,7 @@ class Definition:
     relative: bool
     compute: Callable[[MotionSamples, Context], Array]
     of: str = "repetition"
+    signed: bool = False
     bias: float = 0.0
     spread: float = 1.0
 
@@ -101,7 +104,9 @@ def measure(
 
     def register(f: Callable[[MotionSamples, Context], Array]) -> Callable[[MotionSamples, Context], Array]:
         bias, spread = CALIBRATION.get(name, (0.0, 1.0))
-        DEFINITIONS[name] = Definition(name, label, unit, text, source, wide, relative, f, of, bias, spread)
+        DEFINITIONS[name] = Definition(
+            name, label, unit, text, source, wide, relative, f, of, False, bias, spread
+        )
         return f
 
     return register

@@ -82,7 +82,7 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         return Measured(name or definition.name, definition.unit, float(value), low, high, False, SEVERAL)
     noise_alone = middle - value > NOISE_ALONE * abs(value) and value >= 0
     value -= definition.bias * (middle - value)
-    never_negative = definition.unit != "1"  # lengths, times and angles
+    never_negative = definition.unit != "1" and not definition.signed  # lengths, times and angles
     if never_negative:
         value = max(value, 0.0)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)

@@ -37,7 +37,8 @@ def rests_of(motion: SmoothedMotion, rate_hz: float) -> Rests:
     turn = _slow_norm(mean.angular_velocities_radps[0], mean.observed, rate_hz)
     fastest, turning = np.percentile(speed, 98), np.percentile(turn, 98)
     limits = max(MOVING_PART * fastest, LEAST_SPEED_MPS), max(MOVING_PART * turning, LEAST_TURN_RADPS)
-    resting = (speed < limits[0]) & (turn < limits[1])
+    # A gap is no rest: what was not seen may have moved.
+    resting = (speed < limits[0]) & (turn < limits[1]) & mean.observed
     spans = []
     for a, b in runs(resting):
         start, end = times[a], times[b - 1]

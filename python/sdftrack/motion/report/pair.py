@@ -60,7 +60,8 @@ def _nothing(samples: MotionSamples, context: Context) -> Array:
 
 
 def _definition(name: str, label: str, unit: str, text: str, wide: float) -> Definition:
-    return Definition(name, label, unit, text, "Distance and cross-correlation", wide, False, _nothing)
+    source = "Distance and cross-correlation"
+    return Definition(name, label, unit, text, source, wide, False, _nothing, signed=name == "pair_lag")
 
 
 DEFINITIONS = (

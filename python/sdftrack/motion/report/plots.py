@@ -126,7 +126,9 @@ def _figure(width: float, height: float, rows: int, columns: int) -> Iterator[tu
 def _svg(fig: Any) -> str:
     """The figure as an element for HTML: without the XML head, coordinates to a tenth of a point."""
     out = io.StringIO()
-    fig.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+    # Without metadata, which name documents on the network.
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    fig.savefig(out, format="svg", metadata=nothing, transparent=True)
     text = out.getvalue()
     text = text[text.index("<svg") :]
     return re.sub(r"(\d+\.\d)\d+", r"\1", text)

@@ -1,0 +1,401 @@
+# SPDX-License-Identifier: MIT
+"""Exercises with known truth and noise of known covariance, measured as a whole."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+from motion_cases import SD_M, SD_RAD, noisy, reaches
+from scipy.spatial.transform import Rotation
+
+import sdftrack as st
+from sdftrack import motion
+from sdftrack.motion.report import compare_sessions
+from sdftrack.motion.truth import true_values
+
+POSITIONS = ("range_x", "range_y", "range_z", "reach", "path_length", "peak_speed_move", "movement_time_move")
+TURNS = ("range_angle", "range_turn", "peak_angular_speed")
+UP = (0.0, 0.0, 1.0)
+
+
+def tracked(kind, seed, repetitions=3):
+    """An exercise and its trajectory with noise."""
+    exercise = st.synth.exercise(kind, seed=seed, repetitions=repetitions)
+    exact = exercise.sample()
+    rotations = Rotation.from_matrix(exact.rotations[0])
+    return exercise, noisy(exact.times_s, exact.positions_m[0], rotations, seed=seed)
+
+
+@cache
+def measured_exercise(kind, seed):
+    exercise, trajectory = tracked(kind, seed)
+    return exercise, motion.analyze(trajectory, cues_s=exercise.cues_s, up=exercise.up)
+
+
+def session(starts_s=(1.0, 4.5, 8.0), away_m=(0.25, 0.1, 0.0), seed=0, move_s=0.8, fps=30, **fields):
+    """The trajectory of reaches along a straight line."""
+    t = np.arange(12 * fps) / fps
+    return noisy(t, reaches(t, starts_s, away_m, move_s), seed=seed, **fields)
+
+
+def measured_session(**fields):
+    return motion.analyze(session(**fields), up=UP)
+
+
+def half_width(analysis, name):
+    m = analysis.averages[name]
+    return 0.5 * (m.high - m.low)
+
+
+@pytest.mark.slow
+def test_the_intervals_hold_the_truth():
+    """Ninety-five of a hundred are meant to; the values of one exercise share their noise, so fewer may by chance."""
+    inside = {}
+    for kind in ("reach", "pouring"):
+        for seed in range(300, 304):
+            exercise, found = measured_exercise(kind, seed)
+            for repetition in found.repetitions:
+                truth = true_values(found, repetition, exercise.sample)
+                assert truth.keys() == repetition.values.keys()
+                for name, m in repetition.values.items():
+                    if np.isfinite([m.value, truth[name]]).all():
+                        inside.setdefault(name, []).append(m.low - 1e-9 <= truth[name] <= m.high + 1e-9)
+    everything = np.concatenate(list(inside.values()))
+    assert len(everything) > 500
+    assert everything.mean() >= 0.85, {name: np.mean(v) for name, v in inside.items()}
+    # No measure is off as a whole.
+    assert min(np.mean(v) for v in inside.values()) >= 0.6, {n: np.mean(v) for n, v in inside.items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["reach", "pouring"])
+def test_repetitions_and_their_phases_are_those_of_the_exercise(kind):
+    for seed in range(300, 304):
+        exercise, found = measured_exercise(kind, seed)
+        assert found.count == (3, 3, 3)
+        for (start, end), r, cue in zip(
+            exercise.repetitions, found.repetitions, exercise.cues_s, strict=True
+        ):
+            names = [p.name for p in r.span.phases]
+            assert (names[0], names[-1]) == ("move", "return")
+            if kind == "reach":
+                assert names == ["move", "hold", "return"]
+            # Speeds rise smoothly from zero, so that a movement is seen some tenths of a second after its start.
+            assert start - 0.05 <= r.span.start_s <= start + 0.4
+            assert end - 0.4 <= r.span.end_s <= end + 0.05
+            inner = [p for p in exercise.phases if p[0] == "hold" and start <= p[1] <= end]
+            assert r.span.phases[1].start_s == pytest.approx(inner[0][1], abs=0.4)
+            if kind == "reach":  # what is poured is tilted back on its way to the return
+                assert r.span.phases[-1].start_s == pytest.approx(inner[-1][2], abs=0.4)
+            assert r.cue_s == cue
+            assert r.gap_s == 0
+
+
+class TestOneSession:
+    def test_a_straight_reach_has_its_distance_and_speed(self):
+        found = measured_session()
+        away = np.hypot(0.25, 0.1)
+        for name, expected in (
+            ("reach", away), ("range_x", 0.25), ("range_y", 0.1), ("path_length", 2 * away),
+            ("peak_speed_move", 1.875 * away / 0.8), ("peak_speed_return", 1.875 * away / 0.8),
+        ):  # fmt: skip
+            m = found.averages[name]
+            assert m.determined, name
+            # Three repetitions share no noise; the average may be off by the noise of one of them.
+            assert m.value == pytest.approx(expected, rel=0.03), name
+            assert m.low < m.value < m.high
+        assert found.averages["velocity_peaks_move"].value == 1
+        assert found.averages["time_to_peak_speed_part_move"].value == pytest.approx(50, abs=5)
+        assert found.averages["dwell_time"].value == pytest.approx(0.7, abs=0.15)
+        assert found.variation["reach"] < 0.02
+        assert found.path_difference_m < 5 * SD_M
+        assert found.shares == {"ok": 1, "weak": 0, "lost": 0, "bad_frame": 0}
+
+    def test_an_average_is_that_of_the_repetitions_and_narrower(self):
+        found = measured_session()
+        each = [r.values["reach"] for r in found.repetitions]
+        m = found.averages["reach"]
+        assert m.value == pytest.approx(np.mean([r.value for r in each]), abs=0.1 * SD_M)
+        assert m.high - m.low < np.mean([r.high - r.low for r in each])
+
+    def test_an_average_is_corrected_once_like_its_repetitions(self):
+        found = measured_session()
+        for name, m in found.averages.items():
+            each = [r.values[name].value for r in found.repetitions]
+            # Of noise alone the lower end is 0, and a value below it is set to 0.
+            alone = any(r.values[name].low == 0 for r in found.repetitions)
+            if np.isfinite(each).all() and not alone:
+                assert m.value == pytest.approx(np.mean(each), rel=0.01, abs=0.01 * np.ptp(each)), name
+
+    def test_no_range_is_less_than_zero(self):
+        found = measured_session()
+        for values in (found.averages, *(r.values for r in found.repetitions)):
+            for name, m in values.items():
+                if m.unit in ("m", "rad", "rad/s", "m/s"):
+                    assert 0 <= m.low <= m.value <= m.high, name
+
+    def test_the_same_seed_gives_the_same_numbers_and_the_smoother_may_run_before(self):
+        trajectory = session()
+        one = motion.analyze(trajectory, up=UP, seed=3)
+        other = motion.analyze(motion.smooth(trajectory, seed=3), up=UP)
+        assert one.averages == other.averages
+
+    def test_only_the_measures_asked_for_are_computed(self):
+        found = motion.analyze(session(), measures=["reach", "peak_speed"])
+        assert set(found.averages) == {"reach", "peak_speed_move", "peak_speed_return"}
+
+    def test_an_unknown_measure_is_told_with_those_that_exist(self):
+        with pytest.raises(ValueError, match=r"measures: expected names of .*path_length.*, got 'elegance'"):
+            motion.analyze(session(), measures=["reach", "elegance"])
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            ({"up": (0, 0, 0)}, "up: expected a direction"),
+            ({"up": (0, 1)}, "up: expected a direction"),
+            ({"axis_obj": (0, 0, np.nan)}, "axis_obj: expected a direction"),
+            ({"by": "smell"}, "by: expected"),
+            ({"max_gap_s": 0}, "max_gap_s: expected"),
+            ({"samples": 1}, "samples: expected"),
+            ({"spans_s": [(1.0, 13.0)]}, "spans_s: expected start < end within the recording"),
+            ({"spans_s": [(2.0, 1.0)]}, "spans_s: expected start < end"),
+        ],
+    )
+    def test_wrong_options_are_told(self, options, message):
+        with pytest.raises(ValueError, match=message):
+            motion.analyze(session(), **options)
+
+    def test_what_is_no_trajectory_is_told(self):
+        with pytest.raises(TypeError, match=r"trajectory: expected st\.Trajectory, got ndarray"):
+            motion.analyze(np.eye(4))
+
+    def test_nothing_moves(self):
+        found = measured_session(starts_s=())
+        assert found.count == (0, 0, 0)
+        assert (found.repetitions, found.averages, found.tremors) == ([], {}, [])
+        assert np.isnan(found.path_difference_m)
+
+    def test_a_target_has_its_measures(self):
+        zone = motion.Sphere([0.25, 0.1, 0.8], 0.05)
+        found = motion.analyze(session(), targets=[zone], measures=["reach"])
+        assert {"target1_time", "target1_nearest", "target1_mean"} <= set(found.averages)
+        # In the sphere for the hold and the slow ends of both movements, about 0.3 of each.
+        assert found.averages["target1_time"].value == pytest.approx(0.7 + 2 * 0.3 * 0.8, abs=0.15)
+        assert found.averages["target1_nearest"].value == pytest.approx(0, abs=1e-6)
+
+
+class TestDirections:
+    @pytest.mark.parametrize(
+        "away", [(0.25, 0.1, 0), (-0.25, 0.1, 0), (0, -0.3, 0), (0, 0.3, 0), (0.1, 0, -0.2)]
+    )
+    def test_long_holds_are_counted_whichever_way_the_object_is_carried(self, away):
+        t = np.arange(20 * 30) / 30
+        x = reaches(t, (0.5, 6.5, 12.5), away, hold_s=3.6)
+        found = motion.analyze(noisy(t, x, seed=2), measures=["reach"])
+        assert found.count == (3, 3, 3)
+        for r, start in zip(found.repetitions, (0.5, 6.5, 12.5), strict=True):
+            assert r.span.start_s == pytest.approx(start, abs=0.15)
+            assert r.span.end_s == pytest.approx(start + 5.2, abs=0.15)
+
+    @pytest.mark.slow
+    def test_an_exercise_that_is_away_most_of_the_time_is_no_circle(self):
+        for kind, seed, count in (("pouring", 311, 3), ("tremor", 303, 2)):
+            _, trajectory = tracked(kind, seed, count)
+            assert motion.analyze(trajectory, measures=["reach"]).count == (count, count, count)
+
+
+class TestByHand:
+    def test_spans_are_taken_as_they_are(self):
+        spans = [(0.9, 3.4), (4.4, 6.9)]
+        found = motion.analyze(session(), spans_s=spans, up=UP)
+        assert [(r.span.start_s, r.span.end_s) for r in found.repetitions] == spans
+        assert found.count == (2, 2, 2)
+        for r in found.repetitions:
+            assert r.values["reach"].value == pytest.approx(np.hypot(0.25, 0.1), rel=0.03)
+
+    def test_the_spans_that_were_found_give_the_same_values(self):
+        trajectory = session()
+        found = motion.analyze(trajectory, up=UP)
+        again = motion.analyze(
+            trajectory, up=UP, spans_s=[(r.span.start_s, r.span.end_s) for r in found.repetitions]
+        )
+        assert again.averages == found.averages
+
+    def test_a_stretch_in_which_nothing_moves_has_a_range_of_zero(self):
+        found = motion.analyze(session(starts_s=()), spans_s=[(2.0, 5.0)], up=UP)
+        (r,) = found.repetitions
+        for name in ("reach", "range_x", "range_y", "range_z", "range_height", "range_angle", "max_tilt"):
+            m = r.values[name]
+            assert m.low == 0, name
+            assert 0 <= m.value <= m.high < 5 * SD_RAD, name
+
+
+class TestCues:
+    def test_a_cue_belongs_to_the_repetition_that_follows(self):
+        # One for the first, none for the second, two for the third, of which the later one counts, and one too late.
+        found = motion.analyze(session(), cues_s=[11.5, 7.6, 0.5, 7.0])
+        assert [r.cue_s for r in found.repetitions] == [0.5, None, 7.6]
+        times = [r.values["reaction_time"] for r in found.repetitions]
+        assert np.isnan(times[1].value)
+        # A minimum-jerk movement exceeds 5 % of its speed after 6 % of its time.
+        assert [times[0].value, times[2].value] == pytest.approx([0.5 + 0.05, 0.4 + 0.05], abs=0.06)
+
+    def test_without_cues_there_is_no_reaction_time(self):
+        assert "reaction_time" not in measured_session().averages
+
+
+class TestSessions:
+    def test_a_real_change_is_shown(self):
+        changes = compare_sessions(
+            {
+                "monday": [measured_session(seed=1)],
+                "friday": [measured_session(seed=2, away_m=(0.3, 0.12, 0.0), move_s=1.0)],
+            }
+        )
+        by_name = {c.name: c for c in changes}
+        assert {c.session for c in changes} == {"friday"}
+        for name, expected in (("reach", 0.0539), ("range_x", 0.05), ("movement_time_move", 0.176)):
+            change = by_name[name]
+            assert change.shown, name
+            assert change.low <= expected <= change.high, name
+            assert change.value == pytest.approx(expected, rel=0.2), name
+
+    @pytest.mark.slow
+    def test_where_nothing_changed_hardly_any_change_is_shown(self):
+        each = [measured_session(seed=seed) for seed in range(10, 16)]
+        changes = [
+            c
+            for a, b in zip(each[::2], each[1::2], strict=True)
+            for c in compare_sessions({"a": [a], "b": [b]})
+        ]
+        assert len(changes) > 60
+        # One in twenty by chance; the measures of an exercise depend on each other.
+        assert np.mean([c.shown for c in changes]) < 0.12, [c.name for c in changes if c.shown]
+
+    def test_one_repetition_shows_no_change(self):
+        one = measured_session(starts_s=(1.0,))
+        assert compare_sessions({"a": [one], "b": [measured_session(seed=1)]}) == []
+        assert compare_sessions({"a": [one]}) == []
+
+
+class TestErrorsOfTheTracker:
+    def test_a_rotation_that_nobody_sees_is_not_determined_while_positions_are(self):
+        """A can: its rotation about the axis stays as it began, and the covariance tells that it is not known."""
+        trajectory = session()
+        C = trajectory.covariances.copy()
+        C[:, 5, :5] = C[:, :5, 5] = 0
+        C[:, 5, 5] = 3.0**2
+        found = motion.analyze(dataclasses.replace(trajectory, covariances=C), up=UP)
+        for r in found.repetitions:
+            for name in TURNS:
+                assert not r.values[name].determined, name
+                assert "rotation is not seen" in r.values[name].note
+                assert 0 <= r.values[name].low <= r.values[name].value <= r.values[name].high, name
+        for name in TURNS:
+            assert not found.averages[name].determined, name
+            assert "rotation is not seen" in found.averages[name].note
+        for name in POSITIONS:
+            assert found.averages[name].determined, name
+        # The axis itself is seen.
+        assert found.averages["max_tilt"].determined
+
+    def test_errors_that_change_slowly_widen_the_intervals_of_positions(self):
+        trajectory = session()
+        wider = dataclasses.replace(trajectory, covariances=25 * trajectory.covariances)
+        fine, slow = motion.analyze(trajectory), motion.analyze(wider)
+        assert max(slow.motion.noise_scales) < 0.3
+        assert fine.motion.noise_scales == pytest.approx((1, 1), abs=0.25)
+        for name in ("range_x", "reach", "range_z"):
+            assert half_width(slow, name) > 1.5 * half_width(fine, name), name
+            m = slow.averages[name]
+            assert 0 <= m.low <= m.value <= m.high
+            assert m.low <= fine.averages[name].value <= m.high, name
+        # The noise from frame to frame, and so the floor of a tremor, is what it was.
+        assert slow.motion.position_noise_m == pytest.approx(fine.motion.position_noise_m, rel=0.1)
+
+    def test_without_covariances_the_noise_is_found_in_the_trajectory(self):
+        trajectory = session()
+        found = motion.analyze(dataclasses.replace(trajectory, covariances=None), up=UP)
+        known = motion.analyze(trajectory, up=UP)
+        assert found.count == (3, 3, 3)
+        assert found.motion.position_noise_m == pytest.approx(np.sqrt(3) * SD_M, rel=0.25)
+        # In units of 1 mm and 0.01 rad.
+        assert found.motion.noise_scales == pytest.approx((SD_M / 1e-3, SD_RAD / 1e-2), rel=0.35)
+        for name in POSITIONS:
+            assert found.averages[name].determined, name
+            assert half_width(found, name) == pytest.approx(half_width(known, name), rel=0.6), name
+
+    @pytest.mark.parametrize("start", [0, 1])
+    def test_half_of_the_frames_tell_the_same(self, start):
+        trajectory = session(fps=60)
+        found = motion.analyze(trajectory, up=UP)
+        half = motion.analyze(trajectory.part(slice(start, None, 2)), up=UP)
+        assert half.count[0] == found.count[0]
+        apart = []
+        for r, h in zip(found.repetitions, half.repetitions, strict=True):
+            assert r.values.keys() == h.values.keys()
+            for name, m in r.values.items():
+                n = h.values[name]
+                if m.determined and n.determined:
+                    apart.append(not (n.low - 1e-9 <= m.value <= n.high + 1e-9))
+        assert len(apart) > 60
+        # One in twenty by chance, and times between samples of 100 Hz.
+        assert np.mean(apart) < 0.1
+
+    def test_a_gap_is_told_and_its_repetition_left_out_of_the_averages(self):
+        trajectory = session()
+        status = ["lost" if 4.8 < t < 5.4 else "ok" for t in trajectory.times_s]
+        found = motion.analyze(dataclasses.replace(trajectory, status=status), up=UP)
+        assert found.shares["lost"] == pytest.approx(status.count("lost") / len(status))
+        cut = [r for r in found.repetitions if r.gap_s]
+        assert len(cut) == 1
+        assert cut[0].gap_s == pytest.approx(0.6, abs=0.1)
+        m = cut[0].values["path_length"]
+        assert (np.isnan(m.value), m.determined, m.note) == (True, False, "undefined here")
+        others = [r.values["path_length"].value for r in found.repetitions if not r.gap_s]
+        assert found.averages["path_length"].value == pytest.approx(np.mean(others), abs=5 * SD_M)
+
+    @pytest.mark.parametrize("lost", [(4.6, 5.2), (4.45, 5.0), (6.2, 6.75), (6.4, 6.9)])
+    def test_a_gap_as_the_object_starts_or_arrives_is_no_rest(self, lost):
+        """A repetition that began or ended with the gap would be too short, and its measures told as if seen."""
+        trajectory = session()
+        status = ["lost" if lost[0] < t < lost[1] else "ok" for t in trajectory.times_s]
+        found = motion.analyze(
+            dataclasses.replace(trajectory, status=status), measures=["path_length", "reach"]
+        )
+        second = found.repetitions[1]
+        assert second.gap_s > 0.4
+        assert np.isnan(second.values["path_length"].value)
+
+    def test_a_gap_while_the_object_rests_costs_nothing(self):
+        trajectory = session()
+        status = ["lost" if 3.6 < t < 4.2 else "ok" for t in trajectory.times_s]
+        found = motion.analyze(dataclasses.replace(trajectory, status=status), measures=["path_length"])
+        assert [r.gap_s for r in found.repetitions] == [0, 0, 0]
+
+    def test_a_short_loss_is_bridged(self):
+        trajectory = session()
+        status = ["lost" if 4.9 < t < 5.05 else "ok" for t in trajectory.times_s]
+        found = motion.analyze(dataclasses.replace(trajectory, status=status), up=UP)
+        assert [r.gap_s for r in found.repetitions] == [0, 0, 0]
+        assert found.averages["reach"].value == pytest.approx(np.hypot(0.25, 0.1), rel=0.03)
+
+
+def test_the_tremor_of_a_held_object_is_found():
+    """At 60 Hz: at 30 Hz a tremor of 8 Hz is partly taken for noise from frame to frame."""
+    t = np.arange(20 * 60) / 60
+    held = np.mod(t - 1.3, 6) < 4  # in the three holds
+    x = reaches(t, (0.5, 6.5, 12.5), hold_s=4.0)
+    x[:, 1] += 1e-3 * np.sin(2 * np.pi * 8 * t) * held * (t < 18)
+    trajectory = noisy(t, x, seed=2, sd_m=0.3e-3)
+    found = motion.analyze(trajectory, measures=["reach"])
+    assert len(found.tremors) >= 3  # noise may interrupt a hold
+    for start, end, tremor in found.tremors:
+        assert end - start > 1.3
+        assert tremor.determined
+        assert tremor.frequency_hz == pytest.approx(8, abs=0.8)
+        exact = motion.tremor_of(noisy(t, x, sd_m=1e-7), start + 0.15, end - 0.15, noise_m=0.0)
+        assert tremor.low_m <= exact.rms_m <= tremor.high_m
