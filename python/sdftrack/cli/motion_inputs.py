@@ -110,16 +110,21 @@ def _at_point(path: Path, k: int, trajectory: Any, point: str | Numbers) -> Any:
     if point == "origin":
         return trajectory
     if point == "center":
-        middle = _center(path, k)
+        middle = _center(path, trajectory.name, k)
         return at_point(trajectory, best_known_point(trajectory, (0, 0, 0) if middle is None else middle))
     return at_point(trajectory, point)
 
 
-def _center(path: Path, k: int) -> Any:
+def _center(path: Path, name: str, k: int) -> Any:
     """The middle of the model that the report names, in its own unit; None where it is not known."""
     from sdftrack.cli.view_files import model_of_report
+    from sdftrack.io.report_file import read_results
 
-    mesh = model_of_report(path, k) if path.is_dir() else None
+    if not path.is_dir():
+        return None
+    # Objects that are lost throughout have no trajectory, so the report may have more of them.
+    names = [str(o["name"]) for o in read_results(path)["frames"][0]["objects"]]
+    mesh = model_of_report(path, names.index(name) if names.count(name) == 1 else k)
     return None if mesh is None else 0.5 * (mesh.bounds[0] + mesh.bounds[1])
 
 

@@ -66,15 +66,16 @@ def change_text(value: float, low: float, high: float, unit: str) -> str:
     unit, factor = MILLI.get(unit, (unit, 1.0))
     value, low, high = (factor * v for v in (value, low, high))
     digits = _digits(high - low)
-    told = [f"{v + 0.0:+.{digits}f}" for v in (value, low, high)]
-    return f"{told[0]}&nbsp;{unit_html(unit)} ({told[1]} to {told[2]})"
+    told = [f"{round(v, digits) + 0.0:+.{digits}f}" for v in (value, low, high)]
+    return f"{f'{told[0]}&nbsp;{unit_html(unit)}'.removesuffix('&nbsp;')} ({told[1]} to {told[2]})"
 
 
 def _number(value: float, width: float) -> str:
     """As many digits as the interval allows: to the first digit of its half width."""
     if width == 0 and float(value).is_integer():
         return f"{value:.0f}"
-    return f"{value + 0.0:.{_digits(width)}f}"
+    digits = _digits(width)
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _digits(width: float) -> int:

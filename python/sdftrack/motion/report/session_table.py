@@ -30,7 +30,7 @@ def sessions_html(sessions: Mapping[str, Sequence[Analysis]], changes: Sequence[
     found = {(c.session, c.object, c.name): c for c in changes}
     changed = sum(c.shown for c in changes)
     parts = [
-        "<h2>Comparison of the sessions</h2>",
+        f"<h2>Changes since {escape(names[0])}</h2>",
         f"<p>{_summary(changes, changed, names[0])}</p>",
         f'<p class="quiet">{EXPLAINED}</p>',
     ]
