@@ -9,6 +9,7 @@ from typing import Any
 from docutils import nodes
 from sphinx.addnodes import pending_xref
 from sphinx.domains.python import PyObject
+from sphinx.util.docstrings import prepare_docstring
 
 DOCUMENT = re.compile(r"(?<![\w/`])docs/([\w/]+)\.md\b")
 COLON = (
@@ -22,7 +23,9 @@ def plain_text(text: str) -> str:
     return DOCUMENT.sub(r":doc:`/\1`", text.replace("|", r"\|"))
 
 
-def adapt_docstring(_app: Any, what: str, _name: str, _obj: Any, _options: Any, lines: list[str]) -> None:
+def adapt_docstring(_app: Any, what: str, _name: str, obj: Any, _options: Any, lines: list[str]) -> None:
+    if what == "data" and lines and lines == prepare_docstring(type(obj).__doc__ or ""):
+        lines.clear()  # those of dict or str: a constant has none of its own
     for i, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
             parts = LITERAL.split(line)
