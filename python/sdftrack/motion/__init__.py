@@ -7,8 +7,10 @@ from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, best_known_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
+from sdftrack.motion.measures.contact import Contacts, contacts, surface_distances
 from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
+from sdftrack.motion.measures.symmetry_index import symmetry_index
 from sdftrack.motion.measures.targets import Box, Path, Sphere, parse_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
@@ -22,6 +24,7 @@ __all__ = [
     "DEFINITIONS",
     "Analysis",
     "Box",
+    "Contacts",
     "Definition",
     "Measured",
     "MeasuredRepetition",
@@ -37,6 +40,7 @@ __all__ = [
     "at_point",
     "best_known_point",
     "butterworth",
+    "contacts",
     "count_interval",
     "dtw_distance",
     "find_repetitions",
@@ -51,6 +55,8 @@ __all__ = [
     "smooth",
     "smoothed_trajectory",
     "sparc",
+    "surface_distances",
+    "symmetry_index",
     "table_frame",
     "tremor_of",
 ]
