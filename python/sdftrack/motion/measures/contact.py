@@ -70,10 +70,10 @@ def surface_distances(a: MotionSamples, b: MotionSamples, sdf_a: SDF, points_b: 
     seen = a.observed & b.observed
     distances = np.full(a.positions_m.shape[:2], np.nan)
     for s in range(len(distances)):  # one sample at a time: all points at all times of all samples are many
-        R_a, R_b = a.rotations[s, seen], b.rotations[s, seen]
-        apart = (b.positions_m - a.positions_m)[s, seen]
-        p_ref = np.einsum("nij,vj->nvi", R_b, points) + apart[:, None]
-        distances[s, seen] = sdf_a(np.einsum("nji,nvj->nvi", R_a, p_ref)).min(axis=1)
+        to_a = np.swapaxes(a.rotations[s, seen], 1, 2)
+        R = to_a @ b.rotations[s, seen]  # R_a_b
+        t = to_a @ (b.positions_m - a.positions_m)[s, seen][..., None]
+        distances[s, seen] = sdf_a((R @ points.T + t).swapaxes(1, 2)).min(axis=1)
     return distances
 
 

@@ -28,7 +28,7 @@ def symmetry_index(left: ArrayLike, right: ArrayLike) -> NDArray[np.float64]:
     (...,) array
         NaN where both are 0 or the signs differ.
 
-    >>> float(symmetry_index(0.3, 0.1))
+    >>> float(symmetry_index(0.75, 0.25))
     1.0
     """
     L, R = numbers(left, "left"), numbers(right, "right")
