@@ -66,6 +66,7 @@ REACH = {
     "convert": ["seq"],
     "record": ["replay:seq"],
     "live": ["--reconstruct", "--camera", "replay:seq"],
+    "motion": ["result"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "view": ["seq"],
     "calibrate depth": ["seq"],

@@ -172,6 +172,7 @@ class TestContacts:
 
 class TestSymmetryIndex:
     def test_it_is_the_formula(self):
+        assert motion.symmetry_index(1.1, 0.9).shape == ()
         assert motion.symmetry_index(1.1, 0.9) == pytest.approx(0.2)
         assert motion.symmetry_index([1.0, 0.0, 3.0], [1.0, 2.0, 0.0]).tolist() == [0, -2, 2]
         assert motion.symmetry_index(-1.5, -2.5) == pytest.approx(0.5)  # the left is the larger one

@@ -80,6 +80,12 @@ def live(
     seconds: Annotated[
         float | None, typer.Option(min=0, help="Stop after this time; default: Ctrl-C.")
     ] = None,
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion", help="Speed, path and repetitions so far, on the page and in ws:// streams."
+        ),
+    ] = False,
     mode: Annotated[
         str,
         typer.Option(
@@ -128,7 +134,7 @@ def live(
         ]
         if not quiet:
             _tell_start(source, page, streams)
-        lost = _run(source, follower, page, streams, new_recorder, out, seconds, quiet)
+        lost = _run(source, follower, page, streams, new_recorder, out, seconds, quiet, motion)
     if lost:
         print(f"sdftrack: lost in all frames: {', '.join(lost)}", file=sys.stderr)
         raise typer.Exit(ALL_LOST)
@@ -167,18 +173,21 @@ def _run(
     out: Path | None,
     seconds: float | None,
     quiet: bool,
+    motion: bool,
 ) -> list[str]:
     """Returns the names of the objects that were lost in all frames."""
     from sdftrack.cli.live_files import LiveFiles
     from sdftrack.cli.live_run import Live
 
     files = LiveFiles(out, source.camera)
-    run = Live(source, follower, page, streams, new_recorder, files, quiet)
+    run = Live(source, follower, page, streams, new_recorder, files, quiet, motion)
     began = time.monotonic()
     with contextlib.suppress(KeyboardInterrupt):  # the usual end
         run.run(seconds)
     if not quiet:
         print(run.statistics.line(time.monotonic() - began, source))
+        for name, values in zip(follower.names, run.movements, strict=False):
+            print(f"{name}: {values.text()}")
         for one in streams:
             print(
                 f"{one.address}: {one.sent} messages sent, {one.dropped} dropped{one.error and '; ' + one.error}"

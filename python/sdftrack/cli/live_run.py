@@ -14,6 +14,7 @@ from sdftrack.cli.live_files import LiveFiles
 from sdftrack.cli.live_followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.live_statistics import LiveStatistics
 from sdftrack.cli.progress import PLAIN_EVERY_S
+from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 
 __all__ = ["Live"]
@@ -46,7 +47,10 @@ class Live:
         new_recorder: Callable[[], Any] | None,
         files: LiveFiles,
         quiet: bool,
+        motion: bool = False,
     ) -> None:
+        self._motions = [LiveMotion() for _ in follower.names] if motion else []
+        self.movements: list[LiveValues] = []
         self.camera, self.follower, self.viewer = camera, follower, viewer
         self.streams, self.files = streams, files
         self.recorder: Any = None
@@ -78,8 +82,9 @@ class Live:
         self._tell(self.files.add(frame))
         if result is not None:
             self.statistics.add(result, age_s)
+            moved = self._move(frame, result)
             for stream in self.streams:
-                stream.send(frame, result)
+                stream.send(frame, result, moved)
             if self.recorder is None and self._new_recorder is not None:
                 self.recorder = self._new_recorder()
             if self.recorder is not None:
@@ -87,9 +92,27 @@ class Live:
         if self.viewer is not None:
             dropped, grown = self.camera.dropped, self._growing()
             mask = None if result is None else self.follower.mask
-            self.viewer.show(frame, result, latency_s=age_s, dropped=dropped, shapes=grown, mask=mask)
+            lines = [f"{n}: {v.text()}" for n, v in zip(self.follower.names, self.movements, strict=False)]
+            self.viewer.show(
+                frame, result, latency_s=age_s, dropped=dropped, shapes=grown, mask=mask, notes=lines
+            )
             self._new_mesh()
         return result
+
+    def _move(self, frame: Any, result: Any) -> list[dict[str, Any]] | None:
+        """Running values of the movements, for the streams."""
+        if not self._motions:
+            return None
+        seen = [s in ("ok", "weak") for s in result.status]
+        self.movements = [
+            motion.add(self._seconds(frame), pose[:3, 3] if found else None)
+            for motion, pose, found in zip(self._motions, result.poses, seen, strict=True)
+        ]
+        return [v.to_dict() for v in self.movements]
+
+    @staticmethod
+    def _seconds(frame: Any) -> float:
+        return time.monotonic() if frame.timestamp is None else float(frame.timestamp)
 
     def _follow(self, frame: Any) -> Any:
         try:

@@ -7,6 +7,7 @@ from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, best_known_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
+from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.motion.measures.contact import Contacts, contacts, surface_distances
 from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
@@ -26,6 +27,8 @@ __all__ = [
     "Box",
     "Contacts",
     "Definition",
+    "LiveMotion",
+    "LiveValues",
     "Measured",
     "MeasuredRepetition",
     "MotionSamples",

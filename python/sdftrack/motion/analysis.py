@@ -59,7 +59,9 @@ class MeasuredRepetition:
     values: dict[str, Measured]
     gap_s: float
     cue_s: float | None = None
-    spread: dict[str, Array] = field(default_factory=dict, repr=False)  # values of the samples, for averages
+    # Of the mean movement and of the samples, before any correction: an average is corrected once, too.
+    raw: dict[str, float] = field(default_factory=dict, repr=False)
+    spread: dict[str, Array] = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,15 +258,17 @@ def _measured(
     mean, samples = motion.mean(times), motion.samples(times)
     unseen = _turn_sd(mean, samples) > LARGEST_TURN_SD_RAD
     values: dict[str, Measured] = {}
+    raw: dict[str, float] = {}
     spread: dict[str, Array] = {}
     for definition, name, context in asked:
         spread[name] = definition.compute(samples, context)
-        values[name] = measured(definition, float(definition.compute(mean, context)[0]), spread[name], name)
+        raw[name] = float(definition.compute(mean, context)[0])
+        values[name] = measured(definition, raw[name], spread[name], name)
         if unseen and definition.name in OF_TURNS:
             values[name] = dataclasses.replace(values[name], determined=False, note=UNSEEN)
     inside = (times >= repetition.start_s) & (times <= repetition.end_s)
     gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
-    return MeasuredRepetition(repetition, values, gap, cue_s, spread)
+    return MeasuredRepetition(repetition, values, gap, cue_s, raw, spread)
 
 
 def _turn_sd(mean: MotionSamples, samples: MotionSamples) -> float:
@@ -301,7 +305,9 @@ def _averages(
         values = np.array([r.values[name].value for r in rows])
         each = np.mean([r.spread[name] for r in rows], axis=0)
         definition = by_name.get(name) or by_name[name.rsplit("_", 1)[0]]
-        averages[name] = measured(definition, float(values.mean()), each, name)
+        averages[name] = measured(definition, float(np.mean([r.raw[name] for r in rows])), each, name)
+        if any(r.values[name].note == UNSEEN for r in rows):
+            averages[name] = dataclasses.replace(averages[name], determined=False, note=UNSEEN)
         if len(values) > 1 and values.mean() != 0:
             variation[name] = float(values.std(ddof=1) / abs(values.mean()))
     return averages, variation

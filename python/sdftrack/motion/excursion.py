@@ -86,7 +86,9 @@ def _around_or_from(times: Array, distance: Array, mean: MotionSamples, home: Ar
     axes = np.linalg.svd(known - known.mean(axis=0), full_matrices=False)[2]
     along = _filled((x - home) @ axes[0])
     low, high = np.percentile(along, [2, 98])
-    if np.mean(moving) > FLAT and np.ptp(distance[moving]) < FLAT * (high - low) and low < -0.3 * high:
+    # Which way the main direction points is arbitrary.
+    both_ways = min(high, -low) > 0.3 * max(high, -low)
+    if np.mean(moving) > FLAT and np.ptp(distance[moving]) < FLAT * (high - low) and both_ways:
         return Excursion(times, along - along.min(), float(high - low), "direction", home, axes[0])
     return Excursion(times, distance, largest, "position", home)
 

@@ -80,13 +80,15 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         # The samples and their mean disagree on which movement this is: no shift makes one of the other.
         low, high = float(min(value, low)), float(max(value, high))
         return Measured(name or definition.name, definition.unit, float(value), low, high, False, SEVERAL)
-    noise_alone = middle - value > NOISE_ALONE * abs(value) and value > 0
+    noise_alone = middle - value > NOISE_ALONE * abs(value) and value >= 0
     value -= definition.bias * (middle - value)
+    never_negative = definition.unit != "1"  # lengths, times and angles
+    if never_negative:
+        value = max(value, 0.0)
     low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
-    if definition.unit != "1":  # lengths, times and angles
-        low = max(low, 0.0)
-        if definition.bias and noise_alone:
-            value, low = max(value, 0.0), 0.0  # a range or tilt of zero would look the same
+    if never_negative:
+        # A range or tilt of zero would look the same as noise alone.
+        low = 0.0 if definition.bias and noise_alone else max(low, 0.0)
     limit = definition.wide * (abs(value) if definition.relative else 1.0)
     fine = bool(high - low <= limit)
     note = "" if fine else TOO_WIDE

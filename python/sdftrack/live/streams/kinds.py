@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -25,12 +25,15 @@ class Packet:
     sent : float
         Seconds since 1970 when the program passed the result on.
     result : TrackResult
+    motion : list of dict, optional
+        Running values of the objects' movements.
     """
 
     index: int
     timestamp: float | None
     sent: float
     result: TrackResult
+    motion: Sequence[Mapping[str, Any]] | None = None
 
     @property
     def time_ns(self) -> int:

@@ -32,22 +32,25 @@ def frame_message(packet: Packet, names: Sequence[str], camera: Camera) -> dict[
         "timestamp": plain(packet.timestamp),
         "sent": packet.sent,
         "camera": {key: getattr(camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")},
-        "objects": [_object(result, k, name_of(names, k)) for k in range(len(result.poses))],
+        "objects": [_object(packet, k, name_of(names, k)) for k in range(len(result.poses))],
     }
 
 
-def _object(result: TrackResult, k: int, name: str) -> dict[str, Any]:
+def _object(packet: Packet, k: int, name: str) -> dict[str, Any]:
+    result = packet.result
     entry = object_entry(result, k, k + 1, name)
     pose = None
     if entry["pose"] is not None:
         position, rotation = position_and_quaternion(result.poses[k])
         pose = {"position": position, "quaternion": rotation}
     twist = result.twists[k]
+    motion = {"motion": dict(packet.motion[k])} if packet.motion is not None else {}
     return {
         **{key: entry[key] for key in _KEPT},
         "pose": pose,
         "covariance": entry["covariance"],
         "twist": plain(twist) if np.isfinite(twist).all() else None,
+        **motion,
     }
 
 

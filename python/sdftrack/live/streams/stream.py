@@ -6,7 +6,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -125,7 +125,9 @@ class Stream(ClosedByWith):
         """ "", or one line about the last message that could not be delivered."""
         return self._error
 
-    def send(self, frame: Frame, result: TrackResult) -> None:
+    def send(
+        self, frame: Frame, result: TrackResult, motion: Sequence[Mapping[str, Any]] | None = None
+    ) -> None:
         """Pass a result on; returns at once.
 
         Parameters
@@ -133,6 +135,8 @@ class Stream(ClosedByWith):
         frame : Frame
             Its index and timestamp are sent, not its images.
         result : TrackResult
+        motion : list of dict, optional
+            Running values per object, :meth:`LiveValues.to_dict`; sent by ``ws://``.
 
         Raises
         ------
@@ -144,7 +148,7 @@ class Stream(ClosedByWith):
         of_kind(frame, Frame, "frame")
         of_kind(result, TrackResult, "result")
         index = result.index if frame.index is None else frame.index
-        packet = Packet(index, frame.timestamp, time.time(), result)
+        packet = Packet(index, frame.timestamp, time.time(), result, motion)
         with self._changed:
             if self._closed:
                 raise ValueError("send: expected an open stream, got one that was closed; open another")

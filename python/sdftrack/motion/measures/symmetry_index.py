@@ -31,7 +31,9 @@ def symmetry_index(left: ArrayLike, right: ArrayLike) -> NDArray[np.float64]:
     >>> float(symmetry_index(0.75, 0.25))
     1.0
     """
-    L, R = numbers(left, "left"), numbers(right, "right")
+    # `numbers` makes arrays of at least one dimension.
+    L = numbers(left, "left").reshape(np.shape(left))
+    R = numbers(right, "right").reshape(np.shape(right))
     try:
         total = np.abs(L + R)
     except ValueError:

@@ -91,12 +91,16 @@ def _pair(a: Analysis, b: Analysis) -> Pair | None:
         low, high = max(r.span.start_s, start), min(r.span.end_s, end)
         if high - low < SHORTEST_S:
             continue
-        times = np.arange(low, high, 1 / RATE_HZ)
-        first, second = a.motion.mean(times), b.motion.mean(times)
-        if not (first.observed & second.observed).all():
+        # The second is needed before and after, too: it is shifted over the first.
+        before, after = (int(min(LARGEST_LAG_S, m) * RATE_HZ) for m in (low - start, end - high))
+        count = int((high - low) * RATE_HZ) + 1
+        times = low + np.arange(-before, count + after) / RATE_HZ
+        core = slice(before, before + count)
+        first, second = a.motion.mean(times[core]), b.motion.mean(times)
+        if not (first.observed.all() and second.observed.all()):
             continue
-        means.append([v[0] for v in _values(first, second, 0)])
-        spreads.append(_values(a.motion.samples(times), b.motion.samples(times), 1))
+        means.append([v[0] for v in _values(first, second, core, 0)])
+        spreads.append(_values(a.motion.samples(times[core]), b.motion.samples(times), core, 1))
     if not means:
         return None
     averages, spread = np.mean(means, axis=0), np.mean(spreads, axis=0)
@@ -109,28 +113,33 @@ def _pair(a: Analysis, b: Analysis) -> Pair | None:
     return Pair(names, float(start), float(end), note, values)
 
 
-def _values(first: MotionSamples, second: MotionSamples, shift: int) -> Array:
-    """(3, S). Samples of the two are shifted: they were drawn with the same random numbers."""
-    positions = np.roll(second.positions_m, shift, axis=0)
+def _values(first: MotionSamples, second: MotionSamples, core: slice, shift: int) -> Array:
+    """(3, S). `core`: the part of the second at the times of the first. Samples of the second are shifted by `shift`:
+    those of both were drawn with the same random numbers."""
+    positions = np.roll(second.positions_m[:, core], shift, axis=0)
     distance = np.linalg.norm(first.positions_m - positions, axis=-1)
-    lag = _lag(first.speeds_mps, np.roll(second.speeds_mps, shift, axis=0))
+    lag = _lag(first.speeds_mps, np.roll(second.speeds_mps, shift, axis=0), core.start)
     return np.array([distance.mean(axis=1), np.ptp(distance, axis=1), lag])
 
 
-def _lag(first: Array, second: Array) -> Array:
-    """(S,) time by which `second` follows `first`, to a fraction of a step by a parabola; NaN at the limit."""
+def _lag(first: Array, second: Array, before: int) -> Array:
+    """(S,) time by which `second` follows `first`, to a fraction of a step by a parabola; NaN at the limit.
+
+    Correlation coefficients of `first` with each part of `second` of its length: a sum of products would favour parts
+    that contain more of the movement.
+    """
     n = first.shape[1]
-    a, b = (v - v.mean(axis=1, keepdims=True) for v in (first, second))
-    size = 2 * n
-    product = np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size)
-    most = min(int(LARGEST_LAG_S * RATE_HZ), n - 1)
-    near = np.concatenate([product[:, -most:], product[:, : most + 1]], axis=1)
+    a = first - first.mean(axis=1, keepdims=True)
+    parts = np.lib.stride_tricks.sliding_window_view(second, n, axis=1)
+    spread = np.sqrt(np.maximum((parts**2).mean(axis=-1) - parts.mean(axis=-1) ** 2, 1e-18))
+    near = np.einsum("sn,skn->sk", a, parts) / spread
+    if near.shape[1] < 3:
+        return np.full(len(first), np.nan)
     k = near.argmax(axis=1)
-    inside = (k > 0) & (k < 2 * most)
-    c = np.clip(k, 1, 2 * most - 1)
+    c = np.clip(k, 1, near.shape[1] - 2)
     rows = np.arange(len(near))
     low, peak, high = near[rows, c - 1], near[rows, c], near[rows, c + 1]
     bend = low - 2 * peak + high
     with np.errstate(divide="ignore", invalid="ignore"):
         fraction = np.where(bend < 0, 0.5 * (low - high) / bend, 0.0)
-    return np.where(inside, (c - most + fraction) / RATE_HZ, np.nan)
+    return np.where(c == k, (c - before + fraction) / RATE_HZ, np.nan)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ class Shown:
     rate_hz: float | None
     dropped: int | None
     mask: NDArray[np.bool_] | None = None
+    notes: list[str] = field(default_factory=list)
 
 
 def object_rgb(k: int) -> tuple[int, int, int]:

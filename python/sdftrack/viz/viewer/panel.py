@@ -121,7 +121,7 @@ class Panel:
     def update(self, shown: Shown, history: History) -> None:
         rate = history.rate_hz() if shown.rate_hz is None and not self._finished else shown.rate_hz
         self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
-        heads = [text for text in (self.message, getattr(shown.frame, "error", "")) if text]
+        heads = [text for text in (self.message, getattr(shown.frame, "error", ""), *shown.notes) if text]
         self._lines.content = lines_html(shown.result, shown.names, heads)
         times, *confidences = history.confidences(len(self._names))
         if len(times) < 2 or not confidences:

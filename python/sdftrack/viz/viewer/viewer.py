@@ -125,6 +125,7 @@ class Viewer(ClosedByWith):
         dropped: int | None = None,
         shapes: Any = None,
         mask: NDArray[np.bool_] | None = None,
+        notes: Sequence[str] = (),
     ) -> None:
         """Hand over a frame with its result, and return at once.
 
@@ -145,6 +146,8 @@ class Viewer(ClosedByWith):
             :meth:`set_mesh` whenever there is a new one.
         mask : (H, W) bool, optional
             Pixels of the only object, of the shown image's size: their outline is drawn instead of a shape.
+        notes : list of str
+            Lines above the statuses.
 
         Raises
         ------
@@ -161,7 +164,7 @@ class Viewer(ClosedByWith):
             raise ValueError(f"result: expected at most {len(now)} objects, as many as shapes, got {count}")
         self._history.add(result)
         self._drawer.offer(
-            Shown(frame, result, now[:count], names[:count], latency_s, rate_hz, dropped, mask)
+            Shown(frame, result, now[:count], names[:count], latency_s, rate_hz, dropped, mask, list(notes))
         )
 
     def requests(self) -> list[Request]:
