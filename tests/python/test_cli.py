@@ -69,7 +69,6 @@ REACH = {
     "motion": ["result"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "view": ["seq"],
-    "motion": ["results"],
     "calibrate depth": ["seq"],
     "calibrate color": ["seq", "--ball-radius", "0.03"],
 }

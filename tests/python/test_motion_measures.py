@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from sdftrack import motion
 from sdftrack.motion.definitions import Context
 from sdftrack.motion.measures.movement import movement_of
-from sdftrack.motion.measures.targets import definitions_of_target
+from sdftrack.motion.measures.target_measures import definitions_of_target
 
 RATE_HZ = 200.0
 FAR_M, MOVE_S, START_S, HOLD_S = 0.3, 1.0, 0.5, 0.8
@@ -513,7 +513,7 @@ class TestTargets:
     def test_time_and_distance_of_a_reach_through_a_sphere(self):
         samples = reach()
         sphere = motion.Sphere(FAR_M * WAY, 0.05)
-        inside, nearest, mean = (
+        inside, nearest, mean, entries, error = (
             d.compute(samples, Context(0, 2))[0] for d in definitions_of_target(sphere, 1)
         )
         away = FAR_M * (1 - step(samples.times_s, START_S)[0])
@@ -522,15 +522,42 @@ class TestTargets:
         assert inside == pytest.approx(2 - enters, abs=2 / RATE_HZ)
         assert nearest == 0
         assert mean == pytest.approx(np.maximum(away - 0.05, 0).mean())
+        assert entries == 1
+        assert error == pytest.approx(0, abs=1e-12)
+
+    def test_the_error_is_that_at_the_end_of_the_first_movement(self):
+        samples, context = there_and_back()
+        sphere = motion.Sphere(FAR_M * WAY + [0, 0, 0.01], 0.05)
+        box = motion.Box(FAR_M * WAY - 0.02, FAR_M * WAY + [0.02, 0.02, 0.04])
+        line = motion.Path([[0, 0, 0], FAR_M * WAY + [0, 0.02, 0]], 0.01)
+        for target, expected in ((sphere, 0.01), (box, 0.01), (line, 0.02)):
+            *_, error = definitions_of_target(target, 1)
+            assert error.compute(samples, context)[0] == pytest.approx(expected, abs=1e-9)
+            back = np.linalg.norm(target.aim_m)
+            assert error.compute(samples, Context(0.0, 4.0))[0] == pytest.approx(back, abs=1e-9)
+
+    def test_each_visit_is_an_entry_and_a_short_absence_is_none(self):
+        t = times(3.0)
+        inside = ((t > 0.5) & (t < 1.5) & ~((t > 1.0) & (t < 1.05))) | (t > 2.0)
+        x = np.where(inside, 0.0, 1.0)[:, None] * [1.0, 0, 0]
+        entries = definitions_of_target(motion.Sphere([0, 0, 0], 0.1), 1)[3]
+        assert entries.name == "target1_entries"
+        assert entries.compute(movement(t, x), Context(0.0, 3.0)).tolist() == [2]
+        assert entries.compute(movement(t, 0 * x), Context(0.0, 3.0)).tolist() == [1]
+        assert entries.compute(movement(t, 0 * x + 1), Context(0.0, 3.0)).tolist() == [0]
+        gap = movement(t, x, observed=t != 1.0)
+        assert np.isnan(entries.compute(gap, Context(0.0, 3.0))).all()
 
     def test_a_target_that_is_passed_at_a_distance(self):
         sphere = motion.Sphere(
             FAR_M * WAY + [0.08, -0.064, 0], 0.05
         )  # across the way: 0.48 * 0.08 = 0.6 * 0.064
         names = [d.name for d in definitions_of_target(sphere, 2)]
-        assert names == ["target2_time", "target2_nearest", "target2_mean"]
-        inside, nearest, _ = (d.compute(reach(), Context(0, 2))[0] for d in definitions_of_target(sphere, 2))
-        assert inside == 0
+        assert names == [f"target2_{n}" for n in ("time", "nearest", "mean", "entries", "error")]
+        inside, nearest, _, entries, _ = (
+            d.compute(reach(), Context(0, 2))[0] for d in definitions_of_target(sphere, 2)
+        )
+        assert inside == entries == 0
         assert nearest == pytest.approx(np.hypot(0.08, 0.064) - 0.05, abs=1e-6)
 
     def test_text_is_a_target(self, tmp_path):

@@ -190,7 +190,9 @@ def test_hands_in_step_have_no_lag_and_the_later_one_has_its_own(cup):
 
 
 def test_the_distance_of_two_objects_is_measured(cup):
-    beside = noisy(TIMES, reaches(TIMES, STARTS, (0.25, -0.1, 0.0)) + np.array([0, 0.3, 0]), seed=8, name="beside")
+    beside = noisy(
+        TIMES, reaches(TIMES, STARTS, (0.25, -0.1, 0.0)) + np.array([0, 0.3, 0]), seed=8, name="beside"
+    )
     (pair,) = report.pairs_of([cup, analyzed(trajectory=beside)])
     values = {m.name: m for _, m in pair.values}
     assert values["pair_distance"].value == pytest.approx(0.3, abs=2e-3)

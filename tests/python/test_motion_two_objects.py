@@ -67,7 +67,7 @@ def test_symmetry_of_equal_and_of_unequal_movements():
     left = motion.analyze(noisy(TIMES, reaches(TIMES, [1.0, 4.5], (0.2, 0, 0)), seed=1))
     same = motion.analyze(noisy(TIMES, reaches(TIMES, [1.0, 4.5], (-0.2, 0, 0)), seed=2))
     short = motion.analyze(noisy(TIMES, reaches(TIMES, [1.0, 4.5], (0.1, 0, 0)), seed=3))
-    equal, unequal = motion.symmetry_index(left, same)["reach"], motion.symmetry_index(left, short)["reach"]
+    equal, unequal = motion.symmetry(left, same)["reach"], motion.symmetry(left, short)["reach"]
     assert equal.low < 0 < equal.high
     assert unequal.low < 200 * 0.1 / 0.3 < unequal.high
-    assert motion.symmetry_index(short, left)["reach"].value == pytest.approx(-unequal.value)
+    assert motion.symmetry(short, left)["reach"].value == pytest.approx(-unequal.value)

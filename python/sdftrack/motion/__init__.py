@@ -8,8 +8,10 @@ from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, best_known_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
 from sdftrack.motion.live import LiveMotion, LiveValues
+from sdftrack.motion.measures.contact import Contacts, contacts, surface_distances
 from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
+from sdftrack.motion.measures.symmetry_index import symmetry_index
 from sdftrack.motion.measures.targets import Box, Path, Sphere, parse_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.posterior import SmoothedMotion
@@ -18,12 +20,13 @@ from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.smoothed import smoothed_trajectory
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
-from sdftrack.motion.two_objects import contact, symmetry_index
+from sdftrack.motion.two_objects import contact, symmetry
 
 __all__ = [
     "DEFINITIONS",
     "Analysis",
     "Box",
+    "Contacts",
     "Definition",
     "LiveMotion",
     "LiveValues",
@@ -42,6 +45,7 @@ __all__ = [
     "best_known_point",
     "butterworth",
     "contact",
+    "contacts",
     "count_interval",
     "dtw_distance",
     "find_repetitions",
@@ -56,6 +60,8 @@ __all__ = [
     "smooth",
     "smoothed_trajectory",
     "sparc",
+    "surface_distances",
+    "symmetry",
     "symmetry_index",
     "table_frame",
     "tremor_of",

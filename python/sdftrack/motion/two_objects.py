@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,21 @@ from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.definitions import Context, Definition
 from sdftrack.motion.intervals import Measured, measured
-from sdftrack.motion.rests import runs
+from sdftrack.motion.measures.contact import contacts, surface_distances
+from sdftrack.motion.measures.symmetry_index import symmetry_index
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["contact", "symmetry_index"]
+__all__ = ["contact", "symmetry"]
 
 Array = NDArray[np.float64]
 RATE_HZ = 30.0
 SAMPLES = 40  # of the posterior: each of them asks the distances of all points
 MOST_POINTS = 500
-SHORTEST_S = 0.1  # a shorter contact or gap is one of noise
+MEASURES = (
+    ("surface_distance", "m", "Smallest distance of the surfaces.", 0.01),
+    ("contact_time", "s", "Time with a smaller distance than the threshold.", 0.5),
+    ("contacts", "1", "Number of contacts.", 1.5),
+)
 
 
 def contact(
@@ -66,31 +72,23 @@ def contact(
             f"second: expected a trajectory of the same time, {t[0]:g} to {t[-1]:g} s, got {u[0]:g} to {u[-1]:g} s"
         )
     times = np.arange(start, end, 1 / RATE_HZ)
-    mean = _distances(first.motion.mean(times), second.motion.mean(times), shape, points)
-    each = _distances(first.motion.samples(times), second.motion.samples(times), shape, points)
+    mean = _touches(first.motion.mean(times), second.motion.mean(times), shape, points, near)
+    # The samples of two objects are drawn alike, and their errors are not: those of the second are shifted.
+    drawn = _some(first.motion.samples(times), 0), _some(second.motion.samples(times), 1)
+    each = _touches(*drawn, shape, points, near)
     values = {}
-    for name, unit, text, wide, compute in (
-        ("surface_distance", "m", "Smallest distance of the surfaces.", 0.01, lambda d: np.nanmin(d, axis=1)),
-        (
-            "contact_time",
-            "s",
-            "Time with a smaller distance than the threshold.",
-            0.5,
-            lambda d: _time(d, near),
-        ),
-        ("contacts", "1", "Number of contacts.", 1.5, lambda d: _count(d, near)),
-    ):
+    for (name, unit, text, wide), at_mean, sampled in zip(MEASURES, mean, each, strict=True):
         asked = Definition(
             name, name, unit, text, "", wide, False, _nothing, signed=name == "surface_distance"
         )
-        values[name] = measured(asked, float(compute(mean)[0]), compute(each))
+        values[name] = measured(asked, float(at_mean[0]), sampled)
     return values
 
 
-def symmetry_index(left: Analysis, right: Analysis) -> dict[str, Measured]:
-    """Symmetry of two hands or of two objects: (L - R) / (0.5 (L + R)) of each average, in percent.
+def symmetry(left: Analysis, right: Analysis) -> dict[str, Measured]:
+    """Symmetry of two hands or of two objects: :func:`symmetry_index` of each average, in percent.
 
-    0 is symmetric; Robinson, Herzog and Nigg 1987. Measures that are undefined or 0 in both are left out. The intervals
+    Measures that are undefined or 0 in both are left out. The intervals
     are those of the averages, propagated to first order.
     """
     of_kind(left, Analysis, "left")
@@ -101,7 +99,9 @@ def symmetry_index(left: Analysis, right: Analysis) -> dict[str, Measured]:
         if b is None or not np.isfinite([a.value, b.value]).all() or a.value + b.value == 0:
             continue
         total = a.value + b.value
-        value = 200 * (a.value - b.value) / total
+        value = 100 * float(symmetry_index(a.value, b.value))
+        if not np.isfinite(value):
+            continue
         half_a, half_b = 0.5 * (a.high - a.low), 0.5 * (b.high - b.low)
         half = 400 / total**2 * float(np.hypot(b.value * half_a, a.value * half_b))
         fine = a.determined and b.determined
@@ -109,33 +109,18 @@ def symmetry_index(left: Analysis, right: Analysis) -> dict[str, Measured]:
     return out
 
 
-def _distances(first: MotionSamples, second: MotionSamples, shape: Any, points: Array) -> Array:
-    """(S, n) smallest distance of the points of the second object from the first one's surface; NaN in gaps."""
-    S = min(len(first.positions_m), SAMPLES)
-    out = np.full((S, len(first.times_s)), np.nan)
-    seen = np.flatnonzero(first.observed & second.observed)
-    for s in range(S):
-        R = np.swapaxes(first.rotations[s, seen], 1, 2)
-        moved = np.einsum("nij,kj->nki", R @ second.rotations[s, seen], points)
-        moved += np.einsum("nij,nj->ni", R, second.positions_m[s, seen] - first.positions_m[s, seen])[:, None]
-        out[s, seen] = np.asarray(shape(moved.reshape(-1, 3))).reshape(len(seen), -1).min(axis=1)
-    return out
+def _touches(a: MotionSamples, b: MotionSamples, shape: Any, points: Array, near: float) -> tuple[Array, ...]:
+    """Smallest distance, time of contact and number of contacts, (S,) each; gaps of either count as apart."""
+    distances = np.nan_to_num(surface_distances(a, b, shape, points), nan=np.inf)
+    found = contacts(distances, a.times_s, touching_m=near)
+    return found.nearest_m, found.share * len(a.times_s) / RATE_HZ, found.count
 
 
-def _time(distances: Array, near: float) -> Array:
-    return np.asarray((distances < near).sum(axis=1) / RATE_HZ)
-
-
-def _count(distances: Array, near: float) -> Array:
-    least = SHORTEST_S * RATE_HZ
-    counts = []
-    for row in distances:
-        touching = row < near
-        for a, b in runs(~touching):
-            if b - a < least and a > 0 and b < len(row):
-                touching[a:b] = True
-        counts.append(sum(b - a >= least for a, b in runs(touching)))
-    return np.array(counts, dtype=np.float64)
+def _some(samples: MotionSamples, shift: int) -> MotionSamples:
+    """The first 40 samples, or those after the first `shift`."""
+    fields = {f.name: getattr(samples, f.name) for f in dataclasses.fields(samples) if f.init}
+    kept = slice(shift, shift + SAMPLES)
+    return MotionSamples(**{k: v if k in ("times_s", "observed") else v[kept] for k, v in fields.items()})
 
 
 def _nothing(samples: MotionSamples, context: Context) -> Array:

@@ -16,7 +16,7 @@ def smooth_coordinate(
 ) -> tuple[Array, Array]:
     """Position, velocity and acceleration under white noise of `intensity` in the jerk.
 
-    Kalman filter forwards, smoother backwards (Rauch, Tung and Striebel 1965). The first state is unknown.
+    Kalman filter forwards, smoother backwards (Rauch and others 1965). The first state is unknown.
 
     Returns
     -------

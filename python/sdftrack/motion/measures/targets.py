@@ -11,11 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers
-from sdftrack.motion.definitions import Context, Definition
-from sdftrack.motion.measures.repetition import on_repetition
-from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["Box", "Path", "Sphere", "definitions_of_target", "parse_target"]
+__all__ = ["Box", "Path", "Sphere", "Target", "parse_target"]
 
 Array = NDArray[np.float64]
 FORMS = "sphere:x,y,z,r, box:x0,y0,z0,x1,y1,z1 or path:FILE.csv,r (metres)"
@@ -31,6 +28,11 @@ class Sphere:
     def __post_init__(self) -> None:
         object.__setattr__(self, "center_m", _points(self.center_m, "center_m", (3,)))
         object.__setattr__(self, "radius_m", _radius(self.radius_m))
+
+    @property
+    def aim_m(self) -> Array:
+        """(3,) the centre."""
+        return np.asarray(self.center_m)
 
     def distances(self, points: Array) -> Array:
         """(...,) distances of points (..., 3) from the surface, negative inside."""
@@ -53,6 +55,11 @@ class Box:
         object.__setattr__(self, "low_m", low)
         object.__setattr__(self, "high_m", high)
 
+    @property
+    def aim_m(self) -> Array:
+        """(3,) the centre."""
+        return np.asarray(0.5 * (self.low_m + self.high_m))
+
     def distances(self, points: Array) -> Array:
         """(...,) distances of points (..., 3) from the surface, negative inside."""
         beyond = np.maximum(self.low_m - points, points - self.high_m)
@@ -73,6 +80,11 @@ class Path:
             raise ValueError(f"path: expected at least two points, got {len(points)}")
         object.__setattr__(self, "points_m", points)
         object.__setattr__(self, "radius_m", _radius(self.radius_m))
+
+    @property
+    def aim_m(self) -> Array:
+        """(3,) the end of the line."""
+        return np.asarray(self.points_m[-1])
 
     def distances(self, points: Array) -> Array:
         """(...,) distances of points (..., 3) from the line less its radius."""
@@ -105,41 +117,6 @@ def parse_target(text: str) -> Target:
     except ValueError as error:
         raise ValueError(f"target {text!r}: {error}; expected {FORMS}") from None
     raise ValueError(f"target: expected {FORMS}, got {text!r}")
-
-
-def definitions_of_target(target: Target, number: int) -> list[Definition]:
-    """Measures of a target: time in it, and the mean and the last distance from it."""
-    what = {"Sphere": "sphere", "Box": "box", "Path": "path"}[type(target).__name__]
-
-    @on_repetition
-    def time_inside(samples: MotionSamples, context: Context) -> Array:
-        return np.asarray((target.distances(samples.positions_m) <= 0).sum(axis=1) / samples.rate_hz)
-
-    @on_repetition
-    def nearest(samples: MotionSamples, context: Context) -> Array:
-        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).min(axis=1))
-
-    @on_repetition
-    def mean_distance(samples: MotionSamples, context: Context) -> Array:
-        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).mean(axis=1))
-
-    source = "Distance of a point from a shape"
-    name, label = f"target{number}", f"target {number} ({what})"
-    return [
-        Definition(
-            f"{name}_time", f"Time in {label}", "s",
-            f"Time of the repetition in which the point is in {label}.", source, 0.3, False, time_inside,
-        ),
-        Definition(
-            f"{name}_nearest", f"Nearest distance from {label}", "m",
-            f"Smallest distance of the point from {label} in the repetition, 0 inside.", source, 0.01, False, nearest,
-        ),
-        Definition(
-            f"{name}_mean", f"Mean distance from {label}", "m",
-            f"Mean distance of the point from {label} over the repetition, 0 inside.", source, 0.01, False,
-            mean_distance,
-        ),
-    ]  # fmt: skip
 
 
 def _read_points(path: FilePath) -> Array:
