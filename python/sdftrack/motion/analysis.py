@@ -20,48 +20,16 @@ from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.repeatability import mean_dtw_distance
 from sdftrack.motion.measures.target_measures import definitions_of_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
+from sdftrack.motion.measuring import UNSEEN, MeasuredRepetition, measure_repetition, requests
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.repetitions import Repetition, count_interval, find_repetitions
-from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
-from sdftrack.motion.windows import MARGIN_S, with_rests
 
 __all__ = ["Analysis", "MeasuredRepetition", "analyze"]
 
 Array = NDArray[np.float64]
 SETTLED_S = 0.15  # at the ends of a hold, while the object comes to rest
-OF_TURNS = frozenset({"range_angle", "range_turn", "peak_angular_speed"})
-LARGEST_TURN_SD_RAD = 0.3  # beyond it angles saturate, and their intervals are too narrow
-UNSEEN = (
-    "the rotation is not seen well enough: the object looks alike from several sides; track its colours too"
-)
-RATE_HZ = 100.0  # of the samples that measures are computed from
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredRepetition:
-    """A repetition and its measures.
-
-    Attributes
-    ----------
-    span : Repetition
-    values : dict of str to Measured
-        Measures of the whole repetition by name; those of a movement end in "_move" (the first one) and "_return" (the
-        last one, if the object was held in between).
-    gap_s : float
-        Time in it without a measured pose, s.
-    cue_s : float or None
-        The signal that it belongs to.
-    """
-
-    span: Repetition
-    values: dict[str, Measured]
-    gap_s: float
-    cue_s: float | None = None
-    # Of the mean movement and of the samples, before any correction: an average is corrected once, too.
-    raw: dict[str, float] = field(default_factory=dict, repr=False)
-    spread: dict[str, Array] = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +153,7 @@ def analyze(
     motion.draw()  # once, before threads ask for it
     with ThreadPoolExecutor(_core.thread_count(whole(threads, "threads", 0, what=THREADS))) as pool:
         each = [(r, _cue_of(r, found, cues)) for r in found]
-        done = list(pool.map(lambda a: _measured(motion, a[0], a[1], context, definitions), each))
+        done = list(pool.map(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
     count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
@@ -223,72 +191,6 @@ def _cue_of(repetition: Repetition, found: list[Repetition], cues: Array) -> flo
     before = cues[cues <= repetition.start_s]
     started = [r.start_s for r in found if r.start_s < repetition.start_s]
     return float(before[-1]) if len(before) and (not started or before[-1] > max(started)) else None
-
-
-def requests(
-    motion: SmoothedMotion,
-    repetition: Repetition,
-    cue_s: float | None,
-    shared: dict[str, Any],
-    definitions: list[Definition],
-) -> tuple[Array, list[tuple[Definition, str, Context]]]:
-    """What is computed for a repetition: regular times, and each measure with its name and context."""
-    first, last = motion.trajectory.times_s[[0, -1]]
-    start = max(first, min(repetition.start_s, cue_s if cue_s is not None else np.inf) - MARGIN_S)
-    times = start + np.arange(int((min(last, repetition.end_s + MARGIN_S) - start) * RATE_HZ) + 1) / RATE_HZ
-    movements = tuple((p.start_s, p.end_s) for p in repetition.movements)
-    asked = []
-    for definition in definitions:
-        for suffix, a, b in _stretches(definition, repetition):
-            span = max(a, float(times[0])), min(b, float(times[-1]))
-            asked.append(
-                (definition, definition.name + suffix, Context(*span, cue_s, movements=movements, **shared))
-            )
-    return times, asked
-
-
-def _measured(
-    motion: SmoothedMotion,
-    repetition: Repetition,
-    cue_s: float | None,
-    shared: dict[str, Any],
-    definitions: list[Definition],
-) -> MeasuredRepetition:
-    times, asked = requests(motion, repetition, cue_s, shared, definitions)
-    mean, samples = motion.mean(times), motion.samples(times)
-    unseen = _turn_sd(mean, samples) > LARGEST_TURN_SD_RAD
-    values: dict[str, Measured] = {}
-    raw: dict[str, float] = {}
-    spread: dict[str, Array] = {}
-    for definition, name, context in asked:
-        spread[name] = definition.compute(samples, context)
-        raw[name] = float(definition.compute(mean, context)[0])
-        values[name] = measured(definition, raw[name], spread[name], name)
-        if unseen and definition.name in OF_TURNS:
-            values[name] = dataclasses.replace(values[name], determined=False, note=UNSEEN)
-    inside = (times >= repetition.start_s) & (times <= repetition.end_s)
-    gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
-    return MeasuredRepetition(repetition, values, gap, cue_s, raw, spread)
-
-
-def _turn_sd(mean: MotionSamples, samples: MotionSamples) -> float:
-    """Root mean square of the angle between the rotations of the samples and of their mean, rad; 0 in a gap."""
-    some = np.flatnonzero(mean.observed)[::10]
-    if not len(some):
-        return 0.0
-    trace = np.einsum("snij,nij->sn", samples.rotations[:, some], mean.rotations[0, some])
-    return float(np.sqrt((np.arccos(np.clip(0.5 * (trace - 1), -1, 1)) ** 2).mean()))
-
-
-def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:
-    """(suffix, start, end) of what a measure is computed for."""
-    if definition.of == "repetition":
-        return [("", repetition.start_s, repetition.end_s)]
-    movements = [(p.start_s, p.end_s) for p in repetition.movements]
-    out = [("_move", *with_rests(movements, 0))]
-    if len(movements) > 1:
-        out.append(("_return", *with_rests(movements, len(movements) - 1)))
-    return out
 
 
 def _averages(
