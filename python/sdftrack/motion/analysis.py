@@ -151,13 +151,17 @@ def analyze(
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
     motion.draw()  # once, before threads ask for it
-    with ThreadPoolExecutor(_core.thread_count(whole(threads, "threads", 0, what=THREADS))) as pool:
-        each = [(r, _cue_of(r, found, cues)) for r in found]
-        done = list(pool.map(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
-    count = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
+    each = [(r, _cue_of(r, found, cues)) for r in found]
+    count = min(_core.thread_count(whole(threads, "threads", 0, what=THREADS)), max(len(each), 1))
+    with ThreadPoolExecutor(count) as pool:
+        run = map if count == 1 else pool.map
+        done = list(run(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
+    counts = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
-    return Analysis(motion, done, (len(found), *count[1:]), averages, variation, shares, context, definitions)
+    return Analysis(
+        motion, done, (len(found), *counts[1:]), averages, variation, shares, context, definitions
+    )
 
 
 def _chosen(measures: Sequence[str] | None) -> list[Definition]:
