@@ -117,14 +117,6 @@ def test_a_recording_of_ones_own(page):
 
 
 @pytest.mark.slow
-def test_an_exercise(page, capsys):
-    names = page("exercise.md")
-    assert names["found"].count == (5, 5, 5)
-    assert "5 repetitions in" in Path("report.html").read_text()
-    assert names["values"]["box"]["speed_mps"] > 0
-
-
-@pytest.mark.slow
 def test_the_browser(page, capsys):
     pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
     shown = ("sdftrack view result/", "sdftrack view recording/", "sdftrack view part.ply --unit mm")

@@ -79,5 +79,5 @@ def test_an_exercise_step_by_step(tmp_path, monkeypatch, capsys):
     assert "2 repetitions (2 to 2)" in capsys.readouterr().out
     for folder in ("measured", "corrected", "compared"):
         assert (Path(folder) / "report.html").is_file()
-    assert "Comparison of the sessions" in Path("compared/report.html").read_text(encoding="utf-8")
+    assert "Changes since" in Path("compared/report.html").read_text(encoding="utf-8")
     assert {p.suffix for p in Path("exported").glob("trajectory*")} == {".csv", ".sto", ".trc"}
