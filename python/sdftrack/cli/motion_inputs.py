@@ -69,10 +69,9 @@ def _load(path: Path, name: str, wishes: Wishes) -> Session:
         _check_reach(path, t)
     up: Any = wishes.up
     if wishes.table:
-        normal, offset = _table_of(path)
-        up = normal if wishes.up is None else up
+        T = table_frame(*_table_of(path))
+        up = T[2, :3] if wishes.up is None else up  # z of the table
         if wishes.in_table_frame:
-            T = table_frame(normal, offset)
             chosen = [in_frame(t, T, "table") for t in chosen]
             up = T[:3, :3] @ up
     return Session(name, path, chosen, up)
@@ -142,9 +141,7 @@ def _table_of(path: Path) -> Any:
     if source is None or not Path(source).exists():
         raise ValueError(f"--up, --frame: the recording {source} of {path} is not there; give --up x,y,z")
     with st.open_sequence(source, layout=settings.get("layout", "auto")) as seq:
-        _, (normal, offset) = st.remove_plane(seq[0], seq.camera)
-    # The camera is above the table.
-    return (normal, offset) if offset >= 0 else (-normal, -offset)
+        return st.remove_plane(seq[0], seq.camera)[1]
 
 
 def parse_point(text: str) -> str | Numbers:

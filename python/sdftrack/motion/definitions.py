@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.spread import CALIBRATION
 
-__all__ = ["DEFINITIONS", "Context", "Definition", "measure"]
+__all__ = ["DEFINITIONS", "Compute", "Context", "Definition", "measure", "of_two_objects"]
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,14 @@ class Context:
     up: Array | None = None
     axis_obj: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     movements: tuple[tuple[float, float], ...] = ()
+
+
+Compute = Callable[[MotionSamples, Context], Array]
+
+
+def of_two_objects(samples: MotionSamples, context: Context) -> Array:
+    """In place of the function of a measure that no object has alone."""
+    raise NotImplementedError("computed for two objects")
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,7 @@ class Definition:
     source: str
     wide: float
     relative: bool
-    compute: Callable[[MotionSamples, Context], Array]
+    compute: Compute
     of: str = "repetition"
     signed: bool = False
     bias: float = 0.0
@@ -99,13 +107,13 @@ def measure(
     relative: bool = True,
     *,
     of: str = "repetition",
-) -> Callable[[Callable[[MotionSamples, Context], Array]], Callable[[MotionSamples, Context], Array]]:
+) -> Callable[[Compute], Compute]:
     """Register a function as the measure `name`."""
 
-    def register(f: Callable[[MotionSamples, Context], Array]) -> Callable[[MotionSamples, Context], Array]:
+    def register(f: Compute) -> Compute:
         bias, spread = CALIBRATION.get(name, (0.0, 1.0))
         DEFINITIONS[name] = Definition(
-            name, label, unit, text, source, wide, relative, f, of, False, bias, spread
+            name, label, unit, text, source, wide, relative, f, of, bias=bias, spread=spread
         )
         return f
 

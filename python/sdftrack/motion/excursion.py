@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.posterior import SmoothedMotion
+from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["Excursion", "excursion_of", "excursions_of_samples"]
@@ -58,7 +59,7 @@ def excursion_of(motion: SmoothedMotion, rate_hz: float, by: str = "auto") -> Ex
     start = mean.rotations[0, first[len(first) // 2]]
     if by == "position" or (by == "auto" and np.percentile(distance, 98) >= LEAST_MOVE_M):
         return _around_or_from(times, distance, mean, home)
-    turned = _filled(_angles(mean.rotations[0], start))
+    turned = _filled(angles_between(mean.rotations[0], start))
     largest = float(np.percentile(turned, 98))
     if by == "rotation" or largest >= LEAST_TURN_RAD:
         return Excursion(times, turned, largest, "rotation", start)
@@ -69,7 +70,7 @@ def excursions_of_samples(motion: SmoothedMotion, found: Excursion) -> Array:
     """(S, n) excursions of the samples, at fewer times: repetitions take longer than a second."""
     samples = motion.samples(motion.times_s(SAMPLES_RATE_HZ))
     if found.by == "rotation":
-        return np.array([_filled(_angles(R, found.home)) for R in samples.rotations])
+        return np.array([_filled(angles_between(R, found.home)) for R in samples.rotations])
     moved = samples.positions_m - found.home
     if found.direction is not None:
         along = moved @ found.direction
@@ -91,11 +92,6 @@ def _around_or_from(times: Array, distance: Array, mean: MotionSamples, home: Ar
     if np.mean(moving) > FLAT and np.ptp(distance[moving]) < FLAT * (high - low) and both_ways:
         return Excursion(times, along - along.min(), float(high - low), "direction", home, axes[0])
     return Excursion(times, distance, largest, "position", home)
-
-
-def _angles(R: Array, start: Array) -> Array:
-    cosine = 0.5 * (np.einsum("nij,ij->n", R, start) - 1)
-    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
 
 def _filled(values: Array) -> Array:

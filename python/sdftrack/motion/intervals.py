@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.io.result_rows import plain
 from sdftrack.motion.definitions import Definition
 
 __all__ = ["Measured", "measured"]
@@ -16,9 +18,7 @@ __all__ = ["Measured", "measured"]
 Array = NDArray[np.float64]
 LEVEL = (2.5, 97.5)
 TOO_WIDE = "the interval is too wide: move nearer, record more frames per second, or use a larger object"
-NOISE_ALONE = (
-    0.2  # of the value, as the shift of the samples: noise alone shows 0.41, its square root of 2 less 1
-)
+NOISE_ALONE = 0.2  # of the value, as the shift of the samples; of noise alone it is sqrt(2) - 1
 SEVERAL = "several movements fit the poses: correct the repetitions, or record more frames per second"
 APART = 0.8  # of half of an interval: the value of the mean movement is not that of the samples
 LEAST_DEFINED = 0.9  # of the samples
@@ -49,17 +49,7 @@ class Measured:
 
     def to_dict(self) -> dict[str, Any]:
         """Ready for JSON: null where undefined."""
-        numbers = {k: v if np.isfinite(v) else None for k, v in self._numbers().items()}
-        return {
-            "name": self.name,
-            "unit": self.unit,
-            **numbers,
-            "determined": self.determined,
-            "note": self.note,
-        }
-
-    def _numbers(self) -> dict[str, float]:
-        return {"value": self.value, "low": self.low, "high": self.high}
+        return dict(plain(dataclasses.asdict(self)))
 
 
 def measured(definition: Definition, value: float, samples: Array, name: str | None = None) -> Measured:

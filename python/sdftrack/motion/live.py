@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers
+from sdftrack.io.result_rows import plain
 
 __all__ = ["LiveMotion", "LiveValues"]
 
@@ -49,8 +50,7 @@ class LiveValues:
 
     def to_dict(self) -> dict[str, float | int | None]:
         """Ready for JSON."""
-        values: dict[str, Any] = dict(self.__dict__)
-        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values.items()}
+        return dict(plain(dataclasses.asdict(self)))
 
     def text(self) -> str:
         """One line for people."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sdftrack.motion.definitions import Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.posterior import SmoothedMotion
+from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.repetitions import Repetition
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.windows import MARGIN_S, with_rests
@@ -104,8 +105,8 @@ def _turn_sd(mean: MotionSamples, samples: MotionSamples) -> float:
     some = np.flatnonzero(mean.observed)[::10]
     if not len(some):
         return 0.0
-    trace = np.einsum("snij,nij->sn", samples.rotations[:, some], mean.rotations[0, some])
-    return float(np.sqrt((np.arccos(np.clip(0.5 * (trace - 1), -1, 1)) ** 2).mean()))
+    angles = angles_between(samples.rotations[:, some], mean.rotations[0, some])
+    return float(np.sqrt((angles**2).mean()))
 
 
 def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:

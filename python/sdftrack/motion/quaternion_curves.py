@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "angles_between",
     "angular_velocities",
     "angular_velocities_first",
     "continuous_quaternions",
@@ -85,3 +86,9 @@ def angular_velocities_first(q: Array, rate: Array) -> Array:
     """(3, ...) of curves (4, ...)."""
     vector = q[3] * rate[:3] - rate[3] * q[:3] - cross_first(rate[:3], q[:3])
     return np.asarray(2.0 * vector / (q**2).sum(axis=0))
+
+
+def angles_between(R: Array, S: Array) -> Array:
+    """(...) angles of the rotations R^T S of two (..., 3, 3), rad: arccos((trace - 1) / 2)."""
+    trace = np.einsum("...ij,...ij->...", R, S)
+    return np.asarray(np.arccos(np.clip(0.5 * (trace - 1), -1, 1)))

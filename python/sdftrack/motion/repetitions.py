@@ -99,9 +99,8 @@ def count_interval(motion: SmoothedMotion, *, by: str = "auto") -> tuple[int, in
 
 def _peaks(values: Array, found: Excursion) -> NDArray[np.int64]:
     prominence = PROMINENCE * found.largest
-    if (
-        found.direction is not None
-    ):  # cycles about the start: a recording begins and ends between two extremes
+    # Of cycles about the start, a recording begins and ends between two extremes.
+    if found.direction is not None:
         return np.asarray(find_peaks(values, prominence=prominence)[0])
     # Padded: an excursion that the recording cuts is one, too.
     padded = np.concatenate([[0.0], values, [0.0]])

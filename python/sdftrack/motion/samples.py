@@ -43,9 +43,8 @@ class MotionSamples:
     rotations: Array
     angular_velocities_radps: Array
     observed: NDArray[np.bool_]
-    _kept: dict[Any, Any] = field(
-        default_factory=dict, repr=False, init=False
-    )  # what several measures ask for
+    # What several measures ask for.
+    _kept: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     @property
     def rate_hz(self) -> float:

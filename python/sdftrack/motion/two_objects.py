@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.definitions import Context, Definition
+from sdftrack.motion.definitions import Definition, of_two_objects
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.contact import contacts, surface_distances
 from sdftrack.motion.measures.symmetry_index import symmetry_index
@@ -79,7 +79,7 @@ def contact(
     values = {}
     for (name, unit, text, wide), at_mean, sampled in zip(MEASURES, mean, each, strict=True):
         asked = Definition(
-            name, name, unit, text, "", wide, False, _nothing, signed=name == "surface_distance"
+            name, name, unit, text, "", wide, False, of_two_objects, signed=name == "surface_distance"
         )
         values[name] = measured(asked, float(at_mean[0]), sampled)
     return values
@@ -121,7 +121,3 @@ def _some(samples: MotionSamples, shift: int) -> MotionSamples:
     fields = {f.name: getattr(samples, f.name) for f in dataclasses.fields(samples) if f.init}
     kept = slice(shift, shift + SAMPLES)
     return MotionSamples(**{k: v if k in ("times_s", "observed") else v[kept] for k, v in fields.items()})
-
-
-def _nothing(samples: MotionSamples, context: Context) -> Array:
-    raise NotImplementedError("computed for two objects")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.repetition import on_repetition, undefined
+from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["range_angle", "range_height", "range_horizontal", "range_turn", "reach"]
@@ -101,8 +102,7 @@ def reach(samples: MotionSamples, context: Context) -> Array:
 )
 @on_repetition
 def range_angle(samples: MotionSamples, context: Context) -> Array:
-    trace = np.einsum("snij,sij->sn", samples.rotations, samples.rotations[:, 0])
-    return np.asarray(np.arccos(np.clip(0.5 * (trace - 1), -1, 1)).max(axis=1))
+    return np.asarray(angles_between(samples.rotations, samples.rotations[:, :1]).max(axis=1))
 
 
 @measure(

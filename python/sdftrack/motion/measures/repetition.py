@@ -3,19 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import wraps
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.definitions import Context
+from sdftrack.motion.definitions import Compute, Context
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["moving", "on_repetition", "undefined"]
 
 Array = NDArray[np.float64]
-Compute = Callable[[MotionSamples, Context], Array]
 
 
 def undefined(samples: MotionSamples) -> Array:

@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 BAND_HZ = (3.0, 12.0)
 TAPERS = 5
 LEAST_S = 1.0
-DETERMINED = 0.5  # width of the interval over the value
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def tremor_of(
     sd = float(np.sqrt(spread + (0.05 * floor) ** 2))
     rest = power - floor
     bounds = [float(np.sqrt(max(rest + k * 1.96 * sd, 0.0))) for k in (-1, 0, 1)]
-    determined = bounds[0] > 0 and bounds[2] - bounds[0] < max(DETERMINED * bounds[1], 1e-12) * 2
+    determined = bounds[0] > 0 and bounds[2] - bounds[0] < bounds[1]
     peak = float(frequencies[band][np.argmax(total)]) if determined else float("nan")
     return Tremor(
         bounds[1],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.definitions import Context, Definition
+from sdftrack.motion.definitions import Definition, of_two_objects
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.samples import MotionSamples
 
@@ -54,14 +54,9 @@ class Pair:
         }  # fmt: skip
 
 
-def _nothing(samples: MotionSamples, context: Context) -> Array:
-    """Pairs are computed from the samples of two objects, below."""
-    raise NotImplementedError
-
-
 def _definition(name: str, label: str, unit: str, text: str, wide: float) -> Definition:
     source = "Distance and cross-correlation"
-    return Definition(name, label, unit, text, source, wide, False, _nothing, signed=name == "pair_lag")
+    return Definition(name, label, unit, text, source, wide, False, of_two_objects, signed=name == "pair_lag")
 
 
 DEFINITIONS = (

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.analysis import Analysis
+from sdftrack.motion.definitions import Context
+from sdftrack.motion.measures.tilt import tilt
 from sdftrack.motion.report.style import GAP, INK, PHASES
 from sdftrack.motion.report.words import gaps_of
 
@@ -38,8 +40,8 @@ def time_svg(a: Analysis) -> str:
     if up is not None:
         height = 1e3 * mean.positions_m[0] @ up
         curves.append(("height, mm", height - height[np.isfinite(height)][0]))
-        axis = mean.rotations[0] @ a.settings["axis_obj"]
-        curves.append(("tilt, °", np.degrees(np.arccos(np.clip(axis @ up, -1, 1)))))
+        context = Context(times[0], times[-1], **a.settings)
+        curves.append(("tilt, °", np.degrees(tilt(mean, context)[0])))
     start = times[0]
     with _figure(8.6, 0.5 + 1.3 * len(curves), len(curves), 1) as (fig, axes):
         for ax, (label, values) in zip(axes[:, 0], curves, strict=True):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -40,10 +41,7 @@ class Change:
     shown: bool
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "session": self.session, "object": self.object, "name": self.name, "unit": self.unit,
-            "value": self.value, "low": self.low, "high": self.high, "shown": self.shown,
-        }  # fmt: skip
+        return dataclasses.asdict(self)
 
 
 def compare_sessions(sessions: Mapping[str, Sequence[Analysis]]) -> list[Change]:
