@@ -24,6 +24,7 @@ KINDS = ("reach", "pouring", "circle", "tremor", "two_handed")
 OBJECTS = ("cup", "ball", "box", "stick", "duck", "can")
 NOISES: tuple[tuple[str, Any], ...] = (("1 mm", 0.001), ("Kinect", "kinect"))
 REPETITIONS = 3
+TOUCHING_M = 0.001  # between two objects that meet
 DT = 1e-3  # s, of differences of exact velocities
 
 
@@ -69,7 +70,8 @@ def tracked_exercise(
     mesh = st.synth.exercise_object(name)
     center = 0.5 * (mesh.bounds[0] + mesh.bounds[1])
     mesh = st.Mesh(mesh.vertices - center, mesh.faces, mesh.colors)
-    exercise = st.synth.exercise(kind, seed=seed, repetitions=REPETITIONS, origin_m=float(center[2]))
+    own = {"meeting_m": float(np.ptp(mesh.bounds[:, 0])) + TOUCHING_M} if kind == "two_handed" else {}
+    exercise = st.synth.exercise(kind, seed=seed, repetitions=REPETITIONS, origin_m=float(center[2]), **own)
     seq = st.synth.exercise_sequence(exercise, mesh, noise=noise, seed=seed, threads=threads)
     shape = st.SDF.from_mesh(mesh, voxels=voxels, unit="m")
     tracker = st.Tracker([shape] * exercise.objects, seq.camera, threads=threads)

@@ -302,6 +302,17 @@ class TestErrorsOfTheTracker:
         # The axis itself is seen.
         assert found.averages["max_tilt"].determined
 
+    def test_the_tilt_of_a_lying_round_stick_is_not_determined(self):
+        trajectory = session()
+        C = trajectory.covariances.copy()
+        C[:, 3, :3] = C[:, :3, 3] = C[:, 3, 4:] = C[:, 4:, 3] = 0
+        C[:, 3, 3] = 3.0**2
+        found = motion.analyze(dataclasses.replace(trajectory, covariances=C), up=UP)
+        for name in ("max_tilt", "mean_tilt", *TURNS):
+            assert not found.averages[name].determined, name
+            assert "rotation is not seen" in found.averages[name].note
+        assert found.averages["reach"].determined
+
     def test_errors_that_change_slowly_widen_the_intervals_of_positions(self):
         trajectory = session()
         wider = dataclasses.replace(trajectory, covariances=25 * trajectory.covariances)

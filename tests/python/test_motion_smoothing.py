@@ -190,6 +190,21 @@ class TestAgainstTruth:
         }
         assert error["coupled"] < 0.97 * error["apart"]
 
+    def test_a_rotation_that_nobody_sees_does_not_move_the_position(self):
+        """A ball: its rotation wanders by radians, and the covariance links it to the position all the same."""
+        t, rng = np.arange(300) / 30, np.random.default_rng(4)
+        x, _ = wandering(t)
+        trajectory = noisy(t, x, turning(0.4 * t)[0], seed=4, sd_m=1e-4)
+        C = trajectory.covariances.copy()
+        grow = np.diag([1, 1, 1, 600, 600, 600])  # to 3 rad, with the same correlations
+        away = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.3, (len(t), 3)), axis=0))
+        poses = trajectory.poses.copy()
+        poses[:, :3, :3] = away.as_matrix() @ poses[:, :3, :3]
+        ball = motion.Trajectory(t, poses, grow @ C @ grow)
+        assert np.abs(C[0, :3, 3:]).max() > 0
+        error = np.linalg.norm(motion.smooth(ball).mean(t).positions_m[0] - x, axis=1)
+        assert error.max() < 5e-4
+
     def test_rest_is_smoothed_more_than_motion(self):
         t = np.arange(300) / 30
         s = motion.smooth(noisy(t, reaches(t, [4.0]), seed=7))

@@ -22,6 +22,7 @@ __all__ = ["UNSEEN", "MeasuredRepetition", "measure_repetition", "requests"]
 
 Array = NDArray[np.float64]
 OF_TURNS = frozenset({"range_angle", "range_turn", "peak_angular_speed"})
+OF_TILTS = frozenset({"max_tilt", "mean_tilt"})
 LARGEST_TURN_SD_RAD = 0.3  # beyond it angles saturate, and their intervals are too narrow
 UNSEEN = (
     "the rotation is not seen well enough: the object looks alike from several sides; track its colours too"
@@ -85,7 +86,7 @@ def measure_repetition(
 ) -> MeasuredRepetition:
     times, asked = requests(motion, repetition, cue_s, shared, definitions)
     mean, samples = motion.mean(times), motion.samples(times)
-    unseen = _turn_sd(mean, samples) > LARGEST_TURN_SD_RAD
+    unseen = _unseen(mean, samples, shared["axis_obj"])
     values: dict[str, Measured] = {}
     raw: dict[str, float] = {}
     spread: dict[str, Array] = {}
@@ -93,20 +94,29 @@ def measure_repetition(
         spread[name] = definition.compute(samples, context)
         raw[name] = float(definition.compute(mean, context)[0])
         values[name] = measured(definition, raw[name], spread[name], name)
-        if unseen and definition.name in OF_TURNS:
+        if definition.name in unseen:
             values[name] = dataclasses.replace(values[name], determined=False, note=UNSEEN)
     inside = (times >= repetition.start_s) & (times <= repetition.end_s)
     gap = float(np.sum(~mean.observed[inside]) / RATE_HZ)
     return MeasuredRepetition(repetition, values, gap, cue_s, raw, spread)
 
 
-def _turn_sd(mean: MotionSamples, samples: MotionSamples) -> float:
-    """Root mean square of the angle between the rotations of the samples and of their mean, rad; 0 in a gap."""
+def _unseen(mean: MotionSamples, samples: MotionSamples, axis_obj: Array) -> frozenset[str]:
+    """The measures of what is not known to 0.3 rad: of the rotation, or of the direction of the upright axis.
+
+    A can's print may not show how it is turned, while its axis is known.
+    """
     some = np.flatnonzero(mean.observed)[::10]
     if not len(some):
-        return 0.0
-    angles = angles_between(samples.rotations[:, some], mean.rotations[0, some])
-    return float(np.sqrt((angles**2).mean()))
+        return frozenset()
+    turned, center = samples.rotations[:, some], mean.rotations[0, some]
+    turns = angles_between(turned, center)
+    tilts = np.arccos(np.clip(((turned @ axis_obj) * (center @ axis_obj)).sum(axis=-1), -1, 1))
+    out: frozenset[str] = frozenset()
+    for angles, names in ((turns, OF_TURNS), (tilts, OF_TILTS)):
+        if np.sqrt((angles**2).mean()) > LARGEST_TURN_SD_RAD:
+            out |= names
+    return out
 
 
 def _stretches(definition: Definition, repetition: Repetition) -> list[tuple[str, float, float]]:

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 FINEST_STEP_S = 1 / 60  # of knots: hands move below 15 Hz
 WEAK = 4.0  # factor of the covariance of weak poses, see docs/trust.md
 DEFAULT_SD = np.repeat([1e-3, 1e-2], 3)  # m, rad: only their ratio over time matters, the scale is estimated
+LINEAR_RAD = 0.2  # standard deviation: the sine is off by 1 % at twice that
 MIN_FRAMES = 8  # of a piece: fewer do not determine accelerations
 
 
@@ -85,7 +86,22 @@ def _noise(trajectory: Trajectory) -> Array:
             covariances[known] = trajectory.covariances[known]
     weak = np.array([s == "weak" for s in trajectory.status or ()])
     covariances[weak] *= WEAK
-    return covariances
+    return _decoupled(covariances)
+
+
+def _decoupled(covariances: Array) -> Array:
+    """Without what links positions to rotations about axes that are not known to `LINEAR_RAD`.
+
+    Such a rotation is off by more than the linear relation between the two holds for: applied to it, it would move the
+    position of a ball by millimetres because its print is not seen.
+    """
+    values, axes = np.linalg.eigh(covariances[:, 3:, 3:])
+    links = covariances[:, :3, 3:] @ axes
+    links *= (values < LINEAR_RAD**2)[:, None, :]
+    out = covariances.copy()
+    out[:, :3, 3:] = links @ np.swapaxes(axes, 1, 2)
+    out[:, 3:, :3] = np.swapaxes(out[:, :3, 3:], 1, 2)
+    return out
 
 
 def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, order: int) -> Piece:
