@@ -70,7 +70,9 @@ def tracked_exercise(
     mesh = st.synth.exercise_object(name)
     center = 0.5 * (mesh.bounds[0] + mesh.bounds[1])
     mesh = st.Mesh(mesh.vertices - center, mesh.faces, mesh.colors)
-    own = {"meeting_m": float(np.ptp(mesh.bounds[:, 0])) + TOUCHING_M} if kind == "two_handed" else {}
+    own: dict[str, Any] = (
+        {"meeting_m": float(np.ptp(mesh.bounds[:, 0])) + TOUCHING_M} if kind == "two_handed" else {}
+    )
     exercise = st.synth.exercise(kind, seed=seed, repetitions=REPETITIONS, origin_m=float(center[2]), **own)
     seq = st.synth.exercise_sequence(exercise, mesh, noise=noise, seed=seed, threads=threads)
     shape = st.SDF.from_mesh(mesh, voxels=voxels, unit="m")
