@@ -11,7 +11,7 @@ __all__ = ["as_options", "options_of"]
 
 # Of every command, also where the parser could not tell which one was meant.
 COMMON = {"voxels": "--voxels", "unit": "--unit", "holes": "--holes", "overwrite": "--overwrite"}
-NAME = r"\b([a-z][a-z0-9_]*)="
+NAME = r"(?<![\w/])([a-z][a-z0-9_]*)="  # not in a path
 END = r"(?=[\s,;.)]|$)"
 
 

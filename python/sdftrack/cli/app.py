@@ -11,6 +11,7 @@ import typer
 
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.cli import (
+    batch,
     calibrate,
     config,
     contour,
@@ -50,6 +51,7 @@ for command in (
     superpixels.superpixels,
     evaluate.evaluate,
     motion.motion,
+    batch.batch,
     live.live,
     record.record,
     convert.convert,

@@ -1,0 +1,141 @@
+"""A function over many items in other processes: outcomes, deaths, retries, order."""
+
+from __future__ import annotations
+
+import os
+import pickle
+
+import batch_functions as functions
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack import batch
+from sdftrack.batch.cluster import cluster, workers_for
+from sdftrack.batch.scheduling import Died, Task, outcomes
+
+pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
+
+
+def rendered(frames):
+    camera = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
+    return st.synth.sequence(st.SDF.sphere(0.06, voxels=32), frames, camera=camera, noise=0.001, seed=1)
+
+
+@pytest.fixture(scope="module")
+def connect():
+    with cluster(None, 1) as connect:
+        yield connect
+
+
+@pytest.mark.slow
+class TestMap:
+    def test_outcomes_are_in_the_order_of_the_items_and_an_error_is_one(self):
+        seen = []
+        found = batch.map(
+            functions.refuses_three,
+            [5, 3, 4],
+            jobs=2,
+            progress=lambda done, total: seen.append((done, total)),
+        )
+        assert [o.value for o in found] == [5, None, 4]
+        assert found[1].error.args == ("expected another number than 3",)
+        assert seen == [(1, 3), (2, 3), (3, 3)]
+
+    def test_a_sequence_is_read_by_another_process(self, tmp_path):
+        st.save_sequence(tmp_path / "seq", rendered(2))
+        (found,) = batch.map(functions.frames_of, [st.open_sequence(tmp_path / "seq")], jobs=1)
+        assert found.error is None
+        assert found.value == (2, (48, 64))
+
+
+@pytest.mark.slow
+class TestDeaths:
+    def test_what_died_is_repeated_and_what_always_dies_is_said(self, connect, tmp_path):
+        items = [(str(tmp_path), "a"), (str(tmp_path), "b")]
+        tasks = [Task(f"t{i}", item) for i, item in enumerate(items)]
+        found = {
+            task.name: outcome for task, outcome in outcomes(connect, functions.dies_once, tasks, retries=2)
+        }
+        assert found == {"t0": "a", "t1": "b"}
+
+    def test_retries_end(self, connect):
+        tasks = [Task(f"t{i}", i) for i in range(2)]
+        found = {task.name: outcome for task, outcome in outcomes(connect, functions.dies, tasks, retries=1)}
+        assert found["t0"] == 0
+        assert isinstance(found["t1"], Died)
+        assert "died (2 times)" in str(found["t1"])
+
+    def test_where_it_would_not_help_nothing_is_repeated(self, connect):
+        found = list(
+            outcomes(connect, functions.dies, [Task("t", 1)], retries=9, may_help=lambda task: False)
+        )
+        assert "died (1 times)" in str(found[0][1])
+
+
+@pytest.mark.slow
+class TestOrder:
+    def test_a_task_waits_for_its_predecessor_and_is_left_out_if_that_fails(self, connect):
+        tasks = [
+            Task("bad", 3), Task("after bad", 4, after="bad"), Task("good", 1), Task("after good", 2, after="good"),
+            Task("later", 5, after="after bad"),
+        ]  # fmt: skip
+        found = list(outcomes(connect, functions.refuses_three, tasks))
+        by_name = {task.name: outcome for task, outcome in found}
+        assert isinstance(by_name.pop("bad"), ValueError)
+        assert by_name == {"after bad": None, "later": None, "good": 1, "after good": 2}
+        names = [task.name for task, _ in found]
+        assert names.index("after good") > names.index("good")
+
+    def test_more_tasks_than_the_window_holds(self, connect, monkeypatch):
+        monkeypatch.setattr("sdftrack.batch.scheduling.WINDOW", 7)
+        tasks = [Task(f"t{i}", i) for i in range(50)]
+        found = {task.argument: outcome for task, outcome in outcomes(connect, functions.square, tasks)}
+        assert found == {i: i * i for i in range(50)}
+
+    def test_resources_that_no_worker_has_are_said(self, connect):
+        with pytest.raises(ValueError, match=r"expected a worker with --resources GPU=1, got none"):
+            list(outcomes(connect, functions.square, [Task("t", 1, resources={"GPU": 1})]))
+
+
+class TestBadInput:
+    def test_no_items(self):
+        assert batch.map(functions.square, []) == []
+
+    def test_no_function(self):
+        with pytest.raises(TypeError, match=r"function: expected a function, got int"):
+            batch.map(3, [1])
+
+    @pytest.mark.parametrize("scheduler", ["nonsense", "tcp://:8786", "http:/x"])
+    def test_no_address(self, scheduler):
+        with pytest.raises(ValueError, match=r"scheduler: expected an address such as tcp://node1:8786"):
+            batch.map(functions.square, [1], scheduler=scheduler)
+
+    @pytest.mark.slow
+    def test_nobody_there(self):
+        with pytest.raises(
+            ConnectionError, match=r"cannot reach tcp://127.0.0.1:1; is `dask scheduler` running"
+        ):
+            batch.map(functions.square, [1], scheduler="tcp://127.0.0.1:1")
+
+    def test_more_memory_than_there_is(self):
+        with pytest.raises(ValueError, match=r"memory_gb: expected at most .* on this machine, got 1e\+06"):
+            workers_for(0, int(1e15), 1)
+
+    def test_the_number_of_workers_is_bounded_by_cores_threads_and_memory(self):
+        assert workers_for(3, None, 1) == 3
+        assert workers_for(0, None, 10**4) == 1
+        assert workers_for(0, None, 1) == len(os.sched_getaffinity(0)) or workers_for(0, None, 1) >= 1
+
+
+def test_sequences_frames_and_results_can_be_sent_to_another_process(tmp_path):
+    st.save_sequence(tmp_path / "seq", rendered(2))
+    for sequence in (rendered(2), st.open_sequence(tmp_path / "seq")):
+        again = pickle.loads(pickle.dumps(sequence))
+        assert len(again) == 2
+        np.testing.assert_array_equal(again[1].depth, sequence[1].depth)
+    tracker = st.Tracker(st.SDF.sphere(0.06, voxels=32), sequence.camera, threads=1)
+    result = tracker.start(sequence[0], poses=[sequence.ground_truth[0]])
+    again = pickle.loads(pickle.dumps((tracker, result)))
+    np.testing.assert_array_equal(again[1].poses, result.poses)
+    np.testing.assert_array_equal(again[0].track(sequence[1]).poses, tracker.track(sequence[1]).poses)

@@ -1,0 +1,398 @@
+"""The command batch: plans, results as the single commands write them, going on after a crash."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import sdftrack as st
+from sdftrack.cli.app import run
+from sdftrack.cli.batch_plan import read_plan
+from sdftrack.cli.batch_task import RECORD, Call, call
+
+pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
+
+PLAN = """
+[[job]]
+command = "track"
+sequences = "recordings/*"
+model = "box.ply"
+unit = "m"
+voxels = [24, 32]
+no_video = true
+
+[[job]]
+command = "evaluate"
+of = "track"
+symmetry = "none"
+"""
+
+
+TIMES = {"seconds"}  # differ from run to run
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Three small recordings, one of which cannot be read, a model and a plan."""
+    root = tmp_path_factory.mktemp("made")
+    mesh = st.synth.exercise_object("box")
+    mesh.save(root / "box.ply")
+    camera = st.Camera(150.0, 150.0, 79.5, 59.5, 160, 120)
+    for seed in range(2):
+        seq = st.synth.sequence(mesh, 3, camera=camera, noise=0.001, seed=seed)
+        st.save_sequence(root / "recordings" / f"run_{seed}", seq)
+    broken = root / "recordings" / "run_2"
+    shutil.copytree(root / "recordings" / "run_0", broken)
+    (broken / "scene_camera.json").write_text("{")
+    (root / "plan.toml").write_text(PLAN)
+    return root
+
+
+def started(made, out, *options):
+    command = [
+        sys.executable,
+        "-m",
+        "sdftrack",
+        "batch",
+        str(made / "plan.toml"),
+        "--out",
+        str(out),
+        *options,
+    ]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def rows_of(out):
+    with (out / "summary.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def files_of(folder):
+    """Contents without times and without the record of the batch."""
+    out = {}
+    for path in sorted(folder.rglob("*")):
+        if path.suffix == ".json" and path.name != RECORD:
+            content = json.loads(path.read_text())
+            for frame in content.get("frames", []):
+                frame.pop("seconds", None)
+            out[path.name] = content
+        elif path.suffix in (".csv", ".txt"):
+            rows = [
+                line.rsplit(",", 1)[0] for line in path.read_text().splitlines()
+            ]  # the last column is a time
+            out[path.name] = rows
+    return out
+
+
+@pytest.fixture(scope="module")
+def batch(made, tmp_path_factory):
+    """A whole run: (folder, exit code, standard output, standard error)."""
+    out = tmp_path_factory.mktemp("batch") / "out"
+    process = started(made, out, "--jobs", "1")
+    told, errors = process.communicate(timeout=300)
+    return out, process.returncode, told, errors
+
+
+@pytest.mark.slow
+class TestWholeRun:
+    def test_what_failed_is_said_and_the_rest_is_done(self, batch):
+        out, code, told, errors = batch
+        assert code == 1
+        assert errors.splitlines()[-1] == f"sdftrack: error: 4 of 12 calls failed: see {out / 'summary.csv'}"
+        assert "track/run_2/voxels=24: refused: " in told
+        assert "scene_camera.json" in told
+
+    def test_the_summary_has_a_row_for_each_call_in_the_order_of_the_plan(self, batch):
+        rows = rows_of(batch[0])
+        assert [r["item"] for r in rows] == [
+            f"{job}/run_{k}/voxels={v}" for job in ("track", "evaluate") for k in range(3) for v in (24, 32)
+        ]
+        assert [r["status"] for r in rows] == ["done"] * 4 + ["refused"] * 2 + ["done"] * 4 + ["skipped"] * 2
+        assert {r["voxels"] for r in rows} == {"24", "32"}
+        assert all(r["frames"] == "3" and int(r["ok"]) >= 1 for r in rows[:4])
+        assert all(0 < float(r["translation_mm.mean"]) < 5 for r in rows[6:10])
+        assert "track/run_2/voxels=24 has no results" in rows[-2]["reason"]
+
+    def test_the_parquet_file_has_the_same_rows(self, batch):
+        parquet = pytest.importorskip("pyarrow.parquet")
+        table = parquet.read_table(batch[0] / "summary.parquet").to_pylist()
+        for a, b in zip(rows_of(batch[0]), table, strict=True):
+            assert a["item"] == b["item"]
+            error = b["translation_mm.mean"]
+            assert a["translation_mm.mean"] == ("" if error is None else str(error))
+
+    def test_the_results_are_those_of_the_command_alone(self, batch, made, tmp_path):
+        line = ["track", str(made / "recordings" / "run_1"), "--model", str(made / "box.ply"), "--unit", "m"]
+        assert (
+            run(
+                [
+                    *line,
+                    "--voxels",
+                    "24",
+                    "--no-video",
+                    "--threads",
+                    "1",
+                    "--quiet",
+                    "--out",
+                    str(tmp_path / "r"),
+                ]
+            )
+            == 0
+        )
+        alone, own = files_of(tmp_path / "r"), files_of(batch[0] / "track" / "run_1" / "voxels=24")
+        assert alone.keys() == own.keys()
+        assert alone == own
+
+    def test_nothing_unfinished_is_left(self, batch):
+        assert not [p for p in batch[0].rglob("*") if p.name.endswith(".part") or p.name == ".sdftrack.lock"]
+        assert not (batch[0] / "track" / "run_2" / "voxels=24").exists()
+
+    def test_status_shows_the_same(self, batch, capsys):
+        assert run(["batch", "status", str(batch[0])]) == 0
+        text = capsys.readouterr().out
+        assert "track" in text
+        assert "refused" in text
+        assert "scene_camera.json" in text
+
+    def test_a_second_run_does_nothing_again(self, batch, made, capsys):
+        before = {p: p.stat().st_mtime_ns for p in batch[0].rglob("*.json*")}
+        table = (batch[0] / "summary.csv").read_text()
+        assert run(["batch", str(made / "plan.toml"), "--out", str(batch[0]), "--jobs", "1"]) == 1
+        assert (batch[0] / "summary.csv").read_text() == table
+        before = {p: t for p, t in before.items() if p.name != "items.jsonl"}
+        assert before == {
+            p: p.stat().st_mtime_ns for p in batch[0].rglob("*.json*") if p.name != "items.jsonl"
+        }
+
+    def test_other_options_for_the_same_results_are_refused(self, batch, made, capsys):
+        other = made / "other.toml"
+        other.write_text(PLAN.replace("no_video = true", 'no_video = true\nmode = "depth"'))
+        assert run(["batch", str(other), "--out", str(batch[0])]) == 1
+        assert "with other options or of another recording" in capsys.readouterr().err
+
+    def test_a_folder_that_was_removed_is_made_again_alone(self, batch, made, tmp_path):
+        out = tmp_path / "copy"
+        shutil.copytree(batch[0], out)
+        before = files_of(out / "track" / "run_0" / "voxels=24")
+        shutil.rmtree(out / "track" / "run_0" / "voxels=24")
+        kept = (out / "track" / "run_1" / "voxels=24" / "report.json").stat().st_mtime_ns
+        assert run(["batch", str(made / "plan.toml"), "--out", str(out), "--jobs", "1", "-q"]) == 1
+        assert files_of(out / "track" / "run_0" / "voxels=24") == before
+        assert (out / "track" / "run_1" / "voxels=24" / "report.json").stat().st_mtime_ns == kept
+
+
+@pytest.mark.slow
+def test_a_killed_run_goes_on(made, batch, tmp_path):
+    out = tmp_path / "out"
+    first = started(made, out, "--jobs", "1")
+    deadline = time.monotonic() + 120
+    while not list(out.glob("track/*/*/report.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    first.send_signal(signal.SIGKILL)
+    first.communicate()
+    second = started(made, out, "--jobs", "1")
+    second.communicate(timeout=300)
+    assert second.returncode == 1
+    assert (out / "summary.csv").read_text() == (batch[0] / "summary.csv").read_text()
+    assert not list(out.rglob("*.part"))
+
+
+@pytest.mark.slow
+def test_two_runs_at_once_on_one_folder(made, tmp_path):
+    out = tmp_path / "out"
+    both = [started(made, out, "--jobs", "1") for _ in range(2)]
+    errors = sorted(p.communicate(timeout=300)[1].splitlines()[-1] for p in both)
+    assert "expected a folder that no other run writes into" in errors[1] or "calls failed" in errors[1]
+    assert sum("calls failed" in line for line in errors) >= 1
+    assert len(rows_of(out)) == 12
+
+
+class TestCall:
+    """A single call, as a worker runs it."""
+
+    def what(self, made, tmp_path, **fields):
+        given = {
+            "command": ["track", str(made / "recordings" / "run_0")],
+            "words": ["--model", str(made / "box.ply"), "--unit", "m", "--voxels", "24", "--no-video"],
+            "files": (), "digest": "d", "folder": str(tmp_path / "out" / "a"), "log": str(tmp_path / "logs" / "a.log"),
+        }  # fmt: skip
+        return Call(**{**given, **fields})
+
+    def test_the_second_one_finds_the_results_of_the_first(self, made, tmp_path):
+        what = self.what(made, tmp_path)
+        first = call(what)
+        report = (Path(what.folder) / "report.json").stat().st_mtime_ns
+        second = call(what)
+        assert (first.status, second.status) == ("done", "done")
+        assert second.seconds == first.seconds
+        assert (Path(what.folder) / "report.json").stat().st_mtime_ns == report
+
+    def test_what_is_refused_leaves_a_log_and_no_folder(self, made, tmp_path):
+        what = self.what(made, tmp_path, command=["track", str(made / "nowhere")])
+        result = call(what)
+        assert result.status == "refused"
+        assert "nowhere" in result.reason
+        assert result.reason in Path(what.log).read_text()
+        assert not list((tmp_path / "out").iterdir())
+
+    def test_a_folder_of_somebody_else_is_not_touched(self, made, tmp_path):
+        what = self.what(made, tmp_path)
+        (tmp_path / "out" / "a").mkdir(parents=True)
+        (tmp_path / "out" / "a" / "thesis.txt").write_text("mine")
+        with pytest.raises(ValueError, match=r"expected results of an earlier batch, got another folder"):
+            call(what)
+        assert (tmp_path / "out" / "a" / "thesis.txt").read_text() == "mine"
+
+    def test_recordings_and_models_at_addresses(self, made, tmp_path):
+        place = made.as_uri()
+        words = self.what(made, tmp_path).words
+        words[1] = f"{place}/box.ply"
+        what = self.what(
+            made, tmp_path, command=["track", f"{place}/recordings/run_0"], words=words, files=(1,),
+            cache=str(tmp_path / "cache"),
+        )  # fmt: skip
+        assert call(what).status == "done"
+        assert len(list((tmp_path / "cache").iterdir())) == 2
+
+    def test_a_call_that_takes_too_long_ends_its_process(self, made, tmp_path):
+        what = self.what(made, tmp_path, timeout_s=0.05)
+        code = f"from sdftrack.cli.batch_task import *; call({what!r})"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1
+        assert "timed out after 0.05 s" in Path(what.log).read_text()
+
+
+class TestPlan:
+    def read(self, tmp_path, text):
+        for name in ("a.ply", "b.ply", "c.ply", "m.ply"):
+            (tmp_path / name).touch()
+        (tmp_path / "recordings" / "a").mkdir(parents=True, exist_ok=True)
+        path = tmp_path / "plan.toml"
+        path.write_text(text)
+        return read_plan(path, {})
+
+    def job(self, **fields):
+        given = {"command": "track", "sequences": "recordings/*", "model": "m.ply", **fields}
+        return "[[job]]\n" + "".join(f"{k} = {json.dumps(v)}\n" for k, v in given.items() if v is not None)
+
+    def test_lists_make_a_matrix_and_lists_in_lists_repeat_an_option(self, tmp_path):
+        items = self.read(tmp_path, self.job(model=[["a.ply", "b.ply"], "c.ply"], mode=["depth", "rgbd"]))
+        assert [i.name for i in items] == [
+            f"track/a/model={m}_mode={d}" for m in ("a.ply,b.ply", "c.ply") for d in ("depth", "rgbd")
+        ]
+        models = ["--model", str(tmp_path / "a.ply"), "--model", str(tmp_path / "b.ply")]
+        assert items[0].options == [*models, "--mode", "depth", "--threads", "1"]
+        assert len({i.digest for i in items}) == 4
+
+    def test_paths_that_exist_are_those_beside_the_plan(self, tmp_path):
+        (item,) = self.read(tmp_path, self.job())
+        assert item.options[1] == str(tmp_path / "m.ply")
+        assert item.source == str(tmp_path / "recordings" / "a")
+
+    def test_flags(self, tmp_path):
+        (item,) = self.read(tmp_path, self.job(no_video=True, outline=False, colored=False))
+        assert item.options[2:] == ["--no-video", "--no-outline", "--threads", "1"]
+
+    @pytest.mark.parametrize(
+        ("text", "told"),
+        [
+            ("", "expected one or more tables [[job]]"),
+            ("x = [", "not valid TOML"),
+            ("jobs = 3", "unknown option 'jobs'; did you mean 'job'?"),
+            ("job = 3", "expected one or more tables [[job]]"),
+            ("[[job]]\n", "command: expected one of track"),
+        ],
+    )
+    def test_no_plan(self, tmp_path, text, told):
+        with pytest.raises(ValueError, match=r"plan\.toml: ") as caught:
+            self.read(tmp_path, text)
+        assert told in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("fields", "told"),
+        [
+            ({"command": "demo"}, "command: expected one of track"),
+            ({"voxel": 3}, "unknown option 'voxel'; did you mean 'voxels'?"),
+            ({"voxels": "many"}, "many"),
+            ({"voxels": 3}, "8"),
+            ({"voxels": [[24, 32]]}, "voxels: expected one value for each call"),
+            ({"voxels": []}, "voxels: expected a value or a list of values, got none"),
+            ({"voxels": [[True]]}, "voxels: expected text or a number"),
+            ({"no_video": 1}, "no_video: expected true or false, got 1"),
+            ({"out": "x"}, "out: set by the batch"),
+            ({"sequences": None}, "expected one of sequences"),
+            ({"sequences": 3}, "sequences: expected a path, a pattern or a list, got 3"),
+            ({"sequences": []}, "sequences: expected a path, a pattern or a list of them"),
+            ({"sequences": "none/*"}, "sequences: nothing matches none/*"),
+            ({"of": "track"}, "expected one of sequences"),
+            ({"of": "x", "sequences": None}, "only evaluate and motion take results"),
+            (
+                {"command": "motion", "of": "x", "sequences": None, "model": None},
+                "of: expected the name of an earlier job",
+            ),
+            ({"command": "evaluate", "model": None}, "expected of ="),
+            ({"name": "../x"}, "name: expected a word that can name a folder"),
+            ({"name": ""}, "name: expected a word that can name a folder"),
+            ({"memory_gb": -1}, "memory_gb: expected 0 or more"),
+            ({"memory_gb": "2"}, "memory_gb: expected a number, got '2'"),
+            ({"gpus": True}, "gpus: expected a number, got True"),
+            ({"model": None}, "--model"),
+            ({"model": "none.ply"}, "model: no such file: "),
+        ],
+    )
+    def test_a_wrong_job(self, tmp_path, fields, told):
+        with pytest.raises(ValueError, match=r"plan\.toml: job ") as caught:
+            self.read(tmp_path, self.job(**fields))
+        assert told in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    def test_two_jobs_of_one_name(self, tmp_path):
+        with pytest.raises(ValueError, match=r"expected a name for each of several jobs"):
+            self.read(tmp_path, self.job() + self.job())
+
+    def test_recordings_of_one_name(self, tmp_path):
+        for name in ("x/run", "y/run"):
+            (tmp_path / name).mkdir(parents=True)
+        items = self.read(tmp_path, self.job(sequences=["x/run", "y/run", "x/run"]))
+        assert [i.name for i in items] == ["track/run", "track/run_1"]
+
+
+def test_check_shows_the_calls(made, capsys):
+    assert run(["batch", str(made / "plan.toml"), "--check"]) == 0
+    text = capsys.readouterr().out
+    assert "12 calls" in text
+    assert "evaluate/run_0/voxels=24" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["batch", "nowhere.toml", "--out", "x"], 1, "nowhere.toml: no such file"),
+        (["batch", "status", "nowhere"], 1, "expected the folder of a batch"),
+        (["batch", "status"], 2, "sdftrack batch status DIR"),
+        (["batch", "a.toml", "b.toml"], 2, "expected one plan, got 2"),
+        (["batch", "a.toml", "--scheduler", "tcp://x:1", "--jobs", "2"], 2, "one of --scheduler and --jobs"),
+    ],
+)
+def test_wrong_use(arguments, code, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments) == code
+    assert told in capsys.readouterr().err
+    assert not os.listdir(tmp_path)
+
+
+def test_a_folder_with_other_things_is_refused(made, tmp_path, capsys):
+    (tmp_path / "thesis.txt").write_text("mine")
+    assert run(["batch", str(made / "plan.toml"), "--out", str(tmp_path)]) == 1
+    assert "expected a new or empty folder" in capsys.readouterr().err
+    assert os.listdir(tmp_path) == ["thesis.txt"]
