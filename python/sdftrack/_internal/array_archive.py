@@ -8,6 +8,7 @@ import errno
 import math
 import zipfile
 from collections.abc import Iterator
+from io import BufferedIOBase
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -15,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ArrayArchive", "may_hold", "write_archive"]
+__all__ = ["ArrayArchive", "may_hold", "read_array", "write_archive"]
 
 # What a file may expand to, so that a small one cannot take all memory.
 MOST_EXPANSION = 10
@@ -64,6 +65,7 @@ class ArrayArchive:
             infos = self._zip.infolist()
             declared = sum(info.file_size for info in infos)
             if not may_hold(file_bytes, declared):
+                self._zip.close()
                 raise ValueError(
                     f"{declared / 1e6:.0f} MB declared by a file of {file_bytes / 1e6:.3g} MB; at most "
                     f"{MOST_EXPANSION} times its size and {ALLOWANCE_BYTES / 1e6:.0f} MB more are read"
@@ -101,13 +103,9 @@ class ArrayArchive:
             if name not in self:
                 raise ValueError(f"no array {name[:60]!r}")
             with self._opened(f"{name}.npy") as file:
-                shape, fortran, dtype = _npy_header(file)
-                declared = math.prod(shape) * dtype.itemsize
-                if dtype.kind not in KINDS or file.tell() + declared != self._infos[f"{name}.npy"].file_size:
-                    raise ValueError(f"an array {name[:60]!r} of another type or size than it has bytes for")
-                out = np.empty(shape[::-1] if fortran else shape, dtype)
-                _fill(out, file)
-                return out.T if fortran else out
+                out = read_array(file, self._infos[f"{name}.npy"].file_size)
+                file.read(1)  # where the end is found, the CRC is compared
+                return out
 
     def _opened(self, name: str) -> zipfile.ZipExtFile:
         info = self._infos[name]
@@ -118,25 +116,36 @@ class ArrayArchive:
         return file
 
 
-def _npy_header(file: zipfile.ZipExtFile) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+def read_array(file: BinaryIO | BufferedIOBase, file_bytes: int) -> NDArray[Any]:
+    """An array of numbers in numpy's format, whose file has `file_bytes`; writable and contiguous.
+
+    ValueError, also where it declares more than the file has; whatever numpy raises for a header that is none.
+    """
+    shape, fortran, dtype = _npy_header(file)
+    if dtype.kind not in KINDS:
+        raise ValueError(f"an array of {dtype}, not of numbers")
+    declared = math.prod(shape) * dtype.itemsize
+    if file.tell() + declared != file_bytes:
+        raise ValueError(f"an array of {declared} bytes in a file of {file_bytes}")
+    out = np.empty(shape[::-1] if fortran else shape, dtype)
+    view = out.reshape(-1).view(np.uint8).data
+    at = 0
+    while at < len(view):
+        piece = file.read(min(CHUNK_BYTES, len(view) - at))
+        if not piece:
+            raise EOFError("the end of the file within an array")
+        view[at : at + len(piece)] = piece
+        at += len(piece)
+    return out.T if fortran else out
+
+
+def _npy_header(file: BinaryIO | BufferedIOBase) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     version = np.lib.format.read_magic(file)
     if version == (1, 0):
         return np.lib.format.read_array_header_1_0(file)
     if version == (2, 0):
         return np.lib.format.read_array_header_2_0(file)
     raise ValueError(f"an array of numpy's format {version}")
-
-
-def _fill(out: NDArray[Any], file: zipfile.ZipExtFile) -> None:
-    """Read the bytes of an array, up to the end of its file, where its CRC is compared."""
-    view = out.reshape(-1).view(np.uint8).data
-    at = 0
-    while at < len(view):
-        got = file.readinto(view[at : at + CHUNK_BYTES])
-        if not got:
-            raise EOFError("the end of the file within an array")
-        at += got
-    file.read(1)
 
 
 @contextlib.contextmanager

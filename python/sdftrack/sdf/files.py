@@ -48,7 +48,7 @@ def _plain(file: Path) -> dict[str, NDArray[Any]]:
     """The arrays of an .npz without header and checksum: of numpy.savez, or of version 0.1."""
     try:
         with ArrayArchive(file, file.stat().st_size) as archive:
-            if archive.text(saved_file.HEADER, 0) is not None:
+            if archive.text(saved_file.HEADER, saved_file.MOST_HEADER_BYTES) is not None:
                 raise ValueError("a truncated or damaged one")
             return {name: archive.array(name) for name in NAMES if name in archive}
     except ValueError as error:
