@@ -226,11 +226,13 @@ class Recorder(ClosedByWith):
             self._abandon()
             raise
         self._closed = True
-        for name in written:
-            os.replace(self._part(name), self.directory / name)
-        for name in self._folder.stale - set(written) - set(self._beside):
-            (self.directory / name).unlink(missing_ok=True)
-        self._folder.release()
+        try:
+            for name in written:
+                os.replace(self._part(name), self.directory / name)
+            for name in self._folder.stale - set(written) - set(self._beside):
+                (self.directory / name).unlink(missing_ok=True)
+        finally:
+            self._folder.release()
 
     def _write_parts(self) -> list[str]:
         """All files under their temporary names, so that the renames come together at the end."""

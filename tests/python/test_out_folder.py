@@ -319,14 +319,28 @@ def test_contour_replaces_the_masks_of_its_run_that_was_killed(tmp_path: Path) -
     assert run([*words, "--overwrite", "--stop", "3"]) == 1
 
 
-def test_the_lock_is_not_inherited_by_programs_that_a_run_starts(tmp_path: Path) -> None:
-    lock = FolderLock(tmp_path)
+def test_a_program_that_a_killed_run_has_started_does_not_hold_the_folder(tmp_path: Path) -> None:
+    started = "import subprocess; print(subprocess.Popen(['sleep', '60'], close_fds=False).pid, flush=True)"
     child = subprocess.Popen(
-        [sys.executable, "-c", "import time; time.sleep(60)"], text=True, close_fds=False
+        [sys.executable, "-c", HOLD.replace("time.sleep(60)", f"{started}; time.sleep(60)"), str(tmp_path)],
+        stdout=subprocess.PIPE,
+        text=True,
     )
+    assert child.stdout is not None
+    held, sleeper = child.stdout.readline(), int(child.stdout.readline())
+    child.send_signal(signal.SIGKILL)
+    child.wait()
     try:
-        lock.release()
+        assert held == "held\n"
+        os.kill(sleeper, 0)  # it is there
         FolderLock(tmp_path).release()
     finally:
-        kill(child)
-    assert os.listdir(tmp_path) == []
+        os.kill(sleeper, signal.SIGKILL)
+        child.stdout.close()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="only Linux has this folder")
+def test_a_folder_that_cannot_be_written_into_is_named() -> None:
+    for use in (refuse_folder, prepare_folder):
+        with pytest.raises(OSError, match=r"out: cannot write into /proc/self: "):
+            use(Path("/proc/self"), True)

@@ -125,6 +125,22 @@ def test_a_loaded_tracker_goes_on_with_the_bits_of_a_pickled_one(tmp_path: Path)
             np.testing.assert_array_equal(getattr(a, field), getattr(b, field))
 
 
+def test_a_loaded_reconstructor_goes_on_with_the_bits_of_a_pickled_one(tmp_path: Path) -> None:
+    one = reconstructor()
+    one.save(tmp_path / "file")
+    loaded, pickled = st.Reconstructor.load(tmp_path / "file"), pickle.loads(pickle.dumps(one))
+    assert loaded.shape == pickled.shape
+    turning = reconstruction_scene.turning(6, 6.0)
+    seq = st.synth.sequence(
+        reconstruction_scene.body(), 6, turning, 0.001, seed=4, camera=one._frame_camera, threads=1
+    )
+    for i in range(3, 6):
+        a, b = loaded.track(seq[i]), pickled.track(seq[i])
+        assert a.index == b.index == i
+        np.testing.assert_array_equal(a.poses, b.poses)
+    assert loaded.shape == pickled.shape
+
+
 def test_cameras_symmetries_and_masks_of_a_tracker_come_back_with_their_bits(tmp_path: Path) -> None:
     turned = st.geometry.pose([0.1, 0.2, 0.3], [0.01, 0.02, 0.03])
     color = st.Camera(500, 510, 320, 240, 640, 480, (0.01, -0.02, 1e-3, -1e-3))

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from sdftrack._internal.files import PART_PREFIX
-from sdftrack.io.folder_lock import LOCK, lock_folder
+from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder
 from sdftrack.io.video import PART
 
 __all__ = ["OutFolder", "cannot_write", "leftovers", "prepare_folder", "refuse_folder", "refuse_inputs"]
@@ -20,7 +20,7 @@ def refuse_folder(directory: Path, overwrite: bool) -> None:
     """Raise the errors of `prepare_folder` in advance, without creating or removing anything."""
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         _check_folder(directory)
-        lock = lock_folder(directory)
+        lock = _locked(directory)
         try:
             _check_contents(directory, overwrite)
         finally:
@@ -68,7 +68,7 @@ class OutFolder:
             raise OSError(
                 error.errno, f"out: cannot create the folder {directory}: {error.strerror}"
             ) from None
-        self._lock = lock_folder(directory)
+        self._lock = _locked(directory)
         try:
             for part in _check_contents(directory, overwrite):
                 part.unlink(missing_ok=True)
@@ -102,6 +102,15 @@ def leftovers(directory: Path) -> list[Path]:
 def _check_folder(directory: Path) -> None:
     if directory.exists() and not directory.is_dir():
         raise FileExistsError(f"out: expected a folder, got the file {directory}")
+
+
+def _locked(directory: Path) -> FolderLock | None:
+    try:
+        return lock_folder(directory)
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise cannot_write(error, directory) from None
 
 
 def _check_contents(directory: Path, overwrite: bool) -> list[Path]:
