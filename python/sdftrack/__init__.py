@@ -10,9 +10,6 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from sdftrack._core import __version__  # at once: a broken build is an error of the import
-from sdftrack._internal.moved import find_moved_modules
-
-find_moved_modules()  # pickles of earlier versions name them
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
     from sdftrack import contour, geometry, levelset, live, metrics, motion, superpixels, synth, testing

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
-from sdftrack.io.out_folder import cannot_write, prepare_folder, refuse_folder
+from sdftrack.io.out_folder import OutFolder, cannot_write, prepare_folder, refuse_folder
 from sdftrack.io.result_rows import (
     BOP_HEADER,
     bop_row,
@@ -79,7 +79,7 @@ class Recorder(ClosedByWith):
     Raises
     ------
     FileExistsError
-        `directory` contains files and `overwrite` is false, or it is a file.
+        `directory` contains files and `overwrite` is false, it is a file, or another run is writing into it.
     OSError
         The disk is full or not writable; nothing is left behind.
 
@@ -108,7 +108,6 @@ class Recorder(ClosedByWith):
         live: bool = False,
     ) -> None:
         self.directory = Path(directory)
-        self._stale = prepare_folder(self.directory, overwrite)
         self._camera = camera
         self._shapes = (
             None if shapes is None else list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
@@ -120,6 +119,7 @@ class Recorder(ClosedByWith):
         self._beside: list[str] = []
         self._closed = False
         self.omitted, self._live = 0, live
+        self._folder = OutFolder(self.directory, overwrite)
         self._frames = Spool(self.directory / "frames")  # of report.json
         self._rows = Spool(self.directory / "poses.csv")
         self._rows.add(BOP_HEADER)
@@ -226,10 +226,13 @@ class Recorder(ClosedByWith):
             self._abandon()
             raise
         self._closed = True
-        for name in written:
-            os.replace(self._part(name), self.directory / name)
-        for name in self._stale - set(written) - set(self._beside):
-            (self.directory / name).unlink(missing_ok=True)
+        try:
+            for name in written:
+                os.replace(self._part(name), self.directory / name)
+            for name in self._folder.stale - set(written) - set(self._beside):
+                (self.directory / name).unlink(missing_ok=True)
+        finally:
+            self._folder.release()
 
     def _write_parts(self) -> list[str]:
         """All files under their temporary names, so that the renames come together at the end."""
@@ -278,6 +281,7 @@ class Recorder(ClosedByWith):
                 spool.drop()
         for part in self.directory.glob(f".*{PART}"):
             part.unlink(missing_ok=True)
+        self._folder.release()
 
     def _obj_id(self, k: int) -> int:
         return int(self._obj_ids[k]) if self._obj_ids is not None else k + 1

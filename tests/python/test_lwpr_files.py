@@ -2,7 +2,9 @@
 """Regression by local models: files, copies, wrong input, and what scikit-learn's tools ask for."""
 
 import copy
+import json
 import pickle
+import zlib
 
 import numpy as np
 import pytest
@@ -99,7 +101,7 @@ def test_files_that_are_not_there_or_something_else(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file"):
         st.LWPR.load(tmp_path / "none")
     (tmp_path / "text").write_text("hello")
-    with pytest.raises(ValueError, match="got something else"):
+    with pytest.raises(ValueError, match="got another kind of file"):
         st.LWPR.load(tmp_path / "text")
     with pytest.raises(FileNotFoundError, match="folder"):
         st.LWPR().save(tmp_path / "none" / "model")
@@ -396,14 +398,18 @@ def test_counts_that_are_none_are_refused(options, error, told):
         st.LWPR(**options)
 
 
-def test_a_file_of_a_later_version_says_so(model, tmp_path):
-    model.save(tmp_path / "a.lwpr")
-    content = (tmp_path / "a.lwpr").read_bytes()
-    (tmp_path / "b.lwpr").write_bytes(content.replace(b"LWPR 1\n", b"LWPR 2\n", 1))
-    with pytest.raises(
-        ValueError, match=r"expected version 1 of LWPR\.save's file, got 2; read it with the release"
-    ):
-        st.LWPR.load(tmp_path / "b.lwpr")
+def test_a_file_of_version_1_is_read(model, tmp_path):
+    """A magic number, a line of JSON, the core's bytes, the CRC-32 of all."""
+    state = model.__getstate__()
+    parameters = {name: np.asarray(value).tolist() for name, value in state["parameters"].items()}
+    head = json.dumps({"parameters": parameters, "flat": state["flat"]}).encode()
+    content = b"sdftrack LWPR 1\n" + head + b"\n" + state["core"]
+    path = tmp_path / "model.lwpr"
+    path.write_bytes(content + zlib.crc32(content).to_bytes(4, "little"))
+    assert st.LWPR.load(path) == model
+    path.write_bytes(content + b"none")
+    with pytest.raises(ValueError, match=r"model\.lwpr: expected a file of LWPR\.save"):
+        st.LWPR.load(path)
 
 
 # A field of 100 inputs is 0.34 MB with its seven empty lanes, 0.05 MB in its record; scratch and first metric of each

@@ -117,8 +117,8 @@ def test_an_unknown_body_is_tracked_and_reconstructed_as_printed(tmp_path):
     assert off.mean() < SURFACE_M
     assert star.tracker_options.color_likelihood == "printed"
     assert 0 < results[-1].shape_change < 0.001
-    star.save(tmp_path / "star.pkl")
-    again = st.Reconstructor.load(tmp_path / "star.pkl")
+    star.save(tmp_path / "star.rec")
+    again = st.Reconstructor.load(tmp_path / "star.rec")
     np.testing.assert_array_equal(again.shape.values, star.shape.values)
 
 

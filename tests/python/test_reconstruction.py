@@ -67,8 +67,8 @@ def test_few_kept_frames_show_all_that_was_shown(tmp_path: Any) -> None:
     for i in range(1, len(seq)):
         star.track(seq[i])
     live = star.quality().seen_share
-    star.save(tmp_path / "star.pkl")
-    assert st.Reconstructor.load(tmp_path / "star.pkl").quality().seen_share > live - 0.03
+    star.save(tmp_path / "star.rec")
+    assert st.Reconstructor.load(tmp_path / "star.rec").quality().seen_share > live - 0.03
     refined = star.refine(rounds=1)
     assert len(refined.poses) == 10
     assert max(np.diff(sorted({*refined.poses, len(seq) - 1}))) <= 7
@@ -230,14 +230,14 @@ def test_saved_and_read_again(tmp_path: Any) -> None:
     star.start(seq[0], mask=scene.first_mask(seq))
     for i in range(1, 8):
         star.track(seq[i])
-    star.save(tmp_path / "star.pkl")
-    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    star.save(tmp_path / "star.rec")
+    other = st.Reconstructor.load(tmp_path / "star.rec")
     np.testing.assert_array_equal(other.shape.values, star.shape.values)
     one, two = other.track(seq[8]), star.track(seq[8])
     assert_same_minimum(one, two)
-    (tmp_path / "cut.pkl").write_bytes((tmp_path / "star.pkl").read_bytes()[:1000])
-    with pytest.raises(ValueError, match="got an unreadable one"):
-        st.Reconstructor.load(tmp_path / "cut.pkl")
+    (tmp_path / "cut.rec").write_bytes((tmp_path / "star.rec").read_bytes()[:1000])
+    with pytest.raises(ValueError, match="got a truncated or damaged one"):
+        st.Reconstructor.load(tmp_path / "cut.rec")
 
 
 def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
@@ -246,8 +246,8 @@ def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
     star.start(seq[0], mask=scene.first_mask(seq))
     for i in range(1, 8):
         star.track(seq[i])
-    star.save(tmp_path / "star.pkl")
-    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    star.save(tmp_path / "star.rec")
+    other = st.Reconstructor.load(tmp_path / "star.rec")
     tracker = star.tracker()
     before = tracker.track(seq[8])
     assert tracker.mode_used == ["rgbd"]

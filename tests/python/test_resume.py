@@ -113,8 +113,8 @@ def test_the_bottom_gets_seen_and_no_table_with_it():
 
 def test_refining_takes_both_recordings(tmp_path):
     star, X, *_ = both()
-    star.save(tmp_path / "star.pkl")
-    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    star.save(tmp_path / "star.rec")
+    other = st.Reconstructor.load(tmp_path / "star.rec")
     np.testing.assert_allclose(other.shape.values, star.shape.values, atol=2e-3)
     share, off, _ = surface(other, X)
     assert share > 0.97
@@ -146,8 +146,8 @@ def test_a_box_or_about_the_pose_does_in_place_of_a_mask(place):
 
 def test_a_loaded_one_goes_on_too(tmp_path):
     star, X = first_recording()
-    star.save(tmp_path / "star.pkl")
-    other = st.Reconstructor.load(tmp_path / "star.pkl")
+    star.save(tmp_path / "star.rec")
+    other = st.Reconstructor.load(tmp_path / "star.rec")
     _, seq, truth = recordings()
     result = other.resume(seq[0], mask=seq.masks(0)[0])
     assert result.ok

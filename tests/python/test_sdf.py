@@ -440,7 +440,7 @@ def test_a_volume_saves_loads_pickles_copies_compares_and_is_short_in_print(tmp_
     (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     for name in ("cut.npz", "other.npz"):
-        with pytest.raises(ValueError, match=f"cannot read .*{name}"):
+        with pytest.raises(ValueError, match=f"{name}: expected a file of SDF.save, got"):
             SDF.load(tmp_path / name)
 
 

@@ -2,6 +2,9 @@
 """The shape memory on silhouettes with truth: what is hidden comes back, what is not known is said to be new."""
 
 import copy
+import hashlib
+import io
+import json
 import pickle
 
 import numpy as np
@@ -345,20 +348,44 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
     memory.save(path)
     content = path.read_bytes()
     broken = {
-        "another kind of file": b"\x89PNG\r\n" + content,
-        "checksum": content[:-7],
-        "version": content.replace(b"memory 1\n", b"memory 9\n", 1),
+        "another kind of file": b"\x89PNG\r\n" + content[:-7],
+        "truncated": content[:-7],
         "checksum does not": content[:5000] + b"?" + content[5001:],
     }
     for words, wrong in broken.items():
         path.write_bytes(wrong)
         with pytest.raises(ValueError, match=words):
             st.contour.ShapeMemory.load(path)
-    path.write_bytes(memory_file.to_bytes({"options": {}}))
+    memory_file.write(path, {"options": {}})
     with pytest.raises(ValueError, match="inconsistent contents"):
         st.contour.ShapeMemory.load(path)
     with pytest.raises(FileNotFoundError, match="no such file"):
         st.contour.ShapeMemory.load(tmp_path / "none")
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_file_of_version_1_is_read(rule, cat, tmp_path):
+    """A line, the SHA-256 of the rest, and an .npz in which bytes and dictionaries are arrays of bytes."""
+    memory = learnt(cat[:40], rule=rule)
+    kinds = {
+        name: type(v).__name__ for name, v in memory.__getstate__().items() if isinstance(v, bytes | dict)
+    }
+    arrays = {
+        name: v
+        if name not in kinds
+        else np.frombuffer(v if isinstance(v, bytes) else json.dumps(v).encode(), np.uint8)
+        for name, v in memory.__getstate__().items()
+    }
+    kinds |= {name: "array" for name in arrays if name not in kinds}
+    body = io.BytesIO()
+    np.savez(body, **arrays, kinds=np.frombuffer(json.dumps(kinds).encode(), np.uint8))
+    digest = hashlib.sha256(body.getvalue()).hexdigest().encode()
+    path = tmp_path / "cat.memory"
+    path.write_bytes(b"sdftrack shape memory 1\n" + digest + b"\n" + body.getvalue())
+    assert st.contour.ShapeMemory.load(path) == memory
+    path.write_bytes(b"sdftrack shape memory 1\n" + digest + b"\n" + body.getvalue()[:-9])
+    with pytest.raises(ValueError, match=r"cat\.memory: .*checksum does not match"):
+        st.contour.ShapeMemory.load(path)
 
 
 # Bad input

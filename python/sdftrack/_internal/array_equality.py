@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Compared"]
+__all__ = ["Compared", "same"]
 
 
 class Compared:
@@ -23,16 +23,17 @@ class Compared:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Compared) or type(other) is not type(self):
             return NotImplemented
-        return _same(self._values(), other._values())
+        return same(self._values(), other._values())
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _same(a: Any, b: Any) -> bool:
+def same(a: Any, b: Any) -> bool:
+    """Whether two values are equal, as `Compared` compares them."""
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
     if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_same(value, b[name]) for name, value in a.items())
+        return a.keys() == b.keys() and all(same(value, b[name]) for name, value in a.items())
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
-        return type(a) is type(b) and len(a) == len(b) and all(map(_same, a, b))
+        return type(a) is type(b) and len(a) == len(b) and all(map(same, a, b))
     return bool(a == b or (a != a and b != b))

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
+PART_PREFIX = ".part-"  # of a file that has not got its name yet
+
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
@@ -21,7 +23,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
     # The suffix stays, since writers choose the format by it.
-    fd, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+    fd, name = tempfile.mkstemp(prefix=f"{PART_PREFIX}{path.stem}.", suffix=path.suffix, dir=path.parent)
     os.close(fd)
     temporary = Path(name)
     try:
@@ -81,8 +83,15 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield temporary
         temporary.chmod(0o777 & ~_umask())
-        if path.is_dir():
-            path.rmdir()
-        os.replace(temporary, path)
+        try:
+            if path.is_dir():
+                path.rmdir()
+            os.replace(temporary, path)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+            raise FileExistsError(
+                f"{path}: expected a new or empty folder, which another process has filled meanwhile; choose another"
+            ) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)

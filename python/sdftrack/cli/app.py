@@ -31,6 +31,7 @@ from sdftrack.cli import (
     view,
 )
 from sdftrack.cli.advice import as_options, options_of
+from sdftrack.io.folder_lock import one_run
 
 __all__ = ["app", "run"]
 
@@ -99,7 +100,8 @@ def run(arguments: list[str]) -> int:
 
 def _run(command: Any, arguments: list[str], options: dict[str, str]) -> int:
     try:
-        code = command.main(args=arguments, prog_name="sdftrack", standalone_mode=False)
+        with one_run():
+            code = command.main(args=arguments, prog_name="sdftrack", standalone_mode=False)
         sys.stdout.flush()
         # Newer releases of typer turn Ctrl-C into this code without a word.
         return _fail("interrupted", 130) if code == 130 else int(code or 0)

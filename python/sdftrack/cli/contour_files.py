@@ -12,12 +12,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sdftrack.io.out_folder import refuse_inputs
+from sdftrack.io.out_folder import OutFolder, refuse_inputs
+from sdftrack.io.video import PART
 
 __all__ = ["ContourFiles", "bad_frame", "refuse_places", "trouble_of"]
 
 # The names that this command may ever write below DIR.
 OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
+# Names of the masks so far, a line each, of a run that has not ended or was killed.
+WRITTEN = f".written{PART}"
 
 
 def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
@@ -53,12 +56,15 @@ def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
 
 
 def _written_before(out: Path) -> set[str]:
-    """File names, relative to `out`, listed by an earlier run of this command."""
+    """File names, relative to `out`, listed by an earlier run of this command, or by one that was killed."""
+    names: list[Any] = []
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         report = json.loads((out / "result.json").read_text(encoding="utf-8"))
         if report["settings"]["command"] == "contour":
-            return {str(name) for name in report["settings"]["files"] if OWN.fullmatch(str(name))}
-    return set()
+            names += report["settings"]["files"]
+    with contextlib.suppress(OSError, ValueError):
+        names += (out / WRITTEN).read_text(encoding="utf-8").splitlines()
+    return {str(name) for name in names if OWN.fullmatch(str(name))}
 
 
 def trouble_of(image: Any, last: Any) -> str:
@@ -112,11 +118,12 @@ class ContourFiles:
         video: bool = True,
     ) -> None:
         from sdftrack.io.video import VideoFile
-        from sdftrack.recorder import prepare_folder
 
-        prepare_folder(out, overwrite)
         self.out, self.truth, self.settings = out, truth, settings
         self._stale = _written_before(out)
+        self._folder = OutFolder(out, overwrite)
+        self._list = (out / WRITTEN).open("w", encoding="utf-8", buffering=1)
+        self._list.writelines(f"{name}\n" for name in sorted(self._stale))
         (out / "mask").mkdir(exist_ok=True)
         self._video = VideoFile(out / "overlay.mp4", fps or 30.0) if video else None
         self._files: list[str] = []
@@ -131,6 +138,7 @@ class ContourFiles:
 
         score = self._score(number, result.mask)  # read before anything is written
         name = f"mask/{number:06d}.png"
+        self._list.write(f"{name}\n")
         write_mask(self.out / name, result.mask)
         self._files.append(name)
         if self._video is not None:
@@ -171,6 +179,14 @@ class ContourFiles:
             self._video.drop()
         for name in self._files:
             (self.out / name).unlink(missing_ok=True)
+        self._end()
+
+    def _end(self) -> None:
+        """The report lists the files, or there are none."""
+        with contextlib.suppress(OSError):
+            self._list.close()
+        (self.out / WRITTEN).unlink(missing_ok=True)
+        self._folder.release()
 
     def close(self, stopped: str = "") -> None:
         """Finish all files. `stopped`: reason for an early end, one sentence for result.json."""
@@ -191,6 +207,7 @@ class ContourFiles:
         for name in self._stale - set(self._files):
             (self.out / name).unlink(missing_ok=True)
         write_json(self.out / "result.json", {**report, "frames": self.rows})
+        self._end()
 
     def mean_iou(self) -> float:
         """Mean IoU over the tracked frames, without the given first one."""

@@ -100,6 +100,7 @@ def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: 
             raise ValueError(
                 f"--resume: {out} holds no interrupted recording; leave out --resume to begin one"
             )
+        _hold(out)
         return kind(out, contents, color.value, resume=True)
     kind.check_color(color.value)
     kind.check_contents(contents)  # before the folder is made: a refusal leaves nothing behind
@@ -122,7 +123,18 @@ def warn_of_color(camera: Any, writer: Any) -> None:
         warnings.warn(lost, stacklevel=2)
 
 
+def _hold(out: Path) -> None:
+    """Hold the folder until the end of the command, and remove images that were cut while they were written."""
+    from sdftrack._internal.files import PART_PREFIX
+    from sdftrack.io.folder_lock import lock_folder
+
+    lock_folder(out)
+    for part in out.rglob(f"{PART_PREFIX}*"):
+        part.unlink(missing_ok=True)
+
+
 def _make_empty(out: Path, overwrite: bool) -> None:
+    from sdftrack.io.folder_lock import LOCK
     from sdftrack.io.out_folder import prepare_folder, refuse_folder
     from sdftrack.io.writers.journal import Journal
 
@@ -131,7 +143,11 @@ def _make_empty(out: Path, overwrite: bool) -> None:
             f"out: {out} holds an interrupted recording; pass --resume to continue, or overwrite=True"
         )
     refuse_folder(out, overwrite)
-    files = [path for path in out.rglob("*") if not path.is_dir()] if out.is_dir() else []
+    if out.is_dir():
+        _hold(out)
+    files = (
+        [path for path in out.rglob("*") if not path.is_dir() and path.name != LOCK] if out.is_dir() else []
+    )
     if files and not ((out / NAME).is_file() or Journal.is_in(out)):
         raise FileExistsError(
             f"out: expected an earlier recording in {out}, got other files; choose another folder"

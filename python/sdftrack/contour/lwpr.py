@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.option_schema import core_schema
+from sdftrack._internal.saved_file import consistent
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour import lwpr_file
@@ -262,11 +263,10 @@ class LWPR(SklearnParts):
         FileNotFoundError, ValueError
             No such file; a file of another kind, truncated or damaged.
         """
+        state = lwpr_file.read(path)
         model = cls.__new__(cls)
-        try:
-            model.__setstate__(lwpr_file.read(path))
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"{os.fspath(path)}: {error}") from None
+        with consistent(path, lwpr_file.KIND):
+            model.__setstate__(state)
         return model
 
     def copy(self) -> LWPR:

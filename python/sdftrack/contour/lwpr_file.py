@@ -1,45 +1,39 @@
 # SPDX-License-Identifier: MIT
-"""File format of an LWPR: a magic number, a line of JSON, the core's bytes, a checksum."""
+"""Files of an LWPR, and those of version 1: a magic number, a line of JSON, the core's bytes, a checksum."""
 
 from __future__ import annotations
 
 import json
 import os
 import zlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sdftrack._internal.files import write_whole
+from sdftrack._internal import saved_file
 
-__all__ = ["plain", "read", "write"]
+__all__ = ["KIND", "plain", "read", "write"]
 
-NAME, VERSION = b"sdftrack LWPR ", 1
-MARK = NAME + str(VERSION).encode() + b"\n"
+KIND = saved_file.FileKind("sdftrack.LWPR", 2, "LWPR.save")
+VERSION_1 = b"sdftrack LWPR 1\n"
 SUM_BYTES = 4
 
 
 def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
     """Write the state of a model, completely or not at all."""
-    parameters = plain(state["parameters"])
-    head = json.dumps({"parameters": parameters, "flat": state["flat"]}).encode() + b"\n"
-    content = MARK + head + state["core"]
-    write_whole(path, content + zlib.crc32(content).to_bytes(SUM_BYTES, "little"))
+    parameters = {name: _compact(value) for name, value in plain(state["parameters"]).items()}
+    saved_file.write(path, KIND, {**state, "parameters": parameters})
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read the state of a model; ValueError for other files (the caller names the file)."""
-    if not os.path.isfile(path):
-        raise FileNotFoundError(f"lwpr: no such file: {os.fspath(path)}")
-    with open(path, "rb") as file:
-        data = file.read()
-    if not data.startswith(MARK):
-        raise ValueError(_something_else(data))
-    content, checksum = data[:-SUM_BYTES], data[-SUM_BYTES:]
-    if zlib.crc32(content).to_bytes(SUM_BYTES, "little") != checksum:
-        raise ValueError("expected a file of LWPR.save, got a truncated or damaged one")
-    head, _, core = content[len(MARK) :].partition(b"\n")
-    return {**json.loads(head), "core": core}
+    """Read the state of a model. FileNotFoundError; ValueError in one line for other files."""
+    file = saved_file.found(path, KIND)
+    if saved_file.first_bytes(file, len(VERSION_1)) == VERSION_1:
+        return _version_1(file)
+    state: dict[str, Any] = saved_file.read(file, KIND)
+    with saved_file.consistent(file, KIND):
+        return {**state, "parameters": plain(state["parameters"])}
 
 
 def plain(value: Any) -> Any:
@@ -53,9 +47,16 @@ def plain(value: Any) -> Any:
     return value
 
 
-def _something_else(data: bytes) -> str:
-    version, ended, _ = data[len(NAME) :].partition(b"\n")
-    told = version[:20].decode("ascii", "replace")
-    if data.startswith(NAME) and ended and told.isdigit():
-        return f"expected version {VERSION} of LWPR.save's file, got {told}; read it with the release that wrote it"
-    return f"expected a file of LWPR.save (version {VERSION}), got something else"
+def _compact(value: Any) -> Any:
+    """Lists of numbers, which may be a whole metric, as arrays."""
+    return np.array(value) if isinstance(value, list) else value
+
+
+def _version_1(file: Path) -> dict[str, Any]:
+    data = file.read_bytes()
+    content, checksum = data[:-SUM_BYTES], data[-SUM_BYTES:]
+    if zlib.crc32(content).to_bytes(SUM_BYTES, "little") != checksum:
+        raise ValueError(f"{file}: expected a file of {KIND.writer}, got a truncated or damaged one")
+    with saved_file.consistent(file, KIND):
+        head, _, core = content[len(VERSION_1) :].partition(b"\n")
+        return {**json.loads(head), "core": core}

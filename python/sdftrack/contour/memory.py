@@ -10,7 +10,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.array_equality import same
 from sdftrack._internal.option_declarations import schema_of
+from sdftrack._internal.saved_file import consistent
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack.contour import memory_file
@@ -288,7 +290,7 @@ class ShapeMemory:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ShapeMemory):
             return NotImplemented
-        return memory_file.to_bytes(self.__getstate__()) == memory_file.to_bytes(other.__getstate__())
+        return same(self.__getstate__(), other.__getstate__())
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -303,12 +305,8 @@ class ShapeMemory:
         """Load a file written by `save`. FileNotFoundError; ValueError for another, a newer or a damaged file."""
         state = memory_file.read(path)
         memory = cls.__new__(cls)
-        try:
+        with consistent(path, memory_file.KIND):
             memory.__setstate__(state)
-        except (KeyError, TypeError, ValueError, IndexError) as error:
-            raise ValueError(
-                f"{path}: expected a shape memory, got inconsistent contents ({error})"
-            ) from None
         return memory
 
     def __getstate__(self) -> dict[str, Any]:

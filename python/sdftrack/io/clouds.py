@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.array_archive import read_array
 from sdftrack.mesh.files import check_ply_is_whole
 
 __all__ = ["FORMATS", "read_cloud"]
@@ -28,7 +29,8 @@ def read_cloud(file: Path) -> NDArray[Any]:
         raise FileNotFoundError(f"{file}: no such file")
     try:
         if file.suffix.lower() == ".npy":
-            points = np.load(file, allow_pickle=False)
+            with file.open("rb") as opened:
+                points = read_array(opened, file.stat().st_size)
         elif file.suffix.lower() == ".xyz":
             points = _read_text(file)
         else:

@@ -9,15 +9,23 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
+from sdftrack._internal.files import PART_PREFIX
+from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder
 from sdftrack.io.video import PART
 
-__all__ = ["cannot_write", "prepare_folder", "refuse_folder", "refuse_inputs"]
+__all__ = ["OutFolder", "cannot_write", "leftovers", "prepare_folder", "refuse_folder", "refuse_inputs"]
 
 
 def refuse_folder(directory: Path, overwrite: bool) -> None:
-    """Raise the errors of `prepare_folder` in advance, without creating anything."""
+    """Raise the errors of `prepare_folder` in advance, without creating or removing anything."""
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
-        prepare_folder(directory, overwrite)
+        _check_folder(directory)
+        lock = _locked(directory)
+        try:
+            _check_contents(directory, overwrite)
+        finally:
+            if lock is not None:
+                lock.release()
 
 
 def refuse_inputs(directory: Path, names: Iterable[str], inputs: Iterable[tuple[str, Path | None]]) -> None:
@@ -30,23 +38,93 @@ def refuse_inputs(directory: Path, names: Iterable[str], inputs: Iterable[tuple[
             )
 
 
+class OutFolder:
+    """An output folder, created if need be, into which no other run writes until `release`.
+
+    Parameters
+    ----------
+    directory : Path
+        New or empty, unless `overwrite`. What a killed run left there does not count, and is removed.
+    overwrite : bool
+
+    Attributes
+    ----------
+    stale : set of str
+        Files of an earlier run, by its report.
+
+    Raises
+    ------
+    FileExistsError
+        The folder holds files and `overwrite` is false, it is a file, or another run is writing into it.
+    OSError
+        It cannot be created.
+    """
+
+    def __init__(self, directory: Path, overwrite: bool) -> None:
+        _check_folder(directory)
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OSError(
+                error.errno, f"out: cannot create the folder {directory}: {error.strerror}"
+            ) from None
+        self._lock = _locked(directory)
+        try:
+            for part in _check_contents(directory, overwrite):
+                part.unlink(missing_ok=True)
+            self.stale = _reported(directory)
+        except BaseException:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Let others write into the folder; within a command, that is done at its end."""
+        if self._lock is not None:
+            self._lock.release()
+
+
 def prepare_folder(directory: Path, overwrite: bool) -> set[str]:
-    """Create the folder; raise an error if it contains files, unless `overwrite`. Returns files of an earlier run."""
+    """Create the folder and hold it until the end of the command; errors and result (`stale`) as of `OutFolder`."""
+    folder = OutFolder(directory, overwrite)
+    folder.release()
+    return folder.stale
+
+
+def leftovers(directory: Path) -> list[Path]:
+    """Files that have not got their names yet: of a run that was killed, if none is writing."""
+    return [
+        path
+        for name in (f".*{PART}", f"{PART_PREFIX}*", f"*/{PART_PREFIX}*")
+        for path in directory.glob(name)
+    ]
+
+
+def _check_folder(directory: Path) -> None:
     if directory.exists() and not directory.is_dir():
         raise FileExistsError(f"out: expected a folder, got the file {directory}")
+
+
+def _locked(directory: Path) -> FolderLock | None:
     try:
-        directory.mkdir(parents=True, exist_ok=True)
+        return lock_folder(directory)
+    except FileExistsError:
+        raise
     except OSError as error:
-        raise OSError(error.errno, f"out: cannot create the folder {directory}: {error.strerror}") from None
-    for part in directory.glob(f".*{PART}"):  # left by a run that was killed
-        part.unlink(missing_ok=True)
-    if not any(directory.iterdir()):
-        return set()
-    if not overwrite:
+        raise cannot_write(error, directory) from None
+
+
+def _check_contents(directory: Path, overwrite: bool) -> list[Path]:
+    """What a killed run left; FileExistsError if there is anything else, unless `overwrite`."""
+    left = leftovers(directory)
+    if not overwrite and set(directory.iterdir()) - set(left) - {directory / LOCK}:
         raise FileExistsError(
             f"out: expected a new or empty folder, got {directory} with files in it; "
             "choose another, or overwrite=True"
         )
+    return left
+
+
+def _reported(directory: Path) -> set[str]:
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]
         return {str(name) for name in old if Path(str(name)).name == str(name)}

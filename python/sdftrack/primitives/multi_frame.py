@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.saved_file import array_of
 from sdftrack.frame import Frame
 from sdftrack.primitives.in_frame import FrameFitter
 from sdftrack.primitives.result import PrimitiveFit
@@ -33,6 +34,19 @@ class SizeSum:
     def __init__(self, n: int) -> None:
         self._information, self._weighted = np.zeros((n, n)), np.zeros(n)
         self._largest = np.zeros(n)
+
+    def record(self) -> dict[str, Any]:
+        """The sums, for a file."""
+        return {"information": self._information, "weighted": self._weighted, "largest": self._largest}
+
+    @staticmethod
+    def from_record(record: dict[str, Any], n: int) -> SizeSum:
+        """Restore what `record` returned, of n lengths."""
+        out = SizeSum(n)
+        out._information = array_of(record["information"], "information", np.float64, (n, n))
+        out._weighted = array_of(record["weighted"], "weighted", np.float64, (n,))
+        out._largest = array_of(record["largest"], "largest", np.float64, (n,))
+        return out
 
     def add(self, size: NDArray[np.float64], covariance: NDArray[np.float64]) -> None:
         """Add a size with its covariance (n, n), m^2; lengths with infinite variance are ignored."""

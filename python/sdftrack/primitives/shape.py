@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.saved_file import array_of
 from sdftrack._internal.validation import whole
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives.association import NEAR_M, distance_to
+from sdftrack.primitives.kinds import TABLE
 from sdftrack.primitives.multi_frame import SizeSum
 from sdftrack.primitives.result import PrimitiveFit, volume_of
 from sdftrack.primitives.segmentation import ON, SegmentedFrame, pieces
@@ -95,6 +97,33 @@ class FreeSize:
         self._voxel_m = 0.0
         self._frames = 0
 
+    def record(self) -> dict[str, Any]:
+        """The state as a dictionary of numbers, text and arrays, for a file."""
+        solid = self.primitive
+        return {
+            "primitive": {"kind": solid.kind, "voxels": solid.voxels, "seed": solid.seed},
+            "fit": None if self.fit is None else _fit_record(self.fit),
+            "sum": None if self._sum is None else self._sum.record(),
+            "shown": self._shown,
+            "voxel_m": self._voxel_m,
+            "frames": self._frames,
+        }
+
+    @staticmethod
+    def from_record(record: dict[str, Any]) -> FreeSize:
+        """Restore what `record` returned."""
+        out = FreeSize(Primitive(**record["primitive"]))
+        n = 0
+        if record["fit"] is not None:
+            out.fit = _fit_from(record["fit"])
+            n = len(out.fit.size)
+        if record["sum"] is not None:
+            out._sum = SizeSum.from_record(record["sum"], n)
+        if record["shown"] is not None:
+            out._shown = array_of(record["shown"], "shown", np.float64, (n,))
+        out._voxel_m, out._frames = float(record["voxel_m"]), int(record["frames"])
+        return out
+
     def start(self, frame: Frame, camera: Camera, place: Any, threads: int) -> PrimitiveFit | None:
         """Fit in a mask (bool), a box (x, y, w, h) or, with None, the largest piece; None: nothing was found."""
         self.fit, self._sum, self._frames = None, None, 0
@@ -163,6 +192,26 @@ class FreeSize:
         lengths = dict(zip(fit.size, size.tolist(), strict=True))
         scores = fit.scores if self.fit is None else self.fit.scores
         self.fit = replace(fit, size=lengths, covariance=whole, scores=scores)
+
+
+# The fields of a fit to one frame.
+FIT_FIELDS = (
+    "kind", "T_cam_obj", "size", "covariance", "rms", "inliers", "status", "reason", "scores",
+)  # fmt: skip
+
+
+def _fit_record(fit: PrimitiveFit) -> dict[str, Any]:
+    return {name: getattr(fit, name) for name in FIT_FIELDS}
+
+
+def _fit_from(record: dict[str, Any]) -> PrimitiveFit:
+    fit = PrimitiveFit(**{**record, "status": Status(record["status"])})
+    if tuple(fit.size) != tuple(TABLE[fit.kind].sizes):
+        raise ValueError(f"size: expected {TABLE[fit.kind].sizes}, got {tuple(fit.size)}")
+    n = 6 + len(fit.size)
+    array_of(fit.T_cam_obj, "T_cam_obj", np.float64, (4, 4))
+    array_of(fit.covariance, "covariance", np.float64, (n, n))
+    return fit
 
 
 def _mask_of(place: Any, shape: tuple[int, int]) -> NDArray[np.bool_] | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import whole
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives.result import PrimitiveFit
@@ -36,6 +37,26 @@ class FreeSizes:
         self._missing: dict[int, Any] = {}  # those not found yet, and where the next frame is to show them
         volumes = [s.placeholder() if isinstance(s, Primitive) else s for s in many]
         self.shapes = volumes if several else volumes[0]
+
+    def record(self) -> dict[str, Any]:
+        """The state as dictionaries and lists of numbers, text and arrays, for a file."""
+        return {
+            "found": [[k, free.record()] for k, free in self._free.items()],
+            "missing": [[k, place] for k, place in self._missing.items()],
+        }
+
+    @staticmethod
+    def from_record(record: dict[str, Any], count: int) -> FreeSizes:
+        """Restore what `record` returned, of a tracker of `count` shapes, whose volumes it has."""
+        out = FreeSizes([])
+        out._free = {whole(k, "k", 0, count - 1): FreeSize.from_record(free) for k, free in record["found"]}
+        out._missing = {
+            whole(k, "k", 0, count - 1): tuple(place) if isinstance(place, list) else place
+            for k, place in record["missing"]
+        }
+        if not out._missing.keys() <= out._free.keys():
+            raise ValueError("missing: expected shapes of unknown size, got another one")
+        return out
 
     def __len__(self) -> int:
         return len(self._free)

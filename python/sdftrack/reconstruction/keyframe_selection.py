@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.saved_file import array_of
 from sdftrack.reconstruction.keyframe import Keyframe
 
 __all__ = ["Keyframes"]
@@ -48,6 +49,24 @@ class Keyframes:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.frames = state.pop("shots", [])  # its name in files of version 0.1
         self.__dict__.update(state)
+
+    def record(self) -> dict[str, Any]:
+        """What it knows about the keyframes, beside them, for a file."""
+        return {"views": self._views, "nearest": self._nearest.astype(np.int64), "gaps": self._gaps}
+
+    @staticmethod
+    def from_record(record: dict[str, Any], frames: list[Keyframe], most: int) -> Keyframes:
+        """Restore what `record` returned, with the keyframes."""
+        out, n = Keyframes(most), len(frames)
+        if not n:
+            raise ValueError("keyframes: expected at least one, got none")
+        nearest = array_of(record["nearest"], "nearest", np.int64, (n, 2))
+        if (nearest < -1).any() or (nearest >= n).any():
+            raise ValueError(f"nearest: expected numbers of {n} keyframes, or -1")
+        out.frames, out._nearest = frames, nearest.astype(np.intp)
+        out._views = array_of(record["views"], "views", np.float64, (n, 5))
+        out._gaps = array_of(record["gaps"], "gaps", np.float64, (n, 2))
+        return out
 
     def add(self, keyframe: Keyframe) -> None:
         """Add a keyframe, and remove one if there are too many."""

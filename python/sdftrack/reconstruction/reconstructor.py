@@ -179,9 +179,7 @@ class Reconstructor:
         self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
-        self._mask_extent = None
-        if found.outline is not None and not self.options.keep_to_mask and not self._printed:
-            self._mask_extent = MaskExtent(self._frame_camera, found.outline, found.T_cam_obj)
+        self._mask_extent = self._extent_of_mask(found)
         self._tracker = self._new_tracker()
         self._reshape()
         result = self._tracker.start(frame, poses=found.T_cam_obj)
@@ -381,6 +379,12 @@ class Reconstructor:
     def _printed(self) -> bool:
         return self.options.evolution == "printed"
 
+    def _extent_of_mask(self, found: Beginning) -> MaskExtent | None:
+        """What compares the shape with the first mask, unless it keeps to it, or there is none."""
+        if found.outline is None or self.options.keep_to_mask or self._printed:
+            return None
+        return MaskExtent(self._frame_camera, found.outline, found.T_cam_obj)
+
     @property
     def _place_options(self) -> ReconstructorOptions:
         """Options of the initialisation: the thesis removes no planes, and lets the shape extend beyond the mask."""
@@ -538,18 +542,40 @@ class Reconstructor:
     # -- files
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the keyframes, their poses and the settings to one file (pickle), completely or not at all."""
-        from sdftrack._internal.pickled import save_pickled
+        """Write keyframes, their poses and the settings to one file, completely or not at all (docs/files.md)."""
+        from sdftrack._internal.saved_file import write
+        from sdftrack.reconstruction.saved_content import KIND, content_of
 
         self._started("save")
-        save_pickled(self, path)
+        write(path, KIND, content_of(self.__getstate__()))
 
     @staticmethod
-    def load(path: str | os.PathLike[str]) -> Reconstructor:
-        """Load a file written by :meth:`save`; the shape is fused again. Only open trusted files: this is a pickle."""
-        from sdftrack._internal.pickled import load_pickled
+    def load(path: str | os.PathLike[str], *, trust_pickle: bool = False) -> Reconstructor:
+        """Load a file written by :meth:`save`; the shape is fused again.
 
-        return load_pickled(path, Reconstructor)
+        Parameters
+        ----------
+        path : path
+        trust_pickle : bool
+            Read also a pickle, which :meth:`save` wrote in the past. Only for files of people whom you trust; it is
+            refused if it names anything beyond saved objects and arrays.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            No such file; a file of another kind, of a later version, truncated or damaged.
+        """
+        from sdftrack._internal import earlier_pickle, saved_file
+        from sdftrack.reconstruction.saved_content import KIND, state_from
+
+        file = saved_file.found(path, KIND)
+        if earlier_pickle.is_pickle(file):
+            return earlier_pickle.read(file, KIND, Reconstructor, trust_pickle)
+        content = saved_file.read(file, KIND)
+        star = Reconstructor.__new__(Reconstructor)
+        with saved_file.consistent(file, KIND):
+            star.__setstate__(state_from(content))
+        return star
 
     def __getstate__(self) -> dict[str, Any]:
         return saved_state.state_of(self)

@@ -29,9 +29,9 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
 def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     """Restore the attributes of an empty reconstructor."""
     saved = state.pop("saved", None)
-    star.__dict__.update(
-        {"_later": [], "_mask_extent": None, "_next_refit": 0, **NO_REFIT, **state}
-    )  # files of version 0.1 have none
+    star.__dict__.update({"_later": [], "_next_refit": 0, **NO_REFIT, **state})  # version 0.1 had none
+    if "_mask_extent" not in state:
+        star._mask_extent = star._extent_of_mask(star._beginning)
     star._volume = star._tracker = None
     if saved is None:
         return

@@ -3,21 +3,23 @@
 
 from __future__ import annotations
 
-import io
 import os
-import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.files import write_whole
+from sdftrack._internal import saved_file
+from sdftrack._internal.array_archive import ArrayArchive
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
 
 __all__ = ["checked_colors", "read_volume", "write_volume"]
+
+KIND = saved_file.FileKind("sdftrack.SDF", 1, "SDF.save")
+NAMES = ("values", "voxel_size", "origin", "colors")
 
 
 def write_volume(
@@ -28,24 +30,29 @@ def write_volume(
     colors: NDArray[np.uint8] | None,
 ) -> None:
     """Write a volume, completely or not at all."""
-    data = io.BytesIO()
-    arrays: dict[str, Any] = {"values": values, "voxel_size": voxel_size, "origin": origin}
+    arrays: dict[str, Any] = {"values": values, "voxel_size": np.array(voxel_size), "origin": origin}
     if colors is not None:
         arrays["colors"] = colors
-    np.savez_compressed(data, **arrays)
-    write_whole(Path(path), data.getvalue())
+    saved_file.write(path, KIND, arrays, compress=True)
 
 
 def read_volume(path: str | os.PathLike[str], kind: type[SDF]) -> SDF:
     """Read a volume, validated by its constructor `kind`. FileNotFoundError; ValueError for an invalid file."""
-    file = Path(path)
-    if not file.is_file():
-        raise FileNotFoundError(f"sdf: no such file: {file}")
+    file = saved_file.found(path, KIND)
+    data = saved_file.read(file, KIND) if saved_file.is_sealed(file) else _plain(file)
+    with saved_file.consistent(file, KIND):
+        return kind(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
+
+
+def _plain(file: Path) -> dict[str, NDArray[Any]]:
+    """The arrays of an .npz without header and checksum: of numpy.savez, or of version 0.1."""
     try:
-        with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
-            return kind(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
-    except (OSError, EOFError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
-        raise ValueError(f"sdf: cannot read {file}: {error}; expected an .npz written by SDF.save") from error
+        with ArrayArchive(file, file.stat().st_size) as archive:
+            if archive.text(saved_file.HEADER, saved_file.MOST_HEADER_BYTES) is not None:
+                raise ValueError("a truncated or damaged one")
+            return {name: archive.array(name) for name in NAMES if name in archive}
+    except ValueError as error:
+        raise ValueError(f"{file}: expected a file of {KIND.writer}, got {error}") from None
 
 
 def checked_colors(colors: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.uint8]:

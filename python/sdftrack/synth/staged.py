@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.files import write_whole
 from sdftrack.synth.contact import Solid, least_gap
 
 __all__ = ["Scene", "kept", "make"]
@@ -149,7 +150,5 @@ def kept(
             return dict(z)
     made = make()
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.stem + ".part.npz")
-    np.savez_compressed(temporary, **made)  # type: ignore[arg-type]
-    temporary.replace(path)
+    write_whole(path, lambda file: np.savez_compressed(file, **made))  # type: ignore[arg-type]
     return made

@@ -476,17 +476,39 @@ class Tracker:
             self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write shapes, camera, options and last poses to one file (pickle), completely or not at all."""
-        from sdftrack._internal.pickled import save_pickled
+        """Write shapes, camera, options and last poses to one file, completely or not at all (docs/files.md)."""
+        from sdftrack._internal.saved_file import write
+        from sdftrack.tracking.saved_state import KIND, content_of
 
-        save_pickled(self, path)
+        write(path, KIND, content_of(self.__getstate__()))
 
     @staticmethod
-    def load(path: str | os.PathLike[str]) -> Tracker:
-        """Load a file written by :meth:`save`. Only open files that you trust: this is a pickle."""
-        from sdftrack._internal.pickled import load_pickled
+    def load(path: str | os.PathLike[str], *, trust_pickle: bool = False) -> Tracker:
+        """Load a file written by :meth:`save`; tracking continues after its last frame.
 
-        return load_pickled(path, Tracker)
+        Parameters
+        ----------
+        path : path
+        trust_pickle : bool
+            Read also a pickle, which :meth:`save` wrote in the past. Only for files of people whom you trust; it is
+            refused if it names anything beyond saved objects and arrays.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            No such file; a file of another kind, of a later version, truncated or damaged.
+        """
+        from sdftrack._internal import earlier_pickle, saved_file
+        from sdftrack.tracking.saved_state import KIND, state_from
+
+        file = saved_file.found(path, KIND)
+        if earlier_pickle.is_pickle(file):
+            return earlier_pickle.read(file, KIND, Tracker, trust_pickle)
+        content = saved_file.read(file, KIND)
+        tracker = Tracker.__new__(Tracker)
+        with saved_file.consistent(file, KIND):
+            tracker.__setstate__(state_from(content))
+        return tracker
 
     @property
     def color_delay(self) -> ColorDelay | None:

@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: MIT
+"""Output folders: one run at a time, and what a killed run leaves does not hinder the next one."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tracking_fakes import CAMERA, Ball, frame, pose, result
+
+import sdftrack as st
+from sdftrack._internal import files
+from sdftrack.cli.app import run
+from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder, one_run
+from sdftrack.io.frames import write_color
+from sdftrack.io.out_folder import prepare_folder, refuse_folder
+from sdftrack.recorder import Recorder
+
+pytest.importorskip("fcntl", reason="there are no locks on this system")
+
+OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
+BUSY = r"out: expected a folder that no other run writes into, got .*, used by"
+FRAMES = 8
+PAIRS = 20
+WAIT_S = 60.0
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from sdftrack.io.folder_lock import FolderLock
+lock = FolderLock(Path(sys.argv[1]))
+print("held", flush=True)
+time.sleep(60)
+"""
+
+
+def names_in(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+def holder(folder: Path) -> subprocess.Popen[str]:
+    """A process that holds the folder until it is killed."""
+    child = subprocess.Popen([sys.executable, "-c", HOLD, str(folder)], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    assert child.stdout.readline() == "held\n"
+    return child
+
+
+def kill(child: subprocess.Popen[str]) -> None:
+    child.send_signal(signal.SIGKILL)
+    child.communicate()
+
+
+# -- the lock
+
+
+def test_a_held_folder_is_refused_by_whoever_comes_second(tmp_path: Path) -> None:
+    child = holder(tmp_path)
+    for use in (refuse_folder, prepare_folder, lambda folder, over: Recorder(folder, CAMERA, overwrite=over)):
+        for overwrite in (False, True):
+            with pytest.raises(FileExistsError, match=rf"{BUSY} process {child.pid} on .*; wait for its end"):
+                use(tmp_path, overwrite)
+    kill(child)
+    assert names_in(tmp_path) == {LOCK}  # which does not count
+    prepare_folder(tmp_path, overwrite=False)
+    assert names_in(tmp_path) == set()
+
+
+def test_a_folder_is_held_once_however_many_want_it_at_once(tmp_path: Path) -> None:
+    """The file is removed and made again all the time, between being opened and being locked by others."""
+    inside, most, taken = 0, 0, 0
+    guard = threading.Lock()
+
+    def want() -> None:
+        nonlocal inside, most, taken
+        for _ in range(300):
+            try:
+                lock = FolderLock(tmp_path)
+            except FileExistsError:
+                continue
+            with guard:
+                inside += 1
+                taken += 1
+                most = max(most, inside)
+            time.sleep(0)
+            with guard:
+                inside -= 1
+            lock.release()
+
+    threads = [threading.Thread(target=want) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == 1
+    assert taken > 0
+    assert names_in(tmp_path) == set()
+
+
+def test_a_command_may_prepare_its_folder_several_times_and_holds_it_to_its_end(tmp_path: Path) -> None:
+    with one_run():
+        prepare_folder(tmp_path, overwrite=False)
+        with Recorder(tmp_path, CAMERA) as recorder:
+            recorder.add(frame(0), result([pose()], None, 0))
+        prepare_folder(tmp_path, overwrite=True)
+        assert lock_folder(tmp_path) is None
+        with pytest.raises(FileExistsError, match=r"used by this process; close the recorder of it first"):
+            FolderLock(tmp_path)
+    FolderLock(tmp_path).release()
+    assert LOCK not in names_in(tmp_path)
+
+
+def test_a_folder_is_free_after_a_command_in_whatever_way_it_ends(tmp_path: Path) -> None:
+    out = ["config", "--out", str(tmp_path), "--quiet"]
+    assert [run(out), run(out), run([*out, "--overwrite"])] == [0, 1, 0]
+    assert names_in(tmp_path) == {"config.toml"}
+
+
+# -- recorders
+
+
+def test_a_second_recorder_leaves_the_files_of_the_first_alone(tmp_path: Path) -> None:
+    with Recorder(tmp_path, CAMERA, Ball()) as first:
+        for i in range(FRAMES):
+            first.add(frame(i, pose()), result([pose()], None, i))
+            with pytest.raises(FileExistsError, match=BUSY):
+                Recorder(tmp_path, CAMERA, Ball(), overwrite=True)
+    check_whole(tmp_path)
+
+
+def test_a_lock_that_nobody_has_any_more_holds_nothing(tmp_path: Path) -> None:
+    lock = FolderLock(tmp_path)
+    del lock
+    gc.collect()
+    with Recorder(tmp_path, CAMERA) as recorder:
+        recorder.add(frame(0), result([pose()], None, 0))
+    assert LOCK not in names_in(tmp_path)
+
+
+def test_a_recorder_with_wrong_arguments_holds_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="invalid literal"):
+        Recorder(tmp_path / "out", CAMERA, scene_id="one")  # type: ignore[arg-type]
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_a_killed_run_left_does_not_count_and_is_removed(tmp_path: Path) -> None:
+    parts = {".overlay.mp4.part", ".poses.csv.part", f"{files.PART_PREFIX}report.ab12.json"}
+    for name in (LOCK, *parts):
+        (tmp_path / name).write_text("x")
+    refuse_folder(tmp_path, overwrite=False)
+    assert names_in(tmp_path) == parts  # only looked at
+    prepare_folder(tmp_path, overwrite=False)
+    assert names_in(tmp_path) == set()
+
+
+def test_leftovers_beside_other_files_stay_where_the_folder_is_refused(tmp_path: Path) -> None:
+    before = {".overlay.mp4.part", "notes.txt"}
+    for name in before:
+        (tmp_path / name).write_text("x")
+    for use in (refuse_folder, prepare_folder):
+        with pytest.raises(FileExistsError, match="with files in it"):
+            use(tmp_path, False)
+    assert names_in(tmp_path) == before
+
+
+def test_two_saved_sequences_of_one_name_are_one_of_them(tmp_path: Path) -> None:
+    def second() -> None:
+        with files.replacing_folder(tmp_path / "seq") as folder:
+            (folder / "late.txt").write_text("x")
+            with files.replacing_folder(tmp_path / "seq") as other:
+                (other / "first.txt").write_text("x")
+
+    with pytest.raises(
+        FileExistsError, match=r"seq: expected a new or empty folder, which another process has"
+    ):
+        second()
+    assert names_in(tmp_path) == {"seq"}
+    assert names_in(tmp_path / "seq") == {"first.txt"}
+
+
+# -- real runs
+
+
+@pytest.fixture(scope="module")
+def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data")
+    camera = st.Camera(130.0, 130.0, 79.5, 59.5, 160, 120)
+    mesh = st.SDF.box((0.12, 0.09, 0.06), voxels=40).to_mesh()
+    path = st.synth.random_walk(step_m=0.002, step_rad=0.01)
+    seq = st.synth.sequence(mesh, FRAMES, path, 0.001, seed=2, camera=camera, threads=1)
+    st.save_sequence(folder / "seq", seq)
+    return folder / "seq"
+
+
+def tracking(seq: Path, out: Path, *more: str) -> subprocess.Popen[str]:
+    model = next(seq.rglob("*.ply"))
+    words = [
+        "track",
+        str(seq),
+        "--model",
+        str(model),
+        "--out",
+        str(out),
+        "--init",
+        "gt",
+        "--threads",
+        "1",
+        "-q",
+    ]
+    return subprocess.Popen(
+        [sys.executable, "-m", "sdftrack", *words, *more], stderr=subprocess.PIPE, text=True
+    )
+
+
+def check_whole(out: Path) -> None:
+    """All files of one run, each complete, and nothing else."""
+    import av
+
+    extra = {name for name in names_in(out) if re.fullmatch(r"ground_truth_0\.txt|sdftrack_.*\.csv", name)}
+    assert names_in(out) - extra == OWN
+    assert len(json.loads((out / "report.json").read_text())["frames"]) == FRAMES
+    assert len(np.loadtxt(out / "trajectory_0.txt")) == FRAMES
+    assert len((out / "poses.csv").read_text().splitlines()) == FRAMES + 1
+    with av.open(str(out / "overlay.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == FRAMES
+
+
+@pytest.mark.slow
+def test_of_two_runs_into_one_folder_each_is_refused_or_whole(sequence: Path, tmp_path: Path) -> None:
+    refused = 0
+    for i in range(PAIRS):
+        out, more = tmp_path / str(i), ["--overwrite"] * (i % 2)
+        first = tracking(sequence, out, *more)
+        if i % 4 > 1:  # while the first one writes; else both begin together
+            wait_for(lambda out=out: (out / ".overlay.mp4.part").exists() or (out / "report.json").exists())
+        second = tracking(sequence, out, *more)
+        errors = {child: child.communicate(timeout=WAIT_S)[1] for child in (first, second)}
+        assert 0 in (first.returncode, second.returncode), errors
+        for child, text in errors.items():
+            assert child.returncode in (0, 1), text
+            if child.returncode:
+                refused += 1
+                assert text.count("\n") == 1
+                assert re.search(rf"{BUSY} process|with files in it", text), text
+        check_whole(out)
+    assert refused >= PAIRS // 2
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_after_another_one_was_killed(sequence: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    child = tracking(sequence, out)
+    wait_for(lambda: (out / ".overlay.mp4.part").exists())
+    kill(child)
+    assert LOCK in names_in(out)
+    assert not names_in(out) & OWN
+    child = tracking(sequence, out)
+    assert child.communicate(timeout=WAIT_S) == (None, "")
+    check_whole(out)
+
+
+def test_a_recording_that_is_written_cannot_be_continued_by_another_run(
+    sequence: Path, tmp_path: Path
+) -> None:
+    words = ["convert", str(sequence), "--to", "tum", "--out", str(tmp_path), "-q"]
+    (tmp_path / ".frames.jsonl").write_text("{}\n")
+    child = holder(tmp_path)
+    for more in (["--resume"], ["--overwrite"]):
+        told = subprocess.run(
+            [sys.executable, "-m", "sdftrack", *words, *more], stderr=subprocess.PIPE, text=True
+        )
+        assert told.returncode == 1
+        assert re.search(rf"{BUSY} process {child.pid}", told.stderr)
+    kill(child)
+    assert run([*words, "--overwrite"]) == 0
+    assert len(st.open_sequence(tmp_path)) == FRAMES
+    assert LOCK not in names_in(tmp_path)
+
+
+@pytest.mark.slow
+def test_contour_replaces_the_masks_of_its_run_that_was_killed(tmp_path: Path) -> None:
+    images, out = tmp_path / "images", tmp_path / "out"
+    images.mkdir()
+    y, x = np.mgrid[:120, :160]
+    for i in range(300):
+        disc = np.hypot(x - 80 - 0.05 * i, y - 60) < 25
+        write_color(
+            images / f"{i:06d}.png", np.where(disc[..., None], (200, 80, 40), (40, 90, 160)).astype(np.uint8)
+        )
+    words = ["contour", str(images), "--box", "50,30,60,60", "--out", str(out), "-q"]
+    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *words], text=True)
+    wait_for(lambda: (out / "mask" / "000005.png").exists())
+    kill(child)
+    assert not (out / "result.json").exists()
+    (out / "mask" / f"{files.PART_PREFIX}000006.ab12.png").write_text("cut")
+    assert run(words) == 1  # not without being told to
+    assert run([*words, "--overwrite", "--stop", "3"]) == 0
+    assert names_in(out) == {"mask", "overlay.mp4", "result.json"}
+    assert names_in(out / "mask") == {f"{i:06d}.png" for i in range(3)}
+    write_color(out / "mask" / "000007.png", np.zeros((9, 9, 3), np.uint8))  # of somebody else
+    assert run([*words, "--overwrite", "--stop", "3"]) == 1
+
+
+def test_a_program_that_a_killed_run_has_started_does_not_hold_the_folder(tmp_path: Path) -> None:
+    started = "import subprocess; print(subprocess.Popen(['sleep', '60'], close_fds=False).pid, flush=True)"
+    child = subprocess.Popen(
+        [sys.executable, "-c", HOLD.replace("time.sleep(60)", f"{started}; time.sleep(60)"), str(tmp_path)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout is not None
+    held, sleeper = child.stdout.readline(), int(child.stdout.readline())
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    try:
+        assert held == "held\n"
+        os.kill(sleeper, 0)  # it is there
+        FolderLock(tmp_path).release()
+    finally:
+        os.kill(sleeper, signal.SIGKILL)
+        child.stdout.close()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="only Linux has this folder")
+def test_a_folder_that_cannot_be_written_into_is_named() -> None:
+    for use in (refuse_folder, prepare_folder):
+        with pytest.raises(OSError, match=r"out: cannot write into /proc/self: "):
+            use(Path("/proc/self"), True)

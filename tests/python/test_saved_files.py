@@ -1,0 +1,479 @@
+# SPDX-License-Identifier: MIT
+"""Files of trackers, reconstructors, volumes, memories and models: round trips, damage, versions, memory."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import box_scene
+import numpy as np
+import pytest
+import reconstruction_scene
+
+import sdftrack as st
+from sdftrack._internal import array_archive, saved_file
+from sdftrack._internal.saved_file import FileKind
+
+KIND = FileKind("sdftrack.Test", 2, "Test.save")
+# Bytes between two places at which files are cut or changed.
+STEPS = [pytest.param(97, marks=pytest.mark.slow), 4999]
+
+
+class Saved(NamedTuple):
+    """An object with files: how it is made, read, and compared."""
+
+    make: Callable[[], Any]
+    load: Callable[[Path], Any]
+    writer: str
+    same: Callable[[Any, Any], bool] = lambda a, b: bool(a == b)
+
+
+def tracker() -> st.Tracker:
+    shape = box_scene.box_volume(30)
+    poses = [box_scene.pose_at(0, 0, 0.55), box_scene.pose_at(0.2, 0, 0.7)]
+    out = st.Tracker([shape, shape], box_scene.CAMERA, threads=1, names=["a", "b"], sensor="kinect_v1")
+    out.start(st.Frame(box_scene.depth_of(poses, 0), timestamp=0.0), poses=poses)
+    out.track(st.Frame(box_scene.depth_of(poses, 1), timestamp=0.1))
+    return out
+
+
+def reconstructor() -> st.Reconstructor:
+    camera = st.Camera(150.0, 150.0, 59.5, 44.5, 120, 90)
+    turning = reconstruction_scene.turning(4, 6.0)
+    seq = st.synth.sequence(reconstruction_scene.body(), 4, turning, 0.001, seed=4, camera=camera, threads=1)
+    out = st.Reconstructor(camera, voxels=32, threads=1)
+    out.start(seq[0], mask=reconstruction_scene.first_mask(seq))
+    for i in range(1, 3):
+        out.track(seq[i])
+    return out
+
+
+def volume() -> st.SDF:
+    ball = st.SDF.sphere(0.03, voxels=16)
+    colors = np.random.default_rng(0).integers(0, 256, (*ball.values.shape, 4), dtype=np.uint8)
+    return st.SDF(ball.values, ball.voxel_size, ball.origin, colors)
+
+
+def memory() -> Any:
+    out = st.contour.ShapeMemory(capacity=8)
+    y, x = np.mgrid[:64, :64]
+    for k in range(8):
+        out.learn(np.hypot(x - 32, (y - 32) * (1 + 0.1 * k)) < 20)
+    return out
+
+
+def model() -> st.LWPR:
+    x = np.random.default_rng(0).uniform(-1, 1, (60, 2))
+    return st.LWPR(init_D=[30, 20.5], norm_in="auto").update(x, np.sin(3 * x[:, 0]))
+
+
+def same_frames(a: st.Reconstructor, b: st.Reconstructor) -> bool:
+    return all(np.array_equal(p.depth, q.depth) for p, q in zip(a._kept, b._kept, strict=True))
+
+
+SAVED = {
+    "tracker": Saved(tracker, st.Tracker.load, "Tracker.save", lambda a, b: bool(a._last == b._last)),
+    "reconstructor": Saved(reconstructor, st.Reconstructor.load, "Reconstructor.save", same_frames),
+    "volume": Saved(volume, st.SDF.load, "SDF.save"),
+    "memory": Saved(memory, st.contour.ShapeMemory.load, "ShapeMemory.save"),
+    "model": Saved(model, st.LWPR.load, "LWPR.save"),
+}
+MADE: dict[str, bytes] = {}
+
+
+def content_of(name: str, folder: Path) -> bytes:
+    """The bytes of the object's file, made once."""
+    if name not in MADE:
+        SAVED[name].make().save(folder / "made")
+        MADE[name] = (folder / "made").read_bytes()
+        (folder / "made").unlink()
+    return MADE[name]
+
+
+# -- round trips
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_an_object_comes_back_and_its_file_has_the_same_bytes_again(name: str, tmp_path: Path) -> None:
+    saved = SAVED[name]
+    one = saved.make()
+    one.save(tmp_path / "one")
+    other = saved.load(tmp_path / "one")
+    assert saved.same(one, other)
+    other.save(tmp_path / "two")
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_a_loaded_tracker_goes_on_with_the_bits_of_a_pickled_one(tmp_path: Path) -> None:
+    one = tracker()
+    one.save(tmp_path / "file")
+    loaded, pickled = st.Tracker.load(tmp_path / "file"), pickle.loads(pickle.dumps(one))
+    assert loaded.shapes[0] is loaded.shapes[1]
+    poses = [box_scene.pose_at(0.004, 0, 0.55), box_scene.pose_at(0.2, 0.004, 0.7)]
+    for i in range(3):
+        frame = st.Frame(box_scene.depth_of(poses, 2 + i), timestamp=0.2 + 0.1 * i)
+        a, b = loaded.track(frame), pickled.track(frame)
+        assert a.index == 2 + i
+        for field in ("poses", "covariances", "twists", "confidence"):
+            np.testing.assert_array_equal(getattr(a, field), getattr(b, field))
+
+
+def test_a_loaded_reconstructor_goes_on_with_the_bits_of_a_pickled_one(tmp_path: Path) -> None:
+    one = reconstructor()
+    one.save(tmp_path / "file")
+    loaded, pickled = st.Reconstructor.load(tmp_path / "file"), pickle.loads(pickle.dumps(one))
+    assert loaded.shape == pickled.shape
+    turning = reconstruction_scene.turning(6, 6.0)
+    seq = st.synth.sequence(
+        reconstruction_scene.body(), 6, turning, 0.001, seed=4, camera=one._frame_camera, threads=1
+    )
+    for i in range(3, 6):
+        a, b = loaded.track(seq[i]), pickled.track(seq[i])
+        assert a.index == b.index == i
+        np.testing.assert_array_equal(a.poses, b.poses)
+    assert loaded.shape == pickled.shape
+
+
+def test_cameras_symmetries_and_masks_of_a_tracker_come_back_with_their_bits(tmp_path: Path) -> None:
+    turned = st.geometry.pose([0.1, 0.2, 0.3], [0.01, 0.02, 0.03])
+    color = st.Camera(500, 510, 320, 240, 640, 480, (0.01, -0.02, 1e-3, -1e-3))
+    symmetry = st.Symmetry(turned[None], ((np.array([1.0, 2.0, 3.0]), np.zeros(3)),))
+    rig = st.RGBDCamera(box_scene.CAMERA, color, T_color_depth=turned)
+    one = st.Tracker(
+        box_scene.box_volume(), rig, symmetry=symmetry, collision=None, membership=True, padding_m=0.05
+    )
+    one.save(tmp_path / "file")
+    other = st.Tracker.load(tmp_path / "file")
+    other.save(tmp_path / "again")
+    assert (tmp_path / "again").read_bytes() == (tmp_path / "file").read_bytes()
+    assert other.camera == rig
+    assert other.options == one.options
+    P = np.array([[0.9, 0.01, 3.0], [0.0, 0.9, 2.0], [0.0, 0.0, 1.0]])
+    other.camera = st.RGBDCamera(box_scene.CAMERA, projective=(P, np.array([0.1, 0.2, 0.0])))
+    other.save(tmp_path / "file")
+    assert st.Tracker.load(tmp_path / "file").camera == other.camera
+
+
+def test_primitives_come_back_found_and_not_found(tmp_path: Path) -> None:
+    can = st.SDF.cylinder(0.033, 0.1, voxels=60)
+    camera = st.Camera(260, 260, 159.5, 119.5, 320, 240)
+    T = st.geometry.pose([1.2, 0, 0], [0, 0, 0.5])
+    frame = st.Frame(can.render(camera, T)[0])
+    one = st.Tracker([st.Primitive("cylinder", voxels=40), st.Primitive("box", seed=3)], camera, threads=1)
+    box = (300, 200, 10, 10)
+    one.start(frame, masks=[frame.depth > 0, np.arange(320 * 240).reshape(240, 320) == 0])
+    one.add(st.Primitive(), box=box)
+    assert one.sizes[0] is not None
+    assert one.sizes[1] is None
+    one.save(tmp_path / "file")
+    other = st.Tracker.load(tmp_path / "file")
+    assert other.sizes == one.sizes
+    assert other._free_sizes._missing[2] == box
+    one.save(tmp_path / "one"), other.save(tmp_path / "two")
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+    a, b = other.track(frame), pickle.loads(pickle.dumps(one)).track(frame)
+    np.testing.assert_array_equal(a.poses, b.poses)
+
+
+def test_numpy_opens_a_file(tmp_path: Path) -> None:
+    sdf = volume()
+    sdf.save(tmp_path / "ball.npz")
+    with np.load(tmp_path / "ball.npz", allow_pickle=False) as data:
+        np.testing.assert_array_equal(data["values"], sdf.values)
+        assert float(data["voxel_size"]) == sdf.voxel_size
+        head = json.loads(data["header.json"])
+    assert (head["format"], head["version"], head["sdftrack"]) == ("sdftrack.SDF", 1, st.__version__)
+
+
+def test_a_volume_of_numpy_savez_is_read(tmp_path: Path) -> None:
+    sdf = volume()
+    for save in (np.savez, np.savez_compressed):
+        save(tmp_path / "v.npz", values=sdf.values, voxel_size=sdf.voxel_size, origin=sdf.origin)
+        assert st.SDF.load(tmp_path / "v.npz") == st.SDF(sdf.values, sdf.voxel_size, sdf.origin)
+
+
+# -- damage
+
+
+@pytest.mark.parametrize("name", SAVED)
+@pytest.mark.parametrize("step", STEPS)
+def test_a_file_cut_anywhere_is_refused_by_name(name: str, step: int, tmp_path: Path) -> None:
+    content, path = content_of(name, tmp_path), tmp_path / "cut.file"
+    for size in [*range(0, len(content), step), *range(len(content) - 100, len(content))]:
+        path.write_bytes(content[:size])
+        with pytest.raises(ValueError, match=rf"cut\.file: expected a file of {SAVED[name].writer}, got"):
+            SAVED[name].load(path)
+
+
+@pytest.mark.parametrize("name", SAVED)
+@pytest.mark.parametrize("step", STEPS)
+def test_a_file_with_a_wrong_bit_anywhere_is_refused_by_name(name: str, step: int, tmp_path: Path) -> None:
+    """At the beginning, through headers and arrays, and at every byte of the directory and the checksum at the end."""
+    content, path = content_of(name, tmp_path), tmp_path / "bad.file"
+    places = [*range(60), *range(60, len(content), step), *range(len(content) - 200, len(content))]
+    for at in places:
+        bad = bytearray(content)
+        bad[at] ^= 1 << at % 8
+        path.write_bytes(bad)
+        with pytest.raises(ValueError, match=rf"bad\.file: expected a file of {SAVED[name].writer}, got"):
+            SAVED[name].load(path)
+
+
+def test_a_volume_without_checksum_that_is_damaged_is_refused_or_unchanged(tmp_path: Path) -> None:
+    sdf, path = volume(), tmp_path / "v.npz"
+    np.savez_compressed(
+        path, values=sdf.values, voxel_size=sdf.voxel_size, origin=sdf.origin, colors=sdf.colors
+    )
+    content, refused, unchanged = path.read_bytes(), 0, 0
+    places = [*range(0, len(content), 401), *range(len(content) - 120, len(content))]
+    for at in places:
+        for bit in (0, 3, 7):
+            bad = bytearray(content)
+            bad[at] ^= 1 << bit
+            path.write_bytes(bad)
+            try:
+                assert st.SDF.load(path) in (sdf, st.SDF(sdf.values, sdf.voxel_size, sdf.origin))
+            except ValueError as error:
+                refused += str(error).startswith(f"{path}: ") and "\n" not in str(error)
+            else:
+                unchanged += 1
+    assert refused + unchanged == 3 * len(places)
+    assert refused > unchanged
+
+
+@pytest.mark.parametrize("name", SAVED)
+@pytest.mark.parametrize(
+    "content", [b"", b"hello", b"PK\x03\x04", b"\x89PNG\r\n", b"\x80\x04N.", b"\x00" * 5000]
+)
+def test_other_files_are_refused_by_name(name: str, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "other.file"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=rf"other\.file: expected a file of {SAVED[name].writer}, got"):
+        SAVED[name].load(path)
+    with pytest.raises(FileNotFoundError, match=rf"none: no such file; expected one of {SAVED[name].writer}"):
+        SAVED[name].load(tmp_path / "none")
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_the_file_of_another_object_is_refused(name: str, tmp_path: Path) -> None:
+    for other in set(SAVED) - {name}:
+        path = tmp_path / other
+        path.write_bytes(content_of(other, tmp_path))
+        with pytest.raises(
+            ValueError, match=rf"{other}: expected a file of {SAVED[name].writer}, got one of 'sdftrack"
+        ):
+            SAVED[name].load(path)
+
+
+# -- versions and contents
+
+
+def test_a_later_version_says_so_and_earlier_ones_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    saved_file.write(path, FileKind(KIND.name, 3, KIND.writer), {"a": 1})
+    with pytest.raises(
+        ValueError, match=r"file: expected a file of Test\.save, got version 3 of sdftrack 0\.\d"
+    ):
+        saved_file.read(path, KIND)
+    for version in (1, 2):
+        saved_file.write(path, FileKind(KIND.name, version, KIND.writer), {"a": 1})
+        assert saved_file.read(path, KIND) == {"a": 1}
+
+
+def changed(name: str, folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    """A file with a right checksum whose content somebody has changed."""
+    path = folder / "changed.file"
+    path.write_bytes(content_of(name, folder))
+    with zipfile.ZipFile(path) as archive:
+        head = json.loads(archive.read("header.json"))
+    with array_archive.ArrayArchive(path, path.stat().st_size) as opened:
+        content = saved_file.unpack(head["content"], opened.array)
+    change(content)
+    saved_file.write(path, FileKind(head["format"], head["version"], ""), content)
+    return path
+
+
+def setter(value: Any, *places: Any) -> Callable[[dict[str, Any]], None]:
+    def change(content: Any) -> None:
+        for place in places[:-1]:
+            content = content[place]
+        content[places[-1]] = value
+
+    return change
+
+
+INCONSISTENT = [
+    ("tracker", setter([0, 7], "shapes")),
+    ("tracker", setter(None, "camera")),
+    ("tracker", setter(-1.0, "camera", "fx")),
+    ("tracker", setter(np.eye(4), "best")),
+    ("tracker", setter(2 * np.tile(np.eye(4), (2, 1, 1)), "best")),
+    ("tracker", setter(["x", "ok"], "last", "status")),
+    ("tracker", setter(np.zeros(3), "last", "confidence")),
+    ("tracker", setter("fast", "arguments", "mode")),
+    ("tracker", setter(1.0, "arguments", "options", "no_such_option")),
+    ("tracker", setter(10**12, "index")),
+    ("tracker", setter([[5, None]], "sizes", "missing")),
+    ("tracker", setter(np.zeros((4, 4, 4)), "volumes", 0, "values")),
+    ("reconstructor", setter([0, 0, 5000, 50], "keyframes", 1, "region")),
+    ("reconstructor", setter([0, 0], "keyframes", 1, "region")),
+    ("reconstructor", setter(np.zeros((2, 2), np.float32), "keyframes", 1, "depth")),
+    ("reconstructor", setter(np.zeros((4, 4)), "keyframes", 1, "T_cam_obj")),
+    ("reconstructor", setter(3, "keyframes", 1, "recording")),
+    ("reconstructor", setter([10**6, 10**6, 10**6], "lattice", "voxels")),
+    ("reconstructor", setter(float("nan"), "lattice", "voxel_m")),
+    ("reconstructor", setter([], "keyframes")),
+    ("reconstructor", setter([], "beginnings")),
+    ("reconstructor", setter(np.zeros((1, 1), bool), "beginnings", 0, "on_object")),
+    ("reconstructor", setter(np.full((3, 2), 9), "selection", "nearest")),
+    ("reconstructor", setter(np.eye(3), "pose")),
+    ("reconstructor", setter(-3, "threads")),
+    ("volume", setter(0.0, "voxel_size")),
+    ("volume", setter("big", "voxel_size")),
+    ("volume", setter(np.zeros((2, 2, 2, 4), np.uint8), "colors")),
+    ("memory", setter({"none": 1}, "options")),
+    ("memory", setter(None, "kept")),
+    ("model", setter(b"core", "core")),
+    ("model", setter({}, "parameters")),
+]
+
+
+@pytest.mark.parametrize(("name", "change"), INCONSISTENT)
+def test_contents_that_do_not_fit_are_refused_by_name(name: str, change: Any, tmp_path: Path) -> None:
+    path = changed(name, tmp_path, change)
+    with pytest.raises(
+        ValueError, match=rf"changed\.file: expected a file of {SAVED[name].writer}, got incons"
+    ) as told:
+        SAVED[name].load(path)
+    assert "\n" not in str(told.value)
+
+
+def sealed(path: Path, head: bytes, arrays: dict[str, bytes], method: int = zipfile.ZIP_STORED) -> None:
+    """A file with a right checksum and any header and members."""
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.comment = saved_file.SEAL + b"0" * saved_file.DIGITS
+        archive.writestr("header.json", head)
+        for name, data in arrays.items():
+            archive.writestr(name, data)
+    digest = saved_file._digest(path)
+    path.write_bytes(path.read_bytes()[: -saved_file.DIGITS] + digest)
+
+
+def npy(shape: str, dtype: str = "<f4", data: bytes = b"") -> bytes:
+    head = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}}}".ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head.encode() + data
+
+
+def with_content(content: str) -> bytes:
+    return f'{{"format": "sdftrack.Test", "version": 1, "content": {content}}}'.encode()
+
+
+CRAFTED = {
+    "declares more than it has": (with_content('{"$array": "a"}'), {"a.npy": npy("(100000, 100000)")}),
+    "declares a negative size": (with_content('{"$array": "a"}'), {"a.npy": npy("(-1,)")}),
+    "overflows": (with_content('{"$array": "a"}'), {"a.npy": npy("(4294967296, 4294967296)")}),
+    "holds objects": (with_content('{"$array": "a"}'), {"a.npy": npy("(1,)", "|O", b"x" * 8)}),
+    "has a shape of calls": (with_content('{"$array": "a"}'), {"a.npy": npy("(exit(),)")}),
+    "is no array": (with_content('{"$array": "a"}'), {"a.npy": b"hello"}),
+    "lacks an array": (with_content('{"$array": "a"}'), {}),
+    "refers twice": (
+        with_content('[{"$array": "a"}, {"$array": "a"}]'),
+        {"a.npy": npy("(1,)", data=b"1234")},
+    ),
+    "refers by a number": (with_content('{"$array": 3}'), {}),
+    "is nested too deeply": (with_content("[" * 100_000 + "]" * 100_000), {}),
+    "has no JSON": (b"{", {}),
+    "has a list for a header": (b"[]", {}),
+    "has a version that is none": (b'{"format": "sdftrack.Test", "version": "1", "content": 1}', {}),
+    "has a float that is none": (with_content('{"$float": "x"}'), {}),
+    "has a huge header": (b" " * 5_000_000 + b"{}", {}),
+}
+
+
+@pytest.mark.parametrize("crafted", CRAFTED)
+def test_a_crafted_file_is_refused_in_one_line(crafted: str, tmp_path: Path) -> None:
+    path = tmp_path / "crafted.file"
+    sealed(path, *CRAFTED[crafted])
+    with pytest.raises(ValueError, match=r"crafted\.file: expected a file of Test\.save, got") as told:
+        saved_file.read(path, KIND)
+    assert "\n" not in str(told.value)
+
+
+def test_other_compressions_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "crafted.file"
+    sealed(path, with_content("1"), {}, zipfile.ZIP_LZMA)
+    with pytest.raises(ValueError, match="compression other than deflate"):
+        saved_file.read(path, KIND)
+
+
+# -- memory
+
+MOST_MB = 250  # above what Python and numpy need
+
+PEAK = """
+import resource, sys
+import sdftrack as st
+st.SDF.sphere(0.03, voxels=16)
+def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+before = peak()
+try:
+    st.SDF.load(sys.argv[1])
+    print("loaded", peak() - before)
+except ValueError as error:
+    print(error)
+    print("refused", peak() - before)
+"""
+
+
+def peak_of(path: Path) -> tuple[str, float]:
+    pytest.importorskip("resource")
+    run = subprocess.run([sys.executable, "-c", PEAK, str(path)], capture_output=True, text=True, check=True)
+    word, mb = run.stdout.split()[-2:]
+    return word, float(mb)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("has_seal", [False, True])
+def test_a_small_file_cannot_take_all_memory(has_seal: bool, tmp_path: Path) -> None:
+    """2 GB of zeros are 2 MB in a zip file."""
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        if has_seal:
+            archive.comment = saved_file.SEAL + b"0" * saved_file.DIGITS
+            head = {"format": "sdftrack.SDF", "version": 1, "content": {"values": {"$array": "values"}}}
+            archive.writestr("header.json", json.dumps(head))
+        with archive.open("values.npy", "w", force_zip64=True) as file:
+            file.write(npy("(800, 800, 800)"))
+            for _ in range(800):
+                file.write(bytes(4 * 800 * 800))
+    if has_seal:
+        digest = saved_file._digest(path)
+        path.write_bytes(path.read_bytes()[: -saved_file.DIGITS] + digest)
+    word, mb = peak_of(path)
+    assert word == "refused"
+    assert mb < 50
+    with pytest.raises(ValueError, match=r"bomb\.npz: .*got 20\d\d MB declared by a file of"):
+        st.SDF.load(path)
+
+
+@pytest.mark.slow
+def test_a_large_volume_takes_little_more_memory_than_it_has(tmp_path: Path) -> None:
+    path = tmp_path / "large.npz"
+    st.SDF(np.random.default_rng(0).random((256, 256, 256), np.float32), 0.001, (0, 0, 0)).save(path)
+    word, mb = peak_of(path)
+    assert word == "loaded"
+    assert mb < MOST_MB  # 64 MB, and its checked copy
+
+
+@pytest.mark.slow
+def test_a_volume_that_is_compressed_too_well_is_written_so_that_it_is_read(tmp_path: Path) -> None:
+    sdf = st.SDF(np.full((400, 400, 400), 0.05, np.float32), 0.001, (0, 0, 0))
+    sdf.save(tmp_path / "flat.npz")
+    assert st.SDF.load(tmp_path / "flat.npz") == sdf
