@@ -130,12 +130,17 @@ class TestBadInput:
 
 def test_sequences_frames_and_results_can_be_sent_to_another_process(tmp_path):
     st.save_sequence(tmp_path / "seq", rendered(2))
-    for sequence in (rendered(2), st.open_sequence(tmp_path / "seq")):
+    opened = st.open_sequence(tmp_path / "seq")
+    for sequence in (rendered(2), opened, opened[::-1], rendered(3)[1:]):
         again = pickle.loads(pickle.dumps(sequence))
-        assert len(again) == 2
+        assert (len(again), again.name, again.layout) == (2, sequence.name, sequence.layout)
+        assert again.camera == sequence.camera
         np.testing.assert_array_equal(again[1].depth, sequence[1].depth)
+        np.testing.assert_array_equal(again.ground_truth[1][0], sequence.ground_truth[1][0])
+        assert again.masks(0).keys() == sequence.masks(0).keys()
+    sequence = opened
     tracker = st.Tracker(st.SDF.sphere(0.06, voxels=32), sequence.camera, threads=1)
-    result = tracker.start(sequence[0], poses=[sequence.ground_truth[0]])
+    result = tracker.start(sequence[0], poses=[sequence.ground_truth[0][0]])
     again = pickle.loads(pickle.dumps((tracker, result)))
     np.testing.assert_array_equal(again[1].poses, result.poses)
     np.testing.assert_array_equal(again[0].track(sequence[1]).poses, tracker.track(sequence[1]).poses)

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import is_address
+from sdftrack.cli.command_line import commands
 
 __all__ = ["Options", "options_of_command"]
 
@@ -81,16 +81,6 @@ class Options:
 
 
 @cache
-def _commands() -> Mapping[str, Any]:
-    import typer
-
-    from sdftrack.cli.app import app
-
-    group: Any = typer.main.get_command(app)
-    return dict(group.commands)
-
-
-@cache
 def options_of_command(name: str) -> Options:
     """The options of a subcommand of sdftrack."""
-    return Options(name, _commands()[name])
+    return Options(name, commands()[name])

@@ -168,10 +168,10 @@ def _alone() -> bool:
 
 
 def _in_this_process(line: list[str], log: TextIO) -> int:
-    from sdftrack.cli.app import run
+    from sdftrack.cli.command_line import run_line
 
     with contextlib.redirect_stdout(log), contextlib.redirect_stderr(log):
-        return run(line)
+        return run_line(line)
 
 
 def _in_another_process(line: list[str], log: TextIO) -> int:

@@ -63,7 +63,11 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         if name not in kind.options:
             takes = ", ".join(kind.options) or "none"
             raise ValueError(f"{name}: not an option of layout {kind.name}, whose options are: {takes}")
-    return kind.open(root, **given)
+    return kind.open(root, **given).can_be_opened_again(_opened, root.resolve(), kind.name, given)
+
+
+def _opened(path: Path, layout: str, options: dict[str, Any]) -> Sequence:
+    return open_sequence(path, layout, **options)
 
 
 def _detected(root: Path) -> Layout:

@@ -95,6 +95,19 @@ class Sequence(ClosedByWith):
         self.layout = layout
         self.name = name
         self._close = close
+        self._again: tuple[Callable[..., Sequence], tuple[Any, ...]] | None = None
+
+    def can_be_opened_again(self, opening: Callable[..., Sequence], *arguments: Any) -> Sequence:
+        """This sequence; another process that it is sent to gets it by `opening(*arguments)`."""
+        self._again = opening, arguments
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Files that are open, and functions that read them, cannot be sent to another process.
+        if self._again is None:
+            return (_in_memory, ({k: v for k, v in self.__dict__.items() if k not in ("_close", "_again")},))
+        opening, arguments = self._again
+        return (_opened_again, (opening, arguments, self.camera))
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -132,7 +145,7 @@ class Sequence(ClosedByWith):
         if not len(numbers):
             raise ValueError(f"slice: expected at least one of the {len(self)} frames, got none")
         truth = {new: self.ground_truth[old] for new, old in enumerate(numbers) if old in self.ground_truth}
-        return Sequence(
+        chosen = Sequence(
             _Picked(self, numbers),
             self.camera,
             truth,
@@ -145,6 +158,7 @@ class Sequence(ClosedByWith):
             name=self.name,
             close=self.close,
         )
+        return chosen.can_be_opened_again(Sequence.part, self, list(numbers))
 
     def masks(self, i: int) -> Masks:
         """{k: (H, W) bool} masks of the instances in frame i, aligned with depth; {} if unknown."""
@@ -173,6 +187,20 @@ class Sequence(ClosedByWith):
             f"Sequence({name}{self.layout}, {len(self)} frames, {d.width} x {d.height}, "
             f"{len(self.objects)} objects, truth for {len(self.ground_truth)})"
         )
+
+
+def _opened_again(
+    opening: Callable[..., Sequence], arguments: tuple[Any, ...], camera: RGBDCamera
+) -> Sequence:
+    sequence = opening(*arguments)
+    sequence.camera = camera
+    return sequence
+
+
+def _in_memory(state: dict[str, Any]) -> Sequence:
+    sequence = Sequence.__new__(Sequence)
+    sequence.__dict__.update(state, _close=None, _again=None)
+    return sequence
 
 
 class _Picked:
