@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Numbers that no sensor gives: the smallest and the largest floats, and sizes beyond an int.
+
+Each comes to a result or to an error that names the argument; none ends the process or takes for ever.
+"""
+
+import zlib
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, SIZE_M, box_mesh, depth_of
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.contour import lwpr_file
+
+BOX = st.SDF.box(SIZE_M, voxels=48)
+TINY = 1e-310  # has no inverse
+
+
+def cube(low_x, n=16):
+    """A cube of 0.1 m of many triangles, with a face at x = 0 but for its middle, at x = low_x."""
+    u, v = np.meshgrid(*2 * [np.linspace(0, 0.1, n + 1)], indexing="ij")
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
+    outwards = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    vertices, faces = [], []
+    for axis in range(3):
+        for w in (0.0, 0.1):
+            side = np.roll(np.stack([np.full_like(u, w), u, v], axis=-1), axis, axis=-1)
+            faces.append((outwards if w else outwards[:, ::-1]) + len(faces) * at.size)
+            vertices.append(side.reshape(-1, 3))
+    points = np.concatenate(vertices)
+    points[np.abs(points - [0, 0.05, 0.05]).max(axis=1) < 1e-9, 0] = low_x
+    return points, np.concatenate(faces).astype(np.int32)
+
+
+# Meshes and volumes
+
+
+def test_a_mesh_with_a_coordinate_of_next_to_nothing_is_seen_as_one_with_0():
+    T = st.geometry.pose([0, 1.2, 0], [0, 0, 0.5])
+    one, other = (st.Mesh(*cube(x)).raycast(CAMERA, T)[0] for x in (TINY, 0.0))
+    assert np.count_nonzero(one) > 1000
+    np.testing.assert_array_equal(one, other)
+
+
+def test_a_volume_of_a_mesh_with_a_coordinate_of_next_to_nothing_is_that_of_one_with_0():
+    one, other = (st.SDF.from_mesh(cube(x), voxels=24).values for x in (TINY, 0.0))
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("voxel_m", [1e-300, 1e-30, 1e30, 1e300, 0.0, -1.0, np.nan, np.inf])
+def test_voxels_that_floats_cannot_measure_with_are_refused(voxel_m):
+    ball = st.SDF.sphere(0.05, voxels=24)
+    for use in (
+        lambda: st.SDF(ball.values, voxel_m, [0, 0, 0]),
+        lambda: st.levelset.redistance(ball.values, voxel_m),
+        lambda: st.levelset.evolve(ball.values, -ball.values, 1, voxel_m),
+    ):
+        with pytest.raises(ValueError, match="voxel_size: expected"):
+            use()
+
+
+@pytest.mark.parametrize("voxel_m", [1e-12, 1e-6, 1.0, 1e6, 1e12])
+def test_a_distance_field_scales_with_its_voxels(voxel_m):
+    ball = st.SDF.sphere(0.05, voxels=24)
+    values = (ball.values * (voxel_m / ball.voxel_size)).astype(np.float32)
+    found = st.levelset.redistance(values, voxel_m) / voxel_m
+    expected = st.levelset.redistance((ball.values / ball.voxel_size).astype(np.float32), 1.0)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4)
+
+
+def test_an_origin_that_floats_do_not_hold_is_refused():
+    with pytest.raises(ValueError, match="origin: expected"):
+        st.SDF(BOX.values, BOX.voxel_size, [1e39, 0, 0])
+
+
+@pytest.mark.parametrize("length", [1e39, 1e13, np.inf, np.nan, 0.0])
+def test_solids_that_floats_do_not_measure_are_refused(length):
+    with pytest.raises(ValueError, match="expected positive lengths"):
+        st.SDF.cone(65536, length, voxels=16)
+    assert np.isfinite(st.SDF.cone(65536, 1e12, voxels=16).values).all()
+
+
+def test_a_mesh_far_larger_than_a_volume_is_refused_where_its_winding_numbers_would_overflow():
+    mesh = box_mesh(1e6 * SIZE_M)
+    with pytest.raises(ValueError, match="mesh: expected vertices within 4095 voxels"):
+        _core.winding_numbers(mesh.vertices, mesh.faces, [8, 8, 8], 0.001, [0, 0, 0])
+
+
+@pytest.mark.parametrize("depth_m", [1e12, 1.8e13, 1e14, 1e16, 1e100, 1e300])
+def test_a_volume_at_any_distance_is_rendered(depth_m):
+    on_a_pixel = st.Camera(260, 260, 160, 120, 320, 240)
+    seen = BOX.render(on_a_pixel, st.geometry.pose(t_m=[0, 0, depth_m]))[0]
+    assert np.count_nonzero(seen) <= 1
+    assert seen.max() == 0 or seen.max() == pytest.approx(depth_m, rel=1e-6)
+
+
+# Readings and poses
+
+
+@pytest.mark.parametrize("tiny_m", [3e-7, 9e-9, 1e-12, 1e-30, 1e-44])
+@pytest.mark.parametrize("focal_px", [110, 260, 1668])
+def test_a_first_reading_of_next_to_nothing_does_not_hide_the_object(focal_px, tiny_m):
+    camera = st.Camera(focal_px, focal_px, 159.5, 119.5, 320, 240)
+    T = np.array(POSE)
+    T[2, 3] *= focal_px / CAMERA.fx
+    depth = depth_of(T, camera=camera, wall_m=0.0)
+    depth[0, 0] = tiny_m
+    found = st.Tracker(BOX, camera).start(st.Frame(depth))
+    assert found.status[0] in ("ok", "weak")  # half turns of a box look alike
+    assert np.linalg.norm(found.poses[0][:3, 3] - T[:3, 3]) < 0.01
+    tracker = st.Tracker(BOX, camera)
+    tracker.start(st.Frame(depth), poses=[T])
+    alone = np.zeros_like(depth)
+    alone[0, 0] = tiny_m
+    for _ in range(3):
+        assert tracker.track(st.Frame(alone)).status[0] == "lost"
+
+
+@pytest.mark.parametrize("far", [1e100, 1e155, 1e200, -1e160, 1e300, 1e308])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_finite_pose_out_of_all_sight_is_lost(axis, far):
+    frame = st.Frame(depth_of())
+    T = st.geometry.pose(t_m=[0.1, 0.1, 0.5])
+    T[axis, 3] = far
+    begun = st.Tracker(BOX, CAMERA, recover=False)
+    assert begun.start(frame, poses=[T]).status[0] == "lost"
+    moved = st.Tracker(BOX, CAMERA, recover=False)
+    moved.start(frame, poses=[POSE])
+    moved.set_pose(0, T)
+    assert moved.track(frame).status[0] == "lost"
+    assert moved.track(frame).status[0] == "lost"
+
+
+# What a file or a caller of the core may say
+
+
+def lwpr_file_with(path, options, n_in, field):
+    """A model file, both checksums right, that holds one output with one field of these numbers."""
+    core = _core.LwprModel(n_in, 1, options, [1.0] * n_in, [1.0]).to_bytes()
+    words = np.frombuffer(core[:-8], np.uint64)
+    numbers = words[3:].view(np.float64)[:-3]  # up to the one output, which has no field
+    numbers = np.concatenate([numbers, [1.0, 1.0, 0.0], field])
+    words = np.concatenate([words[:2], np.array([len(numbers)], np.uint64), numbers.view(np.uint64)])
+    total, most = 0xCBF29CE484222325, (1 << 64) - 1
+    for word in words.tolist():
+        total = (total ^ word) * 0x100000001B3 & most
+        total ^= total >> 32
+    model = st.LWPR(n_in, 1, diagonal=options.diagonal)
+    state = {**model.__getstate__(), "core": words.tobytes() + total.to_bytes(8, "little")}
+    lwpr_file.write(path, state)
+    assert zlib.crc32(path.read_bytes()[:-4]).to_bytes(4, "little") == path.read_bytes()[-4:]
+
+
+@pytest.mark.parametrize(
+    ("n_in", "projections", "trusted"),
+    [(100_000, 6000, 6000), (100_000, 5369, 0), (50, 40, 51), (50, 1.5, 1), (50, np.nan, 0), (50, 2, 1.5)],
+)
+def test_a_model_file_that_promises_more_than_it_holds_is_refused(tmp_path, n_in, projections, trusted):
+    options = _core.LwprOptions()
+    options.diagonal = True
+    head = np.zeros(12)
+    head[4:6] = projections, trusted
+    lwpr_file_with(tmp_path / "m.lwpr", options, n_in, np.concatenate([np.ones(2 * n_in), head]))
+    with pytest.raises(ValueError, match="inconsistent fields"):
+        st.LWPR.load(tmp_path / "m.lwpr")
+
+
+def test_a_field_that_the_model_does_not_have_is_refused():
+    core = _core.LwprModel(2, 1, _core.LwprOptions(), [1.0, 1.0], [1.0])
+    for output in (7, -1, 2**31 - 1):
+        with pytest.raises(ValueError, match=r"output: expected 0\.\.0"):
+            core.fields(output)
+
+
+def new_reconstruction(voxels=(32, 32, 32)):
+    return _core.Reconstruction(voxels, 0.01, (-0.15, -0.15, -0.15), None, _core.ReconstructionOptions(), 1)
+
+
+@pytest.mark.parametrize("voxels", [(-1, 8, 8), (8, 0, 8), (1, 1, 1), (65536, 65536, 2)])
+def test_a_reconstruction_has_a_volume(voxels):
+    with pytest.raises(ValueError, match="voxels: expected"):
+        new_reconstruction(voxels)
+
+
+@pytest.mark.parametrize("before", [(-3, 0, 0), (10_000, 10_000, 10_000), (2**31 - 1, 0, 0)])
+def test_a_volume_grows_to_what_an_int_counts(before):
+    with pytest.raises(ValueError, match="grown: expected"):
+        new_reconstruction().grown(before, (0, 0, 0))
+    with pytest.raises(ValueError, match="grown: expected"):
+        new_reconstruction().grown((0, 0, 0), before)
+
+
+@pytest.mark.parametrize(
+    "region", [(0, 0, 321, 240), (-1, 0, 10, 10), (10, 10, 5, 20), (0, 20, 5, 10), (0, 0, 8, 241)]
+)
+def test_a_region_lies_in_the_image(region):
+    with pytest.raises(ValueError, match="region: expected"):
+        new_reconstruction().fuse(depth_of(), CAMERA._core, POSE, region)
+
+
+@pytest.mark.parametrize(("k", "n"), [(-5, 0), (0, 0), (-1, 5), (0, -3)])
+def test_a_rotation_is_one_of_some(k, n):
+    with pytest.raises(ValueError, match="expected k >= 0 and n >= 1"):
+        _core.seed_rotation(k, n)
+
+
+def test_a_volume_of_more_voxels_than_an_int_counts_is_refused():
+    shape = [65536, 65536, 2]
+    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
+        _core.primitive_sdf("sphere", [0.1], shape, 0.01, [0, 0, 0])
+    mesh = box_mesh()
+    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
+        _core.mesh_to_sdf(mesh.vertices, mesh.faces, shape, 0.01, [0, 0, 0])
+    one = np.lib.stride_tricks.as_strided(np.ones(1, np.float32), shape, (0, 0, 0))
+    with pytest.raises((TypeError, ValueError)):  # refused before it is looked at
+        _core.redistance(one, 0.01)
