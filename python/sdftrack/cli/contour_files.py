@@ -18,6 +18,8 @@ __all__ = ["ContourFiles", "bad_frame", "refuse_places", "trouble_of"]
 
 # The names that this command may ever write below DIR.
 OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
+# The masks of a run that goes on, or was killed, a line each; after it result.json has them.
+UNDER_WAY = "mask/.written"
 
 
 def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
@@ -53,11 +55,18 @@ def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
 
 
 def _written_before(out: Path) -> set[str]:
-    """File names, relative to `out`, listed by an earlier run of this command."""
+    """File names, relative to `out`, listed by an earlier run of this command, be it one that was killed."""
+    names = _listed(out)
+    with contextlib.suppress(OSError, ValueError):
+        names |= set((out / UNDER_WAY).read_text(encoding="utf-8").split())
+    return {name for name in names if OWN.fullmatch(name)}
+
+
+def _listed(out: Path) -> set[str]:
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         report = json.loads((out / "result.json").read_text(encoding="utf-8"))
         if report["settings"]["command"] == "contour":
-            return {str(name) for name in report["settings"]["files"] if OWN.fullmatch(str(name))}
+            return {str(name) for name in report["settings"]["files"]}
     return set()
 
 
@@ -131,6 +140,8 @@ class ContourFiles:
 
         score = self._score(number, result.mask)  # read before anything is written
         name = f"mask/{number:06d}.png"
+        with (self.out / UNDER_WAY).open("a", encoding="utf-8") as under_way:  # beside what a killed run left
+            print(name, file=under_way)
         write_mask(self.out / name, result.mask)
         self._files.append(name)
         if self._video is not None:
@@ -171,6 +182,7 @@ class ContourFiles:
             self._video.drop()
         for name in self._files:
             (self.out / name).unlink(missing_ok=True)
+        (self.out / UNDER_WAY).unlink(missing_ok=True)
 
     def close(self, stopped: str = "") -> None:
         """Finish all files. `stopped`: reason for an early end, one sentence for result.json."""
@@ -191,6 +203,7 @@ class ContourFiles:
         for name in self._stale - set(self._files):
             (self.out / name).unlink(missing_ok=True)
         write_json(self.out / "result.json", {**report, "frames": self.rows})
+        (self.out / UNDER_WAY).unlink(missing_ok=True)
 
     def mean_iou(self) -> float:
         """Mean IoU over the tracked frames, without the given first one."""
