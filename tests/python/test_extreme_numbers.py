@@ -134,6 +134,49 @@ def test_a_finite_pose_out_of_all_sight_is_lost(axis, far):
     assert moved.track(frame).status[0] == "lost"
 
 
+def odd_volumes(seed, count):
+    """Volumes that are no distance fields: huge values among the others, slopes and sizes of any order."""
+    random = np.random.default_rng(seed)
+    box = st.SDF.box(SIZE_M, voxels=24)
+    for n in range(count):
+        values, scale = box.values.copy(), 10.0 ** random.uniform(-9, 9)
+        if n % 4 == 0:
+            some = random.random(values.shape) < 0.02
+            sizes = random.normal(size=some.sum()) * 10.0 ** random.uniform(-5, 38)
+            values[some] = np.clip(sizes, -3e38, 3e38)
+        elif n % 4 == 1:
+            values *= np.float32(10.0 ** random.uniform(-30, 35))
+        elif n % 4 == 2:
+            values = np.copysign(np.float32(10.0 ** random.uniform(-40, 38)), values)
+        size = scale if n % 4 == 3 else 1.0
+        yield st.SDF(values.astype(np.float32), size * box.voxel_size, size * box.origin)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_ok_and_weak_say_finite_numbers_whatever_the_volume(seed):
+    random = np.random.default_rng(seed)
+    for n, shape in enumerate(odd_volumes(seed, 24)):
+        depth = depth_of()
+        if n % 3 == 0:
+            some = random.random(depth.shape) < 0.1
+            depth[some] = 10.0 ** random.uniform(-40, 38)
+        tracker = st.Tracker(shape, CAMERA)
+        places = [{"poses": [POSE]}, {"masks": depth < 1}, {}][n % 3]
+        try:
+            results = [tracker.start(st.Frame(depth), **places)]
+        except ValueError as error:
+            if "expected the object" not in str(error):  # a mask of something of another size
+                raise
+            continue
+        results += [tracker.track(st.Frame(depth)) for _ in range(2)]
+        for result in results:
+            if result.status[0] in ("ok", "weak"):
+                assert np.isfinite(result.poses).all()
+                assert np.isfinite(result.covariances).all()
+                assert np.isfinite(result.confidence).all()
+
+
 # What a file or a caller of the core may say
 
 
