@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "appearance/color_model.h"
+#include "base/to_int.h"
 #include "release_gil.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/smooth_foreground.h"
@@ -37,13 +38,13 @@ appearance::ColorCounts counts_from(const py::array& object, const py::array& ba
   for (int i = 0; i < appearance::kColorBins; ++i) {
     const auto k = static_cast<std::size_t>(i);
     counts.object[k] = f[i], counts.background[k] = b[i];
-    counts.object_pixels += static_cast<int>(f[i]), counts.object_weight += static_cast<double>(f[i]);
-    counts.background_pixels += static_cast<int>(b[i]);
+    counts.object_pixels += to_int(f[i]), counts.object_weight += static_cast<double>(f[i]);
+    counts.background_pixels += to_int(b[i]);
   }
   if (front.is_none()) return counts;
   const float* h = borrow<float>(front.cast<py::array>(), "front", {appearance::kColorBins});
   counts.front.assign(h, h + appearance::kColorBins);
-  for (const float pixels : counts.front) counts.front_pixels += static_cast<int>(pixels);
+  for (const float pixels : counts.front) counts.front_pixels += to_int(pixels);
   return counts;
 }
 

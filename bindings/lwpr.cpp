@@ -139,6 +139,9 @@ py::dict field(const lwpr::LwprUnit& unit, int k) {
 
 py::list fields(const SharedLwpr& self, int output) {
   const SharedLwpr::Reading turn(self);
+  if (output < 0 || output >= self.model.n_out())
+    throw py::value_error("output: expected 0.." + std::to_string(self.model.n_out() - 1) + ", got " +
+                          std::to_string(output));
   const lwpr::LwprUnit& unit = self.model.unit(output);
   py::list out;
   for (int k = 0; k < unit.size(); ++k) out.append(field(unit, k));

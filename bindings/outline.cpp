@@ -4,6 +4,7 @@
 
 #include "appearance.h"
 #include "array.h"
+#include "base/to_int.h"
 #include "energies/outline_offset.h"
 #include "release_gil.h"
 #include "tracking/fit/outline_lines.h"
@@ -59,8 +60,8 @@ appearance::ColorModel model_of(const std::tuple<py::array, py::array>& counts) 
   for (int i = 0; i < appearance::kColorBins; ++i) {
     const auto k = static_cast<std::size_t>(i);
     seen.object[k] = f[i], seen.background[k] = b[i];
-    seen.object_pixels += static_cast<int>(f[i]), seen.object_weight += static_cast<double>(f[i]);
-    seen.background_pixels += static_cast<int>(b[i]);
+    seen.object_pixels += to_int(f[i]), seen.object_weight += static_cast<double>(f[i]);
+    seen.background_pixels += to_int(b[i]);
   }
   appearance::ColorModel model;
   model.update(seen, 1, 1);

@@ -76,12 +76,17 @@ class PyTracker {
   // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
   tracking::PoseHint hint_from(const py::object& place) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
-  std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes);
   tracking::Poses poses_from(const py::array& poses) const;
   template <class Work>
   void run(const PyFrame& frame, const Work& work);
 
-  std::vector<py::array> volumes_;
+  // What an object's shape lies in; free with the object.
+  struct Held {
+    py::array values, seen, colors;
+  };
+  static std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes, std::vector<Held>* held);
+
+  std::vector<Held> held_;  // of each object
   std::unique_ptr<tracking::Tracker> tracker_;
   std::atomic<bool> busy_{false};
 };

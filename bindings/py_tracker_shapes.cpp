@@ -12,10 +12,10 @@
 
 namespace sdftrack::bindings {
 
-std::vector<SdfView> PyTracker::views_of(const std::vector<PyVolume>& shapes) {
+std::vector<SdfView> PyTracker::views_of(const std::vector<PyVolume>& shapes, std::vector<Held>* held) {
   std::vector<SdfView> views;
   for (const auto& [values, voxel_m, origin] : shapes) {
-    volumes_.push_back(values);
+    held->push_back({values, {}, {}});
     views.push_back(volume_view(values, voxel_m, origin));
   }
   return views;
@@ -35,10 +35,13 @@ tracking::Poses PyTracker::poses_from(const py::array& poses) const {
 void PyTracker::replace_shapes(const std::vector<PyVolume>& shapes, const py::array& poses) {
   const Busy busy(&busy_, "tracker");
   const tracking::Poses from = poses_from(poses);
-  std::vector<py::array> before = std::exchange(volumes_, {});
-  const std::vector<SdfView> views = views_of(shapes);
-  const ReleaseGil release;
-  tracker_->replace_shapes(views, from);
+  std::vector<Held> held;
+  const std::vector<SdfView> views = views_of(shapes, &held);
+  {
+    const ReleaseGil release;
+    tracker_->replace_shapes(views, from);
+  }
+  held_.swap(held);
 }
 
 int PyTracker::add(const PyVolume& shape, const py::object& place) {
@@ -46,15 +49,21 @@ int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const SdfView view = volume_view(values, voxel_m, origin);
   const tracking::PoseHint hint = hint_from(place);
   const Busy busy(&busy_, "tracker");
-  volumes_.push_back(values);
-  const ReleaseGil release;
-  return tracker_->add(view, hint);
+  Held held{values, {}, {}};
+  int k;
+  {
+    const ReleaseGil release;
+    k = tracker_->add(view, hint);
+  }
+  held_.push_back(std::move(held));
+  return k;
 }
 
 void PyTracker::remove(int k) {
   check_object(k);
   const Busy busy(&busy_, "tracker");
   tracker_->remove(k);
+  held_.erase(held_.begin() + k);
 }
 
 void PyTracker::reshape(int k, const PyVolume& shape, const py::array& seen, int least,
@@ -79,16 +88,15 @@ void PyTracker::reshape(int k, const PyVolume& shape, const py::array& seen, int
     const ReleaseGil release;
     tracker_->reshape(k, std::move(known));
   }
-  volumes_.assign({values, seen});  // the old ones are free now
-  if (colors) volumes_.push_back(*colors);
+  held_[static_cast<std::size_t>(k)] = {values, seen, colors ? *colors : py::array()};
 }
 
 void PyTracker::paint(int k, const py::array& colors) {
   check_object(k);
   const energies::ColorView view = painted_view(colors, tracker_->shape(k).sdf);
   const Busy busy(&busy_, "tracker");
-  volumes_.push_back(colors);
   tracker_->paint(k, view);
+  held_[static_cast<std::size_t>(k)].colors = colors;
 }
 
 void PyTracker::set_camera(const Camera& camera) {

@@ -35,7 +35,7 @@ class PyReconstruction {
                    const reconstruction::ReconstructionOptions& options, int threads, const py::object& view,
                    const std::optional<py::array>& first_shape)
       : threads_(threads) {
-    const sdf::Grid grid{voxels[0], voxels[1], voxels[2], voxel_m, {origin[0], origin[1], origin[2]}};
+    const sdf::Grid grid = grid_from({voxels[2], voxels[1], voxels[0]}, voxel_m, origin, "voxels");
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
     std::shared_ptr<const reconstruction::FirstView> first;
     const float* const shape =
@@ -52,6 +52,10 @@ class PyReconstruction {
     const Busy busy(&busy_, "reconstruction");
     reconstruction::FrameEvidence frame{image_view(depth, "depth", camera),
                                         {region[0], region[1], region[2], region[3]}};
+    if (region[0] < 0 || region[1] < 0 || region[0] > region[2] || region[1] > region[3] ||
+        region[2] > camera.width || region[3] > camera.height)
+      throw py::value_error("region: expected x0 <= x1, y0 <= y1 within the image of " +
+                            std::to_string(camera.width) + " x " + std::to_string(camera.height));
     const py::ssize_t h = region[3] - region[1], w = region[2] - region[0];
     frame.mask = mask_view(mask, camera);
     if (foreground) frame.foreground = borrow<float>(*foreground, "foreground", {h, w});
@@ -61,6 +65,17 @@ class PyReconstruction {
   }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
+    // Whole blocks; what comes of them is a volume like any other.
+    const sdf::Grid& grid = core_->grid();
+    std::array<py::ssize_t, 3> voxels{grid.nx, grid.ny, grid.nz};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (before[axis] < 0 || after[axis] < 0)
+        throw py::value_error("grown: expected numbers of blocks from 0 on");
+      voxels[axis] += levelset::EvidenceVolume::kBlock *
+                      (static_cast<py::ssize_t>(before[axis]) + static_cast<py::ssize_t>(after[axis]));
+    }
+    const Vec3d& o = grid.origin_obj;
+    grid_from({voxels[2], voxels[1], voxels[0]}, grid.voxel_m, {o.x, o.y, o.z}, "grown");
     const ReleaseGil release;
     return std::unique_ptr<PyReconstruction>(
         new PyReconstruction(core_->grown(before, after, threads_), threads_));

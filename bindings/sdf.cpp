@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include <array>
-#include <cmath>
 #include <optional>
 
 #include "array.h"
@@ -23,15 +22,6 @@ namespace sdftrack::bindings {
 
 namespace {
 
-sdf::Grid grid_of(std::array<int, 3> shape_zyx, double voxel_size, std::array<double, 3> origin) {
-  for (int n : shape_zyx)
-    if (n < 2) throw py::value_error("values: expected at least 2 voxels along each axis");
-  if (!(voxel_size > 0) || !std::isfinite(voxel_size))
-    throw py::value_error("voxel_size: expected a positive number of metres, got " +
-                          std::to_string(voxel_size));
-  return {shape_zyx[2], shape_zyx[1], shape_zyx[0], voxel_size, {origin[0], origin[1], origin[2]}};
-}
-
 // A borrowed volume; `values` must outlive it.
 struct Volume {
   const float* phi;
@@ -39,9 +29,7 @@ struct Volume {
 
   Volume(const py::array& values, double voxel_size, std::array<double, 3> origin)
       : phi(borrow<float>(values, "values", {-1, -1, -1})),
-        grid(grid_of({static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)),
-                      static_cast<int>(values.shape(2))},
-                     voxel_size, origin)) {}
+        grid(grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_size, origin)) {}
   SdfView view() const { return grid.view(phi); }
   std::vector<py::ssize_t> shape() const { return {grid.nz, grid.ny, grid.nx}; }
 };
@@ -83,10 +71,10 @@ py::tuple clean(const py::array& vertices, const py::array& faces, double fracti
                         to_numpy(std::move(f), {static_cast<py::ssize_t>(out.faces.size()), 3}), report);
 }
 
-py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
                     double voxel_size, Origin origin, double band, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
-  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   sdf::MeshSdf out;
   {
     const ReleaseGil release;
@@ -95,10 +83,10 @@ py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::arra
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
 }
 
-py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
+py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
                          double voxel_size, Origin origin, double band, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
-  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   sdf::OpenMeshSdf out;
   {
     const ReleaseGil release;
@@ -107,10 +95,11 @@ py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std:
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.gap_voxels);
 }
 
-py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces, std::array<int, 3> shape,
-                                 double voxel_size, Origin origin, int threads) {
+py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces,
+                                 std::array<py::ssize_t, 3> shape, double voxel_size, Origin origin,
+                                 int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
-  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   std::vector<std::int8_t> out;
   {
     const ReleaseGil release;
@@ -133,11 +122,12 @@ primitives::PrimitiveKind solid_named(const std::string& name) {
 }
 
 py::array_t<float> primitive(const std::string& kind, const std::vector<double>& size,
-                             std::array<int, 3> shape, double voxel_size, Origin origin, int threads) {
+                             std::array<py::ssize_t, 3> shape, double voxel_size, Origin origin,
+                             int threads) {
   const primitives::PrimitiveKind solid = solid_named(kind);
   double lengths[sdf::kMaxSizes] = {1, 1, 1};
   for (int i = 0; i < primitives::size_count(solid); ++i) lengths[i] = size.at(static_cast<std::size_t>(i));
-  const sdf::Grid grid = grid_of(shape, voxel_size, origin);
+  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   std::vector<float> phi(grid.size());
   {
     const ReleaseGil release;

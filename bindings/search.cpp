@@ -87,6 +87,7 @@ void bind_search(py::module_& m) {
   m.def(
       "seed_rotation",
       [](int k, int n) {
+        if (k < 0 || n < 1) throw py::value_error("seed_rotation: expected k >= 0 and n >= 1");
         return matrix_from({tracking::seed_rotation(k, n), {0, 0, 0}});
       },
       py::arg("k"), py::arg("n"), "Rotation k of n evenly spread ones, as a 4x4 matrix.");

@@ -1,24 +1,51 @@
 // SPDX-License-Identifier: MIT
 #include "volume.h"
 
+#include <cmath>
 #include <limits>
+#include <sstream>
+#include <string>
 
 namespace sdftrack::bindings {
 
+namespace {
+
+// Of a voxel: its square and the inverse of that are floats, too.
+constexpr double kLeast_m = 1e-12, kMost_m = 1e12;
+constexpr double kFarthest_m = 1e15;  // of an origin
+
+std::string text_of(double x) {
+  std::ostringstream text;
+  text << x;
+  return text.str();
+}
+
+}  // namespace
+
+sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
+                    const std::array<double, 3>& origin, const char* name) {
+  constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
+  const auto [nz, ny, nx] = shape_zyx;
+  const std::string got = ", got " + shape_text({nz, ny, nx});
+  if (nx < 2 || ny < 2 || nz < 2)
+    throw py::value_error(std::string(name) + ": expected at least 2 voxels along each axis" + got);
+  if (nx > kMost / ny || nx * ny > kMost / nz)
+    throw py::value_error(std::string(name) + ": expected fewer than 2^31 voxels" + got);
+  if (!(voxel_m >= kLeast_m && voxel_m <= kMost_m))
+    throw py::value_error("voxel_size: expected a length from 1e-12 to 1e12 metres, got " + text_of(voxel_m));
+  for (const double x : origin)
+    if (!(std::abs(x) <= kFarthest_m))
+      throw py::value_error("origin: expected coordinates of at most 1e15 metres, got " + text_of(x));
+  return {static_cast<int>(nx),
+          static_cast<int>(ny),
+          static_cast<int>(nz),
+          voxel_m,
+          {origin[0], origin[1], origin[2]}};
+}
+
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin) {
   const float* phi = borrow<float>(values, "values", {-1, -1, -1});
-  for (int axis = 0; axis < 3; ++axis)
-    if (values.shape(axis) < 2)
-      throw py::value_error("values: expected at least 2 voxels along each axis, got " + describe(values));
-  if (values.size() > std::numeric_limits<int>::max())
-    throw py::value_error("values: expected fewer than 2^31 voxels, got " + describe(values));
-  if (!(voxel_m > 0)) throw py::value_error("voxel_size: expected a positive length in metres");
-  return {phi,
-          static_cast<int>(values.shape(2)),
-          static_cast<int>(values.shape(1)),
-          static_cast<int>(values.shape(0)),
-          static_cast<float>(voxel_m),
-          Vec3d{origin[0], origin[1], origin[2]}.cast<float>()};
+  return grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_m, origin).view(phi);
 }
 
 sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces) {

@@ -7,10 +7,15 @@
 #include "array.h"
 #include "base/views.h"
 #include "energies/color_field.h"
+#include "sdf/grid.h"
 #include "sdf/mesh.h"
 
 namespace sdftrack::bindings {
 
+// A volume of so many voxels. ValueError where its size, its voxels or its place are beyond what the core's
+// indices and floats hold; `name` is the argument that says how many voxels.
+sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
+                    const std::array<double, 3>& origin, const char* name = "values");
 // float32 [z, y, x]; origin: object coordinates of voxel (0, 0, 0)'s centre, metres. The array stays the
 // caller's.
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin);

@@ -6,6 +6,7 @@
 
 #include "base/camera.h"
 #include "base/rigid.h"
+#include "base/to_int.h"
 
 namespace sdftrack::appearance {
 
@@ -46,7 +47,7 @@ struct ColorMap {
   HD bool find(Vec2f u_px, float depth_m, int* x, int* y, float* depth) const {
     Vec2f c;
     if (!place(u_px, depth_m, &c, depth)) return false;
-    *x = static_cast<int>(c.x + 0.5f), *y = static_cast<int>(c.y + 0.5f);
+    *x = to_int(c.x + 0.5f), *y = to_int(c.y + 0.5f);
     return true;
   }
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::appearance {
 
 int LocalColors::place_of(Vec3d p) {
@@ -12,7 +14,7 @@ int LocalColors::place_of(Vec3d p) {
   const double main = axis == 0 ? p.x : axis == 1 ? p.y : p.z;
   if (main == 0) return 0;
   const auto cell = [&](double side) {
-    return std::clamp(static_cast<int>((side / std::abs(main) + 1) / 2 * kPerSide), 0, kPerSide - 1);
+    return std::clamp(to_int((side / std::abs(main) + 1) / 2 * kPerSide), 0, kPerSide - 1);
   };
   const int i = cell(axis == 0 ? p.y : p.x), j = cell(axis == 2 ? p.y : p.z);
   return ((2 * axis + (main > 0 ? 1 : 0)) * kPerSide + i) * kPerSide + j;

@@ -10,6 +10,8 @@
 
 #ifdef __linux__
 #include <sched.h>
+
+#include "base/to_int.h"
 #endif
 
 namespace sdftrack {
@@ -91,7 +93,7 @@ std::optional<double> quota_of_cfs(const std::string& quota_us, const std::strin
 
 int usable_cpus() {
   const double limit = std::ceil(control_group_limit());
-  return static_cast<int>(std::max(1.0, std::min(static_cast<double>(affinity()), limit)));
+  return to_int(std::max(1.0, std::min(static_cast<double>(affinity()), limit)));
 }
 
 }  // namespace sdftrack

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/hd.h"
+#include "base/to_int.h"
 
 namespace sdftrack {
 
@@ -38,8 +39,9 @@ HD float sqrt(float x) { return std::sqrt(x); }
 HD double sqrt(double x) { return std::sqrt(x); }
 HD float copysign(float size, float sign) { return std::copysign(size, sign); }
 HD double copysign(double size, double sign) { return std::copysign(size, sign); }
-HD int truncate(float x) { return static_cast<int>(x); }
-HD int truncate(double x) { return static_cast<int>(x); }
+// Of a pack, what lies beyond the ints is for the processor to say: whoever reads by it bounds it before.
+HD int truncate(float x) { return to_int(x); }
+HD int truncate(double x) { return to_int(x); }
 template <class T>
 HD T real(int i) requires(kWidth<T> == 1) {
   return static_cast<T>(i);

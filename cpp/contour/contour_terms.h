@@ -31,8 +31,8 @@ template <class T>
 HD void sample_flat(const FlatView& grid, T x, T y, T* phi, T* gx, T* gy) {
   const T max_x(static_cast<float>(grid.nx) - 1.0f), max_y(static_cast<float>(grid.ny) - 1.0f);
   const auto in_x = (x >= T(0)) & (x <= max_x), in_y = (y >= T(0)) & (y <= max_y);
-  const T cx = select(x < T(0), T(0), select(x > max_x, max_x, x)),
-          cy = select(y < T(0), T(0), select(y > max_y, max_y, y));
+  const T cx = select(x > T(0), select(x < max_x, x, max_x), T(0)),  // NaN becomes 0: no read outside
+      cy = select(y > T(0), select(y < max_y, y, max_y), T(0));
   // The last cell's far corner belongs to it, so that all four corners exist.
   const T last_x = max_x - T(1), last_y = max_y - T(1);
   const IntOf<T> ix = truncate(select(cx > last_x, last_x, cx)),

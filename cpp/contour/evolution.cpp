@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "contour/contour_ops.h"
 
 namespace sdftrack::contour {
@@ -19,8 +20,8 @@ std::size_t cells_of(const ContourGrid& grid) {
 // Bilinear; one half where a corner lies beyond the rectangle.
 float sample_at(const PosteriorImage& image, double u, double v) {
   const ImagePart& r = image.rect;
-  const int x = static_cast<int>(std::floor(u)), y = static_cast<int>(std::floor(v));
-  if (x < r.x0 || y < r.y0 || x + 1 >= r.x1 || y + 1 >= r.y1) return 0.5f;
+  const int x = to_int(std::floor(u)), y = to_int(std::floor(v));
+  if (x < r.x0 || y < r.y0 || x >= r.x1 - 1 || y >= r.y1 - 1) return 0.5f;
   const auto fx = static_cast<float>(u - x), fy = static_cast<float>(v - y);
   const float *const a = image.row(y) + (x - r.x0), *const b = a + r.width();
   const float top = a[0] + fx * (a[1] - a[0]), bottom = b[0] + fx * (b[1] - b[0]);
@@ -38,7 +39,7 @@ int root_of(std::vector<int>* parent, int i) {
 
 void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs) {
   runs->clear();
-  const int grow = static_cast<int>(std::min(band + 1, static_cast<float>(std::max(grid.nx, grid.ny))));
+  const int grow = to_int(std::min(band + 1, static_cast<float>(std::max(grid.nx, grid.ny))));
   const CellBox box = grid.inside.grown(grow, grid.nx, grid.ny);
   for (int y = std::max(1, box.y0); y <= std::min(grid.ny - 2, box.y1); ++y) {
     const float* const row = grid.phi.data() + static_cast<std::ptrdiff_t>(y) * grid.nx;

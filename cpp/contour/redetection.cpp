@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/to_int.h"
+
 namespace sdftrack::contour {
 
 namespace {
@@ -41,7 +43,7 @@ struct Reach {
 
 Squares divide(const ImagePart& part) {
   const double pixels = static_cast<double>(part.width()) * part.height();
-  return {std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMaxSquares)))), part.x0, part.y0};
+  return {std::max(1, to_int(std::ceil(std::sqrt(pixels / kMaxSquares)))), part.x0, part.y0};
 }
 
 GridWarp scaled(GridWarp warp, double by) {
@@ -92,10 +94,10 @@ void best_boxes(const Reach& r, double scale, RedetectionWork* work) {
   const int w = work->posterior.rect.width(), h = work->posterior.rect.height();
   const double size_x = scale * (r.x1 - r.x0), size_y = scale * (r.y1 - r.y0);
   if (std::max(size_x, size_y) < kMinSize || size_x > 1.2 * w || size_y > 1.2 * h) return;
-  const int hx = std::max(1, static_cast<int>(std::lround(0.5 * size_x))),
-            hy = std::max(1, static_cast<int>(std::lround(0.5 * size_y)));
-  const int rx = hx + std::max(1, static_cast<int>(std::lround((kRing - 1) * hx))),
-            ry = hy + std::max(1, static_cast<int>(std::lround((kRing - 1) * hy)));
+  const int hx = std::max(1, to_int(std::round(0.5 * size_x))),
+            hy = std::max(1, to_int(std::round(0.5 * size_y)));
+  const int rx = hx + std::max(1, to_int(std::round((kRing - 1) * hx))),
+            ry = hy + std::max(1, to_int(std::round((kRing - 1) * hy)));
   const int step_x = std::max(1, hx / 4), step_y = std::max(1, hy / 4);
   BoxFound best[2] = {{-1, 0, 0, 0}, {-1, 0, 0, 0}};
   for (int turn = 0; turn < 2; ++turn)
@@ -120,9 +122,7 @@ double refine(const RgbView& image, const RegionModel& model, const ShapeSamples
               int slack_px, PosteriorImage* posterior) {
   const Reach r = reach_of(samples, *warp);
   const double margin = 0.5 * std::max(r.x1 - r.x0, r.y1 - r.y0) + 2 * slack_px;
-  const auto pixel = [](double x, int most) {
-    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most)));
-  };
+  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, static_cast<double>(most))); };
   const ImagePart part{
       pixel(warp->t[0] + r.x0 - margin, image.width), pixel(warp->t[1] + r.y0 - margin, image.height),
       pixel(warp->t[0] + r.x1 + margin, image.width), pixel(warp->t[1] + r.y1 + margin, image.height)};
@@ -166,7 +166,7 @@ double find_anywhere(const RgbView& image, const RegionModel& model, const Shape
     trial.t[0] = c.u, trial.t[1] = c.v;
     trial = scaled(squares.to_pixels(trial), c.scale);
     const double size_px = c.scale * squares.stride * std::max(reach.x1 - reach.x0, reach.y1 - reach.y0);
-    const int slack = 2 * squares.stride + static_cast<int>(size_px / 8);
+    const int slack = 2 * squares.stride + to_int(size_px / 8);
     const double contrast = refine(image, model, samples, &trial, slack, &work->posterior);
     if (contrast > most) most = contrast, *warp = trial;
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/to_int.h"
 #include "contour/grid_warp.h"
 
 namespace sdftrack::contour {
@@ -59,9 +60,7 @@ inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const Rg
                      &u, &v);
   const double* const a = grid.warp.a;
   const double dx = std::abs(a[0]) * mx + std::abs(a[1]) * my, dy = std::abs(a[2]) * mx + std::abs(a[3]) * my;
-  const auto pixel = [](double x, int most) {
-    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most)));
-  };
+  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, static_cast<double>(most))); };
   return {pixel(std::floor(u - dx), image.width), pixel(std::floor(v - dy), image.height),
           pixel(std::ceil(u + dx) + 1, image.width), pixel(std::ceil(v + dy) + 1, image.height)};
 }
@@ -88,7 +87,7 @@ void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
     }
     // Before they become whole: a row beside the cells under a step of next to nothing meets them at 1e10.
     if (!(low <= high)) continue;
-    const int xa = static_cast<int>(std::ceil(low)), xb = static_cast<int>(std::floor(high)) + 1;
+    const int xa = to_int(std::ceil(low)), xb = to_int(std::floor(high)) + 1;
     if (xa >= xb) continue;
     body(y, xa, xb, first[0] + to_grid.a[0] * xa, first[1] + to_grid.a[2] * xa, to_grid.a[0], to_grid.a[2]);
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::contour {
 
 namespace {
@@ -21,8 +23,7 @@ struct Corners {
 
   Corners(double x, double y, int windows) {
     const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-    const int ix = std::min(static_cast<int>(fx), windows - 2),
-              iy = std::min(static_cast<int>(fy), windows - 2);
+    const int ix = std::min(to_int(fx), windows - 2), iy = std::min(to_int(fy), windows - 2);
     const float ax = fx - static_cast<float>(ix), ay = fy - static_cast<float>(iy);
     first = 2 * (iy * windows + ix);
     weight[0] = (1 - ax) * (1 - ay), weight[1] = ax * (1 - ay), weight[2] = (1 - ax) * ay,
@@ -65,7 +66,7 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
                 const unsigned char* rgb =
                     image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
-                  const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
+                  const int ix = to_int(gx + 0.5), iy = to_int(gy + 0.5);
                   const bool object = grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)] < 0;
                   object ? ++objects : ++others;
                   const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);

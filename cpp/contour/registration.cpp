@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "optim/dense.h"
 #include "optim/lm_loop.h"
 
@@ -90,11 +91,11 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
       static_cast<std::size_t>(posterior.rect.width()) * static_cast<std::size_t>(posterior.rect.height());
   work->u.resize(room), work->v.resize(room), work->foreground.resize(room);
   std::size_t n = 0;
-  each_row_on(grid, grid.inside.grown(static_cast<int>(band) + 1, grid.nx, grid.ny), posterior.rect,
+  each_row_on(grid, grid.inside.grown(to_int(band) + 1, grid.nx, grid.ny), posterior.rect,
               [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
                 const float* const p = posterior.row(y) - posterior.rect.x0;
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
-                  const int ix = static_cast<int>(gx + 0.5), iy = static_cast<int>(gy + 0.5);
+                  const int ix = to_int(gx + 0.5), iy = to_int(gy + 0.5);
                   // Written in any case, kept if it is near.
                   work->u[n] = static_cast<float>(x), work->v[n] = static_cast<float>(y),
                   work->foreground[n] = p[x];

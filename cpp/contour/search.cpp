@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::contour {
 
 namespace {
@@ -20,8 +22,8 @@ double mean_at(const std::vector<float>& x, const std::vector<float>& y, const G
   float sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     // One more than the nearest pixel, so that truncation rounds down on both sides of 0.
-    const int u = static_cast<int>(std::max(u0 + a[0] * x[i] + a[1] * y[i], 0.0f)) - 1,
-              v = static_cast<int>(std::max(v0 + a[2] * x[i] + a[3] * y[i], 0.0f)) - 1;
+    const int u = to_int(std::max(u0 + a[0] * x[i] + a[1] * y[i], 0.0f)) - 1,
+              v = to_int(std::max(v0 + a[2] * x[i] + a[3] * y[i], 0.0f)) - 1;
     const bool there = u >= 0 && v >= 0 && u < r.width() && v < r.height();
     sum += there ? posterior.foreground[static_cast<std::size_t>(v * r.width() + u)] : 0.5f;
   }
@@ -33,7 +35,7 @@ double mean_at(const std::vector<float>& x, const std::vector<float>& y, const G
 void choose_samples(const ContourGrid& grid, float band, const unsigned char* hidden, ShapeSamples* samples) {
   auto& s = *samples;
   int in = 0, out = 0;
-  const CellBox box = grid.inside.grown(static_cast<int>(band) + 1, grid.nx, grid.ny);
+  const CellBox box = grid.inside.grown(to_int(band) + 1, grid.nx, grid.ny);
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
       const auto cell = static_cast<std::size_t>(y * grid.nx + x);

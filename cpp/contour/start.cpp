@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "base/to_int.h"
 #include "contour/color_difference.h"
 #include "contour/tracker.h"
 
@@ -71,7 +72,7 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
     for (int ix = 0; ix < grid_.nx; ++ix) {
       double u, v;
       grid_.warp.to_image(ix - grid_.mid_x(), iy - grid_.mid_y(), &u, &v);
-      const int x = static_cast<int>(std::lround(u)), y = static_cast<int>(std::lround(v));
+      const int x = to_int(std::round(u)), y = to_int(std::round(v));
       const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height &&
                           mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
       grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
@@ -96,10 +97,9 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
   const double cell = std::max(1.0, longest / static_cast<double>(options_.max_cells));
-  const int ring =
-      std::max(kMinRing_px, static_cast<int>(static_cast<double>(options_.ring) * longest / cell));
-  grid_.nx = static_cast<int>(std::ceil(box.width() / cell)) + 2 * ring;
-  grid_.ny = static_cast<int>(std::ceil(box.height() / cell)) + 2 * ring;
+  const int ring = std::max(kMinRing_px, to_int(static_cast<double>(options_.ring) * longest / cell));
+  grid_.nx = to_int(std::ceil(box.width() / cell)) + 2 * ring;
+  grid_.ny = to_int(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
   grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
 }

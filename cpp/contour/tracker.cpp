@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/to_int.h"
+
 namespace sdftrack::contour {
 
 namespace {
@@ -27,7 +29,7 @@ ContourTracker::ContourTracker(const ContourOptions& options) : options_(options
   options.check();
 }
 
-int ContourTracker::reach_cells() const { return static_cast<int>(std::ceil(options_.band + kBeyondBand)); }
+int ContourTracker::reach_cells() const { return to_int(std::ceil(options_.band + kBeyondBand)); }
 
 // Over 5 x 5 cells; those have been sampled.
 float ContourTracker::mean_posterior(int x, int y) const {
@@ -70,7 +72,7 @@ void ContourTracker::follow(const RgbView& image) {
     const double contrast = report_.contrast;
     grid_.warp = last;
     model_.posterior(image, grid_, grid_.all(), &posterior_);
-    search_place(samples_, posterior_, static_cast<int>(options_.reach), kJumpStep_px, &grid_.warp);
+    search_place(samples_, posterior_, to_int(options_.reach), kJumpStep_px, &grid_.warp);
     place(image);
     if (report_.contrast < contrast + kJumpGain) {
       grid_.warp = settled;
@@ -222,7 +224,7 @@ bool ContourTracker::look_around(const RgbView& image) {
   grid_.phi = good_phi_, grid_.inside = good_inside_, grid_.warp = good_warp_;
   seen_.clear();
   const double half = 0.5 * good_warp_.scale() * std::max(grid_.nx, grid_.ny);
-  const int reach = std::min(kMaxReach_px, static_cast<int>(half * (0.5 + 0.1 * lost_frames_)));
+  const int reach = std::min(kMaxReach_px, to_int(half * (0.5 + 0.1 * lost_frames_)));
   ImagePart part = rect_of(grid_, grid_.all(), image);
   part = {std::max(0, part.x0 - reach), std::max(0, part.y0 - reach), std::min(image.width, part.x1 + reach),
           std::min(image.height, part.y1 + reach)};

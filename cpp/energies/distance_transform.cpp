@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "base/to_int.h"
+
 namespace sdftrack::energies {
 
 namespace {
@@ -34,7 +36,7 @@ void distance_transform(const std::vector<unsigned char>& free, DistanceScratch*
                         DistanceGrid* grid) {
   const int w = grid->width, h = grid->height;
   const auto step = static_cast<float>(grid->step);
-  const int reach = static_cast<int>(std::ceil(grid->limit_px / step));
+  const int reach = to_int(std::ceil(grid->limit_px / step));
   const float far = grid->limit_px / step * (grid->limit_px / step);
   grid->distance_px.resize(free.size()), scratch->squared.resize(free.size());
   scratch->row.assign(static_cast<std::size_t>(w + 2 * reach), far);  // beyond the border nothing is near

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::energies {
 
 namespace {
@@ -51,7 +53,7 @@ OutlineOffset outline_offset(const float* chance, int reach) {
   }
   if (!(sum > 0)) return {0, static_cast<double>(reach), 0};
   const double mean = first / sum, variance = std::max(0.0, second / sum - mean * mean);
-  const int at = static_cast<int>(std::lround(mean)) + beyond;
+  const int at = to_int(std::round(mean)) + beyond;
   const int inside = std::max(0, at - 1), outside = std::min(2 * beyond + 1, at + 2);
   return {mean, std::sqrt(variance),
           mean_of(chance, inside) - mean_of(chance + outside, 2 * beyond + 1 - outside)};

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::frame {
 
 namespace {
@@ -17,7 +19,7 @@ double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam) {
   const Vec2d u = camera.project_point(p_cam);
   const bool inside = u.x > -0.5 && u.y > -0.5 && u.x < camera.width - 0.5 && u.y < camera.height - 0.5;
   if (!inside || !frame.depth_m.data) return 0;
-  const double z = frame.depth_m(static_cast<int>(u.x + 0.5), static_cast<int>(u.y + 0.5));
+  const double z = frame.depth_m(to_int(u.x + 0.5), to_int(u.y + 0.5));
   return z > 0 ? z : 0;
 }
 
@@ -33,9 +35,7 @@ Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam
     low[0] = std::min(low[0], u.x), low[1] = std::min(low[1], u.y);
     high[0] = std::max(high[0], u.x), high[1] = std::max(high[1], u.y);
   }
-  const auto clip = [](double v, int n) {
-    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(n)));
-  };
+  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, static_cast<double>(n))); };
   return {clip(std::floor(low[0]), camera.width), clip(std::floor(low[1]), camera.height),
           clip(std::ceil(high[0]) + 1, camera.width), clip(std::ceil(high[1]) + 1, camera.height)};
 }
@@ -53,7 +53,7 @@ namespace {
 int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   if (frame.rays) {
     const Vec2d u = camera.project_point(ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
-    x = static_cast<int>(std::lround(u.x)), y = static_cast<int>(std::lround(u.y));
+    x = to_int(std::round(u.x)), y = to_int(std::round(u.y));
     if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return -1;
   }
   return y * camera.width + x;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/to_int.h"
 #include "base/views.h"
 
 namespace sdftrack::frame {
@@ -27,8 +28,7 @@ struct SeenView {
     Vec3f gradient;
     sample(sdf, p_obj, &phi, &gradient);
     const Vec3f q = (1 / sdf.voxel_m) * (p_obj - phi * gradient - sdf.origin_obj);
-    const int x = static_cast<int>(q.x + 0.5f), y = static_cast<int>(q.y + 0.5f),
-              z = static_cast<int>(q.z + 0.5f);
+    const int x = to_int(q.x + 0.5f), y = to_int(q.y + 0.5f), z = to_int(q.z + 0.5f);
     if (!(q.x > 0 && q.y > 0 && q.z > 0) || x >= sdf.nx || y >= sdf.ny || z >= sdf.nz) return false;
     const std::size_t i =
         (static_cast<std::size_t>(z) * static_cast<std::size_t>(sdf.ny) + static_cast<std::size_t>(y)) *

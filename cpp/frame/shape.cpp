@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/to_int.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
@@ -48,7 +49,7 @@ constexpr double kContactSpacing_m = 0.0025;
 constexpr int kMinContacts = 1000, kMaxContacts = 20000;
 
 int contact_count(double area_m2) {
-  return static_cast<int>(
+  return to_int(
       std::clamp(area_m2 / (kContactSpacing_m * kContactSpacing_m), 1.0 * kMinContacts, 1.0 * kMaxContacts));
 }
 
@@ -74,7 +75,7 @@ template <class ValueAt>
 void make_coarse(float step, const ValueAt& value_at, Shape* shape) {
   const SdfView& sdf = shape->sdf;
   const auto count = [&](int n) {
-    return std::max(2, static_cast<int>(std::ceil(static_cast<float>(n - 1) / step)) + 1);
+    return std::max(2, to_int(std::ceil(static_cast<float>(n - 1) / step)) + 1);
   };
   SdfView& coarse = shape->coarse_sdf;
   coarse = {nullptr, count(sdf.nx), count(sdf.ny), count(sdf.nz), step * sdf.voxel_m, sdf.origin_obj};
@@ -96,7 +97,7 @@ void mix_coarse(Shape* shape) {
 void pick_coarse(Shape* shape) {
   const SdfView& sdf = shape->sdf;
   const float step = std::ceil(coarse_step(sdf, kCoarseInPart));
-  const int whole = static_cast<int>(step);
+  const int whole = to_int(step);
   make_coarse(
       step,
       [&](int x, int y, int z) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/to_int.h"
 #include "levelset/voxel_ops.h"
 
 namespace sdftrack::levelset {
@@ -106,10 +107,10 @@ bool EvidenceVolume::touches(int block, const Rigidd& T_cam_obj, const Camera& c
   const double u = camera.K.fx * middle.x / middle.z + camera.K.cx - image.rect().x0,
                v = camera.K.fy * middle.y / middle.z + camera.K.cy - image.rect().y0;
   const double reach = std::max(camera.K.fx, camera.K.fy) * radius / (middle.z - radius) * 1.1 + 1;
-  const int x0 = std::max(0, static_cast<int>(std::floor((u - reach) / kTile))),
-            x1 = std::min(tiles_x_ - 1, static_cast<int>(std::floor((u + reach) / kTile)));
-  const int y0 = std::max(0, static_cast<int>(std::floor((v - reach) / kTile))),
-            y1 = std::min(tiles_y_ - 1, static_cast<int>(std::floor((v + reach) / kTile)));
+  const int x0 = std::max(0, to_int(std::floor((u - reach) / kTile))),
+            x1 = std::min(tiles_x_ - 1, to_int(std::floor((u + reach) / kTile)));
+  const int y0 = std::max(0, to_int(std::floor((v - reach) / kTile))),
+            y1 = std::min(tiles_y_ - 1, to_int(std::floor((v + reach) / kTile)));
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {
       const Tile& tile = tiles_[static_cast<std::size_t>(y) * static_cast<std::size_t>(tiles_x_) +
@@ -214,8 +215,8 @@ void EvidenceVolume::color_row(const EvidenceTerm<float>& term, const EvidenceIm
   for (int k = 0; k < count; ++k) {
     if (!(std::abs(distance_m[k]) < reach_m)) continue;
     const Vec2f u = project(term.K, p_cam + static_cast<float>(k) * step_cam);
-    const int px = static_cast<int>(u.x - static_cast<float>(term.x0) + 0.5f),
-              py = static_cast<int>(u.y - static_cast<float>(term.y0) + 0.5f);
+    const int px = to_int_within(u.x - static_cast<float>(term.x0) + 0.5f, 0, image.width() - 1),
+              py = to_int_within(u.y - static_cast<float>(term.y0) + 0.5f, 0, image.height() - 1);
     const std::size_t j =
         static_cast<std::size_t>(py) * static_cast<std::size_t>(image.width()) + static_cast<std::size_t>(px);
     const float slant = image.pixels()[j].slant;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::levelset {
 
 namespace {
@@ -51,7 +53,7 @@ void EvidenceImage::read(const ImageView<float>& depth_m, const Camera& camera, 
       if (distorted) {
         const Vec3d r = ray(camera.K, 1.0 * sx, 1.0 * sy);
         const Vec2d u = camera.project_point(r);
-        sx = static_cast<int>(std::floor(u.x + 0.5)), sy = static_cast<int>(std::floor(u.y + 0.5));
+        sx = to_int(std::floor(u.x + 0.5)), sy = to_int(std::floor(u.y + 0.5));
       }
       const std::size_t i = at(x, y);
       const bool inside = sx >= rect_.x0 && sy >= rect_.y0 && sx < rect_.x1 && sy < rect_.y1;

@@ -125,7 +125,7 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   Reader in(numbers.data(), end);
   const std::size_t n_in = in.count(), n_out = in.count();
   if (n_in > kMaxCount || n_out > kMaxCount) refuse("a model with an invalid count");
-  const double samples = in.next();
+  const auto samples = static_cast<double>(in.count());
   const LwprOptions options = read_options(&in);
   std::vector<double> norm_in = in.numbers(n_in), norm_out = in.numbers(n_out);
   LwprModel model(static_cast<int>(n_in), static_cast<int>(n_out), options, std::move(norm_in),

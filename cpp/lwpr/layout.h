@@ -4,6 +4,8 @@
 // number of that many fields. What only a sample inside changes stands field by field in a record.
 #pragma once
 
+#include <cstddef>
+
 #include "base/hd.h"
 
 namespace sdftrack::lwpr {
@@ -62,7 +64,10 @@ struct FieldLayout {
   HD int p() const { return sz() + row; }
   HD int r() const { return p() + row; }  // the row of the matrix R, up to its diagonal
   HD int projection_size() const { return r() + row; }
-  HD int record_size(int count) const { return projections() + count * projection_size(); }
+  // Of `count` projections; with many inputs and projections more than an int holds.
+  HD std::ptrdiff_t record_size(int count) const {
+    return projections() + static_cast<std::ptrdiff_t>(count) * projection_size();
+  }
 };
 
 // What the arithmetic of a field needs to know of the options.

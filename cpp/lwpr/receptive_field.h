@@ -80,7 +80,7 @@ class FieldUpdate {
   }
 
  private:
-  HD double* projection(int r) const { return head_ + at_.projections() + r * at_.projection_size(); }
+  HD double* projection(int r) const { return head_ + at_.record_size(r); }
   HD int trusted() const { return static_cast<int>(head_[FieldLayout::kTrusted]); }
 
   // Eqs. 2 to 4. Returns the residual after the projections that are trusted.

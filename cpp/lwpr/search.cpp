@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/to_int.h"
+
 namespace sdftrack::lwpr {
 
 namespace {
@@ -39,7 +41,8 @@ void LwprSearch::choose_axes(int n, const std::vector<FieldReach>& reaches) {
   std::vector<std::pair<double, int>> spread;
   for (int j = 0; j < n; ++j) {
     const Extent e = extent_of(j, reaches);
-    spread.emplace_back(-(e.high - e.low) / e.reach, j);
+    const double wide = (e.high - e.low) / e.reach;
+    spread.emplace_back(wide == wide ? -wide : 0, j);  // 0 / 0 has no place in an order
   }
   std::sort(spread.begin(), spread.end());
   axes_ = std::min(n, 3);
@@ -50,14 +53,15 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
   ready_ = false;
   for (const FieldReach& r : reaches)
     for (int j = 0; j < n; ++j)
-      if (!(r.half[j] < kMaxReach)) return;  // a field without end: all are looked at
+      if (!(r.half[j] < kMaxReach && std::isfinite(r.center[j])))
+        return;  // one without end: all are looked at
   choose_axes(n, reaches);
   std::size_t cells = 1;
   for (int a = 0; a < axes_; ++a) {
     const Extent e = extent_of(axis_[a], reaches);
     const double spare = kSpare * (e.high - e.low), length = e.high - e.low + 2 * spare;
     const double wanted = std::ceil(length / (kCellReach * e.reach));
-    cells_[a] = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(kMaxCells[axes_ - 1])));
+    cells_[a] = to_int_within(wanted, 1, kMaxCells[axes_ - 1]);
     origin_[a] = e.low - spare;
     per_cell_[a] = cells_[a] / length;
     cells *= static_cast<std::size_t>(cells_[a]);
@@ -73,7 +77,7 @@ bool LwprSearch::range(int a, const FieldReach& reach, int* first, int* last) co
   const double c = reach.center[axis_[a]], half = reach.half[axis_[a]];
   const double low = (c - half - origin_[a]) * per_cell_[a], high = (c + half - origin_[a]) * per_cell_[a];
   if (!(low >= 0 && high < cells_[a])) return false;
-  *first = static_cast<int>(low), *last = static_cast<int>(high);
+  *first = to_int(low), *last = to_int(high);
   return true;
 }
 

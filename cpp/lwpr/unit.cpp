@@ -8,6 +8,8 @@
 namespace sdftrack::lwpr {
 namespace {
 
+constexpr double kMostSamples =
+    1e15;                        // that a field has learnt from: whole numbers beyond are not told apart
 constexpr int kSearchFrom = 48;  // fields, from which on a grid is faster than looking at all
 
 // Room for a field's arithmetic: of the thread that learns, not of each output, since with a full metric it
@@ -83,7 +85,7 @@ void LwprUnit::add_field(const double* x) {
     search_.forget();
     return;
   }
-  known_M_.resize(static_cast<std::size_t>((k + 1) * at_.metric_size()));
+  known_M_.resize(static_cast<std::size_t>(k + 1) * static_cast<std::size_t>(at_.metric_size()));
   known_drift2_.resize(static_cast<std::size_t>(k + 1));
   known_drift2_.back() = -1;  // not in the search yet
   follow(k);
@@ -200,7 +202,8 @@ void LwprUnit::append_to(std::vector<double>* out) const {
 
 bool LwprUnit::read_from(const double** from, const double* end) {
   const double* at = *from;
-  if (end - at < 3 || !(at[0] >= 0 && at[0] <= static_cast<double>(end - at))) return false;
+  if (end - at < 3 || !(at[0] >= 0 && at[0] <= static_cast<double>(end - at) && at[0] == std::floor(at[0])))
+    return false;
   const int fields = static_cast<int>(at[0]), seen_rows = at_.n + at_.metric_size();
   LwprUnit fresh = *this;
   fresh.blocks_.clear(), fresh.records_.clear(), fresh.changed_.clear();
@@ -211,8 +214,9 @@ bool LwprUnit::read_from(const double** from, const double* end) {
     if (end - at < seen_rows + FieldLayout::kHeadSize) return false;
     const double* const head = at + seen_rows;
     const double R = head[FieldLayout::kProjections], T = head[FieldLayout::kTrusted];
-    if (!(R >= 1 && R <= at_.n && T >= 0 && T <= R)) return false;
-    const int numbers = at_.record_size(static_cast<int>(R));
+    if (!(R >= 1 && R <= at_.n && T >= 0 && T <= R && R == std::floor(R) && T == std::floor(T))) return false;
+    if (!(head[FieldLayout::kCount] >= 0 && head[FieldLayout::kCount] <= kMostSamples)) return false;
+    const std::ptrdiff_t numbers = at_.record_size(static_cast<int>(R));
     if (end - head < numbers) return false;
     fresh.reserve_projections(static_cast<int>(R));
     fresh.reserve_fields(k + 1);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "base/to_int.h"
+
 namespace sdftrack::plane {
 
 namespace {
@@ -78,7 +80,7 @@ std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<Pla
     // Additive recurrence: seeds that fill the image evenly, the same ones every time.
     const double a = std::fmod(0.5 + 0.7548776662 * k, 1.0), b = std::fmod(0.5 + 0.5698402910 * k, 1.0);
     const int widest = std::max(1, (std::min(grid.columns, grid.rows) - 1) / 2);
-    const int column = static_cast<int>(a * grid.columns), row = static_cast<int>(b * grid.rows);
+    const int column = to_int(a * grid.columns), row = to_int(b * grid.rows);
     patch_about(grid, column, row, std::min(widest, kPatchNodes[k % 2]), &patch);
     InversePlane plane;
     if (!fit_patch(patch, &plane) || !flat(patch, ruler, plane)) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "optim/dense.h"
 
 namespace sdftrack::plane {
@@ -166,7 +167,7 @@ PlaneReading reading_near(const frame::DepthFrame& frame, const Camera& camera, 
 void fill_grid(const frame::DepthFrame& frame, const Camera& camera,
                const std::vector<frame::Rect>& leave_out, int wanted, PlaneGrid* grid) {
   const double pixels = static_cast<double>(camera.width) * camera.height;
-  const int step = std::max(1, static_cast<int>(std::sqrt(pixels / wanted)));
+  const int step = std::max(1, to_int(std::sqrt(pixels / wanted)));
   grid->step = step, grid->nodes.clear(), grid->read.clear();
   grid->columns = (camera.width - step / 2 + step - 1) / step;
   grid->rows = (camera.height - step / 2 + step - 1) / step;

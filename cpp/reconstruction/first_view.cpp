@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/to_int.h"
+
 namespace sdftrack::reconstruction {
 
 namespace {
@@ -35,8 +37,8 @@ bool FirstView::above(Vec3d p_cam, double thicknesses) const {
 // Of an object that the image's border cuts nobody knows how far it reaches beyond.
 double FirstView::from(Vec3d p_cam) const {
   const Vec2d u = camera_.distorted() ? camera_.project_point(p_cam) : project(camera_.K, p_cam);
-  const int x = static_cast<int>(std::clamp(u.x + 0.5, 0.0, camera_.width - 1.0)),
-            y = static_cast<int>(std::clamp(u.y + 0.5, 0.0, camera_.height - 1.0));
+  const int x = to_int(std::clamp(u.x + 0.5, 0.0, camera_.width - 1.0)),
+            y = to_int(std::clamp(u.y + 0.5, 0.0, camera_.height - 1.0));
   return static_cast<double>(from_m_[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) +
                                      static_cast<std::size_t>(x)]);
 }

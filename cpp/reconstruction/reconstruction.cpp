@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
+#include "base/to_int.h"
 #include "reconstruction/option_schema.h"
 
 namespace sdftrack::reconstruction {
@@ -103,8 +104,7 @@ void Reconstruction::measure_all(int threads) {
 bool Reconstruction::has_room(Vec3d p_obj) const {
   if (view_ && !view_->may_hold(p_obj)) return false;
   const Vec3d at = (1 / grid().voxel_m) * (p_obj - grid().origin_obj) + Vec3d{0.5, 0.5, 0.5};
-  const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y)),
-            z = static_cast<int>(std::floor(at.z));
+  const int x = to_int(std::floor(at.x)), y = to_int(std::floor(at.y)), z = to_int(std::floor(at.z));
   if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
   const std::size_t voxel = grid().index(x, y, z);
   const float weight = evidence_.weight()[voxel];

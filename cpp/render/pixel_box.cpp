@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::render {
 
 namespace {
@@ -69,9 +71,7 @@ PixelBox pixel_box(const Camera& camera, const Rigidd& T_cam_obj, Vec3d low_obj,
   }
   const Bounds px = through_lens(camera, ideal);
   constexpr double kMargin = 2;  // the lens bends the border between the points of through_lens a little
-  const auto clip = [](double v, int n) {
-    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(n)));
-  };
+  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, static_cast<double>(n))); };
   return {clip(std::floor(px.x0 - kMargin), camera.width), clip(std::floor(px.y0 - kMargin), camera.height),
           clip(std::ceil(px.x1 + kMargin) + 1, camera.width),
           clip(std::ceil(px.y1 + kMargin) + 1, camera.height)};

@@ -46,6 +46,11 @@ Span clip(const Ray& ray, Vec3d low, Vec3d high) {
   return span;
 }
 
+// A step along a ray. Far from the camera it may be less than what tells one depth from the next.
+double moved(double t, double step) {
+  return std::max(t + step, std::nextafter(t, std::numeric_limits<double>::infinity()));
+}
+
 double phi_at(const SdfView& sdf, const Ray& ray, double t) {
   double phi;
   Vec3d gradient;
@@ -75,7 +80,7 @@ double first_zero(const SdfView& sdf, const Ray& ray, Span span) {
   const double per_m = 1 / norm(ray.direction), min_step = kMinStepVoxels * static_cast<double>(sdf.voxel_m);
   double t = span.near, phi = phi_at(sdf, ray, t);
   while (t < span.far) {
-    const double next = std::min(span.far, t + std::max(std::abs(phi), min_step) * per_m);
+    const double next = std::min(span.far, moved(t, std::max(std::abs(phi), min_step) * per_m));
     const double phi_next = phi_at(sdf, ray, next);
     if (phi > 0 && phi_next <= 0) return root(sdf, ray, t, phi, next, phi_next);
     t = next, phi = phi_next;
@@ -110,7 +115,7 @@ bool misses(const Tile& tile, const SdfView& sdf, const Camera& camera, const Ri
   for (double t = span.near; t < span.far;) {
     const double clearance = phi_at(sdf, middle, t) - kSlope * cone * t;
     if (!(clearance > 0)) return false;
-    t += std::max(clearance / speed, min_step);
+    t = moved(t, std::max(clearance / speed, min_step));
   }
   return true;
 }

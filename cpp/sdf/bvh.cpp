@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/to_int.h"
+
 namespace sdftrack::sdf {
 
 namespace {
@@ -31,7 +33,7 @@ struct Split {
 };
 
 int bin_of(const Split& s, Vec3d centre) {
-  return std::min(kBins - 1, static_cast<int>((axis_of(centre, s.axis) - s.low) * s.scale));
+  return to_int_within((axis_of(centre, s.axis) - s.low) * s.scale, 0, kBins - 1);
 }
 
 // The cheapest of the kBins - 1 planes of each axis: left area x left count + right area x right count.

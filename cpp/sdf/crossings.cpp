@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "base/parallel.h"
+#include "base/to_int.h"
 
 namespace sdftrack::sdf {
 
@@ -13,6 +16,8 @@ namespace {
 // y and z are snapped to 2^-18 voxel, so that "left or right of this edge" is exact in 64 bits up to 8000
 // voxels a side. Two triangles then agree about the edge they share, whatever the rounding.
 constexpr std::int64_t kSubvoxel = std::int64_t{1} << 18;
+// From the origin, in subvoxels: twice the product of two differences of such places is an int64.
+constexpr std::int64_t kFarthest = (std::int64_t{1} << 30) - 1;
 
 struct Corner {
   std::int64_t y, z;
@@ -37,8 +42,15 @@ bool left_of(const Corner& a, const Corner& b, std::int64_t e) {
 
 Corner snap(const Grid& grid, Vec3d p) {
   const double s = 1 / grid.voxel_m;
-  return {std::llround((p.y - grid.origin_obj.y) * s * kSubvoxel),
-          std::llround((p.z - grid.origin_obj.z) * s * kSubvoxel), (p.x - grid.origin_obj.x) * s};
+  const auto subvoxel = [&](double x_m) {
+    const double x = std::round(x_m * s * static_cast<double>(kSubvoxel));
+    if (!(std::abs(x) <= static_cast<double>(kFarthest)))
+      throw std::invalid_argument("mesh: expected vertices within " + std::to_string(kFarthest / kSubvoxel) +
+                                  " voxels of the volume; choose larger voxels or a part of the mesh");
+    return static_cast<std::int64_t>(x);
+  };
+  return {subvoxel(p.y - grid.origin_obj.y), subvoxel(p.z - grid.origin_obj.z),
+          (p.x - grid.origin_obj.x) * s};
 }
 
 int first_line(std::int64_t low) {
@@ -90,8 +102,7 @@ std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid,
       std::int8_t* line = &winding[row * static_cast<std::size_t>(grid.nx)];
       int number = 0, ix = 0;
       for (; next != crossings.end() && next->row == row; ++next) {
-        const int stop =
-            static_cast<int>(std::clamp(std::ceil(next->x_vox), 0.0, static_cast<double>(grid.nx)));
+        const int stop = to_int(std::clamp(std::ceil(next->x_vox), 0.0, static_cast<double>(grid.nx)));
         for (; ix < stop; ++ix) line[ix] = static_cast<std::int8_t>(std::clamp(number, -127, 127));
         number += next->step;
       }

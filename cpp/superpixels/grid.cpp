@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/to_int.h"
+
 namespace sdftrack::superpixels {
 
 namespace {
@@ -37,7 +39,7 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   const double step = std::sqrt(all / wanted);
   // The shorter side first: of its few cells a fraction is a large part.
   const auto cells = [](double wanted_cells, int length) {
-    return static_cast<int>(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
+    return to_int(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
   };
   if (height <= width)
     g.ny = cells(height / step, height), g.nx = cells(wanted / g.ny, width);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "base/to_int.h"
 #include "superpixels/center.h"
 #include "superpixels/row_ops.h"
 
@@ -75,8 +76,8 @@ HD std::int64_t color_gradient(const PixelPlanes& p, int x, int y) {
 
 // The pixel at a centre's place.
 inline std::int64_t pixel_beneath(const PixelPlanes& p, const Center& center, double unit) {
-  const int x = std::clamp(static_cast<int>(center.x / unit + 0.5), 0, p.width - 1);
-  const int y = std::clamp(static_cast<int>(center.y / unit + 0.5), 0, p.height - 1);
+  const int x = std::clamp(to_int(center.x / unit + 0.5), 0, p.width - 1);
+  const int y = std::clamp(to_int(center.y / unit + 0.5), 0, p.height - 1);
   return static_cast<std::int64_t>(y) * p.width + x;
 }
 

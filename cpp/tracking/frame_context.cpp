@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -22,7 +24,7 @@ bool has_depth(const ImageView<float>& depth_m, int first) {
 // The pixel of the object's centre, or one at the border.
 int pixel_of(const Camera& camera, const Rigidd& T_cam_obj) {
   const Vec2d u = T_cam_obj.t.z > 0 ? camera.project_point(T_cam_obj.t) : Vec2d{0, 0};
-  const auto at = [](double v, int n) { return static_cast<int>(std::clamp(v, 0.0, n - 1.0)); };
+  const auto at = [](double v, int n) { return to_int(std::clamp(v, 0.0, n - 1.0)); };
   return at(u.y, camera.height) * camera.width + at(u.x, camera.width);
 }
 

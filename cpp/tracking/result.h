@@ -36,6 +36,9 @@ struct FrameResult {
 
 inline bool is_followed(Status status) { return status == Status::kOk || status == Status::kWeak; }
 
+// Whether all that a followed object's answer says is numbers.
+bool is_finite(const ObjectResult& result);
+
 // Of an object whose pose this frame does not show.
 ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Status status);
 

@@ -113,21 +113,26 @@ void Tracker::answer_each(const Work& work) {
       if (object(served_[i]).placed() == placed) order_.push_back(i);
   for (const std::size_t i : order_) {
     Object& one = object(served_[i]);
+    const Rigidd before = one.T_cam_obj;
     if (!readable) {
       std::optional<ObjectResult> seen = follower_.follow_outline(&context_, &one);
       answers_[i] = seen ? std::move(*seen) : unread(&one);
+      refuse_if_not_finite(before, &one, &answers_[i]);
       continue;
     }
     const bool color_used = context_.colors_of(one) != nullptr;
     answers_[i] = work(i, &one);
+    refuse_if_not_finite(before, &one, &answers_[i]);
     answers_[i].color_used = color_used;
     if (answers_[i].trust.status == Status::kOk) follower_.learn_colors(&context_, &one);
   }
   // Then the searches, when all that can be followed has its place.
   for (const std::size_t i : order_) {
     Object& one = object(served_[i]);
-    if (std::exchange(one.to_search, false))
-      answers_[i] = recovery_.find_lost(&context_, &one, std::move(answers_[i]));
+    if (!std::exchange(one.to_search, false)) continue;
+    const Rigidd before = one.T_cam_obj;
+    answers_[i] = recovery_.find_lost(&context_, &one, std::move(answers_[i]));
+    refuse_if_not_finite(before, &one, &answers_[i]);
   }
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
   for (std::size_t i = 0; i < served_.size(); ++i)
@@ -135,6 +140,16 @@ void Tracker::answer_each(const Work& work) {
   for (std::size_t i = 0; i < served_.size(); ++i) doubt_ambiguous(object(served_[i]), &answers_[i]);
   for (ObjectResult& answer : answers_)
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
+}
+
+// Odd volumes lead fits astray to where nothing is a number. before: the object's pose before this frame.
+void Tracker::refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const {
+  if (!is_followed(answer->trust.status) || is_finite(*answer)) return;
+  object->forget(options_);
+  object->T_cam_obj = before, object->lost_frames = 1;
+  std::vector<TrackStep> steps = std::move(answer->steps);
+  *answer = result_without_pose(*object, {ReasonCode::kNotFinite}, Status::kLost);
+  answer->steps = std::move(steps);
 }
 
 ObjectResult Tracker::unread(Object* object) const {

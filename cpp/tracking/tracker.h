@@ -104,6 +104,7 @@ class Tracker {
   ObjectResult doubt_mask(const Object& object, ObjectResult result) const;
   ObjectResult follow(Object* object);
   ObjectResult unread(Object* object) const;
+  void refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const;
 
   TrackerOptions options_;
   TrackerSettings settings_;

@@ -27,11 +27,17 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   if (shapes.size() != objects_.size() || poses.size() != objects_.size())
     throw std::invalid_argument("shapes: expected one per object (" + std::to_string(objects_.size()) +
                                 ") with its pose, got " + std::to_string(shapes.size()));
-  const std::vector<Object> before = std::exchange(objects_, {});
-  for (std::size_t k = 0; k < shapes.size(); ++k) {
-    objects_.push_back(new_object(shapes[k]));
-    objects_.back().unfound = before[k].unfound;
-    objects_.back().symmetries = before[k].symmetries;
+  // All or none: one of the shapes may be refused. None is taken for one that was here before.
+  std::vector<Object> before = std::exchange(objects_, {});
+  try {
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      objects_.push_back(new_object(shapes[k]));
+      objects_.back().unfound = before[k].unfound;
+      objects_.back().symmetries = before[k].symmetries;
+    }
+  } catch (...) {
+    objects_ = std::move(before);
+    throw;
   }
   go_on_from(poses);
   context_.forget_plane();

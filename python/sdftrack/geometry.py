@@ -12,10 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.validation import numbers
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
 
 Array = NDArray[np.float64]
+MOST = 1e100  # of a length: products of two are finite
+MOST_RAD = 1e15  # beyond, a float64 does not tell one angle from the next
 
 
 def rigid(T: ArrayLike, name: str = "T") -> Array:
@@ -29,7 +32,10 @@ def rigid(T: ArrayLike, name: str = "T") -> Array:
 
 def pose(w_rad: ArrayLike = (0.0, 0.0, 0.0), t_m: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """Transform with rotation vector `w_rad` and translation `t_m`."""
-    T: Array = np.array(_core.rotation_exp(_vector(w_rad, "w_rad").tolist()))
+    w = _vector(w_rad, "w_rad")
+    if not np.abs(w).max() <= MOST_RAD:
+        raise ValueError(f"w_rad: expected at most {MOST_RAD:g} rad about each axis, got {w.tolist()}")
+    T: Array = np.array(_core.rotation_exp(w.tolist()))
     T[:3, 3] = _vector(t_m, "t_m")
     return T
 
@@ -47,9 +53,11 @@ def exp(twist: ArrayLike) -> Array:
     >>> exp([0.1, 0, 0, 0, 0, 0])[:3, 3].tolist()
     [0.1, 0.0, 0.0]
     """
-    x = np.asarray(twist, dtype=np.float64)
+    x = _array(twist, "twist")
     if x.shape != (6,):
         raise ValueError(f"twist: expected shape (6,) = (v, w), got {x.shape}")
+    if not np.abs(x[:3]).max() <= MOST:
+        raise ValueError(f"twist: expected finite numbers, at most {MOST:g} m, got {x.tolist()}")
     T = pose(x[3:])
     T[:3, 3] = _left_jacobian(x[3:]) @ x[:3]
     return T
@@ -64,7 +72,7 @@ def log(T: ArrayLike) -> Array:
 
 def inverse(T: ArrayLike) -> Array:
     """Inverse of rigid transforms (..., 4, 4)."""
-    M = np.asarray(T, dtype=np.float64)
+    M = _array(T, "T")
     if M.shape[-2:] != (4, 4):
         raise ValueError(f"T: expected shape (..., 4, 4), got {M.shape}")
     out = np.zeros_like(M)
@@ -76,14 +84,20 @@ def inverse(T: ArrayLike) -> Array:
 
 def transform_points(T: ArrayLike, points: ArrayLike) -> Array:
     """Apply the pose `T` (4, 4) to points (..., 3)."""
-    M = np.asarray(T, dtype=np.float64)
-    moved: Array = np.asarray(points, dtype=np.float64) @ M[:3, :3].T + M[:3, 3]
+    M, p = _array(T, "T"), _array(points, "points")
+    if M.shape != (4, 4):
+        raise ValueError(f"T: expected shape (4, 4), got {M.shape}")
+    if p.ndim == 0 or p.shape[-1] != 3:
+        raise ValueError(f"points: expected shape (..., 3), got {p.shape}")
+    moved: Array = p @ M[:3, :3].T + M[:3, 3]
     return moved
 
 
 def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
     """T_cam_world of a camera at `eye` that looks at `target`, with `up` pointing up in the image (-y)."""
     e, t, u = _vector(eye, "eye"), _vector(target, "target"), _vector(up, "up")
+    if not max(np.abs(e).max(), np.abs(t).max(), np.abs(u).max()) <= MOST:
+        raise ValueError(f"eye, target, up: expected coordinates of at most {MOST:g}")
     z = t - e
     x = np.cross(z, u)
     if np.linalg.norm(z) == 0 or np.linalg.norm(x) < 1e-12 * np.linalg.norm(z) * np.linalg.norm(u):
@@ -109,8 +123,17 @@ def _left_jacobian(w: Array) -> Array:
     return J
 
 
+def _array(a: ArrayLike, name: str) -> Array:
+    """`a` as float64, in the order in memory that it has."""
+    try:
+        x = np.asarray(a)
+    except ValueError:  # rows of several lengths
+        return numbers(a, name)
+    return np.asarray(x, dtype=np.float64) if x.dtype.kind in "biuf" else numbers(a, name)
+
+
 def _vector(v: ArrayLike, name: str) -> Array:
-    x = np.asarray(v, dtype=np.float64)
+    x = _array(v, name)
     if x.shape != (3,) or not np.isfinite(x).all():
         raise ValueError(f"{name}: expected 3 finite numbers, got {x.tolist()}")
     return x

@@ -499,3 +499,92 @@ def test_ycbv10_is_read(data_dir):
                 assert 0 < offset_m < 0.0007  # +0.16 to +0.55 mm by the notes
                 hit = np.count_nonzero(masks[k] & (depth > 0))
                 assert hit > 0.995 * np.count_nonzero(masks[k])  # of what is not hidden
+
+
+# Frames that a layout cannot tell apart
+
+
+@pytest.mark.parametrize("ids", [[4, 4, 5], [4, 6, 5], [-1, 0, 1]], ids=str)
+def test_numbers_that_name_one_file_twice_are_refused(tmp_path, ids):
+    seq = st.Sequence([_frame(i) for i in range(3)], CAMERA, ids=ids)
+    with pytest.raises(ValueError, match="im_id: expected numbers from 0 on that increase"):
+        st.save_sequence(tmp_path / "s", seq)
+    assert not list(tmp_path.iterdir())
+    st.save_sequence(tmp_path / "s", seq, layout="open3d")  # has no use for them
+    assert len(st.open_sequence(tmp_path / "s")) == 3
+
+
+@pytest.mark.parametrize("times", [[1.0, 2.0, 1.5], [1.0, 2.0, 1.0], [1.0, 1.0 + 4e-7, 2.0]], ids=str)
+def test_times_that_name_one_file_twice_are_refused(tmp_path, times):
+    frames = [st.Frame(_frame(i).depth, timestamp=t) for i, t in enumerate(times)]
+    with pytest.raises(ValueError, match="timestamp: expected times that increase"):
+        st.save_sequence(tmp_path / "s", st.Sequence(frames, CAMERA), layout="tum")
+    st.save_sequence(tmp_path / "s", st.Sequence(frames, CAMERA), layout="bop")
+    assert [f.timestamp for f in st.open_sequence(tmp_path / "s")] == times
+
+
+def test_a_time_is_known_over_a_frame_without_depth(tmp_path):
+    frames = [_frame(0), st.Frame.unreadable("lost", timestamp=10.1), _frame(0)]
+    with pytest.raises(ValueError, match="timestamp: expected times that increase"):
+        st.save_sequence(tmp_path / "s", st.Sequence(frames, CAMERA), layout="tum")
+
+
+@pytest.mark.parametrize("layout", ["bop", "tum", "open3d"])
+def test_as_many_frames_are_read_as_were_written(tmp_path, layout):
+    bad = 2
+    frames = [_frame(i) for i in range(6)]
+    frames[bad] = st.Frame.unreadable("lost", timestamp=10 + bad / 30)
+    st.save_sequence(tmp_path / "s", st.Sequence(frames, CAMERA), layout=layout)
+    seq = st.open_sequence(tmp_path / "s")
+    written = [
+        f for f in frames if f.depth is not None or layout == "bop"
+    ]  # the others omit it, as documented
+    assert len(seq) == len(written)
+    for frame, own in zip(seq, written, strict=True):
+        assert (frame.depth is None) == (own.depth is None)
+        if own.depth is not None:
+            np.testing.assert_allclose(frame.depth, own.depth, atol=1.01 * HALF_UNIT_M[layout])
+
+
+def test_objects_that_look_alike_keep_their_numbers(tmp_path):
+    truth = {0: {1: _pose(0, 1)}, 1: {0: _pose(1), 1: _pose(1, 1)}, 2: {0: _pose(2)}}
+    whole = st.Sequence([_frame(i) for i in range(3)], CAMERA, truth, objects=[7, 7])
+    st.save_sequence(tmp_path / "s", whole)
+    seq = st.open_sequence(tmp_path / "s")
+    assert seq.objects == [7, 7]
+    assert {i: sorted(poses) for i, poses in seq.ground_truth.items()} == {0: [1], 1: [0, 1], 2: [0]}
+    for i, poses in truth.items():
+        for k, T in poses.items():
+            assert_pose_close(seq.ground_truth[i][k], T, POSE_TOLERANCE, POSE_TOLERANCE)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("cam_t_m2c", [700.0]),
+        ("cam_t_m2c", 700.0),
+        ("obj_id", 7.9),
+        ("obj_id", True),
+        ("obj_id", float("nan")),
+        ("instance", 0.5),
+    ],
+)
+def test_numbers_of_a_pose_are_neither_spread_nor_rounded(tmp_path, key, value):
+    st.save_sequence(tmp_path / "s", _sequence(1))
+    path = tmp_path / "s" / "scene_gt.json"
+    listed = json.loads(path.read_text())
+    listed["0"][0][key] = value
+    path.write_text(json.dumps(listed))
+    with pytest.raises(
+        ValueError, match=r"scene_gt.json, image 0, entry 0: expected obj_id \(a whole number\)"
+    ):
+        st.open_sequence(tmp_path / "s")
+
+
+def test_an_instance_that_is_there_twice_is_refused(tmp_path):
+    st.save_sequence(tmp_path / "s", _sequence(1))
+    path = tmp_path / "s" / "scene_gt.json"
+    entry = json.loads(path.read_text())["0"][0] | {"instance": 0}
+    path.write_text(json.dumps({"0": [entry, entry]}))
+    with pytest.raises(ValueError, match="instance 0 is there twice"):
+        st.open_sequence(tmp_path / "s")

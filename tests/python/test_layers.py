@@ -194,3 +194,16 @@ def test_each_folder_of_the_core_has_its_namespace() -> None:
         expected = "sdftrack" if top == "base" else f"sdftrack::{top}"
         found = re.findall(r"^namespace (sdftrack[\w:]*) ", path.read_text(), re.M)
         assert set(found) <= {expected, f"{expected}::{path.parent.name}"}, path
+
+
+def test_floats_become_ints_through_one_function() -> None:
+    """What is rounded is a float: its cast is base/to_int.h's, which has an answer for every number."""
+    cast = re.compile(
+        r"static_cast<(int|long|std::u?int\w+_t|std::size_t)>\(\s*std::(floor|ceil|l*round|trunc|sqrt)\b"
+    )
+    files = [
+        p for folder in ("cpp", "bindings") for p in (ROOT / folder).rglob("*") if p.suffix in (".h", ".cpp")
+    ]
+    assert len(files) > 300
+    found = [str(p.relative_to(ROOT)) for p in files if cast.search(p.read_text(encoding="utf-8"))]
+    assert found == []

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -12,7 +14,7 @@ constexpr int kCells = 45;  // along each side of a cube about the object: two d
 constexpr double kDistanceRatio = 1.15;
 constexpr std::size_t kMaxEntries = 128;
 
-int cell_at(double x) { return std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1); }
+int cell_at(double x) { return std::clamp(to_int((x + 1) / 2 * kCells), 0, kCells - 1); }
 double middle_of(int cell) { return (cell + 0.5) / kCells * 2 - 1; }
 
 // The direction's cell on the cube, and its middle.
@@ -43,7 +45,7 @@ const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const 
                                                            double focal_px, int wanted, double thickness_px) {
   Vec3d direction;
   const int cell = direction_cell(eye_obj, &direction);
-  const int distance = static_cast<int>(std::lround(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
+  const int distance = to_int(std::round(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
   const bool keep = !shape.seen.amount;  // of a shape known in part more becomes known
   if (entries_.empty()) {                // once, so that no later frame allocates
     entries_.resize(kMaxEntries);

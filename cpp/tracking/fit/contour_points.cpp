@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "frame/passage.h"
 #include "frame/point_ops.h"
 
@@ -132,8 +133,8 @@ void find_rim(const Intrinsics<double>& K, const frame::Shape& shape, const Rigi
   for (int first = 0; first < term.points_obj.count(); first += seen.count) {
     ops.bearings(term, first, &seen);
     for (int i = 0; i < seen.count; ++i) {
-      const auto k = static_cast<std::size_t>(
-          std::clamp(static_cast<int>(seen.turn[i] * kDirections), 0, kDirections - 1));
+      const auto k =
+          static_cast<std::size_t>(std::clamp(to_int(seen.turn[i] * kDirections), 0, kDirections - 1));
       if (static_cast<double>(seen.radius_px[i]) > radius[k])
         radius[k] = static_cast<double>(seen.radius_px[i]), which[k] = static_cast<std::size_t>(first + i);
     }

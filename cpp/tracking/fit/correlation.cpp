@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "frame/point_ops.h"
 
 namespace sdftrack::tracking {
@@ -43,13 +44,12 @@ double CorrelationArea::measure(const energies::PixelSet& pixels,
     ++hits;
   }
   const double stride_px =
-      pairs > 0 ? static_cast<double>(steps_px) / pairs : 1;  // of a subset of the pixels
-  const int side =
-      static_cast<int>(std::sqrt(hits * stride_px / (4.0 * kWindows)));  // a window is 2 x 2 cells
+      pairs > 0 ? static_cast<double>(steps_px) / pairs : 1;                // of a subset of the pixels
+  const int side = to_int(std::sqrt(hits * stride_px / (4.0 * kWindows)));  // a window is 2 x 2 cells
   if (side < 1) return 0;
   // A ring of empty cells, so that those at the border are in four windows too.
   const float per_side = 1.0f / static_cast<float>(side);
-  const auto at = [&](float x, float x0) { return 1 + static_cast<int>((x - x0) * per_side); };
+  const auto at = [&](float x, float x0) { return 1 + to_int((x - x0) * per_side); };
   width_ = at(u1, u0) + 2, height_ = at(v1, v0) + 2;
   cells_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), {});
   pulls_.resize(pixels.gain.size());

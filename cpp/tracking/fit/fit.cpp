@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "tracking/fit/stages.h"
 
 namespace sdftrack::tracking {
@@ -113,7 +114,7 @@ void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
   energy.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
   refuse_behind(options_, &energy);
   each_share_between(all / static_cast<double>(std::max(1, options_.coarse_pixels)), [&](double share) {
-    view_.coarse().assign_subset(view_.pixels(), static_cast<int>(share * all));
+    view_.coarse().assign_subset(view_.pixels(), to_int(share * all));
     run_stage(&view_.coarse(), energy, options_.coarse_steps, x, fitted);
   });
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/to_int.h"
 #include "optim/camera_increment.h"
 #include "tracking/options/sensor_noise.h"
 
@@ -125,7 +126,7 @@ int FitView::budget_for(double reach_m, const optim::State& x) {
   const int wanted = options_.max_pixels;
   if (!(options_.outlier_floor > 0) || selection_.count() <= wanted) return wanted;
   const int near = energies::SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
-  return static_cast<int>(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+  return to_int(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
 }
 
 void FitView::pack_for_budget(double reach_m, const optim::State& x) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "energies/outline_offset.h"
 #include "tracking/fit/outline_places.h"
 #include "tracking/trust/color_projection.h"
@@ -45,7 +46,7 @@ class LineMaker {
     const bool across = std::abs(n.x) >= std::abs(n.y);
     const double main = across ? c.x : c.y, rise = across ? n.x : n.y, side = across ? n.y : n.x;
     const int step = rise > 0 ? stride_ : -stride_, beyond = reach_ + energies::kBeyondReach;
-    const int middle = static_cast<int>(std::lround(main));
+    const int middle = to_int(std::round(main));
     const double begin = (middle - main) / rise, per_step = stride_ / std::abs(rise);  // px along n
     const int width = across ? view_.width : view_.height, height = across ? view_.height : view_.width;
     if (!(main > -1e6 && main < 1e6)) return false;
@@ -55,8 +56,8 @@ class LineMaker {
     float chance[energies::kMaxSamples];
     for (int i = -beyond; i <= beyond; ++i) {
       const double t = begin + i * per_step, b = (across ? c.y : c.x) + t * side;
-      const auto low = static_cast<int>(std::floor(b));
-      if (low < 0 || low + 1 >= height) return false;
+      const int low = to_int(std::floor(b));
+      if (low < 0 || low >= height - 1) return false;
       const int a = middle + i * step;
       const auto fraction = static_cast<float>(b - low);
       const float first = chance_at(place, across, a, low), second = chance_at(place, across, a, low + 1);
@@ -139,7 +140,7 @@ void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, 
       for (const int by : {-away, away}) {
         const double x = centre.x + by * normal.x + 0.5, y = centre.y + by * normal.y + 0.5;
         if (!(x >= 0 && y >= 0 && x < view.width && y < view.height)) continue;
-        const int bin = appearance::color_bin(frame.color->at(static_cast<int>(x), static_cast<int>(y)));
+        const int bin = appearance::color_bin(frame.color->at(to_int(x), to_int(y)));
         if (by > 0 || whole.weight(bin) > kForeign) colors->add(place, by < 0, bin);
       }
   }

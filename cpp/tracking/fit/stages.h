@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/to_int.h"
 #include "energies/sdf_energy.h"
 #include "optim/lm.h"
 #include "tracking/options/options.h"
@@ -22,6 +23,7 @@ constexpr double kSureGain = 12;
 constexpr double kNoiseGain = 3;
 constexpr double kPrintedDampingMax = 10e6;  // Table 3.2
 constexpr double kMaxRatio = 6.5;            // of pixels from one stage to the next
+constexpr int kMaxStages = 64;               // more than any number of pixels asks for
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
@@ -56,7 +58,8 @@ void each_coarse_stage(const TrackerOptions& options, double scale_m, double las
 // one look is enough. ratio: all over the coarse ones.
 template <class Run>
 void each_share_between(double ratio, const Run& run) {
-  const int stages = ratio > 1 ? static_cast<int>(std::ceil(std::log(ratio) / std::log(kMaxRatio))) : 1;
+  const int stages =
+      ratio > 1 ? to_int_within(std::ceil(std::log(ratio) / std::log(kMaxRatio)), 1, kMaxStages) : 1;
   for (int k = 1; k < stages; ++k) run(std::pow(ratio, static_cast<double>(k) / stages - 1));
 }
 

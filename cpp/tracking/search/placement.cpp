@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -126,7 +128,7 @@ void Placer::settle_depth(Rigidd* T) {
     const Vec2d u = project(camera_.K, p);
     const double x = (u.x - scene_.x0) * inv + 0.5, y = (u.y - scene_.y0) * inv + 0.5;
     if (!(x > 0 && y > 0 && x < scene_.width && y < scene_.height)) continue;
-    const double z = scene_.depth_m[scene_.at(static_cast<int>(x), static_cast<int>(y))];
+    const double z = scene_.depth_m[scene_.at(to_int(x), to_int(y))];
     if (z > 0 && std::abs(z - p.z) < shape_.diameter_m) beyond_.push_back(z - p.z);
   }
   if (beyond_.empty()) return;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/to_int.h"
 #include "tracking/search/free_region.h"
 
 namespace sdftrack::tracking {
@@ -98,12 +99,14 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const frame::S
 bool propose_window(const SearchScene& scene, const Camera& camera, const frame::Shape& shape, Vec3f middle,
                     double radius_m, ProposalScratch* scratch, Proposal* out) {
   const Intrinsics<float> K = camera.K.cast<float>();
-  const int reach = 1 + static_cast<int>((1.2 * shape.diameter_m) * camera.K.fx /
-                                         static_cast<double>(middle.z) / scene.step);
+  // Kept within the scene, however near the middle is.
+  const int reach =
+      1 + to_int_within((1.2 * shape.diameter_m) * camera.K.fx / static_cast<double>(middle.z) / scene.step,
+                        0, std::max(scene.width, scene.height));
   const Vec2f u = project(K, middle);
   const auto step = static_cast<float>(scene.step);
-  const int i = static_cast<int>(std::lround((u.x - static_cast<float>(scene.x0)) / step)),
-            j = static_cast<int>(std::lround((u.y - static_cast<float>(scene.y0)) / step));
+  const int i = to_int_within(std::round((u.x - static_cast<float>(scene.x0)) / step), 0, scene.width - 1),
+            j = to_int_within(std::round((u.y - static_cast<float>(scene.y0)) / step), 0, scene.height - 1);
   const frame::Rect window{std::max(0, i - reach), std::max(0, j - reach),
                            std::min(scene.width, i + reach + 1), std::min(scene.height, j + reach + 1)};
   crop(scene, window, &scratch->window);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -43,7 +45,7 @@ frame::Rect around(const Rigidd& T_cam_obj, double radius_m, const Camera& camer
   if (z < radius_m) return whole;
   const Vec2d u = project(camera.K, T_cam_obj.t);
   const double r = radius_m * camera.K.fx / (z - 0.5 * radius_m);
-  const auto pixel = [](double v) { return static_cast<int>(std::clamp(v, -1e6, 1e6)); };
+  const auto pixel = [](double v) { return to_int(std::clamp(v, -1e6, 1e6)); };
   return clipped({pixel(u.x - r), pixel(u.y - r), pixel(u.x + r), pixel(u.y + r)}, 0, camera);
 }
 
@@ -63,7 +65,7 @@ frame::Rect region_of(const Camera& camera, const frame::Shape& shape, const Sea
   if (rect.empty()) return rect;
   const int longest = std::max(rect.x1 - rect.x0, rect.y1 - rect.y0);
   *step = std::max(1, (longest + nodes - 1) / nodes);
-  return clipped(rect, margin > 0 ? std::max(kMinMargin_px, static_cast<int>(margin * longest)) : 0, camera);
+  return clipped(rect, margin > 0 ? std::max(kMinMargin_px, to_int(margin * longest)) : 0, camera);
 }
 
 struct NodeReader {
@@ -77,7 +79,7 @@ struct NodeReader {
     *x = u, *y = v;
     if (frame.rays) {
       const Vec2d p = camera.project_point(ray(camera.K, static_cast<double>(u), static_cast<double>(v)));
-      *x = static_cast<int>(std::lround(p.x)), *y = static_cast<int>(std::lround(p.y));
+      *x = to_int(std::round(p.x)), *y = to_int(std::round(p.y));
     }
     return *x >= 0 && *y >= 0 && *x < camera.width && *y < camera.height;
   }

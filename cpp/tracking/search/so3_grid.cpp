@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 Mat3d super_fibonacci(int i, int n) {
@@ -21,7 +23,7 @@ Mat3d super_fibonacci(int i, int n) {
 constexpr double kStride = 0.471;
 
 Mat3d seed_rotation(int k, int n) {
-  int stride = static_cast<int>(kStride * n);
+  int stride = to_int(kStride * n);
   while (stride > 1 && std::gcd(stride, n) != 1) --stride;
   const auto i = (static_cast<long long>(k) * std::max(1, stride)) % n;
   return super_fibonacci(static_cast<int>(i), n);

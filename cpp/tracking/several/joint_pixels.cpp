@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -126,11 +128,10 @@ void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim
 
 void JointPixels::assign_share(const JointPixels& other, double share) {
   clear(other.counts_.size());
-  for (std::size_t k = 0; k < counts_.size(); ++k)
-    counts_[k] = static_cast<int>(std::lround(share * other.counts_[k]));
+  for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k] = to_int(std::round(share * other.counts_[k]));
   for (std::size_t k = 0; k < other.used_; ++k) {
     const SharedPixels& from = *other.parts_[k];
-    const int wanted = static_cast<int>(std::lround(share * from.pixels.count()));
+    const int wanted = to_int(std::round(share * from.pixels.count()));
     if (wanted == 0) continue;
     if (used_ == parts_.size()) parts_.push_back(std::make_unique<SharedPixels>());
     SharedPixels& to = *parts_[used_++];

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -20,7 +22,7 @@ constexpr int kLooksBehind = 8;
 
 int stride_for(const frame::Rect& r, int budget) {
   const double area = static_cast<double>(r.x1 - r.x0) * (r.y1 - r.y0);
-  return std::max(1, static_cast<int>(std::ceil(std::sqrt(area / budget))));
+  return std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
 }
 
 frame::Rect grown(const frame::Rect& r, int by_x, int by_y, const Camera& camera) {
@@ -53,7 +55,7 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
           x0 = y0 = 0, x1 = map.width, y1 = map.height;
   const int step = stride_for(region, kSightBudget);
   const double scale = static_cast<double>(std::max(x1 - x0, 1)) / (region.x1 - region.x0);
-  sight_.clear(x0, y0, x1, y1, static_cast<int>(std::ceil(1.5 * step * scale)));
+  sight_.clear(x0, y0, x1, y1, to_int(std::ceil(1.5 * step * scale)));
   for (int v = region.y0; v < region.y1; v += step)
     for (int u = region.x0; u < region.x1; u += step) {
       const float z = frame.depth_m(u, v);
@@ -67,7 +69,7 @@ float ColorReader::grey(int at, Vec2f ideal_px, float depth_m) const {
   Vec2f c;
   float depth;
   if (!color_->map.place(mapped_from(at, ideal_px), depth_m, &c, &depth)) return -1;
-  if (!sight_.sees(static_cast<int>(c.x + 0.5f), static_cast<int>(c.y + 0.5f), depth)) return -1;
+  if (!sight_.sees(to_int(c.x + 0.5f), to_int(c.y + 0.5f), depth)) return -1;
   const int w = color_->map.width, h = color_->map.height;
   const AxisSample<float> x = locate(c.x, w), y = locate(c.y, h);
   const auto at_corner = [&](int i, int j) {

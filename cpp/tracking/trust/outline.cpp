@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/to_int.h"
 #include "frame/point_ops.h"
 
 namespace sdftrack::tracking {
@@ -41,7 +42,7 @@ std::array<Rim, kDirections> rims(const Eye& eye, const frame::Shape& shape, con
   for (int first = 0; first < term.points_obj.count(); first += seen.count) {
     ops.bearings(term, first, &seen);
     for (int i = 0; i < seen.count; ++i) {
-      const int k = std::clamp(static_cast<int>(seen.turn[i] * kDirections), 0, kDirections - 1);
+      const int k = std::clamp(to_int(seen.turn[i] * kDirections), 0, kDirections - 1);
       Rim& rim = out[static_cast<std::size_t>(k)];
       if (seen.radius_px[i] > rim.radius_px) rim = {seen.radius_px[i], seen.depth_m[i]};
     }

@@ -38,6 +38,9 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kPoorFit, "the depth measurements do not fit the shape well"},
     Sentence{ReasonCode::kOpenPosition,
              "the view shows hardly any edge, so the position is uncertain by more than the object's size"},
+    Sentence{ReasonCode::kNotFinite,
+             "the shape and the measurements give no finite pose and covariance; check the distances of the "
+             "shape"},
     Sentence{ReasonCode::kByOutline,
              "no depth measurement: tracked by the outline in the colour image, which hardly constrains the "
              "distance"},

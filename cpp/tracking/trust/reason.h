@@ -30,6 +30,7 @@ enum class ReasonCode {
   kMissingReadings,
   kPoorFit,
   kOpenPosition,
+  kNotFinite,
   kByOutline,      // no depth in this frame
   kLittleOutline,  // likewise
   // A search

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "frame/passage.h"
 #include "tracking/trust/color_projection.h"
 
@@ -35,7 +36,7 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
   if (box.empty()) return;
   const energies::ColorProjection view = color_projection(camera, frame.color->map);
   const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
-  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(area / budget))));
+  const int step = std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
   const Rigidd T_obj_cam = inverse(T_cam_obj);
   const SdfView coarse = shape.coarse();
   for (int y = box.y0; y < box.y1; y += step)
@@ -47,8 +48,7 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
       Vec2d c;
       if (!view.place(nearest, &c)) continue;
       if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
-      const int bin =
-          appearance::color_bin(frame.color->at(static_cast<int>(c.x + 0.5), static_cast<int>(c.y + 0.5)));
+      const int bin = appearance::color_bin(frame.color->at(to_int(c.x + 0.5), to_int(c.y + 0.5)));
       if (passage.hit) {
         if (may_be_object(frame, camera, nearest)) counts->add_object(bin, known.weight(bin));
       } else {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/fast_math.h"
+#include "base/to_int.h"
 
 namespace sdftrack::tracking {
 
@@ -27,7 +28,7 @@ void ForegroundSmoother::smooth(int width, float focal_px, float noise_m, const 
                                 float reach_m, energies::PixelSet* pixels) {
   if (pixels->count() == 0) return;
   const float middle_m = pixels->depth_m[pixels->depth_m.size() / 2];
-  const int cell_px = std::clamp(static_cast<int>(kCell_m * focal_px / middle_m + 0.5f), 1, kMaxCell_px);
+  const int cell_px = std::clamp(to_int(kCell_m * focal_px / middle_m + 0.5f), 1, kMaxCell_px);
   weigh(std::max(kInFront_m, kInFrontPerNoise * noise_m), distance_m, *pixels);
   gather(width, cell_px, *pixels);
   sum_around();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/to_int.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -30,7 +32,7 @@ struct Weights {
 };
 constexpr Weights kWeights;
 
-int percent(double share) { return static_cast<int>(std::lround(100 * share)); }
+int percent(double share) { return to_int(std::round(100 * share)); }
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 

@@ -7,8 +7,8 @@ import contextlib
 import errno
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,12 +23,9 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
     # The suffix stays, since writers choose the format by it.
-    fd, name = tempfile.mkstemp(prefix=f"{PART_PREFIX}{path.stem}.", suffix=path.suffix, dir=path.parent)
-    os.close(fd)
-    temporary = Path(name)
+    temporary = _new_beside(path, f"{PART_PREFIX}{path.stem}", path.suffix, lambda new: new.touch(exist_ok=False))
     try:
         yield temporary
-        temporary.chmod(0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
         if error.errno != errno.ENOSPC:
@@ -66,10 +63,17 @@ def read_json(path: Path) -> Any:
         raise ValueError(f"{path}: not valid JSON ({error})") from None
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _new_beside(path: Path, start: str, suffix: str, make: Callable[[Path], object]) -> Path:
+    """A hidden name beside `path` that `make` has made.
+
+    The system gives it the permissions of any new file. To ask for the process's mask of permissions is to set it:
+    files that other threads make in that moment would be open to all.
+    """
+    while True:
+        new = path.with_name(f"{start}.{secrets.token_hex(4)}{suffix}")
+        with contextlib.suppress(FileExistsError):
+            make(new)
+            return new
 
 
 @contextlib.contextmanager
@@ -79,10 +83,9 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     if (path.is_dir() and any(path.iterdir())) or path.is_file():
         raise FileExistsError(f"{path}: expected a new or empty folder; choose another or remove it")
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+    temporary = _new_beside(path, f".{path.name}", "", lambda new: new.mkdir())
     try:
         yield temporary
-        temporary.chmod(0o777 & ~_umask())
         try:
             if path.is_dir():
                 path.rmdir()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.validation import INT_MAX, numbers
 
 __all__ = ["Camera"]
 
@@ -66,10 +66,7 @@ class Camera:
                     "a mirrored image has positive focal lengths too, with its own cx"
                 )
         for name in ("width", "height"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or int(value) != value or value < 1:
-                raise ValueError(f"{name}: expected a whole number of pixels above 0, got {value!r}")
-            object.__setattr__(self, name, int(value))
+            object.__setattr__(self, name, _pixels(name, getattr(self, name)))
         given = () if self.distortion is None else tuple(np.ravel(np.asarray(self.distortion)).tolist())
         if len(given) not in _DISTORTION_LENGTHS:
             raise ValueError(
@@ -140,6 +137,11 @@ class Camera:
     @classmethod
     def from_fov(cls, fov_x_rad: float, width: int, height: int) -> Camera:
         """Ideal camera with square pixels and a horizontal field of view of `fov_x_rad` radians, edge to edge."""
+        fov_x_rad, width, height = (
+            _finite("fov_x_rad", fov_x_rad),
+            _pixels("width", width),
+            _pixels("height", height),
+        )
         if not 0.0 < fov_x_rad < math.pi:
             raise ValueError(f"fov_x_rad: expected radians between 0 and pi, got {fov_x_rad:g}")
         f = 0.5 * width / math.tan(0.5 * fov_x_rad)
@@ -257,6 +259,15 @@ class Camera:
         from sdftrack.camera.files import load_camera
 
         return load_camera(cls, Path(path), width, height)
+
+
+def _pixels(name: str, value: Any) -> int:
+    try:
+        if not isinstance(value, bool) and int(value) == value and 0 < value <= INT_MAX:
+            return int(value)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name}: expected a whole number of pixels above 0, got {value!r}")
 
 
 def _finite(name: str, value: Any) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.thread_guard import one_thread, reentrant_lock
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
@@ -40,6 +41,8 @@ Pose = NDArray[np.float64]
 STAND_IN_VOXELS = 24
 ROUNDS = 3
 YOUNG_FRAMES = 30  # in which the tracker takes the shape as each frame leaves it
+
+alone = one_thread("reconstructor")
 
 # What may have been meant where a keyword is neither an argument nor an option.
 KEYWORDS = ("initial", "voxels", "extent", "device", "mode", "threads", "options", "tracker_options")
@@ -115,6 +118,7 @@ class Reconstructor:
         self.tracker_options = tracker_options or (
             printed.tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
+        self._lock = reentrant_lock()
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
@@ -130,6 +134,7 @@ class Reconstructor:
 
     # -- tracking and fusing
 
+    @alone
     def start(
         self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
     ) -> TrackResult:
@@ -186,6 +191,7 @@ class Reconstructor:
         self._tracker.set_pose(0, found.T_cam_obj)
         return self._finished(result, found.T_cam_obj, begin, fused=True)
 
+    @alone
     def resume(
         self, frame: Frame, mask: ArrayLike | None = None, *, box: Any = None, pose: ArrayLike | None = None
     ) -> TrackResult:
@@ -257,6 +263,7 @@ class Reconstructor:
         fused = pose is None or self._add(frame, T)
         return self._finished(result, T, begin, fused=fused, judged=False)  # ok says that it was added
 
+    @alone
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the object in the next frame, and fuse the frame if the pose is reliable.
 
@@ -292,11 +299,13 @@ class Reconstructor:
     # -- results
 
     @property
+    @alone
     def shape(self) -> SDF:
         """A copy of the current shape: distances in metres, negative inside, and observed colours."""
         self._started("shape")
         return self._volume.shape(self._least)
 
+    @alone
     def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen``: number of observations of each vertex (0: guessed).
 
@@ -313,6 +322,7 @@ class Reconstructor:
             mesh = quality.seen_part(mesh, self.options.least_seen)
         return mesh if faces is None else mesh.decimated(faces)
 
+    @alone
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """Quality of the surface; `mesh`: the result of :meth:`mesh` for the current shape, if available."""
         return quality.quality_of(
@@ -323,6 +333,7 @@ class Reconstructor:
             self.options.least_seen,
         )
 
+    @alone
     def tracker(self) -> Tracker:
         """A Tracker that continues with this shape, the last pose, and the learned colours."""
         tracker = self._started("tracker")
@@ -333,6 +344,7 @@ class Reconstructor:
         self._go_on(TrackerInterface(tracker).last_poses[0])
         return tracker
 
+    @alone
     def refine(self, progress: Callable[[float], None] | None = None, rounds: int = ROUNDS) -> Refined:
         """Re-estimate all kept poses and the shape in a few rounds, which removes drift from both.
 
@@ -541,6 +553,7 @@ class Reconstructor:
 
     # -- files
 
+    @alone
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write keyframes, their poses and the settings to one file, completely or not at all (docs/files.md)."""
         from sdftrack._internal.saved_file import write

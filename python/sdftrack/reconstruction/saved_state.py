@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sdftrack._internal.thread_guard import reentrant_lock
 from sdftrack.reconstruction.volume import Volume
 from sdftrack.tracking.interface import TrackerInterface
 
@@ -20,7 +21,7 @@ NO_REFIT = {"_refit": None, "_refit_due": 0}
 def state_of(star: Reconstructor) -> dict[str, Any]:
     """Everything except volume and tracker, and the data to rebuild them."""
     state = {**star.__dict__, **NO_REFIT}
-    volume, tracker = state.pop("_volume"), state.pop("_tracker")
+    volume, tracker, _ = (state.pop(name) for name in ("_volume", "_tracker", "_lock"))
     if tracker is not None:
         state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
     return state
@@ -33,13 +34,13 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     if "_mask_extent" not in state:
         star._mask_extent = star._extent_of_mask(star._beginning)
     star._volume = star._tracker = None
+    star._lock = reentrant_lock()
     if saved is None:
         return
-    lattice, fused, pose = saved
+    lattice, _, pose = saved
     star._volume = Volume(
         star._frame_camera, lattice, star._beginning, star.initial, star.options, star.threads
     )
     star._tracker = star._new_tracker()
-    star._fuse_all(lambda share: None)
-    star._volume.fused = fused
+    star._fuse_all(lambda share: None)  # counts the frames that the shape is made of from now on
     star._go_on(pose)

@@ -13,10 +13,20 @@ from sdftrack._internal.validation import number
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
 
-__all__ = ["MAX_VOXELS", "Shape3", "grid_round", "resample", "shape_zyx"]
+__all__ = [
+    "MAX_ORIGIN",
+    "MAX_VOXEL",
+    "MAX_VOXELS",
+    "MIN_VOXEL",
+    "Shape3",
+    "grid_round",
+    "resample",
+    "shape_zyx",
+]
 
 MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
 MAX_VOXELS = 1200  # along one side
+MIN_VOXEL, MAX_VOXEL, MAX_ORIGIN = 1e-12, 1e12, 1e15  # m; the core measures in float32
 
 Shape3 = tuple[int, int, int]
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import number, numbers
-from sdftrack.sdf.grid import grid_round
+from sdftrack.sdf.grid import MAX_VOXEL, grid_round
 
 __all__ = ["distances_of_solid", "three_lengths"]
 
@@ -18,8 +18,8 @@ def distances_of_solid(
 ) -> tuple[NDArray[np.float32], float, NDArray[np.float64]]:
     """Values (nz, ny, nx), voxel size and origin (m) of a solid whose box is -`half` to `half`."""
     lengths = [number(s, kind) for s in size]
-    if not all(np.isfinite(s) and s > 0 for s in lengths):
-        raise ValueError(f"{kind}: expected positive lengths in metres, got {lengths}")
+    if not all(0 < s <= MAX_VOXEL for s in lengths):
+        raise ValueError(f"{kind}: expected positive lengths in metres, at most {MAX_VOXEL:g}, got {lengths}")
     voxel_size, shape, origin = grid_round(-half, half, voxels, padding)
     return _core.primitive_sdf(kind, lengths, shape, voxel_size, list(origin)), voxel_size, origin
 

@@ -16,7 +16,7 @@ from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
 from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
-from sdftrack.sdf.grid import resample, shape_zyx
+from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx
 from sdftrack.sdf.mesh_report import MeshReport
 from sdftrack.sdf.solids import distances_of_solid, three_lengths
 
@@ -70,11 +70,16 @@ class SDF:
                 f"values: expected shape [z, y, x] with at least 2 voxels an axis, got {v.shape}"
             )
         size = number(voxel_size, "voxel_size")
-        if not (np.isfinite(size) and size > 0):
-            raise ValueError(f"voxel_size: expected a positive number of metres, got {voxel_size}")
+        if not MIN_VOXEL <= size <= MAX_VOXEL:
+            raise ValueError(
+                f"voxel_size: expected a positive number of metres, from {MIN_VOXEL:g} to {MAX_VOXEL:g}, "
+                f"got {voxel_size}"
+            )
         o = numbers(origin, "origin").copy()
-        if o.shape != (3,) or not np.isfinite(o).all():
-            raise ValueError(f"origin: expected three finite numbers (x, y, z) in metres, got {origin!r}")
+        if o.shape != (3,) or not (np.abs(o) <= MAX_ORIGIN).all():
+            raise ValueError(
+                f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, got {origin!r}"
+            )
         if not np.isfinite(v).all():
             raise ValueError(
                 "values: expected finite distances, got NaN or infinity; fill or crop them first"

@@ -473,6 +473,7 @@ class Tracker:
             self._canonical.remove(index)
             for values in (self.shapes, self.names, self.mode_used):
                 del values[index]
+            self._drop_unused_paint()
             self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -614,9 +615,12 @@ class Tracker:
             if rgba is shape.colors:
                 self._core.paint(k, seen)
                 return
-        self._painted = [p for p in self._painted if any(p[0] is s.colors for s in self.shapes)]
+        self._drop_unused_paint()
         self._painted.append((shape.colors, rgb_seen(shape.colors)))
         self._core.paint(k, self._painted[-1][1])
+
+    def _drop_unused_paint(self) -> None:
+        self._painted = [p for p in self._painted if any(p[0] is s.colors for s in self.shapes)]
 
     def _core_frame(self, frame: Frame, camera: Camera, colors: tuple[Any, Any]) -> _core.TrackerFrame:
         if camera is not self._frame_camera and camera != self._frame_camera:

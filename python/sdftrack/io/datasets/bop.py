@@ -112,7 +112,7 @@ def _ground_truth(
     """obj_id of each instance, {i: {k: index in the image's list}} and {i: {k: T_cam_obj}}.
 
     The index in an image's list does not identify an instance: k follows from its obj_id and its rank among instances
-    of the same obj_id.
+    of the same obj_id, or from ``instance``, an addition to BOP's files.
     """
     path = root / "scene_gt.json"
     if not path.is_file():
@@ -121,29 +121,46 @@ def _ground_truth(
     instances: dict[tuple[int, int], int] = {}
     places: dict[int, dict[int, int]] = {}
     poses: dict[int, dict[int, NDArray[np.float64]]] = {}
-    errors = RotationErrors()
+    errors, numbered = RotationErrors(), True
     for i, im_id in enumerate(ids):
         seen: dict[int, int] = {}
         for place, entry in enumerate(listed.get(im_id, ())):
             try:
-                obj_id = int(entry["obj_id"])
+                obj_id = _whole(entry["obj_id"])
+                instance = _whole(entry["instance"]) if "instance" in entry else None
                 T = np.eye(4)
                 T[:3, :3] = np.reshape(entry["cam_R_m2c"], (3, 3))
-                T[:3, 3] = M_PER_MM * np.asarray(entry["cam_t_m2c"], dtype=float)
+                T[:3, 3] = M_PER_MM * np.reshape(np.asarray(entry["cam_t_m2c"], dtype=float), (3,))
             except (KeyError, TypeError, ValueError):
                 raise ValueError(
-                    f"{path}, image {im_id}, entry {place}: expected obj_id, cam_R_m2c (9), cam_t_m2c (3)"
+                    f"{path}, image {im_id}, entry {place}: expected obj_id (a whole number), cam_R_m2c (9), "
+                    "cam_t_m2c (3)"
                 ) from None
             try:
                 T = rigid_pose(T, f"{path}, image {im_id}, entry {place}", errors)
             except ValueError as error:
                 raise ValueError(str(error)) from None
             rank = seen[obj_id] = seen.get(obj_id, -1) + 1
-            k = instances.setdefault((obj_id, rank), len(instances))
+            key = (obj_id, rank if instance is None else instance)
+            k = instances.setdefault(key, len(instances))
+            if k in poses.get(i, {}):
+                raise ValueError(f"{path}, image {im_id}, entry {place}: instance {instance} is there twice")
             places.setdefault(i, {})[k] = place
             poses.setdefault(i, {})[k] = T
+            numbered &= instance is not None
     errors.tell()
+    if numbered:  # in their own order, whichever is seen first
+        order = {instances[key]: n for n, key in enumerate(sorted(instances, key=lambda key: key[1]))}
+        places = {i: {order[k]: place for k, place in found.items()} for i, found in places.items()}
+        poses = {i: {order[k]: T for k, T in found.items()} for i, found in poses.items()}
+        return [obj_id for obj_id, _ in sorted(instances, key=lambda key: key[1])], places, poses
     return [obj_id for obj_id, _ in instances], places, poses
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != int(value):
+        raise ValueError
+    return int(value)
 
 
 def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[np.bool_]]:

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 class BopWriter(LayoutWriter):
     """scene_camera.json, scene_gt.json, depth/, rgb/ or color.mkv, mask_visib/, models/.
 
-    Times are stored as ``timestamp`` (s) of each image in scene_camera.json, which BOP itself does not define.
+    Times are stored as ``timestamp`` (s) of each image in scene_camera.json, and the number of an instance as
+    ``instance`` in scene_gt.json where several share an obj_id, neither of which BOP itself defines.
     """
 
     name = "bop"
@@ -44,6 +45,7 @@ class BopWriter(LayoutWriter):
     ) -> dict[str, Any]:
         camera = self.camera_of(frame)
         self.check_no_lens(camera)
+        self._check_number(im_id)
         file, mm = f"{im_id:06d}.png", 0.1
         color = self.folder / "rgb" / file
         if frame.depth is not None:
@@ -53,19 +55,31 @@ class BopWriter(LayoutWriter):
         for place, k in enumerate(poses):
             if k in masks:
                 write_mask(self.folder / "mask_visib" / f"{im_id:06d}_{place:06d}.png", masks[k])
+        objects = self.contents.objects
+        look_alikes = len(set(objects)) < len(objects)
         known_time = {} if frame.timestamp is None else {"timestamp": frame.timestamp}
         return {
             "im_id": im_id,
             "camera": {"cam_K": camera.K.ravel().tolist(), "depth_scale": mm, **known_time},
             "gt": [
                 {
-                    "obj_id": self.contents.objects[k],
+                    "obj_id": objects[k],
                     "cam_R_m2c": T[:3, :3].ravel().tolist(),
                     "cam_t_m2c": (MM_PER_M * T[:3, 3]).tolist(),
+                    **({"instance": k} if look_alikes else {}),
                 }
                 for k, T in poses.items()
             ],
         }
+
+    def _check_number(self, im_id: int) -> None:
+        """Files are named by it, and frames ordered: a second image of a number would replace the first."""
+        last = self.journal.last["im_id"] if self.journal.last else -1
+        if im_id <= last:
+            raise ValueError(
+                f"im_id: expected numbers from 0 on that increase, got {im_id} for frame {self.count}"
+                + (f" after {last}" if last >= 0 else "")
+            )
 
     def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
         any_pose = False

@@ -33,12 +33,19 @@ class TumWriter(LayoutWriter):
         self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
     ) -> dict[str, Any]:
         if frame.depth is None:
-            return {"time": None}
+            return {"time": None, "last": self.journal.last["last"] if self.journal.last else None}
         self.check_own_camera(frame)
-        stamp = f"{self.count * FRAME_PERIOD_S if frame.timestamp is None else frame.timestamp:.6f}"
-        if self.journal.last and self.journal.last["time"] == stamp:
+        last = self.journal.last["last"] if self.journal.last else None
+        time = frame.timestamp
+        if time is None:
+            time = self.count * FRAME_PERIOD_S
+            if last is not None and time <= float(last):  # a frame with a time came before
+                time = float(last) + FRAME_PERIOD_S
+        stamp = f"{time:.6f}"
+        if last is not None and float(stamp) <= float(last):  # files are named by it, and poses found by it
             raise ValueError(
-                f"timestamp: frames {self.count - 1} and {self.count} have the same time {stamp} s"
+                f"timestamp: expected times that increase by 1 us or more in the tum layout, got {stamp} s for frame "
+                f"{self.count} after {last} s; sort the frames, or use bop"
             )
         depth = self.folder / "depth" / f"{stamp}.png"
         number = self.count
@@ -50,6 +57,7 @@ class TumWriter(LayoutWriter):
         T = next(iter(poses.values()), None)
         return {
             "time": stamp,
+            "last": stamp,
             "color": color,
             "pose": None if T is None else tum_line(float(stamp), geometry.inverse(T)),
         }

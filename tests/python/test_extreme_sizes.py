@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Sizes and numbers of things that a file or a caller of the core may give: those that no volume or model has."""
+
+import zlib
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.contour import lwpr_file
+
+
+def lwpr_file_with(path, options, n_in, field):
+    """A model file, both checksums right, that holds one output with one field of these numbers."""
+    core = _core.LwprModel(n_in, 1, options, [1.0] * n_in, [1.0]).to_bytes()
+    words = np.frombuffer(core[:-8], np.uint64)
+    numbers = words[3:].view(np.float64)[:-3]  # up to the one output, which has no field
+    numbers = np.concatenate([numbers, [1.0, 1.0, 0.0], field])
+    words = np.concatenate([words[:2], np.array([len(numbers)], np.uint64), numbers.view(np.uint64)])
+    total, most = 0xCBF29CE484222325, (1 << 64) - 1
+    for word in words.tolist():
+        total = (total ^ word) * 0x100000001B3 & most
+        total ^= total >> 32
+    model = st.LWPR(n_in, 1, diagonal=options.diagonal)
+    state = {**model.__getstate__(), "core": words.tobytes() + total.to_bytes(8, "little")}
+    lwpr_file.write(path, state)
+    assert zlib.crc32(path.read_bytes()[:-4]).to_bytes(4, "little") == path.read_bytes()[-4:]
+
+
+@pytest.mark.parametrize(
+    ("n_in", "projections", "trusted"),
+    [(100_000, 6000, 6000), (100_000, 5369, 0), (50, 40, 51), (50, 1.5, 1), (50, np.nan, 0), (50, 2, 1.5)],
+)
+def test_a_model_file_that_promises_more_than_it_holds_is_refused(tmp_path, n_in, projections, trusted):
+    options = _core.LwprOptions()
+    options.diagonal = True
+    head = np.zeros(12)
+    head[4:6] = projections, trusted
+    lwpr_file_with(tmp_path / "m.lwpr", options, n_in, np.concatenate([np.ones(2 * n_in), head]))
+    with pytest.raises(ValueError, match="inconsistent fields"):
+        st.LWPR.load(tmp_path / "m.lwpr")
+
+
+def test_a_field_that_the_model_does_not_have_is_refused():
+    core = _core.LwprModel(2, 1, _core.LwprOptions(), [1.0, 1.0], [1.0])
+    for output in (7, -1, 2**31 - 1):
+        with pytest.raises(ValueError, match=r"output: expected 0\.\.0"):
+            core.fields(output)
+
+
+def new_reconstruction(voxels=(32, 32, 32)):
+    return _core.Reconstruction(voxels, 0.01, (-0.15, -0.15, -0.15), None, _core.ReconstructionOptions(), 1)
+
+
+@pytest.mark.parametrize("voxels", [(-1, 8, 8), (8, 0, 8), (1, 1, 1), (65536, 65536, 2)])
+def test_a_reconstruction_has_a_volume(voxels):
+    with pytest.raises(ValueError, match="voxels: expected"):
+        new_reconstruction(voxels)
+
+
+@pytest.mark.parametrize("before", [(-3, 0, 0), (10_000, 10_000, 10_000), (2**31 - 1, 0, 0)])
+def test_a_volume_grows_to_what_an_int_counts(before):
+    with pytest.raises(ValueError, match="grown: expected"):
+        new_reconstruction().grown(before, (0, 0, 0))
+    with pytest.raises(ValueError, match="grown: expected"):
+        new_reconstruction().grown((0, 0, 0), before)
+
+
+@pytest.mark.parametrize(
+    "region", [(0, 0, 321, 240), (-1, 0, 10, 10), (10, 10, 5, 20), (0, 20, 5, 10), (0, 0, 8, 241)]
+)
+def test_a_region_lies_in_the_image(region):
+    with pytest.raises(ValueError, match="region: expected"):
+        new_reconstruction().fuse(depth_of(), CAMERA._core, POSE, region)
+
+
+@pytest.mark.parametrize(("k", "n"), [(-5, 0), (0, 0), (-1, 5), (0, -3)])
+def test_a_rotation_is_one_of_some(k, n):
+    with pytest.raises(ValueError, match="expected k >= 0 and n >= 1"):
+        _core.seed_rotation(k, n)
+
+
+def test_a_volume_of_more_voxels_than_an_int_counts_is_refused():
+    shape = [65536, 65536, 2]
+    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
+        _core.primitive_sdf("sphere", [0.1], shape, 0.01, [0, 0, 0])
+    mesh = box_mesh()
+    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
+        _core.mesh_to_sdf(mesh.vertices, mesh.faces, shape, 0.01, [0, 0, 0])
+    one = np.lib.stride_tricks.as_strided(np.ones(1, np.float32), shape, (0, 0, 0))
+    with pytest.raises((TypeError, ValueError)):  # refused before it is looked at
+        _core.redistance(one, 0.01)

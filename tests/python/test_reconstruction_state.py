@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""A reconstructor is one thread's at a time, and says of how many frames its shape is made."""
+
+import copy
+import threading
+
+import numpy as np
+import pytest
+import reconstruction_scene as scene
+
+import sdftrack as st
+
+
+def begun(frames, **options):
+    seq = scene.sequence()
+    star = st.Reconstructor(seq.camera, voxels=48, threads=1, **options)
+    star.start(seq[0], mask=scene.first_mask(seq))
+    for i in range(1, frames):
+        star.track(seq[i])
+    return star
+
+
+CALLS = {
+    "start": lambda star, seq: star.start(seq[0], mask=scene.first_mask(seq)),
+    "resume": lambda star, seq: star.resume(seq[0], mask=scene.first_mask(seq)),
+    "track": lambda star, seq: star.track(seq[2]),
+    "shape": lambda star, _: star.shape,
+    "mesh": lambda star, _: star.mesh(),
+    "quality": lambda star, _: star.quality(),
+    "tracker": lambda star, _: star.tracker(),
+    "refine": lambda star, _: star.refine(rounds=1),
+}
+
+
+@pytest.mark.parametrize("name", [*CALLS, "save"])
+def test_a_second_thread_is_refused_while_one_is_at_work(name, tmp_path):
+    star, seq = begun(2), scene.sequence()
+    calls = {**CALLS, "save": lambda star, _: star.save(tmp_path / "star.pkl")}
+    inside, over = threading.Event(), threading.Event()
+
+    def wait(_):
+        inside.set()
+        over.wait(60)
+
+    first = threading.Thread(target=lambda: star.refine(wait, rounds=1))
+    first.start()
+    try:
+        assert inside.wait(60)
+        with pytest.raises(RuntimeError, match="this reconstructor is in use by another thread"):
+            calls[name](star, seq)
+    finally:
+        over.set()
+        first.join()
+    calls[name](star, seq)  # nothing of the refusal is left
+
+
+def test_what_is_called_during_a_refinement_may_look_at_the_shape():
+    star = begun(2)
+    seen = []
+    star.refine(lambda share: seen.append(star.mesh()), rounds=1)
+    assert seen
+
+
+def test_a_loaded_one_counts_the_frames_that_it_holds(tmp_path):
+    star = begun(12, kept_frames=5)
+    assert "12 frames fused" in repr(star)
+    star.save(tmp_path / "star.pkl")
+    for other in (st.Reconstructor.load(tmp_path / "star.pkl"), copy.deepcopy(star)):
+        held = len(other._kept)
+        assert held < 12
+        assert f"{held} frames fused" in repr(other)
+        assert other.quality().frames == held
+        result = other.track(scene.sequence()[12])
+        assert result.index == 12
+        assert np.isfinite(result.poses).all()
