@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Functions that the workers of a batch import."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A function over many items in other processes: outcomes, deaths, retries, order."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Recordings at addresses: memory, local files, a web server, an S3 server."""
 
 from __future__ import annotations

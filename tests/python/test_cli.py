@@ -67,6 +67,7 @@ REACH = {
     "record": ["replay:seq"],
     "live": ["--reconstruct", "--camera", "replay:seq"],
     "motion": ["result"],
+    "batch": ["plan.toml"],
     "calibrate intrinsics": ["seq", "--model", "m.ply"],
     "view": ["seq"],
     "calibrate depth": ["seq"],
@@ -93,7 +94,7 @@ def test_every_command_refuses_an_unknown_device_and_a_negative_number_of_thread
     assert "--threads" in told(capsys)
 
 
-ON_A_GPU = {"track", "superpixels", "demo", "reproduce", "info"}
+ON_A_GPU = {"batch", "track", "superpixels", "demo", "reproduce", "info"}
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c not in ON_A_GPU])

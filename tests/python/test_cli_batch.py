@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The command batch: plans, results as the single commands write them, going on after a crash."""
 
 from __future__ import annotations
