@@ -23,7 +23,9 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
     # The suffix stays, since writers choose the format by it.
-    temporary = _new_beside(path, f"{PART_PREFIX}{path.stem}", path.suffix, lambda new: new.touch(exist_ok=False))
+    temporary = _new_beside(
+        path, f"{PART_PREFIX}{path.stem}", path.suffix, lambda new: new.touch(exist_ok=False)
+    )
     try:
         yield temporary
         os.replace(temporary, path)
