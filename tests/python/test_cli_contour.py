@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sdftrack.cli.app import run
-from sdftrack.cli.contour_files import WRITTEN, ContourFiles
+from sdftrack.cli.contour_files import WRITTEN
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.io.color_video import ColorVideo
 from sdftrack.io.frames import read_mask, write_color, write_mask
@@ -337,30 +337,6 @@ def test_a_file_that_is_no_memory_is_refused_and_stays(scene, tmp_path, capsys):
     assert "notes.txt" in capsys.readouterr().err
     assert other.read_text() == "mine"
     assert not (tmp_path / "out").exists()
-
-
-def test_a_run_that_was_killed_leaves_a_folder_that_may_be_overwritten(scene, tmp_path, monkeypatch):
-    root, box, _ = scene
-    out = tmp_path / "out"
-    command = ["contour", str(root / "rgb"), "--box", box, "--out", str(out), "--quiet", "--overwrite"]
-    for last in (3, 2):  # and killed again
-        with monkeypatch.context() as killed:
-            written = itertools.count()
-
-            def add(self, number, *args, whole=ContourFiles.add, written=written, last=last, **kwargs):
-                if next(written) == last:
-                    raise SystemExit(137)
-                whole(self, number, *args, **kwargs)
-
-            killed.setattr(ContourFiles, "add", add)
-            with pytest.raises(SystemExit):
-                run(command)
-        assert (out / "mask" / "000001.png").is_file()
-        assert not (out / "result.json").exists()
-    assert run(["contour", str(root / "rgb"), "--box", box, "--out", str(out), "--quiet"]) == 1
-    assert run([*command, "--stop", "2"]) == 0
-    assert sorted(p.name for p in (out / "mask").iterdir()) == ["000000.png", "000001.png"]
-    assert len(json.loads((out / "result.json").read_text())["frames"]) == 2
 
 
 def test_masks_of_others_beside_those_of_a_killed_run_are_kept(scene, tmp_path):

@@ -34,5 +34,5 @@ CALIBRATION: dict[str, tuple[float, float]] = {
     "time_to_peak_speed_part": (0.0, 1.1),
     "max_tilt": (1.4, 0.95),
     "mean_tilt": (0.2, 1.1),
-    "dwell_time": (0.0, 1.6),
+    "dwell_time": (0.1, 1.6),
 }
