@@ -129,9 +129,15 @@ def test_the_browser(page, capsys):
 
 @pytest.mark.slow
 def test_many_recordings(page, capfd):
-    page("many_recordings.md")
-    assert all((Path("results") / name / "poses.csv").is_file() for name in ("recording", "recording_2"))
-    assert "failed" not in capfd.readouterr().out
+    names = page("many_recordings.md")
+    results = [
+        Path("results/track") / name / f"voxels={v}"
+        for name in ("recording", "recording_2")
+        for v in (100, 160)
+    ]
+    assert all((folder / "poses.csv").is_file() for folder in results)
+    assert [row["status"] for row in names["rows"]] == ["done"] * 8
+    assert "8 calls" in capfd.readouterr().out
 
 
 @pytest.fixture

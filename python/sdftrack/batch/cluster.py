@@ -91,17 +91,9 @@ def _local(distributed: Any, count: int) -> Any:
             n_workers=count,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=":0" if _has_dashboard() else None,
+            dashboard_address=":0",
             silence_logs=50,
         )
-
-
-def _has_dashboard() -> bool:
-    try:
-        need("bokeh", "batch")
-    except ImportError:
-        return False
-    return True
 
 
 def _reached(distributed: Any, address: str, patience_s: float) -> Any:

@@ -8,6 +8,7 @@ import logging
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def _run(left: list[Item], out: Path, journal: Journal, settings: Running) -> No
 
         def connected() -> Any:
             client = connect()
-            if not quiet and client.dashboard_link not in linked:
+            if not quiet and client.dashboard_link not in linked and find_spec("bokeh"):
                 linked.append(client.dashboard_link)
                 print(f"dashboard: {client.dashboard_link}")
             return client
