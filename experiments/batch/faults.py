@@ -195,8 +195,9 @@ def _workers_of(pid: int) -> list[int]:
     while queue:
         with contextlib.suppress(OSError):
             parent = queue.pop()
-            children = Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii").split()
-            for child in map(int, children):
+            # Each thread has its own children.
+            lists = Path(f"/proc/{parent}/task").glob("*/children")
+            for child in (int(text) for path in lists for text in path.read_text(encoding="ascii").split()):
                 queue.append(child)
                 if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
                     found.append(child)

@@ -7,7 +7,7 @@ import pytest
 import sdftrack as st
 from sdftrack import geometry
 
-BAD = [None, "a", [1, 2], [1, 2, 3, 4], [np.nan] * 3, [np.inf] * 3, [1e200] * 3, [[1], [2, 3]], {}, object()]
+BAD = [None, "a", [1, 2], [1, 2, 3, 4], [np.nan] * 3, [np.inf] * 3, [1e200] * 3, [[1], [2, 3]], {}, object]
 CALLS = {
     "w_rad": geometry.pose,
     "t_m": lambda v: geometry.pose(t_m=v),
