@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING, Any
 from sdftrack._core import __version__  # at once: a broken build is an error of the import
 
 if TYPE_CHECKING:  # what type checkers and editors read; a test compares it with _HOMES
-    from sdftrack import contour, geometry, levelset, live, metrics, motion, superpixels, synth, testing
+    from sdftrack import (
+        batch,
+        contour,
+        geometry,
+        levelset,
+        live,
+        metrics,
+        motion,
+        superpixels,
+        synth,
+        testing,
+    )
     from sdftrack.calibration.color_result import ColorCalibration
     from sdftrack.calibration.color_to_depth import calibrate_color_to_depth
     from sdftrack.calibration.depth import DepthCalibration, calibrate_depth
@@ -100,6 +111,7 @@ __all__ = [
     "TrackerOptions",
     "__version__",
     "back_project",
+    "batch",
     "calibrate_color_to_depth",
     "calibrate_depth",
     "calibrate_intrinsics",

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Sizes and numbers of things that a file or a caller of the core may give: those that no volume or model has."""
 
-import zlib
-
 import numpy as np
 import pytest
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of
@@ -26,7 +24,6 @@ def lwpr_file_with(path, options, n_in, field):
     model = st.LWPR(n_in, 1, diagonal=options.diagonal)
     state = {**model.__getstate__(), "core": words.tobytes() + total.to_bytes(8, "little")}
     lwpr_file.write(path, state)
-    assert zlib.crc32(path.read_bytes()[:-4]).to_bytes(4, "little") == path.read_bytes()[-4:]
 
 
 @pytest.mark.parametrize(
