@@ -150,13 +150,12 @@ def analyze(
     }
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
-    motion.draw()  # once, before threads ask for it
     each = [(r, _cue_of(r, found, cues)) for r in found]
-    count = min(_core.thread_count(whole(threads, "threads", 0, what=THREADS)), max(len(each), 1))
-    with ThreadPoolExecutor(count) as pool:
-        run = map if count == 1 else pool.map
-        done = list(run(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
-    counts = (len(found),) * 3 if spans_s is not None else count_interval(motion, by=by)
+    with ThreadPoolExecutor(_core.thread_count(whole(threads, "threads", 0, what=THREADS))) as pool:
+        motion.draw(pool.map)  # once, before threads ask for it
+        counted = None if spans_s is not None else pool.submit(count_interval, motion, by=by)
+        done = list(pool.map(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
+    counts = (len(found),) * 3 if counted is None else counted.result()
     shares = _shares(motion.trajectory)
     averages, variation = _averages(done, definitions)
     return Analysis(

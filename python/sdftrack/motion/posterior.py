@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +26,7 @@ __all__ = ["Piece", "SmoothedMotion"]
 
 Array = NDArray[np.float64]
 Coefficients = tuple[Array, Array]  # of positions (size, 3, S) and quaternions (size, 4, S)
+DRAWN_AT_ONCE = 25  # samples: a thread's share, which stays near the processor
 COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
 
 
@@ -59,20 +62,29 @@ class Piece:
         """(size, 7) coefficients."""
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
 
-    def drawn(self, rng: np.random.Generator, count: int) -> Coefficients:
-        """Coefficients of samples, with the slow errors.
+    def drawn(self, rng: np.random.Generator, count: int, run: Callable[..., Any] = map) -> Coefficients:
+        """Coefficients of samples, with the slow errors; `run` is the map of a pool of threads, or Python's own.
 
         These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
         """
-        deviations = self.posterior.deviations(rng.standard_normal((self.mean.size, count)))
-        out = deviations.reshape(self.spline.size, COORDINATES, count) + self.mean[:, :, None]
-        positions, q = out[:, :3], out[:, 3:]
-        if self.slow is not None:
-            errors = self.slow.spline.evaluate(self.slow.drawn(rng, count), self.spline.centers_s)
-            positions = positions + errors[:, :3]
-            turns = exponentials_first(np.moveaxis(errors[:, 3:], 1, 0))
-            q = np.moveaxis(product_first(turns, np.moveaxis(q, 1, 0)), 0, 1)
-        return np.ascontiguousarray(positions), np.ascontiguousarray(q)
+        normal = rng.standard_normal((self.mean.size, count))
+        slow = None if self.slow is None else self.slow.drawn(rng, count)
+        positions = np.empty((self.spline.size, 3, count))
+        q = np.empty((self.spline.size, 4, count))
+
+        def fill(first: int) -> None:
+            some = slice(first, first + DRAWN_AT_ONCE)
+            deviations = self.posterior.deviations(np.asfortranarray(normal[:, some]))
+            out = deviations.reshape(self.spline.size, COORDINATES, -1) + self.mean[:, :, None]
+            positions[..., some], q[..., some] = out[:, :3], out[:, 3:]
+            if self.slow is not None and slow is not None:
+                errors = self.slow.spline.evaluate(slow[..., some], self.spline.centers_s)
+                positions[..., some] += errors[:, :3]
+                turns = exponentials_first(np.moveaxis(errors[:, 3:], 1, 0))
+                q[..., some] = np.moveaxis(product_first(turns, np.moveaxis(out[:, 3:], 1, 0)), 0, 1)
+
+        list(run(fill, range(0, count, DRAWN_AT_ONCE)))
+        return positions, q
 
     def evaluate(self, times_s: Array, coefficients: Coefficients) -> list[Array]:
         """The fields of `MotionSamples` from positions to angular velocities.
@@ -131,17 +143,17 @@ class SmoothedMotion:
         """Movements that are as probable as the posterior says, at regular times; the same ones in every call."""
         return self._evaluated(np.asarray(times_s, np.float64), sampled=True)
 
-    def draw(self) -> None:
-        """Draw the samples now; otherwise the first call that needs them does."""
+    def draw(self, run: Callable[..., Any] = map) -> None:
+        """Draw the samples now, with the threads behind `run`; otherwise the first call that needs them does."""
         for k in range(len(self.pieces)):
-            self._coefficients(k, sampled=True)
+            self._coefficients(k, sampled=True, run=run)
 
-    def _coefficients(self, k: int, sampled: bool) -> Coefficients:
+    def _coefficients(self, k: int, sampled: bool, run: Callable[..., Any] = map) -> Coefficients:
         piece = self.pieces[k]
         if not sampled:
             return piece.mean[:, :3, None], piece.mean[:, 3:, None]
         if k not in self._drawn:
-            self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count)
+            self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count, run)
         return self._drawn[k]
 
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:

@@ -73,6 +73,8 @@ def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
             f"{path}: expected all {len(COVARIANCE)} columns {COVARIANCE[0]}, ..., or none, got {len(known)}"
         )
     rows: dict[str, list[tuple[int, str, list[float]]]] = {name: [] for name in frames}
+    statuses = set(Status)
+    columns = ("time_s", *POSE, *known)
     for row in reader:
         line = start + reader.line_num
         name, status = row["object"], row["status"]
@@ -80,11 +82,14 @@ def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
             raise ValueError(
                 f"{path}, line {line}: expected an object of the header, {list(rows)}, got {name!r}"
             )
-        if status not in set(Status):
+        if status not in statuses:
             raise ValueError(
                 f"{path}, line {line}: expected a status of {[str(s) for s in Status]}, got {status!r}"
             )
-        numbers = [_number(row[c], c, f"{path}, line {line}") for c in ("time_s", *POSE, *known)]
+        try:
+            numbers = [float(row[column]) for column in columns]
+        except (TypeError, ValueError):  # empty cells, or what is no number
+            numbers = [_number(row[column], column, f"{path}, line {line}") for column in columns]
         rows[name].append((line, status, numbers))
     return [_record(path, name, frames[name], rows[name], fps) for name in frames if rows[name]]
 
