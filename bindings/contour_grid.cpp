@@ -49,14 +49,12 @@ py::tuple contour_registration(const py::array& phi, const std::array<double, 6>
 }
 
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
-                                 const py::dict& given, const std::string& device) {
+                                 const py::dict& given, int device) {
   const contour::ContourOptions options = options_from(given);
   contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
-  if (device != "cpu" && device != "cuda")
-    throw std::invalid_argument("device: expected \"cpu\" or \"cuda\", got \"" + device + "\"");
-  if (device == "cuda")
-    return to_numpy(contour::contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p),
+  if (device >= 0)
+    return to_numpy(contour::contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p, device),
                     {grid.ny, grid.nx});
   contour::EvolutionWork work;
   work.foreground.assign(p, p + grid.phi.size());
@@ -111,7 +109,7 @@ void bind_contour_grid(py::module_& m) {
         py::arg("foreground"), py::arg("softness"), py::arg("affine"),
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
-        py::arg("options"), py::arg("device") = "cpu", "phi after steps of the evolution.");
+        py::arg("options"), py::arg("device") = -1, "phi after steps of the evolution.");
   m.def("contour_template_scores", &template_scores, py::arg("pictures"), py::arg("templates"),
         "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));

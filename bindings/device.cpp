@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
 #include "array.h"
 #include "base/cuda_probe.h"
 
@@ -11,10 +13,10 @@ std::vector<float> copy(const py::array& a, const char* name) {
   return {data, data + a.shape(0)};
 }
 
-py::array_t<float> scale_and_add(float a, const py::array& x, const py::array& y, bool cuda) {
+py::array_t<float> scale_and_add(float a, const py::array& x, const py::array& y, int device) {
   const std::vector<float> x_values = copy(x, "x"), y_values = copy(y, "y");
-  std::vector<float> out =
-      cuda ? scale_and_add_cuda(a, x_values, y_values) : scale_and_add_cpu(a, x_values, y_values);
+  std::vector<float> out = device >= 0 ? scale_and_add_cuda(a, x_values, y_values, device)
+                                       : scale_and_add_cpu(a, x_values, y_values);
   const auto n = static_cast<py::ssize_t>(out.size());
   return to_numpy(std::move(out), {n});
 }
@@ -23,17 +25,22 @@ py::array_t<float> scale_and_add(float a, const py::array& x, const py::array& y
 
 void bind_device(py::module_& m) {
   m.attr("cuda_build") = cuda_built();
-  m.def("cuda_available", &cuda_available, "True when the build has CUDA and a device answers.");
-  m.def("cuda_device_name", &cuda_device_name, "Name of the current CUDA device; empty without one.");
+  m.def("cuda_devices", &cuda_devices, "Numbers of the CUDA devices that can be used.");
+  m.def("cuda_device_name", &cuda_device_name, py::arg("device") = 0,
+        "Its name; empty where it does not answer.");
+  m.def("cuda_fingerprint", &cuda_fingerprint, py::arg("device") = 0,
+        "Name, capability, driver and runtime of a device; empty where it does not answer.");
   m.def(
       "copy_from_cuda",
       [](std::uintptr_t address, py::array out) {
-        copy_from_device(reinterpret_cast<const void*>(address), static_cast<std::size_t>(out.nbytes()),
-                         out.mutable_data());
+        const auto bytes = static_cast<std::size_t>(out.nbytes());
+        void* const to = out.mutable_data();
+        const py::gil_scoped_release release;
+        copy_from_device(reinterpret_cast<const void*>(address), bytes, to);
       },
-      py::arg("address"), py::arg("out"), "Fills an array from an address on the current CUDA device.");
+      py::arg("address"), py::arg("out"), "Fills an array from an address on a CUDA device.");
   m.def("scale_and_add", &scale_and_add, py::arg("a"), py::arg("x"), py::arg("y"), py::kw_only(),
-        py::arg("cuda") = false, "a x + y of (N,) float32 arrays: the smallest kernel, to test the device.");
+        py::arg("device") = -1, "a x + y of (N,) float32 arrays: the smallest kernel, to test the device.");
 }
 
 }  // namespace sdftrack::bindings

@@ -70,10 +70,13 @@ py::array copy_to_host(const Tensor& t, const std::string& name) {
   if (out.size() == 0) return out;
   const void* from = static_cast<const char*>(t.data) + t.byte_offset;
   const auto bytes = static_cast<std::size_t>(out.nbytes());
-  if (host)
+  if (host) {
     std::memcpy(out.mutable_data(), from, bytes);
-  else
-    copy_from_device(from, bytes, out.mutable_data());
+  } else {
+    void* const to = out.mutable_data();
+    const py::gil_scoped_release release;
+    copy_from_device(from, bytes, to);
+  }
   return out;
 }
 

@@ -32,7 +32,7 @@ class FrameEnergy {
  public:
   FrameEnergy(const Volumes& volumes, const Camera& camera, const py::array& depth_m, const py::object& mask,
               const py::list& T_cam_obj, const tracking::TrackerOptions& options, double scale_m, bool scale,
-              bool intrinsics, int threads, const py::object& color, const py::object& color_map, bool cuda)
+              bool intrinsics, int threads, const py::object& color, const py::object& color_map, int device)
       : camera_(camera) {
     for (const auto& [values, voxel_m, origin] : volumes) {
       values_.push_back(values);
@@ -65,7 +65,10 @@ class FrameEnergy {
     energy_ =
         std::make_unique<energies::SdfEnergy>(sdfs.data(), static_cast<int>(sdfs.size()), &pixels_, energy);
     energy_->classify(start_, 8);
-    if (cuda) device_ = std::make_unique<energies::CudaWork>(), energy_->enter_device(device_.get());
+    if (device >= 0) {
+      device_ = std::make_unique<energies::CudaWork>(device);
+      energy_->enter_device(device_.get());
+    }
   }
 
   optim::State state(const py::list& T_cam_obj, const std::array<double, 4>& K,
@@ -196,11 +199,11 @@ void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const Volumes&, const Camera&, const py::array&, const py::object&, const py::list&,
                     const tracking::TrackerOptions&, double, bool, bool, int, const py::object&,
-                    const py::object&, bool>(),
+                    const py::object&, int>(),
            py::arg("volumes"), py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"),
            py::arg("options"), py::arg("scale_m"), py::arg("scale"), py::arg("intrinsics"),
            py::arg("threads"), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
-           py::arg("cuda") = false)
+           py::arg("device") = -1)
       .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
       .def("cost",
            [](FrameEnergy& self, const optim::State& x) {

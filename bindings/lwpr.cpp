@@ -77,7 +77,7 @@ void update(SharedLwpr& self, const py::array& x, const py::array& y, int thread
   self.model.update(from, to, rows_of(x), threads);
 }
 
-py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, bool cuda) {
+py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, int device) {
   const SharedLwpr::Reading turn(self);
   const lwpr::LwprModel& model = self.model;
   const double* const from = borrow<double>(x, "x", {-1, model.n_in()});
@@ -85,8 +85,8 @@ py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int
   std::vector<double> mean(static_cast<std::size_t>(count * m)), sd(with_sd ? mean.size() : 0);
   {
     const ReleaseGil release;
-    if (cuda)
-      model.predict_cuda(from, rows_of(x), mean.data());
+    if (device >= 0)
+      model.predict_cuda(from, rows_of(x), device, mean.data());
     else
       model.predict(from, rows_of(x), threads, mean.data(), with_sd ? sd.data() : nullptr);
   }
@@ -189,7 +189,7 @@ void bind_lwpr(py::module_& m) {
                                return static_cast<long>(s.model.samples());
                              })
       .def("update", &update, "x"_a, "y"_a, "threads"_a = 0)
-      .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "cuda"_a = false)
+      .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "device"_a = -1)
       .def("activations", &activations, "x"_a, "threads"_a = 0)
       .def("training_error",
            [](const SharedLwpr& s) {

@@ -15,11 +15,11 @@ namespace sdftrack::bindings {
 
 PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
                      const tracking::TrackerOptions& options, int threads, bool recover,
-                     tracking::MotionModel motion, bool cuda, tracking::Collision collision) {
+                     tracking::MotionModel motion, int device, tracking::Collision collision) {
   const std::vector<SdfView> views = views_of(shapes, &held_);
   const ReleaseGil release;
   tracker_ = std::make_unique<tracking::Tracker>(
-      views, camera, options, tracking::TrackerSettings{threads, recover, cuda, collision, motion});
+      views, camera, options, tracking::TrackerSettings{threads, recover, device, collision, motion});
 }
 
 void PyTracker::check_object(int k) const {

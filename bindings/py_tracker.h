@@ -30,7 +30,7 @@ class PyTracker {
  public:
   PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
             const tracking::TrackerOptions& options, int threads, bool recover, tracking::MotionModel motion,
-            bool cuda, tracking::Collision collision);
+            int device, tracking::Collision collision);
   // names: of the objects, for the sentences of the reasons.
   py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
   py::dict track(const PyFrame& frame, const Names& names);

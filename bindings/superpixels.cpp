@@ -46,9 +46,9 @@ class SlicWork {
   static constexpr std::size_t kKept = std::size_t{1} << 27;
 
   superpixels::SlicResult run(const superpixels::SlicImage& image, const superpixels::SlicOptions& options,
-                              bool resume, int threads, bool cuda, int* labels) {
+                              bool resume, int threads, int device, int* labels) {
     const Busy turn(&busy_, "superpixel segmenter");
-    if (cuda) return superpixels::slic_cuda(image, options, labels);
+    if (device >= 0) return superpixels::slic_cuda(image, options, device, labels);
     return slic_.run(image, options, resume, threads, labels);
   }
   std::size_t bytes() const { return slic_.bytes(); }
@@ -60,7 +60,7 @@ class SlicWork {
 
 py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::SlicOptions& options,
                    const std::optional<py::array>& mask, const std::optional<py::array>& depth, bool resume,
-                   int threads, bool cuda) {
+                   int threads, int device) {
   const superpixels::SlicImage given = image_of(image, mask, depth);
   superpixels::check_slic(given, options);
   py::array_t<std::int32_t> labels({image.shape(0), image.shape(1)});
@@ -68,7 +68,7 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::Sl
   superpixels::SlicResult result;
   {
     const ReleaseGil release;
-    result = work->run(given, options, resume, threads, cuda, out);
+    result = work->run(given, options, resume, threads, device, out);
   }
   return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);
 }
@@ -76,7 +76,7 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::Sl
 // One call: with the memory of the last one where no other thread has it.
 py::tuple slic_once(const py::array& image, const superpixels::SlicOptions& options,
                     const std::optional<py::array>& mask, const std::optional<py::array>& depth, int threads,
-                    bool cuda) {
+                    int device) {
   static std::mutex mutex;
   static std::unique_ptr<SlicWork> spare;
   std::unique_ptr<SlicWork> work;
@@ -85,7 +85,7 @@ py::tuple slic_once(const py::array& image, const superpixels::SlicOptions& opti
     work = std::move(spare);
   }
   if (!work) work = std::make_unique<SlicWork>();
-  py::tuple made = run_slic(work.get(), image, options, mask, depth, false, threads, cuda);
+  py::tuple made = run_slic(work.get(), image, options, mask, depth, false, threads, device);
   if (work->bytes() <= SlicWork::kKept) {
     const std::lock_guard lock(mutex);
     spare = std::move(work);
@@ -117,8 +117,9 @@ void bind_superpixels(py::module_& m) {
   py::class_<SlicWork>(m, "SlicWork")
       .def(py::init<>())
       .def_property_readonly("bytes", &SlicWork::bytes)
-      .def("run", &run_slic, "image"_a, "options"_a, "mask"_a, "depth"_a, "resume"_a, "threads"_a, "cuda"_a);
-  m.def("slic", &slic_once, "image"_a, "options"_a, "mask"_a, "depth"_a, "threads"_a, "cuda"_a);
+      .def("run", &run_slic, "image"_a, "options"_a, "mask"_a, "depth"_a, "resume"_a, "threads"_a,
+           "device"_a);
+  m.def("slic", &slic_once, "image"_a, "options"_a, "mask"_a, "depth"_a, "threads"_a, "device"_a);
 }
 
 }  // namespace sdftrack::bindings

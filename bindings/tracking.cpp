@@ -16,9 +16,9 @@ void bind_tracking(py::module_& m) {
   bind_tracking_parts(m);
   py::class_<PyTracker>(m, "Tracker", "Tracks shapes; see sdftrack.Tracker.")
       .def(py::init<const std::vector<PyVolume>&, const Camera&, const tracking::TrackerOptions&, int, bool,
-                    tracking::MotionModel, bool, tracking::Collision>(),
+                    tracking::MotionModel, int, tracking::Collision>(),
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
-           py::arg("motion"), py::arg("cuda"), py::arg("collision"))
+           py::arg("motion"), py::arg("device"), py::arg("collision"))
       .def("start", &PyTracker::start, py::arg("frame"), py::arg("places"), py::arg("names"))
       .def("track", &PyTracker::track, py::arg("frame"), py::arg("names"))
       .def("recover", &PyTracker::recover, py::arg("frame"), py::arg("objects"), py::arg("places"),

@@ -1,52 +1,94 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
+
 #include "base/cuda_probe.h"
-#include "base/device_buffer.h"
+#include "base/launch.cuh"
 
 namespace sdftrack {
 
 namespace {
 
-constexpr int kThreadsPerBlock = 256;
+constexpr int kLeastCapability = 75;  // what the kernels are compiled for: CMakeLists.txt
 
-__global__ void scale_and_add_kernel(float a, const float* x, const float* y, float* out, std::size_t n) {
-  const std::size_t i = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i < n) out[i] = scaled_sum(a, x[i], y[i]);
+struct ScaleAndAdd {
+  static constexpr const char* kName = "scale_and_add";
+  static constexpr int kThreads = 256;
+  float a;
+  const float *x, *y;
+  float* out;
+  std::size_t n;
+  __device__ void operator()() const {
+    const std::size_t i = static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    if (i < n) out[i] = scaled_sum(a, x[i], y[i]);
+  }
+};
+
+bool properties_of(int device, cudaDeviceProp* out) {
+  if (cudaGetDeviceProperties(out, device) == cudaSuccess) return true;
+  static_cast<void>(cudaGetLastError());
+  return false;
 }
 
 }  // namespace
 
 bool cuda_built() { return true; }
 
-bool cuda_available() {
+std::vector<int> cuda_devices() {
   int count = 0;
-  return cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+  if (cudaGetDeviceCount(&count) != cudaSuccess) {
+    static_cast<void>(cudaGetLastError());
+    return {};
+  }
+  std::vector<int> out;
+  for (int device = 0; device < count; ++device)
+    if (cudaDeviceProp p{}; properties_of(device, &p) && 10 * p.major + p.minor >= kLeastCapability)
+      out.push_back(device);
+  return out;
 }
 
-std::string cuda_device_name() {
-  int device = 0;
+std::string cuda_device_name(int device) {
   cudaDeviceProp properties{};
-  if (!cuda_available() || cudaGetDevice(&device) != cudaSuccess ||
-      cudaGetDeviceProperties(&properties, device) != cudaSuccess)
+  return properties_of(device, &properties) ? properties.name : std::string();
+}
+
+std::string cuda_fingerprint(int device) {
+  cudaDeviceProp p{};
+  int driver = 0, runtime = 0;
+  if (!properties_of(device, &p) || cudaDriverGetVersion(&driver) != cudaSuccess ||
+      cudaRuntimeGetVersion(&runtime) != cudaSuccess)
     return {};
-  return properties.name;
+  return std::string(p.name) + ", " + std::to_string(p.major) + "." + std::to_string(p.minor) + ", driver " +
+         std::to_string(driver) + ", runtime " + std::to_string(runtime);
 }
 
 void copy_from_device(const void* device, std::size_t bytes, void* host) {
+  cudaPointerAttributes where{};
+  SDFTRACK_CHECK_CUDA(cudaPointerGetAttributes(&where, device));
+  if (where.type == cudaMemoryTypeUnregistered)
+    throw CudaError("CUDA: expected an address of a device, got one that CUDA does not know");
+  const DeviceScope scope(where.device);
   SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());  // whoever writes there may still be at it, on any stream
   SDFTRACK_CHECK_CUDA(cudaMemcpy(host, device, bytes, cudaMemcpyDeviceToHost));
 }
 
-std::vector<float> scale_and_add_cuda(float a, const std::vector<float>& x, const std::vector<float>& y) {
+std::vector<float> scale_and_add_cuda(float a, const std::vector<float>& x, const std::vector<float>& y,
+                                      int device) {
   if (x.size() != y.size())
     throw std::invalid_argument("scale_and_add: expected x and y of one length, got " +
                                 std::to_string(x.size()) + " and " + std::to_string(y.size()));
   if (x.empty()) return {};
-  const DeviceBuffer<float> x_gpu(x), y_gpu(y);
-  DeviceBuffer<float> out(x.size());
-  const auto blocks = static_cast<unsigned>((x.size() + kThreadsPerBlock - 1) / kThreadsPerBlock);
-  scale_and_add_kernel<<<blocks, kThreadsPerBlock>>>(a, x_gpu.data(), y_gpu.data(), out.data(), x.size());
-  SDFTRACK_CHECK_CUDA(cudaGetLastError());
-  return out.to_host();
+  const DeviceScope scope(device);
+  const DeviceStream stream;
+  DeviceBuffer<float> x_gpu(x.size()), y_gpu(x.size()), out_gpu(x.size());
+  stream.upload(x.data(), x.size(), x_gpu.data());
+  stream.upload(y.data(), y.size(), y_gpu.data());
+  launch(stream, blocks_of(static_cast<std::int64_t>(x.size()), ScaleAndAdd::kThreads),
+         ScaleAndAdd{a, x_gpu.data(), y_gpu.data(), out_gpu.data(), x.size()});
+  std::vector<float> out(x.size());
+  const StreamWaiter waiter(stream);
+  stream.download(out_gpu.data(), out.size(), out.data());
+  stream.wait();
+  return out;
 }
 
 }  // namespace sdftrack

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of cuda_probe.cu: no device, and one error.
-#include <stdexcept>
-
 #include "base/cuda_probe.h"
+#include "base/no_cuda.h"
 
 namespace sdftrack {
 
 bool cuda_built() { return false; }
-bool cuda_available() { return false; }
-std::string cuda_device_name() { return {}; }
+std::vector<int> cuda_devices() { return {}; }
+std::string cuda_device_name(int) { return {}; }
+std::string cuda_fingerprint(int) { return {}; }
 
-void copy_from_device(const void*, std::size_t, void*) {
-  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
-}
+void copy_from_device(const void*, std::size_t, void*) { no_cuda(); }
 
-std::vector<float> scale_and_add_cuda(float, const std::vector<float>&, const std::vector<float>&) {
-  throw std::runtime_error("this build has no CUDA path; build with SDFTRACK_CUDA=ON");
+std::vector<float> scale_and_add_cuda(float, const std::vector<float>&, const std::vector<float>&, int) {
+  no_cuda();
 }
 
 }  // namespace sdftrack

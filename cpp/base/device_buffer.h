@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Owned GPU memory. Only builds with SDFTRACK_CUDA include this file. A failing CUDA call becomes an
-// exception that carries the call; nothing here exits or resets the device.
+// Owned memory of a GPU, and of the host where a GPU can read it. Only builds with SDFTRACK_CUDA include this
+// file. A CUDA call that fails becomes an exception that carries the call; nothing here exits or resets the
+// device.
 #pragma once
 
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace sdftrack {
 
@@ -19,61 +20,66 @@ class CudaError : public std::runtime_error {
 };
 
 inline void check_cuda(cudaError_t code, const char* call) {
-  if (code != cudaSuccess)
-    throw CudaError(std::string(call) + ": " + cudaGetErrorName(code) + ", " + cudaGetErrorString(code));
+  if (code == cudaSuccess) return;
+  static_cast<void>(cudaGetLastError());  // told once: the next call starts without it
+  throw CudaError(std::string("CUDA: ") + call + ": " + cudaGetErrorName(code) + ", " +
+                  cudaGetErrorString(code));
 }
 #define SDFTRACK_CHECK_CUDA(call) ::sdftrack::check_cuda((call), #call)
 
-// n values of T in GPU memory, freed with the buffer. Copies are blocking: simple first, streams where a
-// measurement asks for them.
-template <class T>
-class DeviceBuffer {
+// n values of T that Memory gives and takes back.
+template <class T, class Memory>
+class CudaBuffer {
  public:
-  DeviceBuffer() = default;
-  explicit DeviceBuffer(std::size_t size) : size_(size) {
-    if (size_ > 0) SDFTRACK_CHECK_CUDA(cudaMalloc(reinterpret_cast<void**>(&data_), size_ * sizeof(T)));
+  CudaBuffer() = default;
+  explicit CudaBuffer(std::size_t size) {
+    if (size > SIZE_MAX / sizeof(T)) throw CudaError("CUDA: more memory than can be addressed");
+    if (size > 0) Memory::take(reinterpret_cast<void**>(&data_), size * sizeof(T));
+    size_ = size;
   }
-  explicit DeviceBuffer(const std::vector<T>& values) : DeviceBuffer(values.size()) {
-    upload(values.data(), values.size());
-  }
-  DeviceBuffer(DeviceBuffer&& other) noexcept
+  CudaBuffer(CudaBuffer&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
-  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+  CudaBuffer& operator=(CudaBuffer&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     return *this;
   }
-  DeviceBuffer(const DeviceBuffer&) = delete;
-  DeviceBuffer& operator=(const DeviceBuffer&) = delete;
-  ~DeviceBuffer() { static_cast<void>(cudaFree(data_)); }  // a destructor cannot throw
+  CudaBuffer(const CudaBuffer&) = delete;
+  CudaBuffer& operator=(const CudaBuffer&) = delete;
+  ~CudaBuffer() { Memory::give_back(data_); }
 
   T* data() { return data_; }
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }
 
-  void upload(const T* values, std::size_t count) {
-    check_fits(count);
-    if (count > 0) SDFTRACK_CHECK_CUDA(cudaMemcpy(data_, values, count * sizeof(T), cudaMemcpyHostToDevice));
-  }
-  void download(T* values, std::size_t count) const {
-    check_fits(count);
-    if (count > 0) SDFTRACK_CHECK_CUDA(cudaMemcpy(values, data_, count * sizeof(T), cudaMemcpyDeviceToHost));
-  }
-  std::vector<T> to_host() const {
-    std::vector<T> values(size_);
-    download(values.data(), size_);
-    return values;
+  // Room for n values; if it has to grow, what was there is freed first, so that only one of them takes
+  // memory. After an exception the buffer is empty.
+  T* room(std::size_t n) {
+    if (n > size_) {
+      Memory::give_back(std::exchange(data_, nullptr));
+      size_ = 0;
+      *this = CudaBuffer(n);
+    }
+    return data_;
   }
 
  private:
-  void check_fits(std::size_t count) const {
-    if (count > size_)
-      throw std::invalid_argument("DeviceBuffer: expected at most " + std::to_string(size_) +
-                                  " values, got " + std::to_string(count));
-  }
-
   T* data_ = nullptr;
   std::size_t size_ = 0;
 };
+
+struct GlobalMemory {  // of the calling thread's current device
+  static void take(void** data, std::size_t bytes) { SDFTRACK_CHECK_CUDA(cudaMalloc(data, bytes)); }
+  static void give_back(void* data) noexcept { static_cast<void>(cudaFree(data)); }
+};
+struct PinnedMemory {  // of the host
+  static void take(void** data, std::size_t bytes) { SDFTRACK_CHECK_CUDA(cudaMallocHost(data, bytes)); }
+  static void give_back(void* data) noexcept { static_cast<void>(cudaFreeHost(data)); }
+};
+
+template <class T>
+using DeviceBuffer = CudaBuffer<T, GlobalMemory>;
+template <class T>
+using PinnedBuffer = CudaBuffer<T, PinnedMemory>;
 
 }  // namespace sdftrack

@@ -1,56 +1,77 @@
 // SPDX-License-Identifier: MIT
-// A CUDA stream, and host memory that it can copy while the host goes on. Only builds with SDFTRACK_CUDA
-// include this file.
+// A queue of work on one GPU: copies and kernels run in its order, while the host goes on. All copies go
+// through a stream: one outside of it would not wait for its kernels, nor they for the copy. Only builds with
+// SDFTRACK_CUDA include this file.
 #pragma once
+
+#include <vector>
 
 #include "base/device_buffer.h"
 
 namespace sdftrack {
 
+// A device is the calling thread's current one while this lives.
+class DeviceScope {
+ public:
+  explicit DeviceScope(int device) {
+    SDFTRACK_CHECK_CUDA(cudaGetDevice(&before_));
+    if (device != before_) SDFTRACK_CHECK_CUDA(cudaSetDevice(device));
+    changed_ = device != before_;
+  }
+  ~DeviceScope() {
+    if (changed_) static_cast<void>(cudaSetDevice(before_));  // a destructor cannot throw
+  }
+  DeviceScope(const DeviceScope&) = delete;
+  DeviceScope& operator=(const DeviceScope&) = delete;
+
+ private:
+  int before_ = 0;
+  bool changed_ = false;
+};
+
 class DeviceStream {
  public:
+  // On the calling thread's current device.
   DeviceStream() { SDFTRACK_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
-  ~DeviceStream() { static_cast<void>(cudaStreamDestroy(stream_)); }  // a destructor cannot throw
+  ~DeviceStream() { static_cast<void>(cudaStreamDestroy(stream_)); }
   DeviceStream(const DeviceStream&) = delete;
   DeviceStream& operator=(const DeviceStream&) = delete;
 
   cudaStream_t get() const { return stream_; }
   void wait() const { SDFTRACK_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
 
-  // In the stream's order; the host's memory should be pinned, and left alone until wait().
+  // Pageable memory of the host may change afterwards, pinned memory not before wait().
   template <class T>
   void upload(const T* host, std::size_t count, T* device) const {
-    SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(device, host, count * sizeof(T), cudaMemcpyHostToDevice, stream_));
+    if (count > 0)
+      SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(device, host, count * sizeof(T), cudaMemcpyHostToDevice, stream_));
   }
+  // There after wait(). The host's memory must live until then: see StreamWaiter.
   template <class T>
   void download(const T* device, std::size_t count, T* host) const {
-    SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
+    if (count > 0)
+      SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
+  }
+  template <class T>
+  void fill_zero(T* device, std::size_t count) const {
+    if (count > 0) SDFTRACK_CHECK_CUDA(cudaMemsetAsync(device, 0, count * sizeof(T), stream_));
   }
 
  private:
   cudaStream_t stream_ = nullptr;
 };
 
-template <class T>
-class PinnedBuffer {
+// Waits at the end of a scope, an exception's too: what the stream still writes to the host's memory is then
+// there before that memory goes. Declared after it.
+class StreamWaiter {
  public:
-  PinnedBuffer() = default;
-  explicit PinnedBuffer(std::size_t size) {
-    if (size > 0) SDFTRACK_CHECK_CUDA(cudaMallocHost(reinterpret_cast<void**>(&data_), size * sizeof(T)));
-  }
-  PinnedBuffer(PinnedBuffer&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
-  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
-    std::swap(data_, other.data_);
-    return *this;
-  }
-  PinnedBuffer(const PinnedBuffer&) = delete;
-  PinnedBuffer& operator=(const PinnedBuffer&) = delete;
-  ~PinnedBuffer() { static_cast<void>(cudaFreeHost(data_)); }
-
-  T* data() { return data_; }
+  explicit StreamWaiter(const DeviceStream& stream) : stream_(stream) {}
+  ~StreamWaiter() { static_cast<void>(cudaStreamSynchronize(stream_.get())); }
+  StreamWaiter(const StreamWaiter&) = delete;
+  StreamWaiter& operator=(const StreamWaiter&) = delete;
 
  private:
-  T* data_ = nullptr;
+  const DeviceStream& stream_;
 };
 
 }  // namespace sdftrack

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "base/vec.h"
 
@@ -25,6 +26,7 @@ struct SdfView {
   int nx, ny, nz;
   float voxel_m;
   Vec3f origin_obj;
+  std::uint64_t id = 0;  // of the values: two volumes that are not the same have two; 0: not known
 };
 
 // One axis of a trilinear sample: the cell, the fraction in it, and what clamping to the box did.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <map>
+#include <list>
 #include <stdexcept>
 
-#include "base/device_buffer.h"
 #include "base/device_stream.h"
 #include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
@@ -14,55 +13,85 @@ namespace {
 
 constexpr int kMaxSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
+constexpr std::size_t kMostVolumes = 128;
+
+struct SentVolume {
+  std::uint64_t id, frame;  // frame: of the last use
+  DeviceBuffer<float> phi;
+};
 
 }  // namespace
 
 // The pixels are one block of memory, column after column, so that one copy brings them there.
 struct CudaWork::Impl {
+  explicit Impl(int device_) : device(device_) {}
+
+  int device;
   DeviceStream stream;
-  int room = 0, count = 0;  // pixels
+  int count = 0;            // pixels
+  std::uint64_t frame = 0;  // uploads so far
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
-  std::map<const float*, DeviceBuffer<float>> volumes;
+  std::list<SentVolume> volumes;  // that of the last use first
 
-  void make_room(int n) {
-    if (n <= room) return;
-    room = n + n / 2;
-    pixels = DeviceBuffer<float>(static_cast<std::size_t>(room) * kColumns);
-    staging = PinnedBuffer<float>(static_cast<std::size_t>(room) * kColumns);
-  }
   float* column(int k) { return pixels.data() + static_cast<std::ptrdiff_t>(k) * count; }
 
   // The first n totals on the host, once the stream has come to them.
   const double* finish(int blocks, int n) {
-    add_blocks_kernel<<<1, kBlockThreads, 0, stream.get()>>>(partial.data(), blocks, n, total.data());
-    SDFTRACK_CHECK_CUDA(cudaGetLastError());
+    launch(stream, 1, AddBlocks{partial.data(), blocks, n, total.data()});
     stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
     stream.wait();
     return sums.data();
   }
+
+  // Room for one more volume: where the device is full, at the cost of those that this frame has not used.
+  DeviceBuffer<float> room_for(std::size_t voxels) {
+    while (volumes.size() >= kMostVolumes) volumes.pop_back();
+    try {
+      return DeviceBuffer<float>(voxels);
+    } catch (const CudaError&) {
+      volumes.remove_if([this](const SentVolume& v) { return v.frame != frame; });
+      return DeviceBuffer<float>(voxels);
+    }
+  }
 };
 
-CudaWork::CudaWork() : impl_(std::make_unique<Impl>()) {}
+namespace {
+
+// The members belong to the device, whatever the caller's current one is.
+std::unique_ptr<CudaWork::Impl> make_impl(int device) {
+  const DeviceScope scope(device);
+  return std::make_unique<CudaWork::Impl>(device);
+}
+
+}  // namespace
+
+CudaWork::CudaWork(int device) : impl_(make_impl(device)) {}
 CudaWork::~CudaWork() = default;
 
 PixelsView<float> CudaWork::upload(const PixelSet& set) {
   Impl& w = *impl_;
+  const DeviceScope scope(w.device);
   w.stream.wait();  // the last copy may still read the staging buffer
-  w.make_room(set.count());
-  w.count = set.count();
-  const auto n = static_cast<std::size_t>(w.count);
+  ++w.frame;
+  w.volumes.remove_if([](const SentVolume& v) { return v.id == 0; });
+  w.count = 0;  // until all of it is there
+  const auto n = static_cast<std::size_t>(set.count()), room = (n + n / 2) * kColumns;
+  if (w.pixels.size() < n * kColumns) w.pixels.room(room);
+  if (w.staging.size() < n * kColumns) w.staging.room(room);
   const std::vector<float>* const columns[kColumns] = {
       &set.u_px, &set.v_px, &set.depth_m, &set.per_noise, &set.foreground, &set.hit_m, &set.gain};
   for (std::size_t k = 0; k < kColumns; ++k) std::copy_n(columns[k]->data(), n, w.staging.data() + k * n);
   w.stream.upload(w.staging.data(), n * kColumns, w.pixels.data());
+  w.count = set.count();
   return {w.count, w.column(0), w.column(1), w.column(2), w.column(3), w.column(5), w.column(6), w.column(4)};
 }
 
 void CudaWork::download(PixelSet* set) {
   Impl& w = *impl_;
+  const DeviceScope scope(w.device);
   const auto n = static_cast<std::size_t>(w.count);
   if (set->count() != w.count) throw std::logic_error("CudaWork: other pixels than were uploaded");
   w.stream.download(w.column(5), 2 * n, w.staging.data());  // hits and gains lie side by side
@@ -72,15 +101,22 @@ void CudaWork::download(PixelSet* set) {
 }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
-  DeviceBuffer<float>& there = impl_->volumes[sdf.phi];
-  const std::size_t voxels =
-      static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) * static_cast<std::size_t>(sdf.nz);
-  if (there.size() != voxels) {
-    there = DeviceBuffer<float>(voxels);
-    there.upload(sdf.phi, voxels);
+  Impl& w = *impl_;
+  const DeviceScope scope(w.device);
+  const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
+                                  [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
+  if (known != w.volumes.end()) {
+    w.volumes.splice(w.volumes.begin(), w.volumes, known);
+  } else {
+    const std::size_t voxels = static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
+                               static_cast<std::size_t>(sdf.nz);
+    SentVolume made{sdf.id, 0, w.room_for(voxels)};
+    w.stream.upload(sdf.phi, voxels, made.phi.data());
+    w.volumes.push_front(std::move(made));
   }
+  w.volumes.front().frame = w.frame;
   SdfView view = sdf;
-  view.phi = there.data();
+  view.phi = w.volumes.front().phi.data();
   return view;
 }
 
@@ -90,9 +126,9 @@ Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork* work, const 
   Sums<double, P> out;
   if (term.pixels.count == 0) return out;
   CudaWork::Impl& w = work->impl();
+  const DeviceScope scope(w.device);
   const int blocks = blocks_for(term.pixels.count);
-  linearize_kernel<<<blocks, kBlockThreads, 0, w.stream.get()>>>(term, w.partial.data());
-  SDFTRACK_CHECK_CUDA(cudaGetLastError());
+  launch(w.stream, static_cast<unsigned>(blocks), LinearizeOf<Loop>{term, w.partial.data()});
   const double* const sums = w.finish(blocks, kSummed<P>);
   out.cost = sums[0], out.count = term.pixels.count;
   std::copy_n(sums + 1, P, out.gradient);
@@ -104,17 +140,18 @@ template <class Field, class Penalty>
 double CudaOps<Field, Penalty>::cost(CudaWork* work, const Loop& term) {
   if (term.pixels.count == 0) return 0;
   CudaWork::Impl& w = work->impl();
+  const DeviceScope scope(w.device);
   const int blocks = blocks_for(term.pixels.count);
-  cost_kernel<<<blocks, kBlockThreads, 0, w.stream.get()>>>(term, w.partial.data());
-  SDFTRACK_CHECK_CUDA(cudaGetLastError());
+  launch(w.stream, static_cast<unsigned>(blocks), Cost<Loop>{term, w.partial.data()});
   return w.finish(blocks, 1)[0];
 }
 
 template <class Field, class Penalty>
 void CudaOps<Field, Penalty>::settle(CudaWork* work, const Loop& term, int steps) {
   if (term.pixels.count == 0 || steps <= 0) return;
-  settle_kernel<<<blocks_for(term.pixels.count), kBlockThreads, 0, work->impl().stream.get()>>>(term, steps);
-  SDFTRACK_CHECK_CUDA(cudaGetLastError());
+  CudaWork::Impl& w = work->impl();
+  const DeviceScope scope(w.device);
+  launch(w.stream, static_cast<unsigned>(blocks_for(term.pixels.count)), Settle<Loop>{term, steps});
 }
 
 #define SDFTRACK_PAIR(name, field, penalty) template struct CudaOps<field, penalty>;

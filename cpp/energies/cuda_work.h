@@ -11,7 +11,7 @@ namespace sdftrack::energies {
 
 class CudaWork {
  public:
-  CudaWork();  // CudaError where no device answers
+  explicit CudaWork(int device = 0);  // CudaError where it does not answer
   ~CudaWork();
   CudaWork(const CudaWork&) = delete;
   CudaWork& operator=(const CudaWork&) = delete;
@@ -20,8 +20,8 @@ class CudaWork {
   PixelsView<float> upload(const PixelSet& pixels);
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
-  // The volume with its values on the device; sent once, known by its address, at which it
-  // must stay.
+  // The volume with its values on the device. One with an id is sent once; those not used for the longest
+  // time make room for others. One without is sent anew by each call.
   SdfView volume(const SdfView& sdf);
 
   struct Impl;

@@ -1,36 +1,29 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of cuda_work.cu: one error.
-#include <stdexcept>
-
+#include "base/no_cuda.h"
 #include "energies/cuda_work.h"
 
 namespace sdftrack::energies {
 
-namespace {
-
-[[noreturn]] void fail() { throw std::runtime_error("this build of sdftrack has no CUDA path"); }
-
-}  // namespace
-
 struct CudaWork::Impl {};
 
-CudaWork::CudaWork() { fail(); }
+CudaWork::CudaWork(int) { no_cuda(); }
 CudaWork::~CudaWork() = default;
-PixelsView<float> CudaWork::upload(const PixelSet&) { fail(); }
-void CudaWork::download(PixelSet*) { fail(); }
-SdfView CudaWork::volume(const SdfView&) { fail(); }
+PixelsView<float> CudaWork::upload(const PixelSet&) { no_cuda(); }
+void CudaWork::download(PixelSet*) { no_cuda(); }
+SdfView CudaWork::volume(const SdfView&) { no_cuda(); }
 
 template <class Field, class Penalty>
 Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork*, const Loop&) {
-  fail();
+  no_cuda();
 }
 template <class Field, class Penalty>
 double CudaOps<Field, Penalty>::cost(CudaWork*, const Loop&) {
-  fail();
+  no_cuda();
 }
 template <class Field, class Penalty>
 void CudaOps<Field, Penalty>::settle(CudaWork*, const Loop&, int) {
-  fail();
+  no_cuda();
 }
 #define SDFTRACK_PAIR(name, field, penalty) template struct CudaOps<field, penalty>;
 #include "energies/compiled.inc"

@@ -3,6 +3,9 @@
 // the number of pixels alone, so a sum has the same bits on every run.
 #pragma once
 
+#include <type_traits>
+
+#include "base/launch.cuh"
 #include "energies/term.h"
 
 namespace sdftrack::energies {
@@ -10,83 +13,174 @@ namespace sdftrack::energies {
 constexpr int kBlockThreads = 256, kBlockWarps = kBlockThreads / 32;
 constexpr int kMaxBlocks = 264;  // two for each multiprocessor of a large GPU; more pixels per thread beyond
 
-inline int blocks_for(int count) {
-  const int blocks = (count + kBlockThreads - 1) / kBlockThreads;
-  return blocks < kMaxBlocks ? blocks : kMaxBlocks;
-}
+inline int blocks_for(int count) { return static_cast<int>(blocks_of(count, kBlockThreads, kMaxBlocks)); }
 
 // The numbers that a linearisation sums: cost, gradient, lower triangle of the Hessian.
 template <int P>
 constexpr int kSummed = 1 + P + P*(P + 1) / 2;
+constexpr int kMostInRegisters = 128;  // of these a thread keeps for itself, of the 255 registers that it has
 
-namespace {  // the tests compile the same source for the CPU
+// The warps' sums of N numbers, added in their order.
+template <int N>
+__device__ void add_warps(const float (&of_warp)[kBlockWarps][N], double* partial) {
+  __syncthreads();
+  for (int k = threadIdx.x; k < N; k += kBlockThreads) {
+    double sum = 0;
+    for (int w = 0; w < kBlockWarps; ++w) sum += static_cast<double>(of_warp[w][k]);
+    partial[static_cast<std::size_t>(blockIdx.x) * N + k] = sum;
+  }
+}
 
 template <int N>
 __device__ void add_over_block(const float (&value)[N], double* partial) {
-  __shared__ double of_warp[kBlockWarps][N];
+  SDFTRACK_SHARED(float[kBlockWarps][N], of_warp);
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
 #pragma unroll
   for (int k = 0; k < N; ++k) {
     float sum = value[k];
 #pragma unroll
     for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
-    if (lane == 0) of_warp[warp][k] = static_cast<double>(sum);
+    if (lane == 0) of_warp[warp][k] = sum;
   }
-  __syncthreads();
-  for (int k = threadIdx.x; k < N; k += kBlockThreads) {
-    double sum = 0;
-    for (int w = 0; w < kBlockWarps; ++w) sum += of_warp[w][k];
-    partial[static_cast<std::size_t>(blockIdx.x) * N + k] = sum;
-  }
+  add_warps(of_warp, partial);
 }
 
 template <class Loop>
-__global__ void __launch_bounds__(kBlockThreads) linearize_kernel(Loop term, double* partial) {
-  constexpr int P = Loop::P;
-  float sums[kSummed<P>] = {};
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
-       i += gridDim.x * kBlockThreads) {
-    const Contribution<float, P> c = term.linearize(i);
-    sums[0] += c.cost;
-    int k = 1 + P;
+struct Linearize {
+  static constexpr const char* kName = "linearize";
+  static constexpr int kThreads = kBlockThreads;
+  Loop term;
+  double* partial;
+
+  __device__ void operator()() const {
+    constexpr int P = Loop::P;
+    float sums[kSummed<P>] = {};
+    for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+         i += gridDim.x * kBlockThreads) {
+      const Contribution<float, P> c = term.linearize(i);
+      sums[0] += c.cost;
+      int k = 1 + P;
 #pragma unroll
-    for (int a = 0; a < P; ++a) {
-      sums[1 + a] += c.slope * c.J[a];
-      const float weighted = c.curvature * c.J[a];
+      for (int a = 0; a < P; ++a) {
+        sums[1 + a] += c.slope * c.J[a];
+        const float weighted = c.curvature * c.J[a];
 #pragma unroll
-      for (int b = 0; b <= a; ++b) sums[k++] += weighted * c.J[b];
+        for (int b = 0; b <= a; ++b) sums[k++] += weighted * c.J[b];
+      }
     }
+    add_over_block(sums, partial);
   }
-  add_over_block(sums, partial);
-}
+};
+
+// The same for more unknowns than a thread has registers for: the lanes of a warp share the sums, and read
+// what each of them has found for its pixel from the block's memory.
+template <class Loop>
+struct LinearizeShared {
+  static constexpr const char* kName = "linearize several objects";
+  static constexpr int kThreads = kBlockThreads;
+  Loop term;
+  double* partial;
+
+  static constexpr int P = Loop::P, N = kSummed<P>, kOwn = (N + 31) / 32;
+  static constexpr int kSlope = P, kCurvature = P + 1, kCost = P + 2, kOne = P + 3, kHeld = P + 4;
+  struct Product {  // of three of the held numbers
+    int a, b, c;
+  };
+
+  __device__ void operator()() const {
+    SDFTRACK_SHARED(float[kBlockWarps][32][kHeld], held);
+    SDFTRACK_SHARED(float[kBlockWarps][N], of_warp);
+    const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+    float sums[kOwn] = {};
+    const int stride = gridDim.x * kBlockThreads;
+    for (int first = blockIdx.x * kBlockThreads + 32 * warp; first < term.pixels.count; first += stride) {
+      hold(first + lane, held[warp][lane]);
+      __syncwarp();
+#pragma unroll
+      for (int k = 0; k < kOwn; ++k) {
+        const Product at = product_of(32 * k + lane);
+        for (int p = 0; p < 32; ++p) {
+          const float* const v = held[warp][p];
+          sums[k] += v[at.a] * v[at.b] * v[at.c];
+        }
+      }
+      __syncwarp();
+    }
+#pragma unroll
+    for (int k = 0; k < kOwn; ++k)
+      if (32 * k + lane < N) of_warp[warp][32 * k + lane] = sums[k];
+    add_warps(of_warp, partial);
+  }
+
+ private:
+  __device__ void hold(int i, float* out) const {
+    for (int k = 0; k < kHeld; ++k) out[k] = 0;
+    if (i >= term.pixels.count) return;
+    const Contribution<float, P> c = term.linearize(i);
+    for (int a = 0; a < P; ++a) out[a] = c.J[a];
+    out[kSlope] = c.slope, out[kCurvature] = c.curvature, out[kCost] = c.cost, out[kOne] = 1;
+  }
+  // Of the n-th sum; beyond the last one any.
+  __device__ static Product product_of(int n) {
+    if (n == 0 || n >= N) return {kCost, kOne, kOne};
+    if (n <= P) return {kSlope, n - 1, kOne};
+    int a = 0, rest = n - 1 - P;
+    while (rest > a) rest -= ++a;
+    return {kCurvature, a, rest};
+  }
+};
 
 template <class Loop>
-__global__ void __launch_bounds__(kBlockThreads) cost_kernel(Loop term, double* partial) {
-  float sums[1] = {};
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
-       i += gridDim.x * kBlockThreads)
-    sums[0] += term.cost(i);
-  add_over_block(sums, partial);
-}
+using LinearizeOf =
+    std::conditional_t<(kSummed<Loop::P> > kMostInRegisters), LinearizeShared<Loop>, Linearize<Loop>>;
 
 template <class Loop>
-__global__ void __launch_bounds__(kBlockThreads) settle_kernel(Loop term, int steps) {
-  for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
-       i += gridDim.x * kBlockThreads)
-    for (int step = 0; step < steps; ++step) term.settle(i, 1);
-}
+struct Cost {
+  static constexpr const char* kName = "cost";
+  static constexpr int kThreads = kBlockThreads;
+  Loop term;
+  double* partial;
+
+  __device__ void operator()() const {
+    float sums[1] = {};
+    for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+         i += gridDim.x * kBlockThreads)
+      sums[0] += term.cost(i);
+    add_over_block(sums, partial);
+  }
+};
+
+template <class Loop>
+struct Settle {
+  static constexpr const char* kName = "settle";
+  static constexpr int kThreads = kBlockThreads;
+  Loop term;
+  int steps;
+
+  __device__ void operator()() const {
+    for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
+         i += gridDim.x * kBlockThreads)
+      for (int step = 0; step < steps; ++step) term.settle(i, 1);
+  }
+};
 
 // One block: the blocks' sums in their order. A warp adds one number after another.
-__global__ void __launch_bounds__(kBlockThreads)
-    add_blocks_kernel(const double* partial, int blocks, int n, double* total) {
-  const int lane = threadIdx.x % 32;
-  for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
-    double sum = 0;
-    for (int b = lane; b < blocks; b += 32) sum += partial[static_cast<std::size_t>(b) * n + k];
-    for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
-    if (lane == 0) total[k] = sum;
-  }
-}
+struct AddBlocks {
+  static constexpr const char* kName = "add blocks";
+  static constexpr int kThreads = kBlockThreads;
+  const double* partial;
+  int blocks, n;
+  double* total;
 
-}  // namespace
+  __device__ void operator()() const {
+    const int lane = threadIdx.x % 32;
+    for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
+      double sum = 0;
+      for (int b = lane; b < blocks; b += 32) sum += partial[static_cast<std::size_t>(b) * n + k];
+      for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
+      if (lane == 0) total[k] = sum;
+    }
+  }
+};
+
 }  // namespace sdftrack::energies

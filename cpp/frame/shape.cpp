@@ -139,7 +139,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
   Shape shape{};
-  shape.id = next_id();
+  shape.id = shape.sdf.id = next_id();
   shape.sdf = sdf;
   shape.centre_obj = {centre[0], centre[1], centre[2]};
   shape.half_box_m = {half[0], half[1], half[2]};
@@ -159,7 +159,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
 
 Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
   Shape shape{};
-  shape.id = next_id();
+  shape.id = shape.sdf.id = next_id();
   shape.sdf = known.sdf;
   shape.seen = known.seen;
   shape.colors = known.colors;

@@ -20,9 +20,9 @@ struct LanesAt {
   }
 };
 
-// |M (x - c)|^2, of which the activation is exp(-q / 2).
-template <int N, class T>
-HD T field_distance2(const FieldLayout& at, LanesAt<T> read, const double* x) {
+// |M (x - c)|^2, x anything with x[i], of which the activation is exp(-q / 2).
+template <int N, class T, class Row>
+HD T field_distance2(const FieldLayout& at, LanesAt<T> read, const Row& x) {
   const int n = N > 0 ? N : at.n;
   T q = T{};
   if (at.diagonal) {
@@ -42,8 +42,8 @@ HD T field_distance2(const FieldLayout& at, LanesAt<T> read, const double* x) {
 }
 
 // The field's linear function at x.
-template <int N, class T>
-HD T field_value(const FieldLayout& at, LanesAt<T> read, const double* x) {
+template <int N, class T, class Row>
+HD T field_value(const FieldLayout& at, LanesAt<T> read, const Row& x) {
   const int n = N > 0 ? N : at.n, slope = at.slope();
   T y = read(at.value());
   for (int i = 0; i < n; ++i) y = y + (x[i] - read(i)) * read(slope + i);

@@ -37,7 +37,7 @@ class LwprModel {
   // The largest activation of each output's fields, 0 where all are below the cutoff: count x n_out.
   void activations(const double* x, std::size_t count, int threads, double* out) const;
   // The same as predict (no sd) on the GPU. std::runtime_error in a build without CUDA.
-  void predict_cuda(const double* x, std::size_t count, double* mean) const;
+  void predict_cuda(const double* x, std::size_t count, int device, double* mean) const;
 
   // In units of the outputs; see LwprUnit.
   std::vector<double> training_error() const;

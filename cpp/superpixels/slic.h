@@ -79,8 +79,8 @@ class Slic {
   Connect connect_;
 };
 
-// The same on the current CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp.
-SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* labels);
+// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp.
+SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels);
 
 // std::invalid_argument for options out of range, by name.
 void check_slic(const SlicImage& image, const SlicOptions& options);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "base/device_stream.h"
+#include "base/device_pool.h"
 #include "superpixels/slic.h"
 #include "superpixels/slic_cuda.cuh"
 
@@ -12,52 +12,26 @@ namespace sdftrack::superpixels {
 
 namespace {
 
-template <class Kernel>
-__global__ void start(Kernel kernel) {
-  kernel();
-}
-
-struct OnDevice {
-  cudaStream_t stream;
-  template <class Kernel>
-  void operator()(int blocks, const Kernel& kernel) const {
-    start<<<static_cast<unsigned>(std::max(1, blocks)), kBlockThreads, 0, stream>>>(kernel);
-    SDFTRACK_CHECK_CUDA(cudaGetLastError());
-  }
-  void clear(int* value) const { SDFTRACK_CHECK_CUDA(cudaMemsetAsync(value, 0, sizeof(int), stream)); }
-  int read(const int* value) const {
-    int host = 0;
-    SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(&host, value, sizeof(int), cudaMemcpyDeviceToHost, stream));
-    SDFTRACK_CHECK_CUDA(cudaStreamSynchronize(stream));
-    return host;
-  }
-};
-
 // Buffers that are kept from call to call, as large as the largest has asked for.
 struct Memory {
   DeviceStream stream;
   DeviceBuffer<std::uint8_t> bytes, mask;
   DeviceBuffer<float> floats, light;
   DeviceBuffer<int> x_begin, y_begin, x_middle, y_middle, x_place, y_place, z;
-  DeviceBuffer<int> c01, c2x, center, parent, size, labels, block_count, number, joined;
+  DeviceBuffer<int> c01, c2x, center, parent, size, labels, block_count, number, joined, segments;
   DeviceBuffer<Word> best, sums;
   DeviceBuffer<Center> centers;
   DeviceBuffer<std::int64_t> moved;
 
   template <class T>
-  T* room(DeviceBuffer<T>* buffer, std::size_t n) {
-    if (buffer->size() < n) *buffer = DeviceBuffer<T>(n);
-    return buffer->data();
-  }
-  template <class T>
   T* zeros(DeviceBuffer<T>* buffer, std::size_t n) {
-    T* const data = room(buffer, n);
-    SDFTRACK_CHECK_CUDA(cudaMemsetAsync(data, 0, n * sizeof(T), stream.get()));
+    T* const data = buffer->room(n);
+    stream.fill_zero(data, n);
     return data;
   }
   template <class T>
   const T* copy(DeviceBuffer<T>* buffer, const T* host, std::size_t n) {
-    T* const data = room(buffer, n);
+    T* const data = buffer->room(n);
     stream.upload(host, n, data);
     return data;
   }
@@ -89,11 +63,81 @@ int longest(const std::vector<int>& begin) {
   return most;
 }
 
+// Starts kernels over pixels or cells, and looks at what they count.
+struct Steps {
+  const DeviceStream& stream;
+  SlicPlanes p;
+  SlicShape s;
+
+  template <class Kernel>
+  void by_pixel(const Kernel& kernel) const {
+    launch(stream, blocks_of(s.pixels(), kBlockThreads), kernel);
+  }
+  template <class Kernel>
+  void by_cell(const Kernel& kernel) const {
+    launch(stream, blocks_of(s.cells(), kBlockThreads), kernel);
+  }
+
+  // Moves the centres until nothing moves, or for `rounds`: the way of all centres in each round.
+  std::vector<std::int64_t> assign(int rounds, int parts) const {
+    std::vector<std::int64_t> ways;
+    std::int64_t moved[kRoundsAtOnce];
+    const StreamWaiter waiter(stream);
+    while (static_cast<int>(ways.size()) < rounds) {
+      const int some = std::min(kRoundsAtOnce, rounds - static_cast<int>(ways.size()));
+      stream.fill_zero(p.moved, kRoundsAtOnce);
+      for (int round = 0; round < some; ++round) {
+        by_cell(ClearSums{p, s});
+        launch(stream, static_cast<unsigned>(s.cells() * parts), AssignPixels{p, s, round, parts});
+        by_cell(MoveCenters{p, s, round});
+      }
+      stream.download(p.moved, static_cast<std::size_t>(some), moved);
+      stream.wait();
+      for (int round = 0; round < some; ++round) {
+        ways.push_back(moved[round]);
+        if (moved[round] == 0) return ways;
+      }
+    }
+    return ways;
+  }
+
+  // Regions of one centre, small ones joined with a neighbour until none is left.
+  void connect() const {
+    by_pixel(StartRegions{p, s});
+    by_pixel(JoinPixels{p, s});
+    int joined[kJoinsAtOnce];
+    const StreamWaiter waiter(stream);
+    do {
+      stream.fill_zero(p.joined, kJoinsAtOnce);
+      for (int round = 0; round < kJoinsAtOnce; ++round) {
+        by_pixel(Flatten{p, s, round});
+        by_pixel(CountSizes{p, s, round});
+        by_pixel(ChooseNeighbors{p, s, round});
+        by_pixel(JoinChoices{p, s, round});
+      }
+      stream.download(p.joined, kJoinsAtOnce, joined);
+      stream.wait();
+    } while (joined[kJoinsAtOnce - 1] != 0);
+  }
+
+  void number(bool connected) const {
+    if (connected) {
+      by_pixel(CountRoots{p, s});
+      const auto blocks = static_cast<int>(blocks_of(s.pixels(), kBlockThreads));
+      launch(stream, 1, AddUp{p.block_count, blocks, p.segments});
+      by_pixel(NumberRoots{p, s});
+    } else {
+      by_pixel(MarkCenters{p, s});
+      launch(stream, 1, AddUp{p.number, s.cells(), p.segments});
+    }
+    by_pixel(WriteLabels{p, s, connected});
+  }
+};
+
 }  // namespace
 
-SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* labels) {
+SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels) {
   check_slic(image, options);
-  thread_local Memory m;
   const auto pixels = static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.width);
   const auto channels = static_cast<std::size_t>(image.channels);
   const auto inside =
@@ -110,6 +154,9 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* la
   const std::vector<float> light = light_of_bytes(options.space);
   const std::vector<int> x_place = places(g.width, g.x_begin, g.x_middle, g.unit);
   const std::vector<int> y_place = places(g.height, g.y_begin, g.y_middle, g.unit);
+  SlicResult result;  // and the labels: outlive what the stream still writes
+  const auto memory = pool_of<Memory>().borrow(device);
+  Memory& m = *memory;
   const SlicPlanes planes{image.bytes ? m.copy(&m.bytes, image.bytes, channels * pixels) : nullptr,
                           image.floats ? m.copy(&m.floats, image.floats, channels * pixels) : nullptr,
                           image.mask ? m.copy(&m.mask, image.mask, pixels) : nullptr,
@@ -121,19 +168,20 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* la
                           m.copy(&m.x_place, x_place),
                           m.copy(&m.y_place, y_place),
                           z.empty() ? nullptr : m.copy(&m.z, z),
-                          m.room(&m.c01, pixels),
-                          m.room(&m.c2x, pixels),
-                          m.room(&m.center, pixels),
-                          m.room(&m.parent, pixels),
-                          m.room(&m.size, pixels),
-                          m.room(&m.labels, pixels),
-                          m.room(&m.best, pixels),
-                          m.room(&m.centers, cells),
-                          m.room(&m.sums, 7 * cells),
-                          m.room(&m.block_count, pixels / kBlockThreads + 1),
+                          m.c01.room(pixels),
+                          m.c2x.room(pixels),
+                          m.center.room(pixels),
+                          m.parent.room(pixels),
+                          m.size.room(pixels),
+                          m.labels.room(pixels),
+                          m.best.room(pixels),
+                          m.centers.room(cells),
+                          m.sums.room(7 * cells),
+                          m.block_count.room(pixels / kBlockThreads + 1),
                           m.zeros(&m.number, cells),
-                          m.zeros(&m.moved, static_cast<std::size_t>(options.max_iterations)),
-                          m.zeros(&m.joined, 1)};
+                          m.moved.room(kRoundsAtOnce),
+                          m.joined.room(kJoinsAtOnce),
+                          m.segments.room(1)};
   const double mean = static_cast<double>(inside) / options.n_segments;
   const SlicShape shape{image.width,
                         image.height,
@@ -146,19 +194,19 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int* la
                         static_cast<int>(options.min_size * mean),
                         options.space,
                         options.distance};
-  const OnDevice run{m.stream.get()};
   const std::int64_t largest = static_cast<std::int64_t>(longest(g.x_begin)) * longest(g.y_begin);
-  slic_on_device(run, planes, shape, options.max_iterations, largest, options.connected);
-  std::vector<std::int64_t> moved(static_cast<std::size_t>(options.max_iterations));
+  const Steps steps{m.stream, planes, shape};
+  steps.by_pixel(ConvertPixels{planes, shape});
+  steps.by_cell(PlaceCenters{planes, shape});
+  const std::vector<std::int64_t> ways =
+      steps.assign(options.max_iterations, static_cast<int>((largest + kPart - 1) / kPart));
+  if (options.connected) steps.connect();
+  steps.number(options.connected);
   m.stream.download(planes.labels, pixels, labels);
-  m.stream.download(planes.moved, moved.size(), moved.data());
-  SlicResult result;
-  result.segments = run.read(planes.joined);
-  while (result.iterations < options.max_iterations) {
-    const std::int64_t way = moved[static_cast<std::size_t>(result.iterations++)];
-    result.residual = static_cast<double>(way) / (g.scale * g.cells());
-    if (way == 0) break;
-  }
+  m.stream.download(planes.segments, 1, &result.segments);
+  m.stream.wait();
+  result.iterations = static_cast<int>(ways.size());
+  result.residual = static_cast<double>(ways.back()) / (g.scale * g.cells());
   return result;
 }
 

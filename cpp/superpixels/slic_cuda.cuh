@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Superpixels on the device: the steps of slic.cpp and connect.cpp, a thread for each pixel, cell or centre.
-// All sums are of whole numbers, so the order of the atomics has no say and the labels are the CPU's. The
-// source of the kernels is also run on the CPU (tests/cpp/test_slic_cuda.cpp).
+// All sums are of whole numbers, so the order of the atomics has no say and the labels are the CPU's.
 #pragma once
 
 #include <cstdint>
 
+#include "base/launch.cuh"
 #include "superpixels/slic_steps.h"
 
 namespace sdftrack::superpixels {
@@ -26,8 +26,9 @@ struct SlicPlanes {
   Word* sums;           // 7 for each centre
   int* block_count;     // roots in each block of pixels
   int* number;          // of centres, without connectivity
-  std::int64_t* moved;  // in each iteration
-  int* joined;          // in each round
+  std::int64_t* moved;  // in each of kRoundsAtOnce iterations
+  int* joined;          // in each of kJoinsAtOnce rounds
+  int* segments;
 };
 struct SlicShape {
   int width, height, channels, nx, ny;
@@ -42,13 +43,16 @@ struct SlicShape {
 };
 
 constexpr int kBlockThreads = 256;
-constexpr int kPart = 4096;  // pixels of a cell that one block sums: 2^12 * 2^15 fits
+constexpr int kRoundsAtOnce = 10, kJoinsAtOnce = 4;  // until the host looks whether it is done
+constexpr int kPart = 4096;                          // pixels of a cell that one block sums: 2^12 * 2^15 fits
 
 __device__ inline int thread_index() { return blockIdx.x * kBlockThreads + threadIdx.x; }
 __device__ inline int thread_total() { return gridDim.x * kBlockThreads; }
 
 // Each kernel is a struct that is called as every thread.
 struct ConvertPixels {
+  static constexpr const char* kName = "superpixels: convert pixels";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
@@ -72,6 +76,8 @@ struct ConvertPixels {
 };
 
 struct PlaceCenters {
+  static constexpr const char* kName = "superpixels: place centers";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
@@ -85,10 +91,13 @@ struct PlaceCenters {
 };
 
 struct ClearSums {
+  static constexpr const char* kName = "superpixels: clear sums";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
-    for (int i = thread_index(); i < 7 * s.cells(); i += thread_total()) p.sums[i] = 0;
+    for (int c = thread_index(); c < s.cells(); c += thread_total())
+      for (int k = 0; k < 7; ++k) p.sums[std::int64_t{7} * c + k] = 0;
   }
 };
 
@@ -100,11 +109,13 @@ __device__ inline float thesis_cost(int color, int place) {
 // A block for each part of a cell: the nearest of 9 centres for its pixels, and their sums, first in the
 // block's own memory, then in the device's.
 struct AssignPixels {
+  static constexpr const char* kName = "superpixels: assign pixels";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   int round, parts;  // of a cell
   __device__ void operator()() const {
-    __shared__ int sums[kNear][7];
+    SDFTRACK_SHARED(int[kNear][7], sums);
     if (round > 0 && p.moved[round - 1] == 0) return;  // nothing has moved: nothing will
     const int cell = blockIdx.x / parts, part = blockIdx.x % parts;
     const int i = cell % s.nx, j = cell / s.nx;
@@ -127,7 +138,7 @@ struct AssignPixels {
     for (int k = threadIdx.x; k < kNear; k += kBlockThreads) {
       const int n = sums[k][0];
       if (n == 0) continue;
-      Word* const to = p.sums + 7 * (cell + (k / 3 - 1) * s.nx + k % 3 - 1);
+      Word* const to = p.sums + std::int64_t{7} * (cell + (k / 3 - 1) * s.nx + k % 3 - 1);
       for (int v = 0; v < 7; ++v) {
         const std::int64_t offset = v == 4 ? x0 : (v == 5 ? y0 : 0);
         atomicAdd(&to[v], static_cast<Word>(sums[k][v] + offset * n));
@@ -161,6 +172,8 @@ struct AssignPixels {
 };
 
 struct MoveCenters {
+  static constexpr const char* kName = "superpixels: move centers";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   int round;
@@ -169,7 +182,7 @@ struct MoveCenters {
     for (int c = thread_index(); c < s.cells(); c += thread_total()) {
       if (!p.centers[c].used) continue;
       std::int64_t v[7];
-      for (int k = 0; k < 7; ++k) v[k] = static_cast<std::int64_t>(p.sums[7 * c + k]);
+      for (int k = 0; k < 7; ++k) v[k] = static_cast<std::int64_t>(p.sums[std::int64_t{7} * c + k]);
       const CenterSums sums{{v[1], v[2], v[3]}, v[0], v[4], v[5], v[6]};
       const std::int64_t way = move_center(sums, s.unit, &p.centers[c]);
       if (way != 0) atomicAdd(reinterpret_cast<Word*>(&p.moved[round]), static_cast<Word>(way));
@@ -179,6 +192,8 @@ struct MoveCenters {
 
 // Connectivity: a pixel's parent is never a later pixel, so that a region's root is its first pixel.
 struct StartRegions {
+  static constexpr const char* kName = "superpixels: start regions";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
@@ -207,6 +222,8 @@ __device__ inline void unite(int* parent, int a, int b) {
 }
 
 struct JoinPixels {
+  static constexpr const char* kName = "superpixels: join pixels";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
@@ -221,10 +238,19 @@ struct JoinPixels {
 };
 
 // Every parent a root. Others may shorten the same ways meanwhile.
+// Rounds after one in which nothing was joined have nothing to do.
+__device__ inline bool joins_ended(const SlicPlanes& p, int round) {
+  return round > 0 && p.joined[round - 1] == 0;
+}
+
 struct Flatten {
+  static constexpr const char* kName = "superpixels: flatten";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
+  int round;
   __device__ void operator()() const {
+    if (joins_ended(p, round)) return;
     for (int i = thread_index(); i < s.pixels(); i += thread_total()) {
       const int root = root_of(p.parent, i);
       *const_cast<volatile int*>(p.parent + i) = root;
@@ -234,18 +260,26 @@ struct Flatten {
 };
 
 struct CountSizes {
+  static constexpr const char* kName = "superpixels: count sizes";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
+  int round;
   __device__ void operator()() const {
+    if (joins_ended(p, round)) return;
     for (int i = thread_index(); i < s.pixels(); i += thread_total()) atomicAdd(&p.size[p.parent[i]], 1);
   }
 };
 
 // The largest neighbour of each small region, of equals the first.
 struct ChooseNeighbors {
+  static constexpr const char* kName = "superpixels: choose neighbors";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
+  int round;
   __device__ void operator()() const {
+    if (joins_ended(p, round)) return;
     for (int i = thread_index(); i < s.pixels(); i += thread_total()) {
       const int own = p.parent[i];
       if (p.center[i] < 0 || p.size[own] >= s.min_size) continue;
@@ -265,23 +299,29 @@ struct ChooseNeighbors {
 };
 
 struct JoinChoices {
+  static constexpr const char* kName = "superpixels: join choices";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
+  int round;
   __device__ void operator()() const {
+    if (joins_ended(p, round)) return;
     for (int i = thread_index(); i < s.pixels(); i += thread_total()) {
       if (p.best[i] == 0) continue;
       unite(p.parent, i, static_cast<int>(0xffffffffu - static_cast<unsigned>(p.best[i] & 0xffffffffu)));
-      *p.joined = 1;
+      p.joined[round] = 1;
     }
   }
 };
 
 // Numbers in the order of the image: roots counted block by block, then added up.
 struct CountRoots {
+  static constexpr const char* kName = "superpixels: count roots";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
-    __shared__ int count;
+    SDFTRACK_SHARED(int, count);
     if (threadIdx.x == 0) count = 0;
     __syncthreads();
     const int i = thread_index();
@@ -292,27 +332,43 @@ struct CountRoots {
   }
 };
 
-// One thread: few blocks or centres.
+// One block: each count becomes the sum of those before it. A thread adds a stretch of them.
 struct AddUp {
+  static constexpr const char* kName = "superpixels: add up";
+  static constexpr int kThreads = kBlockThreads;
   int* counts;
   int n;
   int* total;
   __device__ void operator()() const {
-    if (thread_index() != 0) return;
-    int sum = 0;
-    for (int i = 0; i < n; ++i) {
+    SDFTRACK_SHARED(int[kBlockThreads], sums);
+    const int me = static_cast<int>(threadIdx.x), each = (n + kBlockThreads - 1) / kBlockThreads;
+    const int first = me * each < n ? me * each : n, last = first + each < n ? first + each : n;
+    int own = 0;
+    for (int i = first; i < last; ++i) own += counts[i];
+    sums[me] = own;
+    __syncthreads();
+    for (int reach = 1; reach < kBlockThreads; reach *= 2) {
+      const int before = me >= reach ? sums[me - reach] : 0;
+      __syncthreads();
+      sums[me] += before;
+      __syncthreads();
+    }
+    int sum = sums[me] - own;
+    for (int i = first; i < last; ++i) {
       const int here = counts[i];
       counts[i] = sum, sum += here;
     }
-    *total = sum;
+    if (me == kBlockThreads - 1) *total = sums[me];
   }
 };
 
 struct NumberRoots {
+  static constexpr const char* kName = "superpixels: number roots";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
-    __shared__ int is_root[kBlockThreads];
+    SDFTRACK_SHARED(int[kBlockThreads], is_root);
     const int i = thread_index();
     const bool root = i < s.pixels() && p.center[i] >= 0 && p.parent[i] == i;
     is_root[threadIdx.x] = root;
@@ -327,6 +383,8 @@ struct NumberRoots {
 };
 
 struct WriteLabels {
+  static constexpr const char* kName = "superpixels: write labels";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   bool connected;
@@ -339,6 +397,8 @@ struct WriteLabels {
 };
 
 struct MarkCenters {
+  static constexpr const char* kName = "superpixels: mark centers";
+  static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
   __device__ void operator()() const {
@@ -346,41 +406,5 @@ struct MarkCenters {
       if (p.center[i] >= 0) p.number[p.center[i]] = 1;
   }
 };
-
-// All of it. run(blocks, kernel) starts a kernel after those before it; run.clear and run.read wait for them.
-template <class Run>
-void slic_on_device(const Run& run, const SlicPlanes& p, const SlicShape& s, int rounds,
-                    std::int64_t largest_cell, bool connected) {
-  const int by_pixel = (s.pixels() + kBlockThreads - 1) / kBlockThreads;
-  const int by_cell = (s.cells() + kBlockThreads - 1) / kBlockThreads;
-  const int parts = static_cast<int>((largest_cell + kPart - 1) / kPart);
-  run(by_pixel, ConvertPixels{p, s});
-  run(by_cell, PlaceCenters{p, s});
-  for (int round = 0; round < rounds; ++round) {
-    run(by_cell, ClearSums{p, s});
-    run(s.cells() * parts, AssignPixels{p, s, round, parts});
-    run(by_cell, MoveCenters{p, s, round});
-  }
-  if (!connected) {
-    run(by_pixel, MarkCenters{p, s});
-    run(1, AddUp{p.number, s.cells(), p.joined});
-    run(by_pixel, WriteLabels{p, s, false});
-    return;
-  }
-  run(by_pixel, StartRegions{p, s});
-  run(by_pixel, JoinPixels{p, s});
-  while (true) {
-    run(by_pixel, Flatten{p, s});
-    run(by_pixel, CountSizes{p, s});
-    run(by_pixel, ChooseNeighbors{p, s});
-    run.clear(p.joined);
-    run(by_pixel, JoinChoices{p, s});
-    if (run.read(p.joined) == 0) break;
-  }
-  run(by_pixel, CountRoots{p, s});
-  run(1, AddUp{p.block_count, by_pixel, p.joined});
-  run(by_pixel, NumberRoots{p, s});
-  run(by_pixel, WriteLabels{p, s, true});
-}
 
 }  // namespace sdftrack::superpixels

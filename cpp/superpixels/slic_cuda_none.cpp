@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What a build without CUDA has in place of slic_cuda.cu: one error.
-#include <stdexcept>
-
+#include "base/no_cuda.h"
 #include "superpixels/slic.h"
 
 namespace sdftrack::superpixels {
 
-SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int*) {
-  throw std::runtime_error("this build of sdftrack has no CUDA path");
-}
+SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int, int*) { no_cuda(); }
 
 }  // namespace sdftrack::superpixels

@@ -23,7 +23,7 @@ constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited
 ObjectFollower::ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings)
     : options_(options),
       settings_(settings),
-      device_(settings.cuda ? std::make_unique<energies::CudaWork>() : nullptr),
+      device_(settings.device >= 0 ? std::make_unique<energies::CudaWork>(settings.device) : nullptr),
       fitter_(options, settings.threads, device_.get()),
       finder_(options, settings.threads) {}
 

@@ -16,7 +16,7 @@ namespace sdftrack::tracking {
 struct TrackerSettings {
   int threads = 1;
   bool recover = true;  // search for lost objects in every frame
-  bool cuda = false;    // large sums on the GPU
+  int device = -1;      // the GPU for large sums; -1: none
   Collision collision = Collision::kContact;
   MotionModel motion = MotionModel::kAdaptive;
 };

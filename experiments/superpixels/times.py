@@ -49,7 +49,7 @@ def memory(image: Array) -> float:
 
     work, options = _core.SlicWork(), _core.SlicOptions()
     options.n_segments = image.shape[0] * image.shape[1] // PER_SEGMENT_PX
-    labels = work.run(image, options, None, None, False, 0, False)[0]
+    labels = work.run(image, options, None, None, False, 0, -1)[0]
     return float((work.bytes + labels.nbytes) / labels.size)
 
 

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_available', 'cuda_build', 'cuda_device_name', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Estimates the intrinsics from frames of a known object.
@@ -332,7 +332,7 @@ class FrameEnergy:
     """
     Data energy of one object in one frame; see sdftrack.Energy.
     """
-    def __init__(self, volumes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: list, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None, cuda: bool = False) -> None:
+    def __init__(self, volumes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, depth: numpy.ndarray, mask: typing.Any, T_cam_obj: list, options: TrackerOptions, scale_m: typing.SupportsFloat | typing.SupportsIndex, scale: bool, intrinsics: bool, threads: typing.SupportsInt | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
         ...
     def cost(self, arg0: State) -> float:
         ...
@@ -526,7 +526,7 @@ class LwprModel:
         ...
     def fields(self, output: typing.SupportsInt | typing.SupportsIndex) -> list:
         ...
-    def predict(self, x: numpy.ndarray, with_sd: bool = False, threads: typing.SupportsInt | typing.SupportsIndex = 0, cuda: bool = False) -> typing.Any:
+    def predict(self, x: numpy.ndarray, with_sd: bool = False, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> typing.Any:
         ...
     def to_bytes(self) -> bytes:
         ...
@@ -971,7 +971,7 @@ class SlicOptions:
 class SlicWork:
     def __init__(self) -> None:
         ...
-    def run(self, image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, resume: bool, threads: typing.SupportsInt | typing.SupportsIndex, cuda: bool) -> tuple:
+    def run(self, image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, resume: bool, threads: typing.SupportsInt | typing.SupportsIndex, device: typing.SupportsInt | typing.SupportsIndex) -> tuple:
         ...
     @property
     def bytes(self) -> int:
@@ -984,7 +984,7 @@ class Tracker:
     """
     Tracks shapes; see sdftrack.Tracker.
     """
-    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel, cuda: bool, collision: Collision) -> None:
+    def __init__(self, shapes: collections.abc.Sequence[tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]]], camera: Camera, options: TrackerOptions, threads: typing.SupportsInt | typing.SupportsIndex, recover: bool, motion: MotionModel, device: typing.SupportsInt | typing.SupportsIndex, collision: Collision) -> None:
         ...
     def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
         ...
@@ -1386,7 +1386,7 @@ def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.
     """
     Cost, gradient and Gauss-Newton Hessian of a registration.
     """
-def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: str = 'cpu') -> numpy.typing.NDArray[numpy.float32]:
+def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi after steps of the evolution.
     """
@@ -1396,7 +1396,7 @@ def contour_template_scores(pictures: numpy.ndarray, templates: numpy.ndarray) -
     """
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """
-    Fills an array from an address on the current CUDA device.
+    Fills an array from an address on a CUDA device.
     """
 def copy_from_dlpack(capsule: typing.Any, name: str) -> numpy.ndarray:
     """
@@ -1406,13 +1406,17 @@ def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy
     """
     Number of pixels that share one error; 0: too few to estimate it.
     """
-def cuda_available() -> bool:
+def cuda_device_name(device: typing.SupportsInt | typing.SupportsIndex = 0) -> str:
     """
-    True when the build has CUDA and a device answers.
+    Its name; empty where it does not answer.
     """
-def cuda_device_name() -> str:
+def cuda_devices() -> list[int]:
     """
-    Name of the current CUDA device; empty without one.
+    Numbers of the CUDA devices that can be used.
+    """
+def cuda_fingerprint(device: typing.SupportsInt | typing.SupportsIndex = 0) -> str:
+    """
+    Name, capability, driver and runtime of a device; empty where it does not answer.
     """
 def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     ...
@@ -1528,7 +1532,7 @@ def sample_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.
     """
     (N, 3) float64 -> phi (N,), gradient (N, 3), of the trilinear interpolant.
     """
-def scale_and_add(a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, cuda: bool = False) -> numpy.typing.NDArray[numpy.float32]:
+def scale_and_add(a: typing.SupportsFloat | typing.SupportsIndex, x: numpy.ndarray, y: numpy.ndarray, *, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
     a x + y of (N,) float32 arrays: the smallest kernel, to test the device.
     """
@@ -1536,7 +1540,7 @@ def seed_rotation(k: typing.SupportsInt | typing.SupportsIndex, n: typing.Suppor
     """
     Rotation k of n evenly spread ones, as a 4x4 matrix.
     """
-def slic(image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, threads: typing.SupportsInt | typing.SupportsIndex, cuda: bool) -> tuple:
+def slic(image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, threads: typing.SupportsInt | typing.SupportsIndex, device: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     ...
 def smooth_foreground(at: numpy.ndarray, depth: numpy.ndarray, foreground: numpy.ndarray, width: typing.SupportsInt | typing.SupportsIndex, focal_px: typing.SupportsFloat | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex, distance: typing.Any = None) -> numpy.ndarray:
     """

@@ -5,41 +5,45 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import sys
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
 
-__all__ = ["cuda_available", "host_array", "info", "resolve_device"]
+__all__ = ["CPU", "cuda_available", "device_number", "host_array", "info", "resolve_device"]
 
-_DEVICES = ("cpu", "cuda", "auto")
+CPU = -1  # in place of the number of a GPU
+_DEVICES = ("cpu", "cuda", "cuda:N", "auto")
+_NAME = re.compile(r"cpu|auto|cuda(:(?P<number>\d{1,4}))?")
 _DLPACK_HOST, _DLPACK_CUDA = (1, 3), (2, 13)  # device types of DLPack: plain or pinned memory; CUDA
 
 
 def cuda_available() -> bool:
-    """Whether ``device="cuda"`` can be used: a build with CUDA, a driver and a device.
+    """Whether ``device="cuda"`` can be used: a build with CUDA, a driver, and a device of capability 7.5 or later.
 
     >>> import sdftrack as st
     >>> device = "cuda" if st.cuda_available() else "cpu"
     """
-    return bool(_core.cuda_available())
+    return bool(_core.cuda_devices())
 
 
-def resolve_device(device: str) -> Literal["cpu", "cuda"]:
+def resolve_device(device: str) -> str:
     """Resolve the argument ``device`` of a public function to the device to use.
 
     Parameters
     ----------
-    device : {"cpu", "cuda", "auto"}
-        ``"auto"`` selects the GPU if :func:`cuda_available`, else the CPU.
+    device : {"cpu", "cuda", "cuda:N", "auto"}
+        ``"cuda"`` is the first device that can be used, ``"cuda:N"`` the one that CUDA numbers N. ``"auto"`` selects
+        the first one if its self-test has passed (``sdftrack info --self-test``), else the CPU.
 
     Returns
     -------
-    {"cpu", "cuda"}
+    "cpu" or "cuda:N"
 
     Raises
     ------
@@ -48,25 +52,41 @@ def resolve_device(device: str) -> Literal["cpu", "cuda"]:
     ValueError
         An unknown device.
     RuntimeError
-        ``"cuda"`` without support in the build or without a device; the message says which of the two.
+        ``"cuda"`` without support in the build or without the device; the message says which of the two.
     """
+    number = device_number(device)
+    return "cpu" if number == CPU else f"cuda:{number}"
+
+
+def device_number(device: str) -> int:
+    """The number of a GPU, or `CPU`, from the argument ``device``; see `resolve_device`."""
     if not isinstance(device, str):
         raise TypeError(f"device: expected one of {_DEVICES}, got {type(device).__name__}")
-    if device not in _DEVICES:
+    found = _NAME.fullmatch(device)
+    if found is None:
         raise ValueError(f"device: expected one of {_DEVICES}, got {device!r}")
-    if device == "cpu" or (device == "auto" and not cuda_available()):
-        return "cpu"
+    usable = _core.cuda_devices()
+    if device == "cpu":
+        return CPU
+    if device == "auto":
+        from sdftrack._internal.device_record import has_passed
+
+        return usable[0] if usable and has_passed(usable[0]) else CPU
     if not _core.cuda_build:
         raise RuntimeError(
-            'device="cuda": this build of sdftrack has no CUDA path; build one from source with '
+            f'device="{device}": this build of sdftrack has no CUDA path; build one from source with '
             '"pip install . -C cmake.define.SDFTRACK_CUDA=ON", or use device="cpu"'
         )
-    if not cuda_available():
+    if not usable:
         raise RuntimeError(
-            'device="cuda": this build supports CUDA, but no CUDA device is available here (see nvidia-smi); '
-            'use device="cpu"'
+            f'device="{device}": this build supports CUDA, but no CUDA device of capability 7.5 or later is '
+            'available here (see nvidia-smi); use device="cpu"'
         )
-    return "cuda"
+    number = usable[0] if found["number"] is None else int(found["number"])
+    if number not in usable:
+        known = ", ".join(f"cuda:{k}" for k in usable)
+        raise RuntimeError(f'device="{device}": expected one of the devices that are here, {known}')
+    return number
 
 
 def host_array(value: Any, name: str) -> NDArray[Any]:
@@ -147,7 +167,7 @@ def info() -> dict[str, Any]:
         "cpu": _cpu_name(),
         "cpu_features_in_use": [_core.isa()],
         "cpu_features": list(_core.isas()),
-        "gpu": _core.cuda_device_name() if cuda_available() else None,
+        "gpu": _core.cuda_device_name(_core.cuda_devices()[0]) if cuda_available() else None,
         "cuda_available": cuda_available(),
         "cores": os.cpu_count() or 1,
         "threads": int(_core.thread_count(0)),

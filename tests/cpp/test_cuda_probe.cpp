@@ -7,7 +7,7 @@
 #include "base/cuda_probe.h"
 
 #ifdef SDFTRACK_WITH_CUDA
-#include "base/device_buffer.h"
+#include "base/device_stream.h"
 #endif
 
 namespace sdftrack {
@@ -33,9 +33,10 @@ TEST(CudaProbe, lengths_that_differ_are_refused) {
 }
 
 TEST(CudaProbe, the_gpu_computes_what_the_cpu_does) {
-  if (!cuda_available()) GTEST_SKIP() << "no CUDA device: the kernel was compiled and linked, not run";
+  if (cuda_devices().empty()) GTEST_SKIP() << "no CUDA device: the kernel was compiled and linked, not run";
   const std::vector<float> x = wave(0), y = wave(1);
-  const std::vector<float> cpu = scale_and_add_cpu(1.5F, x, y), gpu = scale_and_add_cuda(1.5F, x, y);
+  const std::vector<float> cpu = scale_and_add_cpu(1.5F, x, y),
+                           gpu = scale_and_add_cuda(1.5F, x, y, cuda_devices().front());
   ASSERT_EQ(cpu.size(), gpu.size());
   for (std::size_t i = 0; i < kCount; ++i) EXPECT_NEAR(cpu[i], gpu[i], kTolerance);
 }
@@ -51,21 +52,23 @@ TEST(CudaProbe, a_failing_cuda_call_is_an_exception_that_carries_the_call) {
 }
 
 TEST(CudaProbe, without_a_device_gpu_memory_is_refused_by_an_exception) {
-  if (cuda_available()) GTEST_SKIP() << "a CUDA device is here";
+  if (!cuda_devices().empty()) GTEST_SKIP() << "a CUDA device is here";
   EXPECT_THROW(DeviceBuffer<float>(16), CudaError);
 }
 
-TEST(CudaProbe, a_buffer_gives_back_what_it_was_given_and_refuses_more) {
-  if (!cuda_available()) GTEST_SKIP() << "no CUDA device";
-  DeviceBuffer<float> buffer(wave(0));
-  EXPECT_EQ(buffer.to_host(), wave(0));
-  std::vector<float> more(kCount + 1);
-  EXPECT_THROW(buffer.download(more.data(), more.size()), std::invalid_argument);
+TEST(CudaProbe, a_buffer_that_grows_is_empty_after_memory_has_ended) {
+  if (cuda_devices().empty()) GTEST_SKIP() << "no CUDA device";
+  DeviceBuffer<float> buffer(16);
+  float* const before = buffer.data();
+  EXPECT_EQ(buffer.room(8), before);
+  EXPECT_THROW(buffer.room(std::size_t{1} << 50), CudaError);
+  EXPECT_EQ(buffer.size(), 0u);
+  EXPECT_NE(buffer.room(32), nullptr);
 }
 #else
 TEST(CudaProbe, a_build_without_cuda_says_so) {
-  EXPECT_FALSE(cuda_available());
-  EXPECT_THROW(scale_and_add_cuda(1, {1}, {1}), std::runtime_error);
+  EXPECT_TRUE(cuda_devices().empty());
+  EXPECT_THROW(scale_and_add_cuda(1, {1}, {1}, 0), std::runtime_error);
 }
 #endif
 

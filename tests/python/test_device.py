@@ -6,30 +6,91 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core, device
+from sdftrack._internal import device_record
+from sdftrack.testing import self_test
 
 
 def test_the_cpu_is_always_there():
     assert device.resolve_device("cpu") == "cpu"
 
 
-def test_auto_is_cuda_exactly_where_it_can_be_used():
-    assert device.resolve_device("auto") == ("cuda" if st.cuda_available() else "cpu")
+@pytest.fixture
+def record(tmp_path, monkeypatch):
+    """No self-test is remembered from before."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+@pytest.fixture
+def two_gpus(monkeypatch, record):
+    monkeypatch.setattr(_core, "cuda_build", True)
+    monkeypatch.setattr(_core, "cuda_devices", lambda: [0, 2])
+    monkeypatch.setattr(_core, "cuda_fingerprint", lambda number: f"a GPU {number}, driver 1")
+
+
+def test_auto_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, monkeypatch):
+    assert device.resolve_device("auto") == "cpu"
+    device_record.remember(2, True)
+    assert device.resolve_device("auto") == "cpu"  # another one
+    device_record.remember(0, False)
+    assert device.resolve_device("auto") == "cpu"
+    device_record.remember(0, True)
+    assert device.resolve_device("auto") == "cuda:0"
+    monkeypatch.setattr(_core, "cuda_fingerprint", lambda number: f"a GPU {number}, driver 2")
+    assert device.resolve_device("auto") == "cpu"
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "{", "[" * 100000, "null"])
+def test_a_damaged_record_is_no_record(two_gpus, text):
+    device_record.remember(0, True)
+    device_record.record_path().write_text(text)
+    assert device.resolve_device("auto") == "cpu"
+    device_record.remember(0, True)
+    assert device.resolve_device("auto") == "cuda:0"
+
+
+def test_where_no_record_can_be_written_none_is_kept(two_gpus, monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    device_record.remember(0, True)
+    assert device.resolve_device("auto") == "cpu"
+
+
+def test_a_self_test_that_cannot_run_has_failed(two_gpus, monkeypatch):
+    def fails(number):
+        raise RuntimeError("CUDA: cudaMalloc: no memory")
+
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (0.0, 0.0), "b": fails})
+    assert [c.agrees for c in self_test.run_self_test(0)] == [True, False]
+    assert device.resolve_device("auto") == "cpu"
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (0.0, 0.0)})
+    assert self_test.run_self_test(0)[0].agrees
+    assert device.resolve_device("auto") == "cuda:0"
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (float("nan"), 1.0)})
+    assert not self_test.run_self_test(0)[0].agrees
+    assert device.resolve_device("auto") == "cpu"
 
 
 @pytest.mark.parametrize("cuda_build", [False, True])
 def test_cuda_without_a_device_or_build_says_which_is_missing(monkeypatch, cuda_build):
     monkeypatch.setattr(_core, "cuda_build", cuda_build)
-    monkeypatch.setattr(_core, "cuda_available", lambda: False)
-    missing = "no CUDA device is available" if cuda_build else r"no CUDA path.*SDFTRACK_CUDA=ON"
+    monkeypatch.setattr(_core, "cuda_devices", lambda: [])
+    missing = "no CUDA device of capability" if cuda_build else r"no CUDA path.*SDFTRACK_CUDA=ON"
     with pytest.raises(RuntimeError, match=missing):
         device.resolve_device("cuda")
     assert device.resolve_device("auto") == "cpu"
 
 
-def test_cuda_is_chosen_where_build_and_device_are_there(monkeypatch):
-    monkeypatch.setattr(_core, "cuda_build", True)
-    monkeypatch.setattr(_core, "cuda_available", lambda: True)
-    assert device.resolve_device("cuda") == device.resolve_device("auto") == "cuda"
+def test_a_gpu_is_chosen_by_its_number(two_gpus):
+    assert device.resolve_device("cuda") == "cuda:0"
+    assert device.resolve_device("cuda:2") == "cuda:2"
+    with pytest.raises(RuntimeError, match=r'device="cuda:1": expected one of .*cuda:0, cuda:2'):
+        device.resolve_device("cuda:1")
+
+
+@pytest.mark.parametrize("name", ["cuda:", "cuda:-1", "cuda:1.5", "cuda:99999", "CUDA", "cuda:0 ", "cuda:٣"])
+def test_a_number_that_is_none_is_refused(two_gpus, name):
+    with pytest.raises((ValueError, RuntimeError), match="device"):
+        device.resolve_device(name)
 
 
 def test_another_word_is_refused():

@@ -6,7 +6,9 @@ import pytest
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
 
 import sdftrack as st
-from sdftrack import _core, metrics
+from sdftrack import _core, device, metrics
+from sdftrack.cli.app import run
+from sdftrack.testing.self_test import run_self_test
 
 REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
 needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
@@ -31,14 +33,14 @@ def test_the_cpu_scales_and_adds(vectors):
 def test_the_gpu_computes_what_the_cpu_does(vectors):
     x, y = vectors
     np.testing.assert_allclose(
-        _core.scale_and_add(1.5, x, y, cuda=True), _core.scale_and_add(1.5, x, y), rtol=0, atol=FMA_ATOL
+        _core.scale_and_add(1.5, x, y, device=0), _core.scale_and_add(1.5, x, y), rtol=0, atol=FMA_ATOL
     )
 
 
 @pytest.mark.gpu
 @needs_gpu
 def test_the_device_has_a_name():
-    assert _core.cuda_device_name()
+    assert _core.cuda_device_name(_core.cuda_devices()[0])
 
 
 def test_an_array_of_another_dtype_is_refused_with_a_hint(vectors):
@@ -103,8 +105,8 @@ def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
     color = np.where((depth < 1)[..., None], np.uint8([200, 60, 40]), np.uint8([90, 100, 110]))
     frame = st.Frame(depth, color)
     poses = []
-    for device in ("cpu", "cuda"):
-        tracker = st.Tracker(box, CAMERA, mode=mode, device=device, threads=1)
+    for where in ("cpu", "cuda"):
+        tracker = st.Tracker(box, CAMERA, mode=mode, device=where, threads=1)
         tracker.start(frame, poses=[POSE])
         poses.append(tracker.track(frame).pose)
     metres, radians = metrics.pose_error(*poses)
@@ -116,7 +118,7 @@ def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
 def test_a_cpu_build_says_how_to_get_cuda(vectors):
     x, y = vectors
     with pytest.raises(RuntimeError, match="SDFTRACK_CUDA=ON"):
-        _core.scale_and_add(1.5, x, y, cuda=True)
+        _core.scale_and_add(1.5, x, y, device=0)
 
 
 # Five steps, each of which rounds once less on the GPU.
@@ -130,13 +132,37 @@ def test_the_gpu_evolves_a_contour_as_the_cpu_does():
     phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
     foreground = np.random.default_rng(0).uniform(0.02, 0.98, phi.shape).astype(np.float32)
     cpu = _core.contour_steps(phi, foreground, 5, {})
-    gpu = _core.contour_steps(phi, foreground, 5, {}, device="cuda")
+    gpu = _core.contour_steps(phi, foreground, 5, {}, device=0)
     near = np.abs(phi) < 5  # the CPU bridges gaps of the band
     np.testing.assert_allclose(gpu[near], cpu[near], rtol=0, atol=CONTOUR_ATOL)
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert device.resolve_device("auto") == "cpu"
+    number = _core.cuda_devices()[0]
+    assert [c for c in run_self_test(number) if not c.agrees] == []
+    assert device.resolve_device("auto") == f"cuda:{number}"
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_the_command_prints_the_self_test_and_exits_with_0(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert run(["info", "--self-test"]) == 0
+    assert "superpixels: agrees" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(st.cuda_available(), reason="a GPU is here")
+def test_a_self_test_without_a_gpu_is_an_error(capsys):
+    assert run(["info", "--self-test"]) == 1
+    assert "CUDA" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
 def test_a_build_without_cuda_refuses_a_contour_on_the_gpu():
     phi = np.ones((9, 9), np.float32)
     with pytest.raises(RuntimeError, match="no CUDA path"):
-        _core.contour_steps(phi, phi, 1, {}, device="cuda")
+        _core.contour_steps(phi, phi, 1, {}, device=0)

@@ -343,7 +343,7 @@ def memory_of(image):
     """Bytes a pixel of a call, labels among them, 256 pixels a segment."""
     work, options = _core.SlicWork(), _core.SlicOptions()
     options.n_segments = image.shape[0] * image.shape[1] // 256
-    labels = work.run(image, options, None, None, False, 0, False)[0]
+    labels = work.run(image, options, None, None, False, 0, -1)[0]
     return (work.bytes + labels.nbytes) / labels.size
 
 

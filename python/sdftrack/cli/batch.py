@@ -10,7 +10,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -51,7 +50,7 @@ def batch(
         bool, typer.Option("--check", help="Only read the plan and show the calls that it stands for.")
     ] = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: Annotated[
         int, typer.Option(min=0, help="Threads of each call, where the plan does not say; 0: all cores.")
     ] = 1,
@@ -78,7 +77,7 @@ def batch(
         raise Usage("expected one of --scheduler and --jobs", "--jobs")
     common = {
         "threads": threads,
-        "device": device.value,
+        "device": device,
         "config": None if config is None else str(config.resolve()),
     }
     items = read_plan(

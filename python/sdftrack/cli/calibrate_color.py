@@ -15,7 +15,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -64,7 +63,7 @@ def color(
     color_topic: ColorTopicOption = None,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search for consistent pairs.")] = 0,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

@@ -14,7 +14,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     QuietOption,
@@ -62,7 +61,7 @@ def depth(
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
     voxels: Annotated[int, typer.Option(min=8, help="Voxels along its longest side.")] = 200,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

@@ -17,7 +17,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -104,7 +103,7 @@ def intrinsics(
         typer.Option("--max-pixels", min=MIN_PIXELS, help="Maximum number of depth pixels used per frame."),
     ] = 5000,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping, Sequence
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -17,7 +17,6 @@ __all__ = [
     "ColorTopicOption",
     "ConfigOption",
     "DepthTopicOption",
-    "Device",
     "DeviceOption",
     "LayoutOption",
     "OutOption",
@@ -44,13 +43,15 @@ T = TypeVar("T")
 MAX_PX = 1e6  # of a window in an image
 
 
-class Device(str, Enum):
-    auto = "auto"
-    cpu = "cpu"
-    cuda = "cuda"
+def _device(value: str) -> str:
+    if re.fullmatch(r"auto|cpu|cuda(:\d{1,4})?", value, re.IGNORECASE) is None:
+        raise typer.BadParameter(f"expected one of auto, cpu, cuda, cuda:N, got {value!r}")
+    return value.lower()
 
 
-DeviceOption = Annotated[Device, typer.Option(help="Device for the computation.", case_sensitive=False)]
+DeviceOption = Annotated[
+    str, typer.Option(help="Device for the computation.", metavar="auto|cpu|cuda|cuda:N", callback=_device)
+]
 ThreadsOption = Annotated[
     int, typer.Option(min=0, help="Number of threads; 0: all cores. Results do not depend on it.")
 ]
@@ -109,30 +110,30 @@ def opening(layout: str, depth_topic: str | None, color_topic: str | None) -> di
     return {"layout": layout, "depth_topic": depth_topic, "color_topic": color_topic}
 
 
-def check_cpu_only(config: Path | None, device: Device) -> None:
+def check_cpu_only(config: Path | None, device: str) -> None:
     """For commands that run on the CPU and do not use --config: an invalid one is an error."""
     refuse_cuda(device)
     check_common(config, device)
 
 
-def refuse_cuda(device: Device) -> None:
+def refuse_cuda(device: str) -> None:
     """Usage error for --device cuda in commands that do not support it."""
-    if device is Device.cuda:
+    if device.startswith("cuda"):
         raise Usage(
-            "expected auto or cpu, got cuda: this command runs on the CPU (track, superpixels and demo use a GPU)",
+            f"expected auto or cpu, got {device}: this command runs on the CPU (track, superpixels and demo use a GPU)",
             "--device",
         )
 
 
-def check_common(config: Path | None, device: Device) -> str:
+def check_common(config: Path | None, device: str) -> str:
     """For commands that do not use --config: it is read, and an invalid one is an error.
 
-    Returns the device, "cpu" or "cuda".
+    Returns the device, "cpu" or "cuda:N".
     """
     from sdftrack.device import resolve_device
 
     tracker_settings(config)
-    return resolve_device(device.value)
+    return resolve_device(device)
 
 
 def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str, Any]:

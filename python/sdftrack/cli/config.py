@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -18,7 +17,7 @@ def config(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

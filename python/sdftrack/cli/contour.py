@@ -12,7 +12,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -71,7 +70,7 @@ def contour(
     stop: StopOption = None,
     step: StepOption = 1,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

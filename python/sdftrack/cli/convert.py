@@ -12,7 +12,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -52,7 +51,7 @@ def convert(
     depth_topic: DepthTopicOption = None,
     color_topic: ColorTopicOption = None,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

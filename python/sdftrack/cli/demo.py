@@ -13,7 +13,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -46,7 +45,7 @@ def demo(
     frames: Annotated[int, typer.Option(min=12, help="Number of frames.")] = 240,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of noise and colours.")] = 0,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -70,7 +69,7 @@ def demo(
 
     folder = DEFAULT_OUT if out is None else out
     overwrite = overwrite or (out is None and _ours(folder))
-    options = {**tracker_settings(config), "device": device.value, "threads": threads}
+    options = {**tracker_settings(config), "device": device, "threads": threads}
     shown = {round(s * (frames - 1)) for s in STRIP}
     pictures, results, first = [], [], []
     settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}

@@ -13,7 +13,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -99,7 +98,7 @@ def live(
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
     sensor: SensorOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -119,7 +118,7 @@ def live(
         source = stack.enter_context(live_start.camera_of(task, address, width, height, fps, camera))
         if contour:
             source = ColorAlone(source)
-        options = {"unit": unit, "voxels": voxels, "device": device.value, "threads": threads}
+        options = {"unit": unit, "voxels": voxels, "device": device, "threads": threads}
         follower, shapes = live_start.follower_of(task, source.camera, options, settings)
         new_recorder = None
         if out is not None:

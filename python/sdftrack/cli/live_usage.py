@@ -7,7 +7,7 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
-from sdftrack.cli.common import Device, Usage, refuse_cuda
+from sdftrack.cli.common import Usage, refuse_cuda
 from sdftrack.cli.init import Init, parse_init, parse_inits
 from sdftrack.cli.live_camera import is_webcam
 from sdftrack.cli.sequences import MODES, check_unit
@@ -70,7 +70,7 @@ class Task:
         self,
         unit: str | None,
         seconds: float | None,
-        device: Device,
+        device: str,
         streams: list[str],
         webcam: bool,
         intrinsics: Path | None,

@@ -11,7 +11,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -100,7 +99,7 @@ def motion(
         str | None, typer.Option(metavar="c3d,sto,trc,csv", help="Smoothed trajectories for other programs.")
     ] = None,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

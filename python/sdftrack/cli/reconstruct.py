@@ -15,7 +15,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -183,7 +182,7 @@ def reconstruct(
         bool, typer.Option("--no-video", help="Do not write overlay.mp4 and turntable.mp4.")
     ] = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -232,7 +231,7 @@ def reconstruct(
         part=slice(start, stop, step),
         source=source,
         video=not no_video,
-        device=device.value,
+        device=device,
         threads=threads,
         options=reconstructor_settings(config, evolution),
         quiet=quiet,

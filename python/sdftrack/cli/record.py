@@ -14,7 +14,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -57,7 +56,7 @@ def record(
     height: HeightOption = None,
     fps: FpsOption = None,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

@@ -10,7 +10,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -38,7 +37,7 @@ def reproduce(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -59,7 +58,7 @@ def reproduce(
         raise Usage(str(error)) from None
     if unit not in (None, *UNITS):
         raise Usage(f"expected one of {', '.join(UNITS)}, got {unit!r}", "--unit")
-    options = {**tracker_settings(config), "device": device.value, "threads": threads}
+    options = {**tracker_settings(config), "device": device, "threads": threads}
     root = Path("sdftrack-reproduce") if out is None else out
     for f in wanted:
         folder = root / f.id

@@ -12,7 +12,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -51,7 +50,7 @@ def superpixels(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -78,7 +77,7 @@ def superpixels(
         "color_space": color_space.value, "distance": distance.value,
     }  # fmt: skip
     began = time.perf_counter()
-    labels = st.superpixels.slic(picture, **options, mask=inside, threads=threads, device=device.value)
+    labels = st.superpixels.slic(picture, **options, mask=inside, threads=threads, device=device)
     seconds = time.perf_counter() - began
     prepare_folder(out, overwrite)
     _write(out, picture, labels, {"image": str(image), "mask": mask and str(mask), **options}, seconds)

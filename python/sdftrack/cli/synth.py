@@ -11,7 +11,6 @@ import typer
 
 from sdftrack.cli.common import (
     ConfigOption,
-    Device,
     DeviceOption,
     OutOption,
     OverwriteOption,
@@ -120,7 +119,7 @@ def synth(
     resume: ResumeOption = False,
     color: ColorOption = ColorFiles.png,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

@@ -16,7 +16,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -129,7 +128,7 @@ def track(
     no_video: Annotated[bool, typer.Option("--no-video", help="Do not write overlay.mp4.")] = False,
     config: ConfigOption = None,
     sensor: SensorOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
@@ -150,7 +149,7 @@ def track(
         )
     source = opening(layout, depth_topic, color_topic)
     assert out is not None
-    options = {**tracker_settings(config, sensor), "device": device.value, "threads": threads}
+    options = {**tracker_settings(config, sensor), "device": device, "threads": threads}
     if outline is not None:
         if outline and mode == "depth":
             raise Usage(

@@ -13,7 +13,6 @@ from sdftrack.cli.common import (
     ColorTopicOption,
     ConfigOption,
     DepthTopicOption,
-    Device,
     DeviceOption,
     LayoutOption,
     OutOption,
@@ -56,7 +55,7 @@ def view(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     config: ConfigOption = None,
-    device: DeviceOption = Device.auto,
+    device: DeviceOption = "auto",
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:

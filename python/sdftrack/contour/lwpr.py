@@ -18,7 +18,7 @@ from sdftrack.contour import lwpr_file
 from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
-from sdftrack.device import resolve_device
+from sdftrack.device import CPU, device_number
 
 __all__ = ["LWPR"]
 
@@ -152,7 +152,7 @@ class LWPR(SklearnParts):
         x : (n_in,) or (N, n_in) float
         confidence, return_std : bool
             Either: also return the standard deviation of the prediction (defined in docs/lwpr.md).
-        device : "cpu", "cuda" or "auto"
+        device : "cpu", "cuda", "cuda:N" or "auto"
             The GPU does not support standard deviations.
 
         Returns
@@ -171,14 +171,14 @@ class LWPR(SklearnParts):
         model = self._learnt("predict")
         rows, single = inputs(x, model.n_in)
         with_sd = bool(confidence or return_std)
-        where = resolve_device(device)
-        if where == "cuda" and with_sd:
-            if device == "cuda":
+        number = device_number(device)
+        if number != CPU and with_sd:
+            if device != "auto":
                 raise ValueError(
                     'device: standard deviations are computed on the CPU; use device="cpu" for them'
                 )
-            where = "cpu"
-        said = model.predict(rows, with_sd, self.threads, where == "cuda")
+            number = CPU
+        said = model.predict(rows, with_sd, self.threads, number)
         if with_sd:
             return self._shaped(said[0], single), self._shaped(said[1], single)
         return self._shaped(said, single)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.validation import number, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.device import resolve_device
+from sdftrack.device import device_number
 from sdftrack.energy.state import Linearization, Minimum, State, state_poses
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
@@ -50,7 +50,7 @@ class Energy:
         s of the logistic density (thesis Eq. 3.11), m.
     threads : int
         0: all cores. The sums have the same bits for any number.
-    device : {"cpu", "cuda", "auto"}
+    device : {"cpu", "cuda", "cuda:N", "auto"}
         Device for the sums; results on a GPU agree with the CPU to 1e-4.
     options : fields of TrackerOptions
         ``residual``, ``curvature``, ``outlier_floor``, ``padding_m``, ``noise_m``, ``max_pixels``,
@@ -118,7 +118,7 @@ class Energy:
             [shape._core_args for shape in many], self.camera._core,
             frame.depth, mask, list(T), self.options._to_core(), float(scale_m),
             "scale" in unknowns, "intrinsics" in unknowns, threads,
-            color, None if color is None else color_map(camera, color), resolve_device(device) == "cuda",
+            color, None if color is None else color_map(camera, color), device_number(device),
         )  # fmt: skip
         self.start = State(
             T,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera
-from sdftrack.device import resolve_device
+from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
@@ -44,7 +44,7 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
         )
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
-    if device != "auto" and resolve_device(device) == "cuda":
+    if device != "auto" and device_number(device) != CPU:
         raise ValueError("device: reconstruction runs on the CPU only; use device='cpu' or 'auto'")
     if mode not in ("auto", "depth", "rgbd"):
         raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")

@@ -12,7 +12,7 @@ import time
 from functools import partial
 from typing import Any
 
-from sdftrack.device import resolve_device
+from sdftrack.device import CPU, resolve_device
 from sdftrack.evaluation.tables import text_table
 from sdftrack.reproduce import Context
 from sdftrack.reproduce.measures.call_times import PER_SEGMENT_PX, times_ms
@@ -50,7 +50,7 @@ def _parts(image: Any, n: int, device: str, seconds: float) -> tuple[float, floa
     import sdftrack as st
     from sdftrack import _core
 
-    if device == "cuda":
+    if device != "cpu":
         call_of = partial(st.superpixels.slic, image, n, COMPACTNESS, ITERATIONS, device=device)
         whole, part = (
             times_ms(partial(call_of, enforce_connectivity=connected), seconds)[0]
@@ -64,7 +64,7 @@ def _parts(image: Any, n: int, device: str, seconds: float) -> tuple[float, floa
 
     def call() -> None:
         began = time.perf_counter()
-        connect_s = work.run(image, options, None, None, False, 1, False)[4]
+        connect_s = work.run(image, options, None, None, False, 1, CPU)[4]
         kmeans.append(1e3 * (time.perf_counter() - began - connect_s))
         connecting.append(1e3 * connect_s)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, whole
-from sdftrack.device import resolve_device
+from sdftrack.device import CPU, device_number
 from sdftrack.superpixels.arguments import (
     checked_depth,
     checked_image,
@@ -84,7 +84,7 @@ def slic(
         Units of colour per metre, above 0; `depth_weight` x the largest depth at most 200.
     threads : int
         0: all cores.
-    device : {"auto", "cpu", "cuda"}
+    device : {"auto", "cpu", "cuda", "cuda:N"}
     **scikit_image
         ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero``, ``max_size_factor``, accepted only
         with their neutral value; the error for other values suggests an alternative.
@@ -115,7 +115,7 @@ def slic(
     (1, True)
     """
     refuse_unless_usual(scikit_image)
-    cuda = resolve_device(device) == "cuda"
+    number = device_number(device)
     pixels = checked_shape(image)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
     pixels = checked_values(pixels, inside)
@@ -130,7 +130,7 @@ def slic(
     pixels = cut(pixels, part)
     inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
     try:
-        made: Labels = _core.slic(pixels, options, inside, seen, workers, cuda)[0]
+        made: Labels = _core.slic(pixels, options, inside, seen, workers, number)[0]
         if made.shape == shape:
             return made
         labels = np.zeros(shape, np.int32)
@@ -206,7 +206,7 @@ class Video:
         resume = self._shape == pixels.shape[:2]
         self._shape = None  # until this has gone well
         labels, self.segments, self.iterations, self.residual, _ = self._work.run(
-            pixels, self._options[resume], None, None, resume, self._threads, False
+            pixels, self._options[resume], None, None, resume, self._threads, CPU
         )
         self._shape = pixels.shape[:2]
         made: Labels = labels

@@ -19,7 +19,7 @@ from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.device import resolve_device
+from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import Place, one_place, place_list
@@ -79,7 +79,7 @@ class Tracker:
         first frame, which is fitted by depth alone. ``"rgb"`` tracks the outline in the colour image without depth: it
         starts from poses, does not search, and the status is at best ``"weak"``, because an outline hardly constrains
         the distance (docs/math/outline.md). ``mode_used`` states the mode used in the last frame.
-    device : {"auto", "cpu", "cuda"}
+    device : {"auto", "cpu", "cuda", "cuda:N"}
         Device for the sums over many pixels; with ``"cuda"`` those over 1,500 pixels and more run on the GPU,
         everything else on the CPU. ``"auto"`` is the CPU: a GPU pays off only with far more pixels than usual.
     threads : int
@@ -168,7 +168,7 @@ class Tracker:
         expect("motion", motion, tuple(_core.MotionModel.__members__))
         check_switches(collision, membership, threads)
         # A frame of some thousand measurements finishes on the CPU before a kernel could launch.
-        cuda = device != "auto" and resolve_device(device) == "cuda"
+        number = CPU if device == "auto" else device_number(device)
         self.mode = mode
         self.mode_used = ["depth"] * len(self.shapes)
         self._color_map: tuple[Any, Any] = (None, None)  # of what camera and size, and the map
@@ -177,11 +177,11 @@ class Tracker:
         if mode == "rgb":
             always["outline"] = True
         self.threads = threads
-        self.device = "cuda" if cuda else "cpu"
+        self.device = "cpu" if number == CPU else f"cuda:{number}"
         self.recover_lost = bool(recover)
         self.membership = membership
         self.motion = motion
-        self._cuda, self.collision, self._always = cuda, collision, always
+        self._device_number, self.collision, self._always = number, collision, always
         self._reads_outline = mode == "rgb" or self.options.outline
         self._last: TrackResult | None = None
         self._lock = threading.Lock()
@@ -192,7 +192,7 @@ class Tracker:
             self.threads,
             self.recover_lost,
             _core.MotionModel.__members__[self.motion],
-            self._cuda,
+            self._device_number,
             _core.Collision.__members__[COLLISIONS[self.collision]],
         )
         self._paint_all()

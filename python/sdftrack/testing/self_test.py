@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""The self-test of a GPU: everything that can run on it, compared with the CPU."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdftrack import _core
+from sdftrack._internal.device_record import remember
+
+__all__ = ["Check", "run_self_test"]
+
+# Sums of floats in another order, and a x + y in one rounding.
+SUM_RTOL, POSE_ATOL, CELL_ATOL, LWPR_RTOL = 1e-4, 1e-5, 1e-4, 1e-9
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison.
+
+    Attributes
+    ----------
+    name : str
+    agrees : bool
+    detail : str
+        The largest difference and what is allowed, or the error.
+    """
+
+    name: str
+    agrees: bool
+    detail: str
+
+
+def run_self_test(number: int) -> list[Check]:
+    """Compare GPU `number` with the CPU; whether all agree is remembered for ``device="auto"``."""
+    checks = [_checked(name, compare, number) for name, compare in COMPARISONS.items()]
+    remember(number, all(check.agrees for check in checks))
+    return checks
+
+
+def _checked(name: str, compare: Callable[[int], tuple[float, float]], number: int) -> Check:
+    try:
+        difference, allowed = compare(number)
+    except (RuntimeError, ValueError, MemoryError) as error:
+        return Check(name, False, " ".join(str(error).split()))
+    agrees = bool(difference <= allowed)  # not where it is NaN
+    return Check(name, agrees, f"largest difference {difference:.2g}, allowed {allowed:.2g}")
+
+
+def _arithmetic(number: int) -> tuple[float, float]:
+    x, y = np.random.default_rng(0).normal(size=(2, 1000)).astype(np.float32)
+    gpu = _core.scale_and_add(1.5, x, y, device=number)
+    return float(np.abs(gpu - _core.scale_and_add(1.5, x, y)).max()), 2e-6
+
+
+def _scene() -> tuple[Any, Any, Any, Any]:
+    """Volume, camera, frame and pose of a box before a wall, with noise of 1 mm."""
+    import sdftrack as st
+
+    camera = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=60)
+    pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5])
+    clean = box.render(camera, pose)[0]
+    noisy = clean + np.random.default_rng(0).normal(0, 0.001, clean.shape)
+    depth = np.where(clean > 0, noisy, 1.2).astype(np.float32)
+    color = np.where((clean > 0)[..., None], (200, 60, 40), (90, 100, 110)).astype(np.uint8)
+    return box, camera, st.Frame(depth, color), pose
+
+
+def _sums(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    box, camera, frame, pose = _scene()
+    worst = 0.0
+    for unknowns in (("pose",), ("pose", "scale"), ("pose", "intrinsics")):
+        cpu, gpu = (
+            st.Energy(box, camera, frame, pose, unknowns=unknowns, device=d)
+            for d in ("cpu", f"cuda:{number}")
+        )
+        a, b = cpu.linearize(cpu.start), gpu.linearize(gpu.start)
+        size = np.sqrt(np.outer(np.diag(a.hessian), np.diag(a.hessian)))
+        worst = max(worst, abs(b.cost / a.cost - 1), float(np.abs((b.hessian - a.hessian) / size).max()))
+    return worst, SUM_RTOL
+
+
+def _poses(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    box, camera, frame, pose = _scene()
+    found = []
+    for device in ("cpu", f"cuda:{number}"):
+        for mode in ("depth", "rgbd"):
+            tracker = st.Tracker(box, camera, mode=mode, device=device, threads=1)
+            tracker.start(frame, poses=[pose])
+            found.append(tracker.track(frame).pose)
+    half = len(found) // 2
+    errors = [st.metrics.pose_error(a, b) for a, b in zip(found[:half], found[half:], strict=True)]
+    return float(np.max(errors)), POSE_ATOL
+
+
+def _labels(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    y, x = np.mgrid[:90, :130]
+    image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
+    image += np.random.default_rng(0).integers(0, 20, image.shape, dtype=np.uint8)
+    mask = (x + 2 * y) % 19 > 0
+    different = 0
+    ways: tuple[dict[str, Any], ...] = (
+        {},
+        {"mask": mask},
+        {"distance": "thesis"},
+        {"enforce_connectivity": False},
+    )
+    for way in ways:
+        cpu, gpu = (
+            st.superpixels.slic(image, n_segments=80, device=d, **way) for d in ("cpu", f"cuda:{number}")
+        )
+        different += int((cpu != gpu).sum())
+    return float(different), 0.0
+
+
+def _predictions(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (1000, 2))
+    model = st.LWPR(2, 1)
+    model.update(x, (np.sin(3 * x[:, 0]) + x[:, 1] ** 2)[:, None])
+    ask = rng.uniform(-1, 1, (5000, 2))
+    cpu, gpu = model.predict(ask), model.predict(ask, device=f"cuda:{number}")
+    return float(np.abs(gpu - cpu).max() / np.abs(cpu).max()), LWPR_RTOL
+
+
+def _contour(number: int) -> tuple[float, float]:
+    y, x = np.mgrid[:90, :120]
+    phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
+    foreground = np.random.default_rng(0).uniform(0.02, 0.98, phi.shape).astype(np.float32)
+    cpu, gpu = (_core.contour_steps(phi, foreground, 5, {}, device=d) for d in (-1, number))
+    near = np.abs(phi) < 5  # the CPU bridges gaps of the band
+    return float(np.abs(gpu - cpu)[near].max()), CELL_ATOL
+
+
+COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
+    "arithmetic": _arithmetic,
+    "sums over pixels": _sums,
+    "poses of a frame": _poses,
+    "superpixels": _labels,
+    "LWPR": _predictions,
+    "contour": _contour,
+}

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// The stand-in for CUDA shows the errors that it is there to show.
+#ifdef SDFTRACK_CUDA_ON_CPU
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <vector>
+
+#include "base/device_stream.h"
+#include "base/launch.cuh"
+#include "control.h"
+#include "cuda_runtime.h"
+
+namespace sdftrack {
+namespace {
+
+constexpr int kCount = 64;
+
+class CudaOnCpu : public testing::Test {
+ protected:
+  void SetUp() override { cuda_on_cpu::reset({}); }
+  void TearDown() override { cuda_on_cpu::reset({}); }
+};
+
+// Turns the block's numbers round; `synced`: as it must be.
+struct Reverse {
+  static constexpr const char* kName = "reverse";
+  static constexpr int kThreads = kCount;
+  float* values;
+  bool synced;
+  void operator()() const {
+    SDFTRACK_SHARED(float[kCount], held);
+    held[threadIdx.x] = values[threadIdx.x];
+    if (synced) __syncthreads();
+    values[threadIdx.x] = held[kCount - 1 - threadIdx.x];
+  }
+};
+
+std::vector<float> counted() {
+  std::vector<float> out(kCount);
+  std::iota(out.begin(), out.end(), 0.0f);
+  return out;
+}
+
+std::vector<float> reversed(bool synced) {
+  const DeviceStream stream;
+  DeviceBuffer<float> there(kCount);
+  std::vector<float> values = counted();
+  stream.upload(values.data(), kCount, there.data());
+  launch(stream, 1, Reverse{there.data(), synced});
+  stream.download(there.data(), kCount, values.data());
+  stream.wait();
+  return values;
+}
+
+TEST_F(CudaOnCpu, a_barrier_that_is_missing_shows_in_the_result) {
+  std::vector<float> wanted = counted();
+  std::reverse(wanted.begin(), wanted.end());
+  EXPECT_EQ(reversed(true), wanted);
+  const std::vector<float> got = reversed(false);
+  EXPECT_NE(got, wanted);
+}
+
+struct HalfWaits {
+  static constexpr const char* kName = "half waits";
+  static constexpr int kThreads = kCount;
+  void operator()() const {
+    if (threadIdx.x < 32)
+      __syncthreads();
+    else
+      __shfl_down_sync(0xffffffffu, 1, 1);
+    __syncthreads();
+    if (threadIdx.x == 5) __syncwarp();
+  }
+};
+
+TEST_F(CudaOnCpu, threads_that_wait_at_different_places_are_an_error_not_a_hang) {
+  const DeviceStream stream;
+  launch(stream, 1, HalfWaits{});
+  EXPECT_THROW(stream.wait(), CudaError);
+  EXPECT_NE(cuda_on_cpu::last_message().find("wait for each other"), std::string::npos);
+  EXPECT_THROW(stream.wait(), CudaError);  // the device is broken from then on
+}
+
+struct WriteAt {
+  static constexpr const char* kName = "write";
+  static constexpr int kThreads = 1;
+  float* at;
+  void operator()() const { *at = 1; }
+};
+
+TEST_F(CudaOnCpu, a_write_beyond_an_allocation_is_an_error) {
+  const DeviceStream stream;
+  DeviceBuffer<float> there(kCount);
+  launch(stream, 1, WriteAt{there.data() + kCount});
+  EXPECT_THROW(stream.wait(), CudaError);
+}
+
+TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
+  const DeviceBuffer<float> there(kCount);
+  EXPECT_DEATH(static_cast<void>(*const_cast<volatile const float*>(there.data())), "");
+}
+
+void write_to_the_other_device() {
+  cuda_on_cpu::Settings settings;
+  settings.devices = 2;
+  cuda_on_cpu::reset(settings);
+  DeviceBuffer<float> here(kCount);
+  const DeviceScope scope(1);
+  const DeviceStream other;
+  launch(other, 1, WriteAt{here.data()});
+  other.wait();
+}
+
+TEST_F(CudaOnCpu, a_kernel_cannot_use_the_memory_of_another_device) {
+  EXPECT_DEATH(write_to_the_other_device(), "");
+}
+
+// A copy outside of the stream does not wait for it, nor the stream for the copy.
+TEST_F(CudaOnCpu, a_copy_on_another_stream_may_come_too_late) {
+  int stale = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    cuda_on_cpu::Settings settings;
+    settings.seed = seed;
+    cuda_on_cpu::reset(settings);
+    const DeviceStream stream;
+    DeviceBuffer<float> there(kCount);
+    std::vector<float> values = counted();
+    SDFTRACK_CHECK_CUDA(
+        cudaMemcpy(there.data(), values.data(), kCount * sizeof(float), cudaMemcpyHostToDevice));
+    stream.download(there.data(), kCount, values.data());
+    stream.wait();
+    stale += values != counted();
+  }
+  EXPECT_GT(stale, 5);
+  EXPECT_LT(stale, 95);
+}
+
+TEST_F(CudaOnCpu, pinned_memory_is_read_late) {
+  int seen = 0;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    cuda_on_cpu::Settings settings;
+    settings.seed = seed;
+    cuda_on_cpu::reset(settings);
+    const DeviceStream stream;
+    DeviceBuffer<float> there(1);
+    PinnedBuffer<float> host(1);
+    *host.data() = 1;
+    stream.upload(host.data(), 1, there.data());
+    *host.data() = 2;
+    float got = 0;
+    stream.download(there.data(), 1, &got);
+    stream.wait();
+    seen += got == 2;
+  }
+  EXPECT_GT(seen, 5);
+}
+
+TEST_F(CudaOnCpu, events_order_two_streams) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    cuda_on_cpu::Settings settings;
+    settings.seed = seed;
+    cuda_on_cpu::reset(settings);
+    const DeviceStream first, second;
+    DeviceBuffer<float> there(1);
+    cudaEvent_t event = nullptr;
+    SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
+    launch(first, 1, WriteAt{there.data()});
+    SDFTRACK_CHECK_CUDA(cudaEventRecord(event, first.get()));
+    SDFTRACK_CHECK_CUDA(cudaStreamWaitEvent(second.get(), event));
+    float got = 0;
+    second.download(there.data(), 1, &got);
+    second.wait();
+    EXPECT_EQ(got, 1);
+    SDFTRACK_CHECK_CUDA(cudaEventDestroy(event));
+  }
+}
+
+TEST_F(CudaOnCpu, memory_ends_and_comes_back) {
+  cuda_on_cpu::fail_call(1, cudaErrorMemoryAllocation);
+  DeviceBuffer<float> first(kCount), second;
+  EXPECT_THROW(second.room(kCount), CudaError);
+  EXPECT_EQ(second.size(), 0u);
+  EXPECT_EQ(cuda_on_cpu::failed_call(), "cudaMalloc");
+  EXPECT_NE(second.room(kCount), nullptr);
+  EXPECT_THROW(DeviceBuffer<float>(std::size_t{1} << 40), CudaError);
+}
+
+}  // namespace
+}  // namespace sdftrack
+#endif

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// What tests set of the stand-in, and ask of it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "cuda_runtime_api.h"
+
+namespace cuda_on_cpu {
+
+struct Settings {
+  std::uint64_t seed = 1;
+  int devices = 1;
+  std::size_t bytes = std::size_t{1} << 30;  // of each device
+  int compute_major = 9;                     // its capability
+  double early = 0.2;                        // part of the calls after which some waiting work runs at once
+};
+
+// Waits for everything; what was allocated stays. Also ends what `fail_call` has asked for, and errors.
+void reset(const Settings& settings);
+Settings settings();
+
+// The call after `calls` others that can fail gives `error`, once.
+void fail_call(std::int64_t calls, cudaError_t error);
+// Calls that can fail, since the last reset.
+std::int64_t calls();
+// The call that has failed on request; empty: none yet.
+std::string failed_call();
+// Bytes that are allocated on all devices.
+std::size_t bytes_in_use();
+// Kernels that have run since the last reset.
+std::int64_t kernels_run();
+// What the last failure of a kernel says.
+std::string last_message();
+
+}  // namespace cuda_on_cpu

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "memory.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace cuda_on_cpu {
+
+namespace {
+
+constexpr std::size_t kAlign = 256, kMark = 256;
+constexpr unsigned char kMarked = 0xa5, kUnset = 0xff;  // floats: NaN
+
+std::size_t rounded(std::size_t bytes) { return (bytes + kAlign - 1) / kAlign * kAlign; }
+
+}  // namespace
+
+DeviceMemory::DeviceMemory(std::size_t bytes) : bytes_(rounded(bytes)) {
+  void* const at = mmap(nullptr, bytes_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (at == MAP_FAILED) throw std::bad_alloc();
+  base_ = static_cast<char*>(at);
+}
+DeviceMemory::~DeviceMemory() { munmap(base_, bytes_); }
+
+// First fit, each with marked bytes on both sides.
+void* DeviceMemory::allocate(std::size_t bytes) {
+  const std::size_t room = rounded(bytes) + 2 * kMark;
+  std::size_t at = 0;
+  for (const auto& [offset, size] : allocated_) {
+    if (offset - kMark >= at + room) break;
+    at = offset + rounded(size) + kMark;
+  }
+  if (bytes > bytes_ || at + room > bytes_) return nullptr;
+  open();
+  high_ = std::max(high_, at + room);
+  mprotect(base_, high_, PROT_READ | PROT_WRITE);
+  std::memset(base_ + at, kMarked, room);
+  std::memset(base_ + at + kMark, kUnset, bytes);
+  allocated_[at + kMark] = bytes, in_use_ += bytes;
+  close();
+  return base_ + at + kMark;
+}
+
+bool DeviceMemory::free(void* pointer) {
+  const auto found = allocated_.find(static_cast<std::size_t>(static_cast<char*>(pointer) - base_));
+  if (!owns(pointer) || found == allocated_.end()) return false;
+  open();
+  std::memset(pointer, kUnset, found->second);
+  in_use_ -= found->second;
+  allocated_.erase(found);
+  close();
+  return true;
+}
+
+bool DeviceMemory::owns(const void* pointer) const {
+  const auto* const p = static_cast<const char*>(pointer);
+  return p >= base_ && p < base_ + bytes_;
+}
+
+bool DeviceMemory::holds(const void* pointer, std::size_t bytes) const {
+  if (!owns(pointer)) return false;
+  const auto at = static_cast<std::size_t>(static_cast<const char*>(pointer) - base_);
+  auto next = allocated_.upper_bound(at);
+  if (next == allocated_.begin()) return false;
+  --next;
+  return at + bytes <= next->first + next->second;
+}
+
+void DeviceMemory::open() {
+  if (open_++ == 0 && high_ > 0) mprotect(base_, high_, PROT_READ | PROT_WRITE);
+}
+
+bool DeviceMemory::close() {
+  if (--open_ > 0) return true;
+  const bool hold = marks_hold();
+  if (high_ > 0) mprotect(base_, high_, PROT_NONE);
+  return hold;
+}
+
+bool DeviceMemory::marks_hold() const {
+  const auto marked = [&](std::size_t from, std::size_t to) {
+    return std::all_of(base_ + from, base_ + to,
+                       [](char c) { return static_cast<unsigned char>(c) == kMarked; });
+  };
+  return std::all_of(allocated_.begin(), allocated_.end(), [&](const auto& one) {
+    const auto [offset, size] = one;
+    return marked(offset - kMark, offset) && marked(offset + size, offset + rounded(size) + kMark);
+  });
+}
+
+}  // namespace cuda_on_cpu
