@@ -11,14 +11,15 @@ namespace {
 using namespace py::literals;
 
 py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio, double voxel_size,
-                                 int steps, const levelset::EvolveOptions& options, int threads) {
+                                 int steps, const levelset::EvolveOptions& options, int threads, int device) {
   const SdfView volume = volume_view(phi, voxel_size, {0, 0, 0});
   const float* ratio = borrow<float>(log_ratio, "log_ratio", {volume.nz, volume.ny, volume.nx});
   const sdf::Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
   std::vector<float> out;
   {
     const ReleaseGil release;
-    out = levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
+    out = device >= 0 ? levelset::evolve_cuda(grid, volume.phi, ratio, steps, options, device)
+                      : levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
   }
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});
 }
@@ -34,7 +35,7 @@ void bind_levelset(py::module_& m) {
       .def_readwrite("printed", &levelset::EvolveOptions::printed)
       .def_property_readonly("longest_step", &levelset::longest_step);
   m.def("evolve", &evolve_values, "phi"_a, "log_ratio"_a, "voxel_size"_a, "steps"_a, "options"_a,
-        "threads"_a = 0);
+        "threads"_a = 0, "device"_a = -1);
 }
 
 }  // namespace sdftrack::bindings

@@ -4,6 +4,8 @@
 //   struct Clear { static constexpr const char* kName = "clear"; static constexpr int kThreads = 256; ... };
 #pragma once
 
+#include <cuda_runtime.h>
+
 #include <type_traits>
 
 #include "base/device_stream.h"

@@ -81,7 +81,7 @@ struct LinearizeShared {
   Loop term;
   double* partial;
 
-  static constexpr int P = Loop::P, N = kSummed<P>, kOwn = (N + 31) / 32;
+  static constexpr int P = Loop::P, N = kSummed<P>, kShare = (N + 31) / 32;
   static constexpr int kSlope = P, kCurvature = P + 1, kCost = P + 2, kOne = P + 3, kHeld = P + 4;
   struct Product {  // of three of the held numbers
     int a, b, c;
@@ -91,13 +91,13 @@ struct LinearizeShared {
     SDFTRACK_SHARED(float[kBlockWarps][32][kHeld], held);
     SDFTRACK_SHARED(float[kBlockWarps][N], of_warp);
     const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-    float sums[kOwn] = {};
+    float sums[kShare] = {};
     const int stride = gridDim.x * kBlockThreads;
     for (int first = blockIdx.x * kBlockThreads + 32 * warp; first < term.pixels.count; first += stride) {
       hold(first + lane, held[warp][lane]);
       __syncwarp();
 #pragma unroll
-      for (int k = 0; k < kOwn; ++k) {
+      for (int k = 0; k < kShare; ++k) {
         const Product at = product_of(32 * k + lane);
         for (int p = 0; p < 32; ++p) {
           const float* const v = held[warp][p];
@@ -107,7 +107,7 @@ struct LinearizeShared {
       __syncwarp();
     }
 #pragma unroll
-    for (int k = 0; k < kOwn; ++k)
+    for (int k = 0; k < kShare; ++k)
       if (32 * k + lane < N) of_warp[warp][32 * k + lane] = sums[k];
     add_warps(of_warp, partial);
   }

@@ -12,14 +12,6 @@ namespace sdftrack::levelset {
 
 namespace {
 
-Neighbours neighbours(int i, int n, int stride) {
-  const bool first = i == 0, last = i == n - 1;
-  const int before = first ? 0 : -stride, after = last ? 0 : stride;
-  if (first) return {before, after, 1, after, after, 1, 1};
-  if (last) return {before, after, 1, before, before, -1, -1};
-  return {before, after, 0.5f, before, after, -0.5f, 0.5f};
-}
-
 // body(at, i, count) for the voxels of a slice, in runs that have their neighbours at the same offsets.
 template <class Body>
 void each_run(const sdf::Grid& grid, int z, const Body& body) {
@@ -37,7 +29,9 @@ void each_run(const sdf::Grid& grid, int z, const Body& body) {
   }
 }
 
-void check(const EvolveOptions& o) {
+}  // namespace
+
+void check_evolution(const EvolveOptions& o, int steps) {
   for (const float x : {o.sigma_h, o.sigma_phi, o.dt})
     if (!(x > 0) || !std::isfinite(x))
       throw std::invalid_argument("sigma_h, sigma_phi, dt: expected positive numbers");
@@ -46,9 +40,8 @@ void check(const EvolveOptions& o) {
     throw std::invalid_argument("dt: expected at most " + std::to_string(most) +
                                 " for this sigma_h and sigma_phi (stability limit of the evolution), got " +
                                 std::to_string(o.dt));
+  if (steps < 0) throw std::invalid_argument("steps: expected at least 0, got " + std::to_string(steps));
 }
-
-}  // namespace
 
 // 2 over a bound of the energy's curvature: 12 mu of the Laplacian in three dimensions (the potentials' own
 // curvature only takes from it) and 1 / (4 sigma_h^2) of the data term.
@@ -58,8 +51,7 @@ float longest_step(const EvolveOptions& o) {
 
 std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads) {
-  check(options);
-  if (steps < 0) throw std::invalid_argument("steps: expected at least 0, got " + std::to_string(steps));
+  check_evolution(options, steps);
   const VoxelOps& ops = voxel_ops_for(used_isa());
   const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
                                options.printed};

@@ -24,4 +24,11 @@ float longest_step(const EvolveOptions& options);
 std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads);
 
+// The same on a CUDA device; defined in evolve.cu, or evolve_none.cpp.
+std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+                               const EvolveOptions& options, int device);
+
+// What both refuse.
+void check_evolution(const EvolveOptions& options, int steps);
+
 }  // namespace sdftrack::levelset

@@ -17,6 +17,15 @@ struct Neighbours {
   float flux_before, flux_after;        // what takes the flux of the first two to its divergence
 };
 
+// Of voxel i of n along an axis whose voxels lie `stride` apart.
+HD Neighbours neighbours(int i, int n, int stride) {
+  const bool first = i == 0, last = i == n - 1;
+  const int before = first ? 0 : -stride, after = last ? 0 : stride;
+  if (first) return {before, after, 1, after, after, 1, 1};
+  if (last) return {before, after, 1, before, before, -1, -1};
+  return {before, after, 0.5f, before, after, -0.5f, 0.5f};
+}
+
 // Heaviside (4.38), positive outside: 1 / (1 + e^-x).
 template <class T>
 HD T heaviside(T x) {

@@ -1418,7 +1418,7 @@ def cuda_fingerprint(device: typing.SupportsInt | typing.SupportsIndex = 0) -> s
     """
     Name, capability, driver and runtime of a device; empty where it does not answer.
     """
-def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     """

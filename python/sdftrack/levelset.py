@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.device import device_number
 from sdftrack.frame import Frame
 from sdftrack.geometry import rigid
 from sdftrack.sdf import SDF
@@ -134,6 +135,7 @@ def evolve(
     dt: float = 1.0,
     redistance_every: int = 5,
     threads: int = 0,
+    device: str = "cpu",
 ) -> NDArray[np.float32]:
     """Steps of the gradient flow of the thesis (4.40 to 4.42, corrected; docs/math/reconstruction.md, 4).
 
@@ -159,6 +161,9 @@ def evolve(
         the regulariser alone does not maintain. 0: never.
     threads : int
         0: all cores. The result is the same bits for any number.
+    device : {"cpu", "cuda", "cuda:N", "auto"}
+        Where the steps are computed; phi is reinitialised on the CPU. A GPU agrees with the CPU to 1e-4 voxels after
+        ten steps.
 
     Returns
     -------
@@ -169,6 +174,8 @@ def evolve(
     ------
     TypeError
         Another dtype.
+    RuntimeError
+        ``device="cuda"`` without one.
     ValueError
         Different shapes, non-finite values, a field of one sign only, or a step size beyond the stability limit (the
         message states the limit).
@@ -187,6 +194,7 @@ def evolve(
         raise ValueError(f'regulariser: expected "double_well" or "printed", got {regulariser!r}')
     left, every = _count(steps, "steps"), _count(redistance_every, "redistance_every")
     voxel_m = _length(voxel_size, "voxel_size")
+    number_of_gpu = device_number(device)
     options = _core.EvolveOptions()
     options.printed = regulariser == "printed"
     options.sigma_h, options.sigma_phi = number(sigma_h, "sigma_h"), number(sigma_phi, "sigma_phi")
@@ -194,7 +202,7 @@ def evolve(
     out = _core.evolve(field, ratio, voxel_m, 0, options, threads)  # checks the options
     while left > 0:
         now = min(left, every or left)
-        out = _core.evolve(out, ratio, voxel_m, now, options, threads)
+        out = _core.evolve(out, ratio, voxel_m, now, options, threads, number_of_gpu)
         left -= now
         if every and _has_two_signs(out):  # else the shape has gone, or fills the volume
             out = _core.redistance(out, voxel_m, threads)

@@ -14,6 +14,7 @@
 #include "contour/steps_cuda.h"
 #include "control.h"
 #include "energies/cuda_work.h"
+#include "levelset/evolve.h"
 #include "lwpr/model.h"
 #include "superpixels/slic.h"
 #include "term_fixture.h"
@@ -86,6 +87,18 @@ Numbers evolved(int device) {
   }
   const std::vector<float> out =
       contour::contour_steps_cuda({}, 4, kWidth, kHeight, phi.data(), foreground.data(), device);
+  return {out.begin(), out.end()};
+}
+
+Numbers evolved_volume(int device) {
+  const sdf::Grid grid{9, 8, 7, 0.01, {0, 0, 0}};
+  std::vector<float> phi, ratio;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    phi.push_back(static_cast<float>(i * 37 % 100) / 3000 - 0.015f);
+    ratio.push_back(static_cast<float>(i * 53 % 100) / 20 - 2.5f);
+  }
+  const std::vector<float> out = levelset::evolve_cuda(grid, phi.data(), ratio.data(), 4, {}, device);
+  EXPECT_EQ(out, levelset::evolve(grid, phi.data(), ratio.data(), 4, {}, 1));
   return {out.begin(), out.end()};
 }
 
@@ -173,7 +186,8 @@ TEST_P(CudaFaults, several_host_threads_get_the_same_bits) {
 
 INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
-                                         User{"predictions", &predictions}, User{"contour", &evolved}),
+                                         User{"predictions", &predictions}, User{"contour", &evolved},
+                                         User{"volume", &evolved_volume}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -137,6 +137,26 @@ def test_the_gpu_evolves_a_contour_as_the_cpu_does():
     np.testing.assert_allclose(gpu[near], cpu[near], rtol=0, atol=CONTOUR_ATOL)
 
 
+# Ten steps; voxels.
+EVOLUTION_ATOL = 1e-4
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("shape", [(2, 2, 2), (3, 20, 33), (30, 31, 32)])
+@pytest.mark.parametrize("regulariser", ["double_well", "printed"])
+def test_the_gpu_evolves_a_volume_as_the_cpu_does(shape, regulariser):
+    rng = np.random.default_rng(1)
+    phi = (0.01 * rng.normal(size=shape)).astype(np.float32)
+    phi.flat[:2] = -0.01, 0.01
+    ratio = rng.normal(size=shape).astype(np.float32)
+    cpu, gpu = (
+        st.levelset.evolve(phi, ratio, 10, 0.005, regulariser=regulariser, redistance_every=0, device=d)
+        for d in ("cpu", "cuda")
+    )
+    np.testing.assert_allclose(gpu, cpu, rtol=0, atol=EVOLUTION_ATOL * 0.005)
+
+
 @pytest.mark.gpu
 @needs_gpu
 def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):

@@ -145,6 +145,20 @@ def _contour(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu)[near].max()), CELL_ATOL
 
 
+def _evolution(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    ball = st.SDF.sphere(0.05, voxels=40)
+    ratio = -ball.values / ball.voxel_size + np.random.default_rng(0).normal(0, 1, ball.values.shape)
+    cpu, gpu = (
+        st.levelset.evolve(
+            ball.values, ratio.astype(np.float32), 10, ball.voxel_size, redistance_every=0, device=d
+        )
+        for d in ("cpu", f"cuda:{number}")
+    )
+    return float(np.abs(gpu - cpu).max() / ball.voxel_size), CELL_ATOL
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -152,4 +166,5 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "superpixels": _labels,
     "LWPR": _predictions,
     "contour": _contour,
+    "level set": _evolution,
 }

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// The evolution on the GPU: the formulas of evolve_terms.h, a thread for each voxel.
+#include "base/device_pool.h"
+#include "base/launch.cuh"
+#include "levelset/evolve.h"
+#include "levelset/evolve_terms.h"
+
+namespace sdftrack::levelset {
+
+namespace {
+
+constexpr int kBlockThreads = 256;
+
+struct Volume {
+  int nx, ny, nz;
+
+  HD int size() const { return nx * ny * nz; }
+  // The neighbours of a voxel along x, y and z.
+  HD void around(int i, Neighbours* at) const {
+    const int slice = nx * ny;
+    at[0] = neighbours(i % nx, nx, 1);
+    at[1] = neighbours(i / nx % ny, ny, nx);
+    at[2] = neighbours(i / slice, nz, slice);
+  }
+};
+
+struct Scale {
+  static constexpr const char* kName = "level set: scale";
+  static constexpr int kThreads = kBlockThreads;
+  float* values;
+  float voxel_m;
+  bool to_metres;
+  int n;
+  __device__ void operator()() const {
+    const int i = static_cast<int>(blockIdx.x * kThreads + threadIdx.x);
+    if (i < n) values[i] = to_metres ? values[i] * voxel_m : values[i] / voxel_m;
+  }
+};
+
+struct Flux {
+  static constexpr const char* kName = "level set: flux";
+  static constexpr int kThreads = kBlockThreads;
+  EvolveTerm<float> term;
+  Volume volume;
+  const float* phi;
+  float* flux;  // along x, then y, then z
+  __device__ void operator()() const {
+    const int i = static_cast<int>(blockIdx.x * kThreads + threadIdx.x), n = volume.size();
+    if (i >= n) return;
+    Neighbours at[3];
+    volume.around(i, at);
+    float out[3];
+    term.flux(at, phi + i, 1, out);
+    for (int k = 0; k < 3; ++k) flux[static_cast<std::size_t>(k) * n + i] = out[k];
+  }
+};
+
+struct Step {
+  static constexpr const char* kName = "level set: step";
+  static constexpr int kThreads = kBlockThreads;
+  EvolveTerm<float> term;
+  Volume volume;
+  const float *phi, *log_ratio, *flux;
+  float* next;
+  __device__ void operator()() const {
+    const int i = static_cast<int>(blockIdx.x * kThreads + threadIdx.x), n = volume.size();
+    if (i >= n) return;
+    Neighbours at[3];
+    volume.around(i, at);
+    const auto size = static_cast<std::size_t>(n);
+    const float* const from[3] = {flux + i, flux + size + i, flux + 2 * size + i};
+    next[i] = term.step(at, phi + i, log_ratio + i, from, 1);
+  }
+};
+
+struct Work {
+  DeviceStream stream;
+  DeviceBuffer<float> phi, next, log_ratio, flux;
+};
+
+}  // namespace
+
+std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
+                               const EvolveOptions& options, int device) {
+  check_evolution(options, steps);
+  std::vector<float> out(phi_m, phi_m + grid.size());
+  if (steps == 0) return out;
+  const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
+                               options.printed};
+  const auto voxel_m = static_cast<float>(grid.voxel_m);
+  const Volume volume{grid.nx, grid.ny, grid.nz};
+  const int n = volume.size();
+  const unsigned blocks = blocks_of(n, kBlockThreads);
+  const auto work = pool_of<Work>().borrow(device);  // after `out`
+  const DeviceStream& stream = work->stream;
+  float *phi = work->phi.room(out.size()), *next = work->next.room(out.size());
+  float* const ratio = work->log_ratio.room(out.size());
+  float* const flux = work->flux.room(3 * out.size());
+  stream.upload(phi_m, out.size(), phi);
+  stream.upload(log_ratio, out.size(), ratio);
+  launch(stream, blocks, Scale{phi, voxel_m, false, n});
+  for (int step = 0; step < steps; ++step) {
+    launch(stream, blocks, Flux{term, volume, phi, flux});
+    launch(stream, blocks, Step{term, volume, phi, ratio, flux, next});
+    std::swap(phi, next);
+  }
+  launch(stream, blocks, Scale{phi, voxel_m, true, n});
+  stream.download(phi, out.size(), out.data());
+  stream.wait();
+  return out;
+}
+
+}  // namespace sdftrack::levelset

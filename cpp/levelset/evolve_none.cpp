@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// What a build without CUDA has in place of evolve.cu: one error.
+#include "base/no_cuda.h"
+#include "levelset/evolve.h"
+
+namespace sdftrack::levelset {
+
+std::vector<float> evolve_cuda(const sdf::Grid&, const float*, const float*, int, const EvolveOptions&, int) {
+  no_cuda();
+}
+
+}  // namespace sdftrack::levelset
