@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""What the kernels move and compute, and how long that takes at the limits of a GPU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from experiments.registry import experiment
+from experiments.table import Table
+
+__all__ = ["GPUS", "WORK", "Gpu", "Work", "gpu_estimates", "seconds"]
+
+
+@dataclass(frozen=True)
+class Gpu:
+    """Limits from the maker's data sheet: bytes/s of memory, operations/s in single and double precision."""
+
+    name: str
+    bytes_per_s: float
+    float_per_s: float
+    double_per_s: float
+
+
+GPUS = (
+    Gpu("H100", 3.35e12, 67e12, 34e12),
+    Gpu("RTX 4060 Laptop", 256e9, 11.6e12, 0.18e12),
+)
+LAUNCH_S = 3e-6  # a kernel after another in a stream
+WAIT_S = 10e-6  # until the host knows that a stream has come to its end, and the next kernel runs
+
+
+@dataclass(frozen=True)
+class Work:
+    """One task: everything that is started for it.
+
+    Attributes
+    ----------
+    name : str
+    goal_ms : float
+    memory_bytes, float_ops, double_ops : float
+        Moved to or from the device's memory, and computed, by all kernels together.
+    launches, waits : int
+    """
+
+    name: str
+    goal_ms: float
+    memory_bytes: float
+    float_ops: float
+    double_ops: float
+    launches: int
+    waits: int
+
+
+VGA, CELLS = 640 * 480, 200**3
+PIXELS, SUMS, COSTS = 10_000, 30, 30  # of one object, and evaluations in a frame
+PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
+WORK = (
+    # A pixel: 28 bytes in, 8 corners of the volume of which a half is cached, 8 bytes out.
+    Work("one object, a frame", 0.3, 52 * PIXELS * (SUMS + COSTS), PIXEL_OPS * PIXELS * (SUMS + COSTS), 0,
+         2 * (SUMS + COSTS), SUMS + COSTS),
+    Work("100 objects, a frame", 10.0, 5200 * PIXELS * (SUMS + COSTS), 100 * PIXEL_OPS * PIXELS * (SUMS + COSTS), 0,
+         200 * (SUMS + COSTS), 100 * (SUMS + COSTS)),
+    # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
+    Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
+    # A pixel: conversion 15 bytes, 5 rounds of 16, 4 rounds of connectivity of 40, labels 12.
+    Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
+    # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
+    Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
+)  # fmt: skip
+
+
+def seconds(work: Work, gpu: Gpu) -> tuple[float, str]:
+    """The least time on a GPU, and what limits it."""
+    parts = {
+        "memory": work.memory_bytes / gpu.bytes_per_s,
+        "single precision": work.float_ops / gpu.float_per_s,
+        "double precision": work.double_ops / gpu.double_per_s,
+        "launches": work.launches * LAUNCH_S + work.waits * WAIT_S,
+    }
+    busy = max(parts["memory"], parts["single precision"] + parts["double precision"])
+    # Short kernels hide behind the launches, long ones hide these.
+    return max(busy, parts["launches"]), max(parts, key=lambda name: parts[name])
+
+
+@experiment("gpu_estimates", chosen_on="nothing was chosen", reported_on="nothing was measured", short={})
+def gpu_estimates() -> list[Table]:
+    """Least times of the kernels on two GPUs, on paper."""
+    columns = [
+        "work",
+        "MB",
+        "Gflop",
+        "launches",
+        "waits",
+        "goal ms",
+        *(f"{g.name} ms" for g in GPUS),
+        "limit",
+    ]
+    rows = []
+    for work in WORK:
+        least = [seconds(work, gpu) for gpu in GPUS]
+        limits = " / ".join(dict.fromkeys(limit for _, limit in least))
+        ops = (work.float_ops + work.double_ops) / 1e9
+        rows.append(
+            [work.name, f"{work.memory_bytes / 1e6:.1f}", f"{ops:.2f}", f"{work.launches}", f"{work.waits}",
+             f"{work.goal_ms:g}", *(f"{1e3 * s:.3f}" for s, _ in least), limits]
+        )  # fmt: skip
+    return [Table("Least times on paper", columns, rows)]

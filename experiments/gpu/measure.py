@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""Times of the GPU path on the device that is here, beside the CPU's and the estimates: one JSON.
+
+    python -m experiments.gpu.measure --out FILE.json [--device cuda:0] [--quick]
+
+--quick: small sizes and single runs, to try the script itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sdftrack as st
+from experiments.gpu.estimates import GPUS, WORK, seconds
+from sdftrack import _core
+from sdftrack.device import device_number
+from sdftrack.testing.self_test import run_self_test
+
+Call = Callable[[], Any]
+
+
+def time_ms(call: Call, runs: int) -> dict[str, float]:
+    """Median and quartiles after one run to warm up, ms."""
+    call()
+    times = []
+    for _ in range(runs):
+        began = time.perf_counter()
+        call()
+        times.append(1e3 * (time.perf_counter() - began))
+    quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
+    return {"median": quarters[1], "lower": quarters[0], "upper": quarters[2]}
+
+
+def tracker_call(device: str, objects: int, size: int) -> Call:
+    """A frame of an object that fills many pixels; several: one tracker after another."""
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=100)
+    pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35])
+    depth = box.render(camera, pose)[0]
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    trackers = [
+        st.Tracker(box, camera, mode="depth", device=device, max_pixels=10_000) for _ in range(objects)
+    ]
+    for tracker in trackers:
+        tracker.start(frame, poses=[pose])
+    return lambda: [tracker.track(frame) for tracker in trackers]
+
+
+def slic_call(device: str, size: int) -> Call:
+    y, x = np.mgrid[: 3 * size // 4, :size]
+    image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
+    return lambda: st.superpixels.slic(image, image.size // 3 // 256, max_num_iter=5, device=device)
+
+
+def lwpr_call(device: str, count: int) -> Call:
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (5000, 2))
+    model = st.LWPR(2, 1, init_D=150.0)
+    model.update(x, (np.sin(3 * x[:, 0]) + x[:, 1] ** 2)[:, None])
+    ask = rng.uniform(-1, 1, (count, 2))
+    return lambda: model.predict(ask, device=device)
+
+
+def evolve_call(device: str, voxels: int) -> Call:
+    """Ten steps, with the transfers to the device and back."""
+    ball = st.SDF.sphere(0.05, voxels=voxels)
+    ratio = (-ball.values / ball.voxel_size).astype(np.float32)
+    return lambda: st.levelset.evolve(
+        ball.values, ratio, 10, ball.voxel_size, redistance_every=0, device=device
+    )
+
+
+def measure(device: str, quick: bool) -> dict[str, Any]:
+    """Times of the CPU and of the device."""
+    size, runs = (160, 1) if quick else (640, 20)
+    calls: dict[str, Callable[[str], Call]] = {
+        "one object, a frame": lambda d: tracker_call(d, 1, size),
+        "100 objects, a frame": lambda d: tracker_call(d, 2 if quick else 100, size),
+        "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
+        "superpixels, 640 x 480": lambda d: slic_call(d, size),
+        "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
+    }
+    out = {}
+    for name, make in calls.items():
+        few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
+        out[name] = {
+            "cpu_ms": time_ms(make("cpu"), few),
+            "gpu_ms": time_ms(make(device), runs if few == runs else 5),
+        }
+        print(name, {k: round(v["median"], 3) for k, v in out[name].items()}, flush=True)
+    return out
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--device", default="cuda")
+    parser.add_argument("--quick", action="store_true")
+    given = parser.parse_args()
+    number = device_number(given.device)
+    checks = run_self_test(number)
+    result = {
+        "device": _core.cuda_fingerprint(number),
+        "quick": given.quick,
+        "info": st.info(),
+        "self_test": [vars(check) for check in checks],
+        "times": measure(f"cuda:{number}", given.quick),
+        "estimates_ms": {
+            work.name: {gpu.name: 1e3 * seconds(work, gpu)[0] for gpu in GPUS} | {"goal": work.goal_ms}
+            for work in WORK
+        },
+    }
+    given.out.write_text(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
