@@ -21,7 +21,7 @@ __all__ = ["Soaked", "soak", "soaked"]
 
 @dataclass(frozen=True)
 class Soaked:
-    """Memory after a tenth of the steps and at the end, MB; median processor time of a step in the first and last tenth, us."""
+    """Memory after a tenth of the steps and at the end, MB; time of a step in the first and last tenth, median, us."""
 
     early_mb: float
     late_mb: float
