@@ -16,3 +16,10 @@ list(JOIN sanitizers "," sanitizers)
 add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
 add_compile_definitions(_GLIBCXX_ASSERTIONS)
 add_link_options(-fsanitize=${sanitizers})
+
+# Loops of one instruction set are inlined into functions with ten thousands of temporaries. Checks that each of them lives,
+# and those of pointers that AddressSanitizer makes as well, would take the compiler ten minutes for a file.
+if("address" IN_LIST SDFTRACK_SANITIZE)
+  set(sanitize_loop_options -fno-sanitize-address-use-after-scope
+    -fno-sanitize=null,alignment,object-size,vptr,nonnull-attribute,returns-nonnull-attribute)
+endif()

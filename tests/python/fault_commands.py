@@ -65,8 +65,16 @@ COMMANDS = {
 }
 
 
+def inputs(base: Path) -> Path:
+    """A folder with everything that the commands read, made once for each process that runs tests."""
+    made = base / "fault_inputs"
+    if not made.exists():
+        made.mkdir()
+        make_inputs(made)
+    return made
+
+
 def make_inputs(made: Path) -> None:
-    """Everything that the commands read."""
     from motion_cases import noisy, reaches
 
     from sdftrack.cli.app import run
@@ -148,8 +156,11 @@ def final_files(place: Path) -> dict[str, Path]:
     }
 
 
-def check_readable(path: Path) -> None:
-    """Raise an error unless a program that knows the format can read the file to its end."""
+def check_readable(path: Path, growing: bool = False) -> None:
+    """Raise an error unless a program that knows the format can read the file to its end.
+
+    A recording that is `growing` may lack its index: of a bag, what is whole can be read.
+    """
     import av
     import cv2
 
@@ -180,7 +191,8 @@ def check_readable(path: Path) -> None:
         case ".svg":
             assert data.rstrip().endswith(b"</svg>"), path
         case ".mcap":
-            assert data.endswith(b"\x89MCAP0\r\n"), path
+            assert data.startswith(b"\x89MCAP0\r\n"), path
+            assert growing or data.endswith(b"\x89MCAP0\r\n"), path
         case ".glb":
             assert int.from_bytes(data[8:12], "little") == len(data), path
         case other:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from fault_commands import COMMANDS, check_readable, final_files, make_inputs
+from fault_commands import COMMANDS, check_readable, final_files, inputs
 from fault_runs import Ran, ran
 
 pytestmark = pytest.mark.slow
@@ -22,9 +22,7 @@ LONGEST_FILE = 2000  # bytes
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("made")
-    make_inputs(folder)
-    return folder
+    return inputs(tmp_path_factory.getbasetemp())
 
 
 @pytest.fixture

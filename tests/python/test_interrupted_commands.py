@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fault_commands import COMMANDS, check_readable, final_files, make_inputs
+from fault_commands import COMMANDS, check_readable, final_files, inputs
 from fault_runs import interrupt, ran
 
 pytestmark = pytest.mark.slow
@@ -16,9 +16,7 @@ CHANGES = (2, 9)  # of the folder; at the latter one, frames or results are bein
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("made")
-    make_inputs(folder)
-    return folder
+    return inputs(tmp_path_factory.getbasetemp())
 
 
 @pytest.mark.parametrize("at", CHANGES)
@@ -34,4 +32,4 @@ def test_an_interrupted_command_says_so_in_one_line(made: Path, tmp_path: Path, 
         assert found.told.count("\n") == 1, found.told
         assert found.told.startswith("sdftrack: error: interrupted"), found.told
     for file in final_files(place).values():
-        check_readable(file)
+        check_readable(file, COMMANDS[name].grows)
