@@ -17,9 +17,10 @@ add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit
 add_compile_definitions(_GLIBCXX_ASSERTIONS)
 add_link_options(-fsanitize=${sanitizers})
 
-# Loops of one instruction set are inlined into functions with ten thousands of temporaries. Checks that each of them lives,
-# and those of pointers that AddressSanitizer makes as well, would take the compiler ten minutes for a file.
+# For loops of one instruction set, which are inlined into functions with ten thousands of temporaries (ten minutes for a
+# file otherwise), and for bindings and tests: without the checks that each temporary lives, and without those of pointers
+# that AddressSanitizer makes as well.
 if("address" IN_LIST SDFTRACK_SANITIZE)
-  set(sanitize_loop_options -fno-sanitize-address-use-after-scope
+  set(sanitize_less_options -fno-sanitize-address-use-after-scope
     -fno-sanitize=null,alignment,object-size,vptr,nonnull-attribute,returns-nonnull-attribute)
 endif()
