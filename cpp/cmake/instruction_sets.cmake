@@ -14,7 +14,9 @@ endif()
 set(options_avx2 -mavx2 ${pack_warnings})
 set(options_avx512 -mavx512f -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512 ${pack_warnings})
 
-if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+# What threads share does not depend on the instruction set: ThreadSanitizer gets the baseline alone.
+if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64"
+   AND NOT "thread" IN_LIST SDFTRACK_SANITIZE)
   set(SDFTRACK_X86_SETS ON)
 else()
   set(SDFTRACK_X86_SETS OFF)
@@ -38,6 +40,7 @@ function(sdftrack_instruction_sets target loops name)
     set(source ${CMAKE_CURRENT_BINARY_DIR}/${folder}/${name}_${set}.cpp)
     configure_file(${CMAKE_CURRENT_SOURCE_DIR}/cmake/instruction_set.cpp.in ${source} @ONLY)
     target_sources(${target} PRIVATE ${source})
-    set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${options_${set}}" SKIP_PRECOMPILE_HEADERS ON)
+    set_source_files_properties(${source} PROPERTIES
+      COMPILE_OPTIONS "${options_${set}};${sanitize_less_options}" SKIP_PRECOMPILE_HEADERS ON)
   endforeach()
 endfunction()

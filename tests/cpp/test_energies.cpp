@@ -256,7 +256,7 @@ struct BoxFrame {
 
   explicit BoxFrame(double noise_m) {
     std::mt19937 random(7);
-    std::normal_distribution<double> noise(0, noise_m);
+    std::normal_distribution<double> noise;
     for (int v = 60; v < 180; v += 2)
       for (int u = 90; u < 240; u += 2) {
         const Vec3d r = ray(kCamera, static_cast<double>(u), static_cast<double>(v));
@@ -267,7 +267,7 @@ struct BoxFrame {
           if (phi < 1e-7) break;
           z += 0.9 * phi / norm(r);
         }
-        if (phi < 1e-6) pixels.push(u, v, static_cast<float>(z + noise(random)), 1.0f);
+        if (phi < 1e-6) pixels.push(u, v, static_cast<float>(z + noise_m * noise(random)), 1.0f);
       }
   }
 };

@@ -89,6 +89,44 @@ def test_any_number_of_threads_gives_the_same_bits(threads):
     assert one.covariances.tobytes() == many.covariances.tobytes()
 
 
+STORM = 64
+
+
+def test_a_storm_of_threads_gives_the_bits_of_one():
+    """Each makes a volume, a tracker and superpixels of its own and follows an object, all at once."""
+    begin, found = threading.Barrier(STORM), [b""] * STORM
+
+    def follow(n: int) -> bytes:
+        own = st.SDF.box(SIZE_M, voxels=32)
+        tracker = st.Tracker(own, CAMERA, threads=1 + n % 4)
+        poses = [tracker.start(st.Frame(depth_of()), poses=[POSE]).poses]
+        poses += [tracker.track(st.Frame(depth_of(seed=k))).poses for k in range(3)]
+        return np.stack(poses).tobytes() + st.superpixels.slic(IMAGE, 200, threads=1 + n % 3).tobytes()
+
+    def run(n: int) -> None:
+        begin.wait()
+        found[n] = follow(n)
+
+    expected = follow(0)
+    threads = [threading.Thread(target=run, args=(n,)) for n in range(STORM)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert not any(thread.is_alive() for thread in threads)
+    assert [n for n in range(STORM) if found[n] != expected] == []
+
+
+@needs_fork
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_processes_of_every_kind_work_after_the_parent_has_used_all_its_threads(method):
+    assert work() == EXPECTED
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        assert pool.map_async(answer, range(4)).get(60) == [True] * 4
+
+
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system has no affinity")
 def test_a_process_bound_to_one_processor_says_so():
     one = min(os.sched_getaffinity(0))

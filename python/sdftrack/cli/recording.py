@@ -33,7 +33,7 @@ NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
     r"recording\.json|exercise\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"
     r"(depth|rgb|groundtruth)\.txt|model\.ply|models/obj_\d{6}\.ply|mask_visib/\d{6}_\d{6}\.png|\.?sequence\.mcap|metadata\.yaml|"
-    r"(depth|rgb|color)/[\d.-]+\.(png|jpg)|color(_\d{6,})?\.mkv"
+    r"(depth|rgb|color)/[\d.-]+\.(png|jpg)|color(_\d{6,})?\.mkv|\.obj_\d{6}\.ply"
 )
 
 
@@ -177,10 +177,12 @@ def write_all(writer: Any, items: Iterable[Item], source: str, command: str, qui
     if isinstance(failure, KeyboardInterrupt) and command != "record":
         writer.close()  # to be continued
         raise failure
-    writer.finish()
-    write_json(
-        writer.folder / NAME,
-        {"command": command, "source": source, "layout": writer.name, "frames": writer.count},
+    # While there is neither this file nor the journal, the folder is nobody's, and --overwrite refuses it.
+    writer.finish(
+        lambda: write_json(
+            writer.folder / NAME,
+            {"command": command, "source": source, "layout": writer.name, "frames": writer.count},
+        )
     )
     if isinstance(failure, OSError):
         raise OSError(

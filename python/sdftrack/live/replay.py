@@ -14,7 +14,7 @@ __all__ = ["Replay"]
 
 
 class Replay:
-    """Plays a sequence at its own rate, with today's timestamps.
+    """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back.
 
     Parameters
     ----------
@@ -33,6 +33,7 @@ class Replay:
         self._sequence, self._loop = sequence, loop
         self._step_s = 1 / fps if fps else _step_s(sequence)
         self._next, self._due = 0, 0.0
+        self._today = time.time() - time.monotonic()
 
     def read(self) -> Frame | None:
         if self._next == len(self._sequence):
@@ -41,11 +42,11 @@ class Replay:
             self._next = 0
         frame = self._sequence[self._next]
         self._next += 1
-        now = time.time()
+        now = time.monotonic()
         # Frames that reading has made late are not hurried after: a camera would have had them at their time.
         self._due = max(self._due + self._step_s, now) if self._due else now
         time.sleep(max(0.0, self._due - now))
-        return frame.replace(timestamp=self._due)
+        return frame.replace(timestamp=self._today + self._due)
 
     def reopen(self) -> None:
         pass

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -131,8 +131,11 @@ class LayoutWriter(ClosedByWith):
             entry["video"] = self._video.last  # where a continuation goes on
         self.journal.add(entry)
 
-    def finish(self) -> None:
-        """Write the index files; the folder is then a sequence of this layout."""
+    def finish(self, last: Callable[[], object] | None = None) -> None:
+        """Write the index files; the folder is then a sequence of this layout.
+
+        `last` writes what else belongs to it: a program that is killed before leaves a recording to be continued.
+        """
         self.journal.free_reserve()
         if self._video is not None:
             self._video.finish()
@@ -140,6 +143,8 @@ class LayoutWriter(ClosedByWith):
         for inside in self.folder.iterdir():
             if inside.is_dir() and not any(inside.iterdir()):
                 inside.rmdir()
+        if last is not None:
+            last()
         self.journal.remove()
 
     def close(self) -> None:
