@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 import json
+import struct
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +125,8 @@ def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> N
         ("depth/000001.png", "remove", "missing"),
         ("depth/000001.png", "small", "64 x 48"),
         ("depth/000001.png", "eight bit", "16-bit"),
+        ("depth/000001.png", "huge header", "2147483647 x 2147483647 pixels, but the camera has 64 x 48"),
+        ("rgb/000001.png", "huge header", "2147483647 x 2147483647 pixels, but the sequence has 64 x 48"),
         ("rgb/000001.png", "cut", "truncated"),
         ("rgb/000001.png", "small color", "64 x 48"),
     ],
@@ -146,6 +150,9 @@ def test_a_bad_image_in_the_middle_is_one_bad_frame(tmp_path, file, damage, reas
         image_io.write_depth_units(path, np.full((24, 32), 8000, np.uint16))
     elif damage == "eight bit":
         image_io.write_mask(path, np.ones(CAMERA.shape, bool))
+    elif damage == "huge header":
+        header = b"IHDR" + struct.pack(">II", 2**31 - 1, 2**31 - 1) + data[24:29]
+        path.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
     else:
         image_io.write_color(path, np.zeros((24, 32, 3), np.uint8))
     seq = st.open_sequence(tmp_path / "s")
