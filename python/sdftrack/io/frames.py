@@ -157,7 +157,7 @@ def _check_header(data: bytes, name: str, expected: Expected | None) -> None:
         raise ValueError(f"{name}: not a readable image; expected PNG, JPEG, TIFF, BMP or PNM")
     if expected is not None:
         expected.check(header.shape, name)
-    if not may_hold(len(data), _COPIES * header.decoded_bytes):
+    if not may_hold(len(data), int(_COPIES * header.decoded_bytes)):
         raise ValueError(
             f"{name}: {size_text(header.shape)} pixels declared by a file of {len(data) / 1e6:.3g} MB; at most "
             f"{MOST_EXPANSION / _COPIES:.2g} times its size and {ALLOWANCE_BYTES / _COPIES / 1e6:.0f} MB more are read"
