@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_archive import ArrayArchive, may_hold, write_archive
 from sdftrack._internal.files import replacing
 from sdftrack._internal.saved_tree import pack, unpack
+from sdftrack._internal.text_files import WRONG
 
 __all__ = [
     "HEADER",
@@ -114,7 +115,7 @@ def consistent(path: str | os.PathLike[str], kind: FileKind) -> Iterator[None]:
     """Errors of objects made from a file's contents, as ValueError that names the file."""
     try:
         yield
-    except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
+    except WRONG as error:
         text = " ".join(f"{error}".split())
         raise ValueError(
             f"{os.fspath(path)}: expected a file of {kind.writer}, got inconsistent contents "

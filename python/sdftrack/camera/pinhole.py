@@ -273,6 +273,8 @@ def _pixels(name: str, value: Any) -> int:
 def _finite(name: str, value: Any) -> float:
     try:
         number = float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        number = math.inf
     except (TypeError, ValueError):
         raise TypeError(f"{name}: expected a number, got {type(value).__name__}") from None
     if not math.isfinite(number):

@@ -20,7 +20,7 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
     import numpy as np
 
-    from sdftrack._internal.files import read_json
+    from sdftrack._internal.text_files import read_json
     from sdftrack.geometry import rigid
 
     if not path.is_file():

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.files import write_text
 from sdftrack._internal.quaternions import quaternion, rotation
+from sdftrack._internal.text_files import read_text
 
 __all__ = [
     "TUM_HEADER",
@@ -47,7 +47,7 @@ def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: 
 def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
     """Line numbers, from 1, and the (N, 8) numbers `timestamp tx ty tz qx qy qz qw` of a TUM file, as they are."""
     lines, rows = [], []
-    for number, line in enumerate(Path(path).read_text(encoding="utf-8-sig").splitlines(), 1):
+    for number, line in enumerate(read_text(path, "utf-8-sig").splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
@@ -86,7 +86,7 @@ def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: Array
 
 def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
     """Poses of a Redwood trajectory log, by the first integer of their header line."""
-    lines = [s for s in Path(path).read_text(encoding="utf-8").splitlines() if s.strip()]
+    lines = [s for s in read_text(path).splitlines() if s.strip()]
     try:
         blocks = [lines[i : i + 5] for i in range(0, len(lines), 5)]
         return {

@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.files import read_json
 from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.text_files import read_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
@@ -80,7 +81,7 @@ def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: 
     where = f"{root / 'scene_camera.json'}, image {im_id}"
     try:
         K = np.reshape(np.asarray(values["cam_K"], dtype=float), (3, 3))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise ValueError(f"{where}: expected cam_K with 9 numbers") from None
     try:
         return Camera.from_K(K, width, height)
@@ -90,7 +91,7 @@ def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: 
 
 def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
     value = values.get("depth_scale", 1.0)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+    if not _is_number(value) or not value > 0:
         raise ValueError(
             f"{root / 'scene_camera.json'}, image {im_id}: depth_scale: expected mm per unit, a number above 0, "
             f"got {value!r}"
@@ -101,7 +102,7 @@ def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
 def _timestamp(root: Path, im_id: int, values: dict[str, Any]) -> float | None:
     """Seconds; an addition to BOP's files, which have no times."""
     value = values.get("timestamp")
-    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+    if value is None or _is_number(value):
         return value
     raise ValueError(f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {value!r}")
 
@@ -131,7 +132,7 @@ def _ground_truth(
                 T = np.eye(4)
                 T[:3, :3] = np.reshape(entry["cam_R_m2c"], (3, 3))
                 T[:3, 3] = M_PER_MM * np.reshape(np.asarray(entry["cam_t_m2c"], dtype=float), (3,))
-            except (KeyError, TypeError, ValueError):
+            except (KeyError, TypeError, ValueError, OverflowError):
                 raise ValueError(
                     f"{path}, image {im_id}, entry {place}: expected obj_id (a whole number), cam_R_m2c (9), "
                     "cam_t_m2c (3)"
@@ -158,9 +159,16 @@ def _ground_truth(
 
 
 def _whole(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != int(value):
+    if not _is_number(value) or value != int(value):
         raise ValueError
     return int(value)
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is one that is finite as a float, which integers of hundreds of digits are not."""
+    return (
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    )
 
 
 def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[np.bool_]]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.text_files import read_text
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
@@ -102,7 +103,7 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
     """Times, files, and the third word of lines whose file is a video: the number of the image there."""
     times, files, numbers = [], [], []
     if path.is_file():
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        for number, line in enumerate(read_text(path).splitlines(), 1):
             words = line.split()
             if not words or words[0].startswith("#"):
                 continue

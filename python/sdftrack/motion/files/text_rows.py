@@ -85,7 +85,7 @@ def _bop_rows(path: Path, text: str) -> dict[Key, dict[int, list[Row]]]:
             T = np.eye(4)
             T[:3, :3], T[:3, 3] = np.reshape(R, (3, 3)), np.reshape(t, 3)
             numbers.append((int(row["scene_id"]), int(row["obj_id"]), int(row["im_id"])))
-        except (TypeError, ValueError, KeyError):
+        except (TypeError, ValueError, KeyError, OverflowError):
             raise ValueError(
                 f"{path}, line {reader.line_num}: expected '{BOP_HEADER}' with 9 numbers R and 3 numbers t, "
                 f"got {','.join(str(v) for v in row.values())!r}"
