@@ -21,7 +21,7 @@ __all__ = ["Score", "run_batches"]
 HANG_S = 25.0
 START_S = 120.0  # to import and make the seeds
 POLL_S = 0.05
-HERE = Path(__file__).resolve().parent
+CHILD = Path(__file__).resolve().parent / "fuzz_child.py"
 CRASH, HANG = "crash", "hang"
 
 
@@ -84,7 +84,7 @@ def _process(target: str, first: int, count: int, score: Score) -> int:
         folder = Path(name)
         with (folder / "stderr").open("wb") as errors:
             child = subprocess.Popen(
-                [sys.executable, str(HERE / "fuzz_child.py"), target, str(first), str(count), name],
+                [sys.executable, str(CHILD), target, str(first), str(count), name],
                 stdout=errors, stderr=errors, env={**os.environ, "PYTHONHASHSEED": "0"},
             )  # fmt: skip
             hung = _wait(child, folder)

@@ -191,8 +191,8 @@ def _objects() -> dict[str, Call]:
 
 
 TARGETS = (
-    Target("core_volumes", made(_volumes), private=True),
-    Target("core_small", made(_small), private=True),
-    Target("core_images", made(_images), private=True),
+    Target("core_volumes", made(_volumes), private=True, weight=1.5),
+    Target("core_small", made(_small), private=True, weight=2),
+    Target("core_images", made(_images), private=True, weight=1.2),
     Target("core_objects", made(_objects), private=True, weight=0.6),
 )

@@ -92,9 +92,9 @@ def _results(folder: Path) -> Case:
 
 LAYOUTS = ("bop", "tum", "open3d")
 TARGETS = (
-    *(Target(f"folder_{layout}", _saved(layout), weight=0.5) for layout in LAYOUTS),
-    Target("folder_video", _video, weight=0.4),
-    Target("folder_k1", _k1, weight=0.5),
+    *(Target(f"folder_{layout}", _saved(layout), weight=0.3) for layout in LAYOUTS),
+    Target("folder_video", _video, weight=0.2),
+    Target("folder_k1", _k1, weight=0.3),
     Target("folder_results", _results),
 )
 __all__ = ["TARGETS", "contents", "read", "sequence"]

@@ -115,10 +115,10 @@ def _messages(folder: Path) -> Case:
 
 
 TARGETS = (
-    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.4),
-    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.4),
-    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.4),
-    Target("folder_mcap", _own_mcap, weight=0.4),
+    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2),
+    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2),
+    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3),
+    Target("folder_mcap", _own_mcap, weight=0.2),
     Target("azure", _azure, weight=0.2),
     Target("realsense_db3", _realsense, weight=0.2),
     Target("messages", _messages, private=True, weight=0.3),

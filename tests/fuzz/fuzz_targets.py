@@ -13,6 +13,8 @@ from typing import Any
 __all__ = ["MEANT", "Case", "Target", "Unclear", "outcome_of"]
 
 MEANT = (ValueError, TypeError, OSError)
+# Of the private core also these: a size that was asked for, an index of its own arrays, a path that the build lacks.
+MEANT_PRIVATE = (MemoryError, IndexError, RuntimeError)
 LONGEST_MESSAGE = 1500  # characters
 MEMORY_FACTOR, MEMORY_BYTES = 10, 200_000_000  # what a file of so many bytes may take: factor * size + these
 
@@ -60,6 +62,8 @@ def outcome_of(target: Target, case: Case, seed: int) -> tuple[str, str]:
         return ("unclear", f"{type(error).__name__}: {wrong}: {error}") if wrong else ("refused", str(error))
     except Unclear as error:
         return "unclear", str(error)
+    except MEANT_PRIVATE as error:
+        return ("refused" if target.private else "error"), f"{type(error).__name__}: {error}"
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt | SystemExit):
             raise

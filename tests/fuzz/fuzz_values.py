@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Call", "Few", "Fixed", "OneOf", "nasty", "nasty_array"]
+__all__ = ["Call", "Choice", "Few", "Fixed", "OneOf", "nasty", "nasty_array"]
 
 NASTY_FLOATS = (
     0.0, -0.0, -1.0, 1.0, np.nan, np.inf, -np.inf, 5e-324, 1e-310, 1e-300, 1e-45, 1e-38, 1e-9, 1e9, 3.4e38, 1e155,
@@ -61,6 +61,14 @@ class OneOf:
     values: tuple[Any, ...]
 
 
+@dataclass(frozen=True)
+class Choice:
+    """A valid value, or one of some others: for sizes of arrays, which are made if they are possible."""
+
+    value: Any
+    others: tuple[Any, ...]
+
+
 class Call:
     """A function with valid arguments, one or two of which are changed at a time.
 
@@ -105,6 +113,8 @@ class Call:
 def _plain(rng: random.Random, value: Any) -> Any:
     if isinstance(value, OneOf):
         return rng.choice(value.values)
+    if isinstance(value, Choice):
+        return value.value
     return value.value if isinstance(value, Fixed | Few) else value
 
 
@@ -116,6 +126,8 @@ def nasty(rng: random.Random, value: Any) -> Any:
         return nasty(rng, rng.choice(value.values))
     if isinstance(value, Few):
         return rng.choice(FEW_INTS)
+    if isinstance(value, Choice):
+        return rng.choice(value.others)
     if isinstance(value, np.ndarray):
         return nasty_array(rng, value)
     if isinstance(value, bool):
@@ -125,7 +137,7 @@ def nasty(rng: random.Random, value: Any) -> Any:
     if isinstance(value, float):
         return rng.choice(NASTY_FLOATS) if rng.random() < 0.85 else value * rng.choice((1e-3, 1e3, -1))
     if isinstance(value, str):
-        return rng.choice(("", "x", value.upper(), value + "\0", value * 300, "ä"))
+        return rng.choice(("", "x", value.upper(), value + "\0", value * 9, "ä"))
     if isinstance(value, list | tuple) and value:
         return _nasty_items(rng, value)
     return rng.choice((value, *OTHER_THINGS))
@@ -201,6 +213,8 @@ def _dtype(rng: random.Random, a: np.ndarray) -> Any:
 
 
 def _shape(rng: random.Random, a: np.ndarray) -> Any:
+    if not a.ndim:
+        return rng.choice((a[None], a[None, None]))
     cut = tuple(slice(0, max(0, n - rng.randrange(2))) for n in a.shape)
     ways = (
         a.T,

@@ -75,3 +75,19 @@ def test_the_largest_image_that_is_read_takes_the_promised_memory(tmp_path):
         f"frames.read_color({str(path)!r})", "import cv2, numpy; from sdftrack.io import frames"
     )
     assert peak <= 10 * path.stat().st_size + 200e6
+
+
+def test_a_chunk_that_declares_more_than_the_file_has_is_refused_before_memory_is_taken(tmp_path):
+    data = bytearray(_png(64, 48, 8, 2, zlib.compress(bytes(48 * (1 + 3 * 64)))))
+    struct.pack_into(">I", data, 33, 2**31 - 1)  # of the pixels
+    path = tmp_path / "a.png"
+    path.write_bytes(data)
+    before = "from sdftrack.io import frames; import cv2"
+    code = f"""
+try:
+    frames.read_color({str(path)!r})
+    raise SystemExit("read")
+except ValueError as error:
+    assert "truncated" in str(error), error
+"""
+    assert peak_bytes(code, before) < 100e6

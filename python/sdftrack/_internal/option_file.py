@@ -8,6 +8,7 @@ from typing import Any
 
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import did_you_mean
+from sdftrack._internal.validation import shown
 
 __all__ = ["read_tables"]
 
@@ -25,7 +26,7 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
     tables = {name: values.pop(name) for name in TABLES if name in values}
     for name, table in tables.items():
         if not isinstance(table, dict):
-            raise ValueError(f"{os.fspath(path)}: expected a table [{name}], got {name} = {table!r}")
+            raise ValueError(f"{os.fspath(path)}: expected a table [{name}], got {name} = {shown(table)}")
     strange = [name for name, value in values.items() if "tracker" in tables or isinstance(value, dict)]
     if strange:
         near = did_you_mean(strange[0], TABLES)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_archive import ArrayArchive, may_hold, write_archive
 from sdftrack._internal.files import replacing
 from sdftrack._internal.saved_tree import pack, unpack
-from sdftrack._internal.text_files import WRONG
+from sdftrack._internal.text_files import WRONG, reason
 
 __all__ = [
     "HEADER",
@@ -160,7 +160,7 @@ def _named(file: Path, kind: FileKind) -> Iterator[None]:
     try:
         yield
     except (ValueError, RecursionError) as error:
-        told = "a header nested too deeply" if isinstance(error, RecursionError) else str(error)
+        told = "a header nested too deeply" if isinstance(error, RecursionError) else reason(error)
         raise ValueError(f"{file}: expected a file of {kind.writer}, got {told}") from None
 
 

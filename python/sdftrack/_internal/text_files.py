@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = ["WRONG", "contents", "parsed_json", "read_json", "read_text", "read_toml", "reason"]
+__all__ = ["WRONG", "contents", "named", "parsed_json", "read_json", "read_text", "read_toml", "reason"]
 
 # What contents of another form raise: a list in the place of a table, numbers beyond a float or an int, ...
 WRONG = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -25,6 +25,22 @@ def contents(path: str | os.PathLike[str], expected: str) -> Iterator[None]:
     except WRONG as error:
         told = reason(error).removeprefix(f"{os.fspath(path)}: ")
         raise ValueError(f"{os.fspath(path)}: expected {expected}, got other contents ({told})") from None
+
+
+@contextlib.contextmanager
+def named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Errors of a reader of many parts, as ValueError with the name of the file or folder if they have none yet."""
+    try:
+        yield
+    except (*WRONG, OSError) as error:
+        told = os.fspath(path) in str(error) or getattr(error, "filename", None) is not None
+        if isinstance(error, OSError) and told:
+            raise
+        if isinstance(error, ValueError | TypeError):
+            if told and not isinstance(error, UnicodeError):
+                raise
+            raise ValueError(f"{os.fspath(path)}: {reason(error)}") from error
+        raise ValueError(f"{os.fspath(path)}: damaged contents ({reason(error)})") from error
 
 
 def reason(error: BaseException) -> str:

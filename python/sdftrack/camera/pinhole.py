@@ -172,9 +172,12 @@ class Camera:
     def scaled(self, s: float) -> Camera:
         """Camera of the image resized by `s`: pixel (u, v) moves to s (u + 0.5) - 0.5; sizes are rounded."""
         s = _finite("s", s)
-        width, height = round(self.width * s), round(self.height * s)
+        sizes = self.width * s, self.height * s
+        width, height = (round(size) if abs(size) <= INT_MAX else 0 for size in sizes)
         if s <= 0 or width < 1 or height < 1:
-            raise ValueError(f"s: expected a factor that leaves at least one pixel, got {s:g} for {self!r}")
+            raise ValueError(
+                f"s: expected a factor that leaves 1 to 2^31 pixels a side, got {s:g} for {self!r}"
+            )
         cx, cy = s * (self.cx + 0.5) - 0.5, s * (self.cy + 0.5) - 0.5
         return Camera(s * self.fx, s * self.fy, cx, cy, width, height, self.distortion)
 

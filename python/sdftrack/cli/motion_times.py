@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.text_files import WRONG, read_text
+from sdftrack._internal.validation import shown
 from sdftrack.cli.common import Usage
 
 __all__ = ["Spans", "read_cues", "read_spans", "spans_of"]
@@ -37,7 +38,7 @@ def read_cues(text: str | None) -> list[float]:
     except ValueError:
         cues = [math.nan]
     if not all(map(math.isfinite, cues)):
-        raise Usage(f"expected times in seconds, t1,t2,..., or a file of them, got {text!r}", "--cues")
+        raise Usage(f"expected times in seconds, t1,t2,..., or a file of them, got {shown(text)}", "--cues")
     return cues
 
 

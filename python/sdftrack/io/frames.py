@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold
 from sdftrack._internal.files import replacing
-from sdftrack.io.image_header import image_header
+from sdftrack.io.image_header import image_header, png_is_whole
 
 __all__ = [
     "Expected",
@@ -134,7 +134,7 @@ def _decode(data: bytes, name: str, expected: Expected | None = None) -> NDArray
     import cv2
 
     # The decoders return half a picture for some cut files, so the end mark is looked for here.
-    cut = data.startswith(_PNG_START) and b"IEND" not in data[-_TAIL:]
+    cut = data.startswith(_PNG_START) and not png_is_whole(data)
     cut = cut or (data.startswith(_JPEG_START) and _JPEG_END not in data[-_TAIL:])
     if cut or not data:
         raise ValueError(f"{name}: the image file is {'truncated' if data else 'empty'}")

@@ -8,7 +8,7 @@ import re
 import struct
 from dataclasses import dataclass
 
-__all__ = ["ImageHeader", "image_header"]
+__all__ = ["ImageHeader", "image_header", "png_is_whole"]
 
 PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 4, 6: 4}  # of the colour types; OpenCV makes BGRA of grey with alpha
 JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # markers of a frame's header, with the size
@@ -52,6 +52,17 @@ def image_header(data: bytes) -> ImageHeader | None:
     except (struct.error, IndexError):
         pass
     return None
+
+
+def png_is_whole(data: bytes) -> bool:
+    """Whether the chunks of a PNG file end with IEND within it; OpenCV takes memory for what a chunk declares."""
+    at = 8
+    while at + 12 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        at += 12 + length
+        if kind == b"IEND":
+            return at <= len(data)
+    return False
 
 
 def _png(data: bytes) -> ImageHeader | None:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.files import write_text
 from sdftrack._internal.quaternions import quaternion, rotation
-from sdftrack._internal.text_files import read_text
+from sdftrack._internal.text_files import named, read_text
+from sdftrack._internal.validation import shown
 
 __all__ = [
     "TUM_HEADER",
@@ -56,7 +57,7 @@ def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
             row = []
         if len(row) != 8:
             raise ValueError(
-                f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {line!r}"
+                f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {shown(line)}"
             )
         lines.append(number)
         rows.append(row)
@@ -65,10 +66,11 @@ def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
 
 def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
     """Timestamps (N,) in seconds and poses (N, 4, 4) of a TUM trajectory file."""
-    _, rows = read_tum_rows(path)
+    lines, rows = read_tum_rows(path)
     poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    for T, row in zip(poses, rows, strict=True):
-        T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
+    for T, row, line in zip(poses, rows, lines, strict=True):
+        with named(f"{os.fspath(path)}, line {line}"):
+            T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
     return rows[:, 0], poses
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
-from sdftrack._internal.validation import number, numbers, whole
+from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
@@ -79,7 +79,8 @@ class SDF:
         o = numbers(origin, "origin").copy()
         if o.shape != (3,) or not (np.abs(o) <= MAX_ORIGIN).all():
             raise ValueError(
-                f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, got {origin!r}"
+                f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, "
+                f"got {shown(origin)}"
             )
         if not np.isfinite(v).all():
             raise ValueError(
@@ -326,11 +327,12 @@ class SDF:
 
         Raises ValueError if nothing is inside.
         """
+        margin = whole(margin_voxels, "margin_voxels", 0)
         inside = np.argwhere(self._values <= 0)
         if not len(inside):
             raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
-        low = np.maximum(inside.min(0) - margin_voxels, 0)
-        high = np.minimum(inside.max(0) + 1 + margin_voxels, self._values.shape)
+        low = np.maximum(inside.min(0) - margin, 0)
+        high = np.minimum(inside.max(0) + 1 + margin, self._values.shape)
         part = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
         colors = None if self._colors is None else np.ascontiguousarray(self._colors[part])
         origin = self._origin + self._voxel_size * low[::-1]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
 from sdftrack._internal.text_files import read_json
+from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
@@ -73,7 +74,7 @@ def _by_number(path: Path, kind: type) -> dict[int, Any]:
     for i, value in numbered_values.items():
         if not isinstance(value, kind):
             what = "an object" if kind is dict else "a list"
-            raise ValueError(f"{path}, image {i}: expected {what}, got {value!r}")
+            raise ValueError(f"{path}, image {i}: expected {what}, got {shown(value)}")
     return numbered_values
 
 
@@ -94,7 +95,7 @@ def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
     if not _is_number(value) or not value > 0:
         raise ValueError(
             f"{root / 'scene_camera.json'}, image {im_id}: depth_scale: expected mm per unit, a number above 0, "
-            f"got {value!r}"
+            f"got {shown(value)}"
         )
     return M_PER_MM * float(value)
 
@@ -104,7 +105,9 @@ def _timestamp(root: Path, im_id: int, values: dict[str, Any]) -> float | None:
     value = values.get("timestamp")
     if value is None or _is_number(value):
         return value
-    raise ValueError(f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {value!r}")
+    raise ValueError(
+        f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {shown(value)}"
+    )
 
 
 def _ground_truth(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack._internal.text_files import read_text
+from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
@@ -112,7 +113,9 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
             except (ValueError, IndexError):
-                raise ValueError(f"{path}, line {number}: expected 'timestamp file', got {line!r}") from None
+                raise ValueError(
+                    f"{path}, line {number}: expected 'timestamp file', got {shown(line)}"
+                ) from None
     return np.array(times), files, numbers
 
 

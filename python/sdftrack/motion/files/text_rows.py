@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sdftrack._internal.validation import shown
 from sdftrack.io.result_rows import BOP_HEADER
 from sdftrack.io.trajectories import read_tum_rows
 from sdftrack.motion.files.instances import check_order
@@ -88,7 +89,7 @@ def _bop_rows(path: Path, text: str) -> dict[Key, dict[int, list[Row]]]:
         except (TypeError, ValueError, KeyError, OverflowError):
             raise ValueError(
                 f"{path}, line {reader.line_num}: expected '{BOP_HEADER}' with 9 numbers R and 3 numbers t, "
-                f"got {','.join(str(v) for v in row.values())!r}"
+                f"got {shown(','.join(str(v) for v in row.values()))}"
             ) from None
         matrices.append(T)
         lines.append(reader.line_num)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of
 from sdftrack.motion.measures.repetition import on_repetition
@@ -21,6 +21,7 @@ from sdftrack.motion.samples import MotionSamples
 __all__ = ["log_dimensionless_jerk", "sparc"]
 
 Array = NDArray[np.float64]
+MOST_HZ = 1e9
 SOURCE = "Balasubramanian et al. 2015, doi 10.1186/s12984-015-0090-9"
 
 
@@ -114,8 +115,8 @@ def log_dimensionless_jerk(velocities: ArrayLike, rate_hz: float, within: ArrayL
 
 def _rate(rate_hz: float) -> float:
     rate = number(rate_hz, "rate_hz")
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"rate_hz: expected samples per second above 0, got {rate_hz}")
+    if not 0 < rate < MOST_HZ:
+        raise ValueError(f"rate_hz: expected samples per second from 0 to {MOST_HZ:g}, got {shown(rate_hz)}")
     return rate
 
 
