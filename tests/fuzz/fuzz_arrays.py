@@ -72,7 +72,7 @@ def _geometry() -> dict[str, Call]:
         "from_fov": Call(st.Camera.from_fov, 1.0, 32, 24),
         "scaled": Call(CAMERA.scaled, 0.5),
         "cropped": Call(CAMERA.cropped, 2, 3, 10, 8),
-        "project": Call(LENS.project, points + [0, 0, 3]),
+        "project": Call(LENS.project, points + np.array([0, 0, 3])),
         "back": Call(LENS.back_project, depth()),
         "rgbd": Call(st.RGBDCamera, Fixed(CAMERA), Fixed(LENS), T_color_depth=POSE),
         "projective": Call(st.RGBDCamera, Fixed(CAMERA), Fixed(LENS), projective=(np.eye(3), np.zeros(3))),

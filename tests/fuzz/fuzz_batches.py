@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Batches of cases in processes of their own; one that dies or hangs is a finding, and the rest of its batch goes on."""
+"""Batches of cases in processes of their own: one that dies or hangs is a finding, and its other cases go on."""
 
 from __future__ import annotations
 

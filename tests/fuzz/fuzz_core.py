@@ -17,8 +17,15 @@ CORE_CAMERA = OneOf((CAMERA._core, _core.Camera(16, 16, 8, 6, 32, 24)))
 THREADS = Fixed(1)
 ORIGIN = [-0.05, -0.05, -0.05]
 OBJ_CAM = st.geometry.inverse(POSE)
-KINDS = OneOf((_core.PrimitiveKind.sphere, _core.PrimitiveKind.cylinder, _core.PrimitiveKind.box, _core.PrimitiveKind.cone,
-               _core.PrimitiveKind.ellipsoid))  # fmt: skip
+KINDS = OneOf(
+    (
+        _core.PrimitiveKind.sphere,
+        _core.PrimitiveKind.cylinder,
+        _core.PrimitiveKind.box,
+        _core.PrimitiveKind.cone,
+        _core.PrimitiveKind.ellipsoid,
+    )
+)
 SIZES = OneOf(([0.05], [0.05, 0.1], [0.1, 0.05, 0.07]))
 
 
@@ -62,24 +69,52 @@ def _small() -> dict[str, Call]:
         "log": Call(_core.rotation_log, POSE),
         "seed": Call(_core.seed_rotation, 3, 60),
         "camera": Call(_core.Camera, 16.0, 16.0, 8.0, 6.0, 32, 24, [0.1, 0.2, 0.001, 0.002]),
-        "rays": Call(lambda *a: _core.Camera(*a).rays(), 16.0, 16.0, 8.0, 6.0, Few(32), Few(24), [0.1, 0.2, 0.001, 0.002]),
+        "rays": Call(
+            lambda *a: _core.Camera(*a).rays(),
+            16.0,
+            16.0,
+            8.0,
+            6.0,
+            Few(32),
+            Few(24),
+            [0.1, 0.2, 0.001, 0.002],
+        ),
         "project": Call(CAMERA._core.project, rng().normal(size=(7, 3))),
-        "map": Call(lambda P, q, w, h, u, v, d: _core.ColorMap.projective(P, q, w, h).find(u, v, d), np.eye(3), np.zeros(3), 32, 24,
-                    3.0, 4.0, 1.0),
-        "rigid_map": Call(lambda a, b, T, u, v, d: _core.ColorMap.rigid(a, b, T).find(u, v, d), CORE_CAMERA, CORE_CAMERA, np.eye(4),
-                          3.0, 4.0, 1.0),
-        "correlation": Call(_core.correlation_area, flat, flat, flat, 0.01,
-                            0.1),
+        "map": Call(
+            lambda P, q, w, h, u, v, d: _core.ColorMap.projective(P, q, w, h).find(u, v, d),
+            np.eye(3),
+            np.zeros(3),
+            32,
+            24,
+            3.0,
+            4.0,
+            1.0,
+        ),
+        "rigid_map": Call(
+            lambda a, b, T, u, v, d: _core.ColorMap.rigid(a, b, T).find(u, v, d),
+            CORE_CAMERA,
+            CORE_CAMERA,
+            np.eye(4),
+            3.0,
+            4.0,
+            1.0,
+        ),
+        "correlation": Call(_core.correlation_area, flat, flat, flat, 0.01, 0.1),
         "add": Call(_core.scale_and_add, 2.0, flat, flat),
         "offset": Call(_core.outline_offset, np.full(25, 0.5, np.float32), 8),
         "distances": Call(_core.primitive_distances, KINDS, SIZES, rng().normal(size=(7, 3))),
         "reach": Call(_core.primitive_reach, KINDS, SIZES, v3),
         "clearance": Call(_core.primitive_clearance, KINDS, SIZES, OBJ_CAM, [0.0, 0.0, 1.0], 0.1, 2.0),
         "threads": Call(_core.thread_count, Few(2)),
-        "model": Call(lambda a, b, r, s: _core.ColorModel(0.7).update(a, b, r, s), np.ones(4096, np.float32), np.ones(4096, np.float32),
-                      0.05, 0.3),
+        "model": Call(
+            lambda a, b, r, s: _core.ColorModel(0.7).update(a, b, r, s),
+            np.ones(4096, np.float32),
+            np.ones(4096, np.float32),
+            0.05,
+            0.3,
+        ),
         "lwpr": Call(_core.LwprModel.from_bytes, model.to_bytes()),
-    }  # fmt: skip
+    }
 
 
 def _images() -> dict[str, Call]:
@@ -94,19 +129,72 @@ def _images() -> dict[str, Call]:
     return {
         "counts": Call(_core.color_counts, *shape, CORE_CAMERA, d, None, c, Fixed(aligned), POSE, 0.02, 1000),
         "colors": Call(_core.colors_at, d, c, Fixed(aligned), [1, 1, 9, 9]),
-        "plane": Call(_core.fit_plane, d, CORE_CAMERA, None, mask, [0.0, 0.0, -1.0], 1.2, 0.01, [0.001, 0.0, 0.0], False),
-        "remove": Call(_core.remove_plane, d, CORE_CAMERA, None, 2, 3, 0.01, OneOf(("rigid", "bent")), [0.001, 0.0, 0.0], False, False,
-                       THREADS),
-        "smooth": Call(_core.smooth_foreground, np.arange(8, dtype=np.int32), np.ones(8, np.float32), np.full(8, 0.5, np.float32), 32, 30.0, 0.001),
-        "lines": Call(_core.outline_lines, shape, CORE_CAMERA, d, c, Fixed(aligned), (counts, counts), POSE, Few(20), Few(8)),
-        "view": Call(lambda d, l, cam, r: _core.PrimitiveView.of_image(d, l, cam, r).rays, d, mask.astype(np.uint8), CORE_CAMERA, Few(2)),
+        "plane": Call(
+            _core.fit_plane, d, CORE_CAMERA, None, mask, [0.0, 0.0, -1.0], 1.2, 0.01, [0.001, 0.0, 0.0], False
+        ),
+        "remove": Call(
+            _core.remove_plane,
+            d,
+            CORE_CAMERA,
+            None,
+            2,
+            3,
+            0.01,
+            OneOf(("rigid", "bent")),
+            [0.001, 0.0, 0.0],
+            False,
+            False,
+            THREADS,
+        ),
+        "smooth": Call(
+            _core.smooth_foreground,
+            np.arange(8, dtype=np.int32),
+            np.ones(8, np.float32),
+            np.full(8, 0.5, np.float32),
+            32,
+            30.0,
+            0.001,
+        ),
+        "lines": Call(
+            _core.outline_lines,
+            shape,
+            CORE_CAMERA,
+            d,
+            c,
+            Fixed(aligned),
+            (counts, counts),
+            POSE,
+            Few(20),
+            Few(8),
+        ),
+        "view": Call(
+            lambda d, l, cam, r: _core.PrimitiveView.of_image(d, l, cam, r).rays,
+            d,
+            mask.astype(np.uint8),
+            CORE_CAMERA,
+            Few(2),
+        ),
         "energy": Call(view.energy, KINDS, OBJ_CAM, SIZES, Fixed(_core.PrimitiveEnergyOptions())),
         "contour_distance": Call(_core.contour_distance, phi, 4),
-        "contour_steps": Call(_core.contour_steps, phi, np.full(phi.shape, 0.5, np.float32), Few(2), Fixed(options)),
-        "registration": Call(_core.contour_registration, phi, warp, np.zeros((2, 5), np.float32), np.full(5, 0.5, np.float32), 1.0, True),
-        "templates": Call(_core.contour_template_scores, np.ones((2, 9), np.float32), np.ones((3, 9), np.float32)),
-        "slic": Call(_core.slic, c, Fixed(_core.SlicOptions()), OneOf((None, mask)), OneOf((None, d)), THREADS, False),
-    }  # fmt: skip
+        "contour_steps": Call(
+            _core.contour_steps, phi, np.full(phi.shape, 0.5, np.float32), Few(2), Fixed(options)
+        ),
+        "registration": Call(
+            _core.contour_registration,
+            phi,
+            warp,
+            np.zeros((2, 5), np.float32),
+            np.full(5, 0.5, np.float32),
+            1.0,
+            True,
+        ),
+        "templates": Call(
+            _core.contour_template_scores, np.ones((2, 9), np.float32), np.ones((3, 9), np.float32)
+        ),
+        "slic": Call(
+            _core.slic, c, Fixed(_core.SlicOptions()), OneOf((None, mask)), OneOf((None, d)), THREADS, False
+        ),
+    }
 
 
 def _objects() -> dict[str, Call]:

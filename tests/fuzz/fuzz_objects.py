@@ -125,19 +125,27 @@ def _made_trackers() -> dict[str, Call]:
     }
     return calls | {
         "tracker": Call(
-            st.Tracker, OneOf((box, [box, box])), CAMERAS, OneOf(("auto", "depth", "rgbd")), threads=ONE_THREAD, recover=True,
-            motion=OneOf(("adaptive", "static")), membership=False, names=None,
+            st.Tracker,
+            OneOf((box, [box, box])),
+            CAMERAS,
+            OneOf(("auto", "depth", "rgbd")),
+            threads=ONE_THREAD,
+            recover=True,
+            motion=OneOf(("adaptive", "static")),
+            membership=False,
+            names=None,
         )
-    }  # fmt: skip
+    }
 
 
 def _reconstructors(folder: Path) -> Case:
     def case(rng: random.Random) -> None:
         star = st.Reconstructor(
             rng.choice((CAMERA, nasty(rng, CAMERA))) if rng.random() < 0.1 else CAMERA,
-            voxels=24 if rng.random() < 0.9 else nasty(rng, 24), threads=1,
+            voxels=24 if rng.random() < 0.9 else nasty(rng, 24),
+            threads=1,
             extent=None if rng.random() < 0.7 else nasty(rng, 0.3),
-        )  # fmt: skip
+        )
         if rng.random() < 0.4:
             frame, mask = _frame(rng), nasty(rng, depth() < 1)
         else:
@@ -190,9 +198,10 @@ def _contours(folder: Path) -> Case:
 
     def memory(rng: random.Random) -> None:
         kept = c.ShapeMemory(
-            n_harmonics=4 if rng.random() < 0.8 else nasty(rng, 4), size=24 if rng.random() < 0.8 else nasty(rng, 24),
+            n_harmonics=4 if rng.random() < 0.8 else nasty(rng, 4),
+            size=24 if rng.random() < 0.8 else nasty(rng, 24),
             capacity=8 if rng.random() < 0.9 else nasty(rng, 8),
-        )  # fmt: skip
+        )
         for a in range(3):
             kept.learn(np.hypot((x - 30) * (1 + 0.1 * a), y - 24) < 12)
         rng.choice((kept.learn, kept.assess, kept.observe, kept.judge, kept.recover))(nasty(rng, mask))
@@ -254,16 +263,32 @@ def _planes() -> dict[str, Call]:
 
     sensor = st.SensorModel.preset("kinect_v1")
     return {
-        "remove": Call(remove, d, CAMERAS, (4.0, 4.0), 0.01, OneOf(("rigid", "bent", "printed")), OneOf((None, 0.002, "measure"))),
+        "remove": Call(
+            remove,
+            d,
+            CAMERAS,
+            (4.0, 4.0),
+            0.01,
+            OneOf(("rigid", "bent", "printed")),
+            OneOf((None, 0.002, "measure")),
+        ),
         "bias": Call(sensor.bias, d, 0.1),
         "noise": Call(sensor.noise, d, 0.1),
         "corrected": Call(sensor.corrected, d),
         "systematic": Call(sensor.systematic, d),
         "frame": Call(
-            st.Frame, d, color(), 0.1, depth_scale=None, color_order=OneOf(("rgb", "bgr")), mask=d < 1, camera=CAMERAS, index=0
+            st.Frame,
+            d,
+            color(),
+            0.1,
+            depth_scale=None,
+            color_order=OneOf(("rgb", "bgr")),
+            mask=d < 1,
+            camera=CAMERAS,
+            index=0,
         ),
         "integers": Call(st.Frame, (1000 * d).astype(np.uint16), depth_scale=0.001),
-    }  # fmt: skip
+    }
 
 
 def _energies() -> dict[str, Call]:

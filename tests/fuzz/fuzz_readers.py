@@ -112,7 +112,9 @@ def _options(folder: Path) -> Case:
     from sdftrack.contour.options import options_from_file
     from sdftrack.reconstruction import ReconstructorOptions
 
-    toml = b"[tracker]\nnoise_m = 0.002\nadapt_noise = false\nresidual = 'ray_hit'\n[reconstruct]\nvoxels = 100\n[contour]\n"
+    tables = (
+        b"[tracker]\nnoise_m = 0.002\nadapt_noise = false\nresidual = 'ray_hit'\n[reconstruct]\n[contour]\n"
+    )
     flat = b"noise_m = 0.002\nscale_start_m = 0.01\n"
     sensor = _written(folder, "s.toml", st.SensorModel.preset("kinect_v1").save)
     sensor_json = _written(folder, "s.json", st.SensorModel.preset("kinect_v1").save)
@@ -120,12 +122,11 @@ def _options(folder: Path) -> Case:
     subs = [folder / str(i) for i in range(5)]
     for sub in subs:
         sub.mkdir()
-    whole = toml.replace(b"voxels = 100\n", b"")
     return any_of(
         [
-            file_case(subs[0], {"a.toml": whole, "b.toml": flat}, st.TrackerOptions.from_file),
-            file_case(subs[1], {"a.toml": whole}, ReconstructorOptions.from_file),
-            file_case(subs[2], {"a.toml": whole}, options_from_file),
+            file_case(subs[0], {"a.toml": tables, "b.toml": flat}, st.TrackerOptions.from_file),
+            file_case(subs[1], {"a.toml": tables}, ReconstructorOptions.from_file),
+            file_case(subs[2], {"a.toml": tables}, options_from_file),
             file_case(
                 subs[3], {"a.toml": sensor, "a.json": sensor_json}, lambda p: st.SensorModel.of(str(p))
             ),
