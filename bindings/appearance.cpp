@@ -58,6 +58,7 @@ py::tuple color_counts(const py::array& values, double voxel_m, const std::array
                        const Camera& camera, const py::array& depth_m, const py::object& mask,
                        const py::array& color, const appearance::ColorMap& map, const py::array& T_cam_obj,
                        double padding_m, int budget) {
+  if (budget < 1) throw py::value_error("budget: expected 1 or more readings, got " + std::to_string(budget));
   const frame::Shape shape = frame::make_shape(volume_view(values, voxel_m, origin), 1, 1);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   const appearance::ColorImage image = color_view(color, py::cast(map));

@@ -8,13 +8,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_arrays import CAMERA, CAMERAS, ONE_THREAD, POSE, color, depth, made
+from fuzz_arrays import ONE_THREAD, POSE, made
 from fuzz_targets import Case, Target, any_of, finite
 from fuzz_values import Call, OneOf, nasty, nasty_array
 
 import sdftrack as st
 
 BOX = (0.12, 0.09, 0.06)
+CAMERA = st.Camera(60.0, 61.0, 31.5, 23.5, 64, 48)
+CAMERAS = OneOf((CAMERA, st.RGBDCamera(CAMERA)))
+H, W = CAMERA.shape
+
+
+def depth() -> np.ndarray:
+    seen = st.SDF.box(BOX, voxels=16).render(CAMERA, POSE, 1)[0]
+    return np.where(seen > 0, seen, 1.2).astype(np.float32)
+
+
+def color() -> np.ndarray:
+    return np.random.default_rng(0).integers(0, 256, (H, W, 3), np.uint8)
 
 
 def readings(rng: random.Random) -> Any:
@@ -22,7 +34,7 @@ def readings(rng: random.Random) -> Any:
     d = depth()
     if rng.random() < 0.5:
         for _ in range(rng.choice((1, 1, 3, 40))):
-            d[rng.randrange(24), rng.randrange(32)] = rng.choice(
+            d[rng.randrange(H), rng.randrange(W)] = rng.choice(
                 (1e-38, 1e-12, 1e-9, 9e-9, 3e-7, 1e-4, 50.0, 1e9, 3e38, -1.0, np.inf, np.nan, 5e-45)
             )
         if rng.random() < 0.3:
@@ -33,7 +45,7 @@ def readings(rng: random.Random) -> Any:
 
 def _frame(rng: random.Random) -> st.Frame:
     c = color() if rng.random() < 0.7 else nasty(rng, color())
-    stamp = rng.choice((None, 0.0, 1.0, 1e18, -1.0, np.nan))
+    stamp = rng.choice((None, None, 0.0, 1.0, 1e18, -1.0)) if rng.random() < 0.95 else np.nan
     return st.Frame(readings(rng), c, stamp, check_units=rng.random() < 0.3)
 
 
@@ -85,15 +97,15 @@ def _search(folder: Path) -> Case:
     shapes = [st.SDF.box(BOX, voxels=14), st.SDF.cylinder(0.04, 0.1, voxels=14)]
     cameras = [
         CAMERA,
-        st.Camera(110.0, 110.0, 15.5, 11.5, 32, 24),
-        st.Camera(1668.0, 1668.0, 15.5, 11.5, 32, 24),
+        st.Camera(110.0, 110.0, 31.5, 23.5, 64, 48),
+        st.Camera(1668.0, 1668.0, 31.5, 23.5, 64, 48),
     ]
 
     def case(rng: random.Random) -> None:
         tracker = st.Tracker(rng.choice(shapes), rng.choice(cameras), mode="depth", threads=1)
         d = depth()
         for _ in range(rng.choice((1, 2, 30))):
-            d[rng.randrange(24), rng.randrange(32)] = 10.0 ** rng.uniform(-45, 12)
+            d[rng.randrange(H), rng.randrange(W)] = 10.0 ** rng.uniform(-45, 12)
         if rng.random() < 0.6:
             d[0, 0] = 10.0 ** rng.uniform(-45, -4)
         if rng.random() < 0.2:
@@ -104,7 +116,7 @@ def _search(folder: Path) -> Case:
         else:
             finite(tracker.start(st.Frame(depth()), poses=POSE))
             for _ in range(2):
-                finite(tracker.track(st.Frame(np.full((24, 32), 1.2, np.float32))))
+                finite(tracker.track(st.Frame(np.full((H, W), 1.2, np.float32))))
             finite(tracker.recover(frame) if rng.random() < 0.5 else tracker.track(frame))
 
     return case
@@ -139,6 +151,8 @@ def _made_trackers() -> dict[str, Call]:
 
 
 def _reconstructors(folder: Path) -> Case:
+    box = st.SDF.box(BOX, voxels=24)
+
     def case(rng: random.Random) -> None:
         star = st.Reconstructor(
             rng.choice((CAMERA, nasty(rng, CAMERA))) if rng.random() < 0.1 else CAMERA,
@@ -152,7 +166,8 @@ def _reconstructors(folder: Path) -> Case:
             frame, mask = st.Frame(depth(), color()), depth() < 1
         way = rng.randrange(4)
         if way == 0:
-            finite(star.start(frame, mask=mask, pose=_pose(rng)))
+            star = st.Reconstructor(CAMERA, initial=box, threads=1)
+            finite(star.start(frame, pose=_pose(rng)))
         elif way == 1:
             finite(star.start(frame, box=nasty(rng, (4.0, 4.0, 20.0, 16.0))))
         else:

@@ -231,3 +231,69 @@ def _lines(points, reach):
 def _smoothed(at, width=32):
     ones = np.ones(len(at), np.float32)
     return _core.smooth_foreground(at, ones, 0.5 * ones, width, 30.0, 0.001)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: _core.color_counts(
+            *_shape(), CAMERA._core, DEPTH, None, COLOR, ALIGNED, _poses(z=0.5), 0.02, 0
+        ),
+        lambda: _removed(2, 65536),
+        lambda: _removed(32, 3),
+        lambda: _removed(2, -1),
+    ],
+)
+def test_the_core_refuses_a_start_outside_of_the_image_and_a_budget_of_none(call):
+    with pytest.raises(ValueError, match="expected"):
+        call()
+
+
+def _shape():
+    ball = st.SDF.sphere(0.05, voxels=14)
+    return np.asarray(ball.values), ball.voxel_size, list(ball.origin)
+
+
+def _removed(x, y):
+    noise = [0.001, 0.0, 0.0]
+    return _core.remove_plane(DEPTH, CAMERA._core, None, x, y, 0.01, "rigid", noise, False, False, 1)
+
+
+def test_an_open_mesh_in_a_volume_of_more_than_32767_voxels_a_side():
+    """Places in a block were counted in 16 bits."""
+    mesh = st.SDF.sphere(0.05, voxels=14).to_mesh()
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)[:-8]
+    narrow = _core.open_mesh_to_sdf(vertices, faces, [12, 13, 40], 0.01, [-0.05, -0.05, -0.05], 6.0, 1)[0]
+    wide = _core.open_mesh_to_sdf(vertices, faces, [12, 13, 40_000], 0.01, [-0.05, -0.05, -0.05], 6.0, 1)[0]
+    assert np.array_equal(wide[:, :, :10] < 0, narrow[:, :, :10] < 0)
+    assert not (wide[:, :, 20:] < 0).any()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: metrics.average_recall(mspd_errors=np.ones((2, 3)), width=10**400),
+        lambda: st.motion.sparc(np.ones((1, 9)), 30.0, cutoff_hz=np.nan),
+        lambda: st.motion.sparc(np.ones((1, 9)), 30.0, padding=10**6),
+        lambda: st.motion.sparc(np.ones((1, 9)), 5e-324),
+        lambda: st.motion.tremor_of(_still(), 0, 1, noise_m=1e300),
+        lambda: st.Symmetry(np.zeros((0, 4, 4)), [(np.full(70_000, 0.1), np.zeros(3))]),
+        lambda: st.Symmetry.from_bop({"symmetries_discrete": [[10**400] * 16]}),
+    ],
+)
+def test_numbers_beyond_all_measures_are_refused_in_one_line(call):
+    with pytest.raises(ValueError, match="expected") as told:
+        call()
+    assert "\n" not in str(told.value)
+    assert len(str(told.value)) < 400
+
+
+def _still():
+    return st.motion.Trajectory(np.arange(60) / 30, np.tile(np.eye(4), (60, 1, 1)))
+
+
+def test_an_outline_is_drawn_into_an_image_of_any_layout():
+    image, mask = np.zeros((8, 9, 3), np.uint8), np.eye(8, 9, dtype=bool)
+    plain = st.contour.draw_outline(image, mask)
+    for odd in (np.asfortranarray(image), image[::-1], np.repeat(image, 2, axis=1)[:, ::2]):
+        np.testing.assert_array_equal(st.contour.draw_outline(odd, np.asfortranarray(mask)), plain)

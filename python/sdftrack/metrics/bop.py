@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.validation import whole
 from sdftrack.camera import depth_camera
 from sdftrack.metrics.scores import _points, _poses
 from sdftrack.symmetry import Symmetry
@@ -130,7 +131,7 @@ def average_recall(
         out["AR_MSSD"] = float((e[:, None] < TAUS * np.broadcast_to(diameter, e.shape)[:, None]).mean())
     if mspd_errors is not None:
         e = _errors(mspd_errors, "mspd_errors", 1)
-        out["AR_MSPD"] = float((e[:, None] < MSPD_PX * width / 640).mean())
+        out["AR_MSPD"] = float((e[:, None] < MSPD_PX * whole(width, "width", 1) / 640).mean())
     if not out:
         raise ValueError("vsd_errors, mssd_errors, mspd_errors: expected at least one of them, got none")
     out["AR"] = float(np.mean(list(out.values())))

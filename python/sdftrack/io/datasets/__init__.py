@@ -54,8 +54,10 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         raise ValueError(
             f"{root}: a recording that was interrupted; the command that wrote it finishes it with --resume"
         )
-    kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
-    if root.is_file() and not kind.detect(root):
+    with named(root):
+        kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
+        known = root.is_dir() or kind.detect(root)
+    if not known:
         raise ValueError(
             f"{root}: expected a recording of layout {kind.name} ({kind.marks}), got another file"
         )
