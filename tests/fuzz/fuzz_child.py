@@ -41,10 +41,11 @@ def main(name: str, first: int, count: int, folder: Path) -> None:
 def _limit_memory() -> None:
     try:
         import resource
-    except ImportError:
+
+        with open("/proc/self/statm") as file:
+            taken = int(file.read().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):  # elsewhere than on Linux
         return
-    with open("/proc/self/statm") as file:
-        taken = int(file.read().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (taken + MOST_BYTES, resource.RLIM_INFINITY))
 
 

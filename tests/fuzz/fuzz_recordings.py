@@ -17,6 +17,7 @@ from fuzz_targets import Case, Target, any_of
 import sdftrack as st
 
 BESIDE = str(Path(__file__).resolve().parents[1] / "python")
+BAGS = ("rosbags", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "lz4", "zstandard")
 SMALL = st.Camera(16.0, 16.0, 7.5, 5.5, 16, 12)
 
 
@@ -115,11 +116,11 @@ def _messages(folder: Path) -> Case:
 
 
 TARGETS = (
-    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2),
-    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2),
-    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3),
-    Target("folder_mcap", _own_mcap, weight=0.2),
+    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2, needs=BAGS),
+    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2, needs=BAGS),
+    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3, needs=BAGS),
+    Target("folder_mcap", _own_mcap, weight=0.2, needs=BAGS),
     Target("azure", _azure, weight=0.2),
-    Target("realsense_db3", _realsense, weight=0.2),
+    Target("realsense_db3", _realsense, weight=0.2, needs=("pyrealsense2", "rosbags")),
     Target("messages", _messages, private=True, weight=0.3),
 )

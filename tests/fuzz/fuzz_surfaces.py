@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import fuzz_arrays
 import fuzz_core
 import fuzz_datasets
@@ -20,4 +22,5 @@ TARGETS: dict[str, Target] = {
         fuzz_readers, fuzz_saved, fuzz_datasets, fuzz_recordings, fuzz_arrays, fuzz_objects, fuzz_core,
     )
     for target in module.TARGETS
+    if all(find_spec(name) is not None for name in target.needs)
 }  # fmt: skip

@@ -38,12 +38,15 @@ class Target:
         Whether it is an interface of our own, whose messages may be those of the binding.
     weight : float
         Share of the cases of a run, relative to other targets: less for slow ones.
+    needs : tuple of str
+        Modules of extras, without which the target is left out.
     """
 
     name: str
     make: Callable[[Path], Case]
     private: bool = False
     weight: float = 1.0
+    needs: tuple[str, ...] = ()
 
 
 def rng_of(target: str, seed: int) -> random.Random:
