@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fuzz_arrays import ONE_THREAD, POSE, made
 from fuzz_targets import Case, Target, any_of, finite
-from fuzz_values import Call, OneOf, nasty, nasty_array
+from fuzz_values import Call, Few, OneOf, nasty, nasty_array
 
 import sdftrack as st
 
@@ -122,6 +122,11 @@ def _search(folder: Path) -> Case:
     return case
 
 
+def _counted(value: Any) -> Any:
+    """Counts of points, pixels and steps are honoured, however many."""
+    return Few(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
 def _made_trackers() -> dict[str, Call]:
     box = st.SDF.box(BOX, voxels=14)
 
@@ -131,7 +136,7 @@ def _made_trackers() -> dict[str, Call]:
 
     names = [name for name, value in st.TrackerOptions().to_dict().items() if isinstance(value, int | float)]
     calls = {
-        name: Call(options, **{name: getattr(st.TrackerOptions(), name)}, check=finite)
+        name: Call(options, **{name: _counted(getattr(st.TrackerOptions(), name))}, check=finite)
         for name in names
         if "iterations" not in name and "steps" not in name
     }

@@ -20,7 +20,7 @@ NASTY_INTS = (
     -1, 0, 1, 2, 3, 7, 255, 256, 65536, 2**24, 2**31 - 1, 2**31, -(2**31), -(2**31) - 1, 2**32, 2**63 - 1, 2**63, 2**64,
     -(2**63), 10**400,
 )  # fmt: skip
-FEW_INTS = (-(2**31), -1, 0, 1, 2, 5)
+FEW_INTS = (-(2**31), -1, 0, 1, 2, 5, 2**31, 2**63)
 OTHER_THINGS = (
     None,
     "",
@@ -208,7 +208,7 @@ def _dtype(rng: random.Random, a: np.ndarray) -> Any:
     kind = rng.choice(DTYPES)
     try:
         return a.astype(kind)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return np.zeros(a.shape, kind)
 
 

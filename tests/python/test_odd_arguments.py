@@ -272,6 +272,10 @@ def test_an_open_mesh_in_a_volume_of_more_than_32767_voxels_a_side():
 @pytest.mark.parametrize(
     "call",
     [
+        lambda: CAMERA.cropped(2, 3, 10, 10**400),
+        lambda: CAMERA.cropped(10**400, 3, 10, 10.5),
+        lambda: st.SDF.sphere(0.1, voxels=np.inf),
+        lambda: st.SDF.sphere(0.1, voxels=10**400),
         lambda: metrics.average_recall(mspd_errors=np.ones((2, 3)), width=10**400),
         lambda: st.motion.sparc(np.ones((1, 9)), 30.0, cutoff_hz=np.nan),
         lambda: st.motion.sparc(np.ones((1, 9)), 30.0, padding=10**6),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import INT_MAX, numbers
+from sdftrack._internal.validation import INT_MAX, numbers, shown
 
 __all__ = ["Camera"]
 
@@ -183,9 +183,14 @@ class Camera:
 
     def cropped(self, x: int, y: int, w: int, h: int) -> Camera:
         """Camera of the crop `image[y:y + h, x:x + w]`, which must lie inside the image."""
-        if x < 0 or y < 0 or w < 1 or h < 1 or x + w > self.width or y + h > self.height:
+        if not (
+            0 <= x < self.width
+            and 0 <= y < self.height
+            and 1 <= w <= self.width - x
+            and 1 <= h <= self.height - y
+        ):
             raise ValueError(
-                f"x, y, w, h: expected a rectangle inside {self.width} x {self.height}, got {(x, y, w, h)}"
+                f"x, y, w, h: expected a rectangle inside {self.width} x {self.height}, got {shown((x, y, w, h))}"
             )
         return Camera(self.fx, self.fy, self.cx - x, self.cy - y, w, h, self.distortion)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.array_archive import may_hold
-from sdftrack._internal.validation import number
+from sdftrack._internal.validation import number, shown
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
@@ -61,9 +61,9 @@ def grid_round(
     low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
 ) -> tuple[float, Shape3, NDArray[np.float64]]:
     """Voxel size, shape [z, y, x] and origin of the grid around a box."""
-    if number(voxels, "voxels") != int(voxels) or not 8 <= voxels <= MAX_VOXELS:
+    if not (8 <= number(voxels, "voxels") <= MAX_VOXELS and voxels == int(voxels)):
         raise ValueError(
-            f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {voxels}"
+            f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {shown(voxels)}"
         )
     if padding is not None and not (np.isfinite(number(padding, "padding")) and padding >= 0):
         raise ValueError(f"padding: expected a fraction of the longest side, 0 or more, got {padding}")
