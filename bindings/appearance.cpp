@@ -58,6 +58,7 @@ py::tuple color_counts(const py::array& values, double voxel_m, const std::array
                        const Camera& camera, const py::array& depth_m, const py::object& mask,
                        const py::array& color, const appearance::ColorMap& map, const py::array& T_cam_obj,
                        double padding_m, int budget) {
+  if (budget < 1) throw py::value_error("budget: expected 1 or more readings, got " + std::to_string(budget));
   const frame::Shape shape = frame::make_shape(volume_view(values, voxel_m, origin), 1, 1);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   const appearance::ColorImage image = color_view(color, py::cast(map));
@@ -86,6 +87,11 @@ py::array smooth_foreground(const py::array& at, const py::array& depth_m, const
   const float* p = borrow<float>(foreground, "foreground", {n});
   const float* d =
       distance_m.is_none() ? nullptr : borrow<float>(distance_m.cast<py::array>(), "distance", {n});
+  constexpr int kMostPixels = 1 << 28;  // which sums of a row and a width do not exceed
+  if (width < 1 || width > kMostPixels) throw py::value_error("width: expected 1 or more pixels of a row");
+  for (py::ssize_t i = 0; i < n; ++i)
+    if (index[i] < (i ? index[i - 1] : 0) || index[i] > kMostPixels)
+      throw py::value_error("at: expected places of pixels, ascending from 0");
   energies::PixelSet pixels;
   for (py::ssize_t i = 0; i < n; ++i) pixels.push(0, 0, z[i], 1, index[i], p[i]);
   tracking::ForegroundSmoother().smooth(width, focal_px, noise_m, d, std::numeric_limits<float>::infinity(),

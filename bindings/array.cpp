@@ -33,6 +33,13 @@ void check_array(const py::array& a, const py::dtype& dtype, const char* name,
                          name + ")");
 }
 
+void check_region(const std::array<int, 4>& region, int width, int height) {
+  if (region[0] < 0 || region[1] < 0 || region[0] > region[2] || region[1] > region[3] || region[2] > width ||
+      region[3] > height)
+    throw py::value_error("region: expected x0 <= x1, y0 <= y1 within the image of " + std::to_string(width) +
+                          " x " + std::to_string(height));
+}
+
 Rigidd rigid_from(const py::array& T, const char* name) {
   const double* m = borrow<double>(T, name, {4, 4});
   const std::string prefix = std::string(name) + ": ";

@@ -6,6 +6,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,9 @@ py::array_t<T> to_numpy(std::vector<T> values, std::vector<py::ssize_t> shape) {
   py::capsule free_when_done(owner, [](void* p) { delete static_cast<std::vector<T>*>(p); });
   return py::array_t<T>(std::move(shape), owner->data(), free_when_done);
 }
+
+// ValueError unless (x0, y0, x1, y1) is a part of an image, or empty within it.
+void check_region(const std::array<int, 4>& region, int width, int height);
 
 // 4x4 float64 to Rigid. A matrix from a float32 file is never quite rigid: it is projected onto the
 // rotations when within 1e-3, and refused (ValueError) beyond.

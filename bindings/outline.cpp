@@ -44,10 +44,14 @@ py::tuple outline_energy(const py::array& lines, const Camera& camera, const app
   return py::make_tuple(energy.cost(x), at.gradient, at.hessian, off);
 }
 
-py::tuple offset_of(const py::array& chance, int reach) {
+void check_reach(int reach) {
   if (reach < 1 || reach > energies::kMaxReach)
     throw py::value_error("reach: expected 1.." + std::to_string(energies::kMaxReach) + ", got " +
                           std::to_string(reach));
+}
+
+py::tuple offset_of(const py::array& chance, int reach) {
+  check_reach(reach);
   const energies::OutlineOffset found = energies::outline_offset(
       borrow<float>(chance, "chance", {2 * (reach + energies::kBeyondReach) + 1}), reach);
   return py::make_tuple(found.mean, found.sd, found.contrast);
@@ -99,6 +103,8 @@ py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array
                                   const appearance::ColorMap& map,
                                   const std::tuple<py::array, py::array>& counts, const py::array& T_cam_obj,
                                   int points, int reach_px) {
+  check_reach(reach_px);
+  if (points < 1) throw py::value_error("points: expected 1 or more, got " + std::to_string(points));
   const auto& [values, voxel_m, origin] = shape;
   const frame::Shape made = frame::make_shape(volume_view(values, voxel_m, origin), 960, 120);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");

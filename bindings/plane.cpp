@@ -36,6 +36,8 @@ py::object remove_plane(const py::array& depth, const Camera& camera, const py::
                         int start_y, double tolerance_m, const std::string& method,
                         const std::array<double, 3>& noise, bool measure_noise, bool feet, int threads) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
+  if (start_x >= camera.width || start_y >= camera.height || (start_x >= 0 && start_y < 0))
+    throw py::value_error("start: expected a pixel of the image, or a negative column for none");
   plane::PlaneOptions options{tolerance_m, start_x,           start_y,
                               {},          method_of(method), {noise[0], noise[1], noise[2]}};
   py::array_t<bool> mask({camera.height, camera.width});

@@ -52,10 +52,7 @@ class PyReconstruction {
     const Busy busy(&busy_, "reconstruction");
     reconstruction::FrameEvidence frame{image_view(depth, "depth", camera),
                                         {region[0], region[1], region[2], region[3]}};
-    if (region[0] < 0 || region[1] < 0 || region[0] > region[2] || region[1] > region[3] ||
-        region[2] > camera.width || region[3] > camera.height)
-      throw py::value_error("region: expected x0 <= x1, y0 <= y1 within the image of " +
-                            std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    check_region(region, camera.width, camera.height);
     const py::ssize_t h = region[3] - region[1], w = region[2] - region[0];
     frame.mask = mask_view(mask, camera);
     if (foreground) frame.foreground = borrow<float>(*foreground, "foreground", {h, w});

@@ -55,8 +55,10 @@ void bind_tracking_parts(py::module_& m) {
       [](const py::array& depth, const py::object& color, const py::object& map,
          const std::array<int, 4>& region) {
         const appearance::ColorImage image = color_view(color, map);
+        const float* z = borrow<float>(depth, "depth", {-1, -1});
         const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
-        frame::DepthFrame frame{{borrow<float>(depth, "depth", {h, w}), w, h}, nullptr, nullptr};
+        check_region(region, w, h);
+        frame::DepthFrame frame{{z, w, h}, nullptr, nullptr};
         frame.color = &image;
         std::vector<std::uint8_t> rgb;
         fetch_colors(frame, {region[0], region[1], region[2], region[3]}, &rgb);

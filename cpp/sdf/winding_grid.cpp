@@ -61,8 +61,8 @@ struct Filler {
   std::vector<float>& w;
 
   struct Member {
-    std::int16_t x, y, z;
-    std::int16_t jump;  // against the first of its piece
+    int x, y, z;
+    int jump;  // against the first of its piece
   };
 
   // From `seed` to all voxels of the block that are reached along the rows, jumps counted, and across them
@@ -72,8 +72,7 @@ struct Filler {
     const auto local = [&](int x, int y, int z) {
       return static_cast<std::size_t>(((z - low.z) * kBlock + (y - low.y)) * kBlock + (x - low.x));
     };
-    const auto narrow = [](int i) { return static_cast<std::int16_t>(i); };
-    piece->assign(1, {narrow(seed.x), narrow(seed.y), narrow(seed.z), 0});
+    piece->assign(1, {seed.x, seed.y, seed.z, 0});
     seen[local(seed.x, seed.y, seed.z)] = 1;
     constexpr std::array<Vec3<int>, 6> kSteps{
         {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
@@ -88,7 +87,7 @@ struct Filler {
         if (!s.x && u[i] + u[k] <= 1.001 * grid.voxel_m) continue;
         seen[local(x, y, z)] = 1;
         const int jump = s.x ? crossed[k] - crossed[i] : 0;
-        piece->push_back({narrow(x), narrow(y), narrow(z), narrow(m.jump + jump)});
+        piece->push_back({x, y, z, m.jump + jump});
       }
     }
   }

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import number
+from sdftrack._internal.validation import INT_MAX, number, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import host_array
 
@@ -17,6 +17,7 @@ __all__ = ["Frame"]
 
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 _GRID_PIXELS = 1000
+MOST_UNITS_PER_M = 1 << 24  # whole numbers that float32 holds
 SAME_UNIT = 1e-7  # drivers state units as float32: 0.001f is 1 mm
 
 
@@ -96,7 +97,7 @@ class Frame:
         self.color = None if color is None else _rgb(host_array(color, "color"), color_order)
         self.timestamp = None if timestamp is None else float(timestamp)
         self.camera = camera
-        self.index = None if index is None else int(index)
+        self.index = None if index is None else whole(index, "index", -INT_MAX)
         self.error = ""
         if self.depth is not None and camera is not None and self.depth.shape != depth_camera(camera).shape:
             raise ValueError(
@@ -212,8 +213,8 @@ def _metres(units: NDArray[np.uint16], scale: float) -> NDArray[np.float32]:
     Sensors' units are 1 m / n; a product with the rounded 1 / n would be up to 1 bit off.
     """
     metres: NDArray[np.float32] = units.astype(np.float32)
-    units_per_m = round(1 / scale)
-    if abs(scale * units_per_m - 1) < SAME_UNIT and units_per_m < 1 << 24:
+    units_per_m = round(min(1 / scale, MOST_UNITS_PER_M))
+    if abs(scale * units_per_m - 1) < SAME_UNIT and units_per_m < MOST_UNITS_PER_M:
         metres /= np.float32(units_per_m)
     else:
         metres *= np.float32(scale)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.validation import numbers, shown
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]
 
@@ -135,5 +135,5 @@ def _array(a: ArrayLike, name: str) -> Array:
 def _vector(v: ArrayLike, name: str) -> Array:
     x = _array(v, name)
     if x.shape != (3,) or not np.isfinite(x).all():
-        raise ValueError(f"{name}: expected 3 finite numbers, got {x.tolist()}")
+        raise ValueError(f"{name}: expected 3 finite numbers, got {shown(x)}")
     return x

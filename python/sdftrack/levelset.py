@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers, of_kind
+from sdftrack._internal.validation import number, numbers, of_kind, shown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
 from sdftrack.frame import Frame
@@ -253,12 +253,12 @@ def _grid(grid: Any) -> tuple[tuple[int, int, int], float, NDArray[np.float64]]:
     shape, origin = numbers(grid[0], "grid: shape"), numbers(grid[2], "grid: origin")
     if shape.shape != (3,) or not (shape >= 2).all() or (shape != np.floor(shape)).any():
         raise ValueError(
-            f"grid: expected (nz, ny, nx) with at least 2 voxels along each axis, got {grid[0]!r}"
+            f"grid: expected (nz, ny, nx) with at least 2 voxels along each axis, got {shown(grid[0])}"
         )
     if shape.prod() >= 2**31:
-        raise ValueError(f"grid: expected fewer than 2^31 voxels, got {grid[0]!r}")
+        raise ValueError(f"grid: expected fewer than 2^31 voxels, got {shown(grid[0])}")
     if origin.shape != (3,) or not np.isfinite(origin).all():
-        raise ValueError(f"grid: expected an origin of three finite numbers (m), got {grid[2]!r}")
+        raise ValueError(f"grid: expected an origin of three finite numbers (m), got {shown(grid[2])}")
     nz, ny, nx = (int(n) for n in shape)
     return (nz, ny, nx), _length(grid[1], "grid: voxel_size"), origin
 

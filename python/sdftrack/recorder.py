@@ -9,13 +9,14 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack._internal.background import Background
-from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.closing import ClosedByWith, reason_of
 from sdftrack.io.out_folder import OutFolder, cannot_write, prepare_folder, refuse_folder
 from sdftrack.io.result_rows import (
     BOP_HEADER,
@@ -39,7 +40,8 @@ class Recorder(ClosedByWith):
 
     ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj), ``ground_truth_<k>.txt``
     if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is closed, even if the loop
-    raises an exception. Until then they have temporary names; if the disk is full, none of them is left behind.
+    raises an exception, whose message is then ``stopped`` in ``report.json``. Until then they have temporary names; if
+    the disk is full, none of them is left behind.
     Rows go to disk as they come, and the video is drawn and encoded by another thread, so that a recorder neither
     slows the loop nor grows; its errors are raised by the next `add`, or by `close`.
 
@@ -116,6 +118,7 @@ class Recorder(ClosedByWith):
         self._scene_id, self._bop_name = int(scene_id), bop_name
         self._settings = dict(settings or {})
         self._sections: dict[str, Any] = {}
+        self._stopped = ""
         self._beside: list[str] = []
         self._closed = False
         self.omitted, self._live = 0, live
@@ -203,7 +206,7 @@ class Recorder(ClosedByWith):
 
     def note(self, section: str, values: Mapping[str, Any]) -> None:
         """Add a section of plain values to ``report.json``, in addition to its settings and frames."""
-        if section in ("version", "settings", "frames"):
+        if section in ("version", "settings", "stopped", "frames"):
             raise ValueError(
                 f"section: expected a new section name, got {section!r}, which the report already uses"
             )
@@ -212,6 +215,14 @@ class Recorder(ClosedByWith):
     def wrote(self, *names: str) -> None:
         """Register files that the caller wrote into the folder; the report lists them, so they may be replaced."""
         self._beside += [name for name in names if name not in self._beside]
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close; of a loop that was left by an exception, the report says by which."""
+        if error is not None:
+            self._stopped = reason_of(error)
+        self.close()
 
     def close(self) -> None:
         """Finish the files and give them their names. Calling it again does nothing."""
@@ -256,6 +267,7 @@ class Recorder(ClosedByWith):
         head = {
             "version": __version__,
             "settings": {**plain(self._settings), "files": names + self._beside},
+            **({"stopped": self._stopped} if self._stopped else {}),
             **self._sections,
         }
         report = Spool(self.directory / "report.json")

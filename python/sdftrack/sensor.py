@@ -12,6 +12,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.text_files import reason
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 from sdftrack._internal.validation import number
 
@@ -170,7 +171,7 @@ class SensorModel:
         try:
             return SensorModel.from_dict(read(path))
         except (TypeError, ValueError) as error:
-            raise type(error)(f"{os.fspath(path)}: {error}") from None
+            raise type(error)(f"{os.fspath(path)}: {reason(error)}") from None
 
     @overload
     @staticmethod

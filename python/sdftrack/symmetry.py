@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.validation import shown
 from sdftrack.geometry import rigid
 
 __all__ = ["Symmetry", "find_symmetries"]
@@ -65,7 +66,7 @@ class Symmetry:
             length = np.linalg.norm(a) if a.shape == (3,) else np.nan
             if p.shape != (3,) or not np.isfinite(p).all() or not (np.isfinite(length) and length > 0):
                 raise ValueError(
-                    f"continuous[{i}]: expected (axis, point), three numbers each, got {axis}, {point}"
+                    f"continuous[{i}]: expected (axis, point), three numbers each, got {shown(axis)}, {shown(point)}"
                 )
             axes.append((a / length, p))
         object.__setattr__(self, "continuous", tuple(axes))
@@ -77,8 +78,10 @@ class Symmetry:
         for i, values in enumerate(info.get("symmetries_discrete", ())):
             try:
                 S = np.reshape(np.asarray(values, np.float64), (4, 4)).copy()
-            except (TypeError, ValueError):
-                raise ValueError(f"symmetries_discrete[{i}]: expected 16 numbers, got {values!r}") from None
+            except (TypeError, ValueError, OverflowError):
+                raise ValueError(
+                    f"symmetries_discrete[{i}]: expected 16 numbers, got {shown(values)}"
+                ) from None
             S[:3, 3] *= M_PER_MM
             motions.append(S)
         axes = []
@@ -87,9 +90,9 @@ class Symmetry:
                 axes.append(
                     (values["axis"], M_PER_MM * np.asarray(values.get("offset", (0, 0, 0)), np.float64))
                 )
-            except (KeyError, TypeError, ValueError, AttributeError):
+            except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
                 raise ValueError(
-                    f"symmetries_continuous[{i}]: expected axis and offset of three numbers each, got {values!r}"
+                    f"symmetries_continuous[{i}]: expected axis and offset of three numbers each, got {shown(values)}"
                 ) from None
         return cls(np.array(motions) if motions else _none(), tuple(axes))
 

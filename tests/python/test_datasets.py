@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: MIT
 import json
+import struct
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from measured_memory import peak_bytes
 
 import sdftrack as st
 from sdftrack.io import datasets, trajectories
 from sdftrack.io import frames as image_io
+from sdftrack.io.datasets import tum
 from sdftrack.testing import assert_pose_close
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
@@ -123,6 +127,8 @@ def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> N
         ("depth/000001.png", "remove", "missing"),
         ("depth/000001.png", "small", "64 x 48"),
         ("depth/000001.png", "eight bit", "16-bit"),
+        ("depth/000001.png", "huge header", "2147483647 x 2147483647 pixels, but the camera has 64 x 48"),
+        ("rgb/000001.png", "huge header", "2147483647 x 2147483647 pixels, but the sequence has 64 x 48"),
         ("rgb/000001.png", "cut", "truncated"),
         ("rgb/000001.png", "small color", "64 x 48"),
     ],
@@ -146,6 +152,9 @@ def test_a_bad_image_in_the_middle_is_one_bad_frame(tmp_path, file, damage, reas
         image_io.write_depth_units(path, np.full((24, 32), 8000, np.uint16))
     elif damage == "eight bit":
         image_io.write_mask(path, np.ones(CAMERA.shape, bool))
+    elif damage == "huge header":
+        header = b"IHDR" + struct.pack(">II", 2**31 - 1, 2**31 - 1) + data[24:29]
+        path.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
     else:
         image_io.write_color(path, np.zeros((24, 32, 3), np.uint8))
     seq = st.open_sequence(tmp_path / "s")
@@ -362,6 +371,37 @@ def _write_k1(root: Path, color_size: tuple[int, int], mapping: bool) -> None:
     poses = {"frames": {"1": {str(k + 1): {"T_cam_obj": _pose(1, k).tolist()} for k in range(2)}}}
     (root / "poses_init.json").write_text(json.dumps(poses))
     CUBE.save(root / "cube.ply")
+
+
+def _nearest_of_all(times, wanted):
+    gap = np.abs(times[None, :] - wanted[:, None])
+    return [int(j) if gap[i, j] <= 0.02 else None for i, j in enumerate(gap.argmin(axis=1))]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_nearest_time_is_that_of_a_comparison_with_all(seed):
+    """Times that repeat, do not ascend, and lie at equal distances."""
+    rng = np.random.default_rng(seed)
+    n, m = rng.integers(1, 40, 2)
+    times = rng.integers(0, 60, n) / 128.0 + (1.3e9 if seed % 2 else 0.0)
+    wanted = rng.integers(-5, 130, m) / 256.0 + (1.3e9 if seed % 2 else 0.0)
+    found = tum._nearest(times, wanted)
+    assert found == _nearest_of_all(times, wanted)
+
+
+def test_times_of_long_recordings_are_joined_in_little_memory():
+    """Compared with each other, they would take 80 GB."""
+    before = "import numpy as np; from sdftrack.io.datasets import tum; times = np.arange(100_000) / 30"
+    assert peak_bytes("tum._nearest(times, times + 0.01)", before) < 50e6
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "1e999"])
+def test_a_time_that_is_no_number_is_refused(tmp_path, word):
+    st.save_sequence(tmp_path / "s", _sequence(), layout="tum")
+    path = tmp_path / "s" / "depth.txt"
+    path.write_text(path.read_text() + f"{word} depth/a.png\n")
+    with pytest.raises(ValueError, match=rf"depth\.txt, line \d+: expected 'timestamp file', got '{word}"):
+        st.open_sequence(tmp_path / "s")
 
 
 def test_k1_has_its_mapping_masks_and_two_objects_of_one_mesh(tmp_path):

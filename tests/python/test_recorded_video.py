@@ -443,3 +443,16 @@ def test_a_real_recording_is_small_and_close(tmp_path):
         error = np.mean((read.read(i).astype(float) - images[i]) ** 2)
         assert 10 * np.log10(255**2 / error) > LEAST_PSNR
     assert (tmp_path / "color.mkv").stat().st_size < 0.3 * sum(file.stat().st_size for file in files)
+
+
+def test_a_time_that_no_integer_holds_is_refused_by_name(tmp_path):
+    saved(tmp_path / "s", n=3)
+    path = tmp_path / "s" / "color.mkv"
+    data = path.read_bytes()
+    at = (
+        data.index(b"\x1f\x43\xb6\x75") + 12
+    )  # the first cluster's time: kind, size in 8 bytes, then its value
+    assert data[at : at + 9] == b"\xe7\x01" + bytes(6) + b"\x01"
+    path.write_bytes(data[:at] + b"\xe7\x01" + bytes(6) + b"\x08\x7f" + b"\xff" * 7 + data[at + 10 :])
+    with pytest.raises(ValueError, match=r"color\.mkv: expected a video as sdftrack writes it"):
+        st.open_sequence(tmp_path / "s")

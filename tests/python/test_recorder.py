@@ -139,7 +139,21 @@ def test_files_are_whole_when_the_loop_raises(tmp_path):
     with pytest.raises(KeyError, match="in the loop"):
         loop()
     assert {p.name for p in tmp_path.iterdir()} == OWN
-    assert len(strict_json(tmp_path / "report.json")["frames"]) == 1
+    report = strict_json(tmp_path / "report.json")
+    assert len(report["frames"]) == 1
+    assert report["stopped"] == "'in the loop'"
+
+
+def test_a_run_that_is_interrupted_says_so_and_a_complete_one_does_not(tmp_path):
+    def interrupted():
+        with Recorder(tmp_path / "cut", CAMERA) as recorder:
+            recorder.add(frame(0, pose()), result([pose()]))
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert strict_json(tmp_path / "cut" / "report.json")["stopped"] == "interrupted"
+    assert "stopped" not in strict_json(record(tmp_path / "whole") / "report.json")
 
 
 def test_a_folder_with_files_is_refused_and_left_alone(tmp_path):

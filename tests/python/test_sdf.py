@@ -385,6 +385,35 @@ def test_a_union_is_inside_where_either_is_and_a_distance_outside():
         st.union()
 
 
+@pytest.mark.parametrize(
+    "join",
+    [
+        lambda near, far: st.union(near, far),
+        lambda near, far: st.smooth_union(near, far),
+        lambda near, far: SDF(np.ones((2, 2, 1200), np.float32), 0.001, (0, 0, 0)).transformed(
+            st.geometry.pose([0.3, 0.6, 0.6], [0, 0, 0])
+        ),
+    ],
+)
+def test_a_grid_much_larger_than_what_it_is_made_of_is_refused(join):
+    near = SDF.sphere(0.004, voxels=24, padding=0.5)
+    with pytest.raises(ValueError, match=r"voxels \(\d.* GB\), much more than what it is made of"):
+        join(near, near.transformed(st.geometry.pose([0, 0, 0], [0.5, 0.5, 0.5])))
+
+
+def test_a_union_of_voxels_beyond_all_counts_is_refused():
+    tiny = SDF(np.ones((2, 2, 2), np.float32), 1e-12, (0, 0, 0))
+    far = SDF(np.ones((2, 2, 2), np.float32), 1e12, (0, 0, 0))
+    with pytest.raises(ValueError, match="at most 1200 a side"):
+        st.union(tiny, far)
+
+
+@pytest.mark.parametrize("count", [2**31 - 1, 10_000_001, -1])
+def test_a_number_of_samples_that_no_memory_holds_is_refused(count):
+    with pytest.raises(ValueError, match="count: expected a whole number from 0 to 10000000"):
+        SDF.sphere(0.03, voxels=16).surface_samples(count)
+
+
 def test_its_mesh_is_closed_outward_and_on_the_surface():
     sdf = SDF.ellipsoid((0.05, 0.03, 0.02), voxels=60)
     mesh = sdf.to_mesh()

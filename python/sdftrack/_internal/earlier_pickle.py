@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from sdftrack._internal.saved_file import FileKind, first_bytes
+from sdftrack._internal.text_files import reason
 
 __all__ = ["is_pickle", "read"]
 
@@ -57,10 +58,12 @@ def read(file: Path, file_kind: FileKind, kind: type[T], trust_pickle: bool) -> 
     try:
         with file.open("rb") as opened:
             thing = _Restricted(opened).load()
-    except (MemoryError, OSError):
+    except OSError:
         raise
-    except Exception as error:  # whatever the calls in it raise
-        told = " ".join(str(error).split())[:200]
+    except (
+        Exception
+    ) as error:  # whatever the calls in it raise; MemoryError of an array that declares too much
+        told = reason(error)
         raise ValueError(
             f"{file}: expected a file of {file_kind.writer}, got an unreadable pickle ({told})"
         ) from None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Output files that are written completely or not at all."""
+"""Output files that are written completely or not at all; text files that are read."""
 
 from __future__ import annotations
 
@@ -56,13 +56,6 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 def write_json(path: str | os.PathLike[str], value: Any) -> None:
     write_text(path, json.dumps(value, indent=2, allow_nan=False) + "\n")
-
-
-def read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not valid JSON ({error})") from None
 
 
 def _new_beside(path: Path, start: str, suffix: str, make: Callable[[Path], object]) -> Path:

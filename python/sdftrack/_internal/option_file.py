@@ -6,7 +6,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import did_you_mean
+from sdftrack._internal.validation import shown
 
 __all__ = ["read_tables"]
 
@@ -18,19 +20,13 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
 
     The tracker's options may also be at the top level, without their table.
     """
-    import tomllib
-
     if not os.path.isfile(path):
         raise FileNotFoundError(f"options: no such file: {os.fspath(path)}")
-    with open(path, "rb") as file:
-        try:
-            values = tomllib.load(file)
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{os.fspath(path)}: not a TOML file: {error}") from None
+    values = read_toml(path)
     tables = {name: values.pop(name) for name in TABLES if name in values}
     for name, table in tables.items():
         if not isinstance(table, dict):
-            raise ValueError(f"{os.fspath(path)}: expected a table [{name}], got {name} = {table!r}")
+            raise ValueError(f"{os.fspath(path)}: expected a table [{name}], got {name} = {shown(table)}")
     strange = [name for name, value in values.items() if "tracker" in tables or isinstance(value, dict)]
     if strange:
         near = did_you_mean(strange[0], TABLES)

@@ -18,11 +18,9 @@ import numpy as np
 
 from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.validation import numbers, shown
 
 __all__ = ["Option", "check_fields", "check_options", "core_schema", "described"]
-
-LONGEST_SHOWN = 80  # characters of a value in a message
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class Option:
         if self.kind in ("int", "number"):
             outside = not self._is_in_range(plain)
         if outside:
-            raise ValueError(f"{self.name}: expected {self.expected}, got {_shown(value)}")
+            raise ValueError(f"{self.name}: expected {self.expected}, got {shown(value)}")
         return plain
 
     def _plain(self, value: Any) -> Any:
@@ -78,7 +76,7 @@ class Option:
             except (TypeError, ValueError):
                 pass  # refused below
         wanted = {"int": "a whole number", "number": "a number"}.get(self.kind, self.expected)
-        raise TypeError(f"{self.name}: expected {wanted}, got {_shown(value)}")
+        raise TypeError(f"{self.name}: expected {wanted}, got {shown(value)}")
 
     def _is_in_range(self, value: float) -> bool:
         return _core.option_in_range(
@@ -91,11 +89,6 @@ def _as_float(value: Any) -> float:
         return float(value)
     except OverflowError:  # an int of hundreds of digits
         return np.inf if value > 0 else -np.inf
-
-
-def _shown(value: Any) -> str:
-    text = str(value) if isinstance(value, np.floating | np.integer) else repr(value)
-    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
 @functools.cache

@@ -29,10 +29,11 @@ def quaternion(R: ArrayLike) -> Array:
 def rotation(q: ArrayLike) -> Array:
     """(3, 3) rotation of a quaternion (x, y, z, w) of any length but 0."""
     x, y, z, w = np.asarray(q, dtype=np.float64)
-    n = x * x + y * y + z * z + w * w
+    with np.errstate(over="ignore"):  # refused below
+        n = x * x + y * y + z * z + w * w
     if not (np.isfinite(n) and n > 0):
         raise ValueError(
-            f"q: expected a quaternion (x, y, z, w) that is finite and not 0, got {[x, y, z, w]}"
+            f"q: expected a quaternion (x, y, z, w) that is finite and not 0, got {[float(v) for v in (x, y, z, w)]}"
         )
     s = 2 / n
     return np.array(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_archive import ArrayArchive, may_hold, write_archive
 from sdftrack._internal.files import replacing
 from sdftrack._internal.saved_tree import pack, unpack
+from sdftrack._internal.text_files import WRONG, reason
 
 __all__ = [
     "HEADER",
@@ -114,7 +115,7 @@ def consistent(path: str | os.PathLike[str], kind: FileKind) -> Iterator[None]:
     """Errors of objects made from a file's contents, as ValueError that names the file."""
     try:
         yield
-    except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
+    except WRONG as error:
         text = " ".join(f"{error}".split())
         raise ValueError(
             f"{os.fspath(path)}: expected a file of {kind.writer}, got inconsistent contents "
@@ -159,7 +160,7 @@ def _named(file: Path, kind: FileKind) -> Iterator[None]:
     try:
         yield
     except (ValueError, RecursionError) as error:
-        told = "a header nested too deeply" if isinstance(error, RecursionError) else str(error)
+        told = "a header nested too deeply" if isinstance(error, RecursionError) else reason(error)
         raise ValueError(f"{file}: expected a file of {kind.writer}, got {told}") from None
 
 

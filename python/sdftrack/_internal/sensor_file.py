@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.files import write_text
+from sdftrack._internal.text_files import read_json, read_toml
 
 __all__ = ["read", "write"]
 
@@ -26,17 +27,16 @@ def write(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read the values of a file, not validated; ValueError if it is neither TOML nor JSON."""
-    import tomllib
-
     if not os.path.isfile(path):
         raise FileNotFoundError(f"sensor: no such file: {os.fspath(path)}")
-    text = Path(path).read_text(encoding="utf-8", errors="replace")
     try:
-        values = json.loads(text) if Path(path).suffix.lower() == ".json" else tomllib.loads(text)
-    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        values = read_json(path) if Path(path).suffix.lower() == ".json" else read_toml(path)
+    except ValueError as error:
         raise ValueError(
             f"sensor: expected a file that `sdftrack calibrate depth` wrote, got: {error}"
         ) from None
     if not isinstance(values, dict):
-        raise ValueError(f"sensor: expected one object of names and values, got a {type(values).__name__}")
+        raise ValueError(
+            f"sensor: {os.fspath(path)}: expected one object of names and values, got a {type(values).__name__}"
+        )
     return values

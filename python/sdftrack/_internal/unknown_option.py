@@ -9,6 +9,8 @@ import inspect
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
+from sdftrack._internal.validation import shown
+
 __all__ = ["did_you_mean", "refuse_unknown", "refuses_unknown", "unknown_option"]
 
 C = TypeVar("C", bound=type)
@@ -28,7 +30,7 @@ def unknown_option(name: object, known: Iterable[str]) -> str:
     """
     names = list(known)
     near = did_you_mean(name, names)
-    return f"unknown option {name!r}; " + (
+    return f"unknown option {shown(name)}; " + (
         f"did you mean {near!r}?" if near else f"known: {', '.join(names)}"
     )
 

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["THREADS", "number", "numbers", "of_kind", "whole"]
+__all__ = ["THREADS", "number", "numbers", "of_kind", "shown", "whole"]
+
+LONGEST_SHOWN = 80  # characters of a value in a message
 
 
 def number(value: Any, name: str) -> float:
@@ -18,8 +21,23 @@ def number(value: Any, name: str) -> float:
         if isinstance(value, (str, bytes, bool, np.bool_)):
             raise TypeError
         return float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        return math.inf if value > 0 else -math.inf
     except (TypeError, ValueError):
         raise TypeError(f"{name}: expected a number, got {value!r}") from None
+
+
+def shown(value: Any) -> str:
+    """A value as messages tell it, in part of one line.
+
+    >>> shown(np.zeros((2, 3)))
+    'an array of shape (2, 3)'
+    """
+    if isinstance(value, np.ndarray) and value.size > 4:
+        return f"an array of shape {value.shape}"
+    text = str(value) if isinstance(value, np.floating | np.integer) else repr(value)
+    text = " ".join(repr(value.tolist()).split() if isinstance(value, np.ndarray) else text.split())
+    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
 def numbers(values: Any, name: str) -> NDArray[np.float64]:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdftrack._internal.files import read_json, write_json
+from sdftrack._internal.files import write_json
+from sdftrack._internal.text_files import contents, read_json, read_text
 
 if TYPE_CHECKING:
     from sdftrack.camera.pinhole import Camera
@@ -47,7 +48,7 @@ def _from_json(make: type[Camera], path: Path, width: int | None, height: int | 
     d = read_json(path)
     if not isinstance(d, dict):
         raise ValueError(f"{path}: expected a JSON object ({KINDS})")
-    try:
+    with contents(path, KINDS):
         if "intrinsic_matrix" in d:  # Open3D stores the matrix column by column
             K = np.asarray(d["intrinsic_matrix"], dtype=float).reshape(3, 3).T
             return make.from_K(K, d["width"], d["height"])
@@ -59,15 +60,11 @@ def _from_json(make: type[Camera], path: Path, width: int | None, height: int | 
         if w is None or h is None:
             raise KeyError("width" if w is None else "height")
         return make(d["fx"], d["fy"], d["cx"], d["cy"], w, h, tuple(d.get("distortion") or ()))
-    except KeyError as missing:
-        raise ValueError(f"{path}: the field {missing} is missing; expected {KINDS}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
 
 
 def _from_yaml(make: type[Camera], path: Path) -> Camera:
     """The camera_info files of ROS' calibrator, parsed without a YAML library."""
-    text = path.read_text(encoding="utf-8")
+    text = read_text(path)
 
     def scalar(name: str) -> str | None:
         found = re.search(rf"^\s*{name}\s*:\s*[\"']?([\w.+-]+)", text, re.MULTILINE)
@@ -84,26 +81,22 @@ def _from_yaml(make: type[Camera], path: Path) -> Camera:
             f"{path}: expected ROS' camera_info fields image_width, image_height and camera_matrix with "
             "9 numbers in data"
         )
-    try:
+    with contents(path, "ROS' camera_info"):
         lens = distortion_from_ros(scalar("distortion_model") or "", numbers("distortion_coefficients"))
         return make.from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
 
 
 def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int | None) -> Camera:
     try:
-        values = [float(v) for v in path.read_text(encoding="utf-8").replace(",", " ").split()]
-    except (ValueError, UnicodeDecodeError):
+        values = [float(v) for v in read_text(path).replace(",", " ").split()]
+    except ValueError:
         raise ValueError(f"{path}: expected {KINDS}") from None
     if len(values) != 9:
         raise ValueError(f"{path}: expected the 9 numbers of K, got {len(values)}; known files: {KINDS}")
     if width is None or height is None:
         raise ValueError(f"width, height: {path} holds K alone; pass width= and height= of its images")
-    try:
+    with contents(path, "the 9 numbers of K"):
         return make.from_K(np.reshape(values, (3, 3)), width, height)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
 
 
 def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:

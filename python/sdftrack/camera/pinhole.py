@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import INT_MAX, numbers
+from sdftrack._internal.validation import INT_MAX, numbers, shown
 
 __all__ = ["Camera"]
 
@@ -172,17 +172,25 @@ class Camera:
     def scaled(self, s: float) -> Camera:
         """Camera of the image resized by `s`: pixel (u, v) moves to s (u + 0.5) - 0.5; sizes are rounded."""
         s = _finite("s", s)
-        width, height = round(self.width * s), round(self.height * s)
+        sizes = self.width * s, self.height * s
+        width, height = (round(size) if abs(size) <= INT_MAX else 0 for size in sizes)
         if s <= 0 or width < 1 or height < 1:
-            raise ValueError(f"s: expected a factor that leaves at least one pixel, got {s:g} for {self!r}")
+            raise ValueError(
+                f"s: expected a factor that leaves 1 to 2^31 pixels a side, got {s:g} for {self!r}"
+            )
         cx, cy = s * (self.cx + 0.5) - 0.5, s * (self.cy + 0.5) - 0.5
         return Camera(s * self.fx, s * self.fy, cx, cy, width, height, self.distortion)
 
     def cropped(self, x: int, y: int, w: int, h: int) -> Camera:
         """Camera of the crop `image[y:y + h, x:x + w]`, which must lie inside the image."""
-        if x < 0 or y < 0 or w < 1 or h < 1 or x + w > self.width or y + h > self.height:
+        if not (
+            0 <= x < self.width
+            and 0 <= y < self.height
+            and 1 <= w <= self.width - x
+            and 1 <= h <= self.height - y
+        ):
             raise ValueError(
-                f"x, y, w, h: expected a rectangle inside {self.width} x {self.height}, got {(x, y, w, h)}"
+                f"x, y, w, h: expected a rectangle inside {self.width} x {self.height}, got {shown((x, y, w, h))}"
             )
         return Camera(self.fx, self.fy, self.cx - x, self.cy - y, w, h, self.distortion)
 
@@ -273,6 +281,8 @@ def _pixels(name: str, value: Any) -> int:
 def _finite(name: str, value: Any) -> float:
     try:
         number = float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        number = math.inf
     except (TypeError, ValueError):
         raise TypeError(f"{name}: expected a number, got {type(value).__name__}") from None
     if not math.isfinite(number):

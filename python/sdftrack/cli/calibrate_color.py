@@ -162,7 +162,7 @@ def _opened(path: Path, arguments: dict[str, Any]) -> Any:
 
 def _depth_scale(path: Path) -> float:
     """Depth scale of a camera.json of the k1 layout, so that the new file can replace it; else millimetres."""
-    from sdftrack._internal.files import read_json
+    from sdftrack._internal.text_files import read_json
 
     file = path / "camera.json"
     values = read_json(file) if file.is_file() else {}

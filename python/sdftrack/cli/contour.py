@@ -158,10 +158,12 @@ def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: A
 
 def _keep(files: Any, error: BaseException) -> None:
     """Keep the results obtained so far, unless the disk is full."""
+    from sdftrack._internal.closing import reason_of
+
     if not files.rows or isinstance(error, OSError):
         files.drop()
         return
-    files.close("interrupted" if isinstance(error, KeyboardInterrupt) else str(error))
+    files.close(reason_of(error))
 
 
 def _place(box: str | None, mask: Path | None) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.text_files import WRONG, read_text
+from sdftrack._internal.validation import shown
 from sdftrack.cli.common import Usage
 
 __all__ = ["Spans", "read_cues", "read_spans", "spans_of"]
@@ -27,7 +29,7 @@ def read_cues(text: str | None) -> list[float]:
         return []
     path = Path(text)
     if path.is_file():
-        content = path.read_text(encoding="utf-8")
+        content = read_text(path)
         if path.suffix == ".json":
             return _cues_of_json(path, content)
         text = ",".join(content.split())
@@ -36,7 +38,7 @@ def read_cues(text: str | None) -> list[float]:
     except ValueError:
         cues = [math.nan]
     if not all(map(math.isfinite, cues)):
-        raise Usage(f"expected times in seconds, t1,t2,..., or a file of them, got {text!r}", "--cues")
+        raise Usage(f"expected times in seconds, t1,t2,..., or a file of them, got {shown(text)}", "--cues")
     return cues
 
 
@@ -44,7 +46,7 @@ def _cues_of_json(path: Path, content: str) -> list[float]:
     try:
         value = json.loads(content)
         return [float(v) for v in (value["cues_s"] if isinstance(value, dict) else value)]
-    except (ValueError, TypeError, KeyError):
+    except WRONG:
         raise ValueError(
             f'--cues {path}: expected JSON with "cues_s": [t1, t2, ...], or [t1, t2, ...]'
         ) from None
@@ -57,7 +59,7 @@ def read_spans(path: Path) -> Spans:
     try:
         content = path.read_text(encoding="utf-8-sig")
         spans = _spans_of_csv(content) if path.suffix.lower() == ".csv" else _spans_of_json(content)
-    except (ValueError, TypeError, KeyError, AttributeError):
+    except WRONG:
         raise ValueError(f"--repetitions {path}: expected {FORM}") from None
     for rows in spans.values():
         _check(path, sorted(rows))

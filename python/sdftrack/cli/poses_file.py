@@ -20,7 +20,7 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
     import numpy as np
 
-    from sdftrack._internal.files import read_json
+    from sdftrack._internal.text_files import read_json
     from sdftrack.geometry import rigid
 
     if not path.is_file():
@@ -37,7 +37,7 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     for k, p in enumerate(poses):
         try:
             matrix = np.asarray(p, np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError(f"--init {path}: T_cam_obj[{k}]: expected a 4x4 matrix of numbers") from None
         try:
             T = rigid(matrix, f"T_cam_obj[{k}]")

@@ -29,7 +29,12 @@ def draw_outline(image: NDArray[np.uint8], mask: NDArray[np.bool_], status: str 
     """
     import cv2
 
-    picture = np.where(mask[..., None], image, (0.55 * image).astype(np.uint8))
+    image, mask = np.asarray(image), np.asarray(mask)
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or not image.size:
+        raise TypeError(f"image: expected (H, W, 3) uint8, got {image.dtype} {image.shape}")
+    if mask.dtype != np.bool_ or mask.shape != image.shape[:2]:
+        raise TypeError(f"mask: expected bool {image.shape[:2]} as the image, got {mask.dtype} {mask.shape}")
+    picture = np.ascontiguousarray(np.where(mask[..., None], image, (0.55 * image).astype(np.uint8)))
     color = COLORS.get(status, COLORS["lost"])
     if mask.any():
         outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)

@@ -50,6 +50,9 @@ def signed_distances(mask: Mask) -> NDArray[np.float32]:
     """(H, W) float32 distance of each pixel to the edge between inside and outside, pixels, negative inside."""
     import cv2
 
+    mask = np.asarray(mask)
+    if mask.dtype != bool or mask.ndim != 2 or not mask.size:
+        raise TypeError(f"mask: expected (H, W) bool, got {mask.dtype} {mask.shape}")
     image = mask.astype(np.uint8)
     outside = np.asarray(cv2.distanceTransform(1 - image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
     inside = np.asarray(cv2.distanceTransform(image, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)

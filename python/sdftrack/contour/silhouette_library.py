@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import whole
 from sdftrack.contour.alignment import COARSE as COARSE_STAGE
 from sdftrack.contour.alignment import FINE as FINE_STAGE
 from sdftrack.contour.alignment import Stage, template
@@ -25,6 +26,7 @@ __all__ = ["Explanation", "SilhouetteLibrary", "with_hidden"]
 Array: TypeAlias = NDArray[np.float32]
 Mask: TypeAlias = NDArray[np.bool_]
 
+MOST_CLOCK = 2**62  # of a count of silhouettes
 REACH_PX = 4.0  # distances are cut there: farther away only the sign matters
 STEPS_PER_PX = 16  # distances are kept as whole numbers of steps, one byte each
 COARSE = 2  # pixels per sample of the small pictures that are compared
@@ -215,7 +217,7 @@ class SilhouetteLibrary:
         self.count = n
         self._unlike[:n, :n] = state["unlike"]
         self._ages[:n] = state["ages"]
-        self._clock = int(state["clock"])
+        self._clock = whole(int(state["clock"]), "clock", 0, MOST_CLOCK)
 
     def _nearest(self, mask: Mask) -> tuple[NDArray[np.int64], Array]:
         """The FINALISTS beyond which the observed silhouette extends least, and by how many pixels each.

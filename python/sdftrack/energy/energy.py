@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, of_kind
+from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
 from sdftrack.energy.state import Linearization, Minimum, State, state_poses
@@ -156,7 +156,10 @@ class Energy:
 
     def moved(self, x: State, delta: ArrayLike) -> State:
         """Apply an increment, in the order of :class:`Linearization`, to `x`, as the optimiser does."""
-        return self._to_state(*self._core.retract(self._state(x), np.asarray(delta, np.float64)))
+        step = numbers(delta, "delta")
+        if step.ndim != 1:
+            raise ValueError(f"delta: expected one number per unknown, got shape {step.shape}")
+        return self._to_state(*self._core.retract(self._state(x), step))
 
     def _to_state(self, T: Sequence[Array], K: Sequence[float], scale: float) -> State:
         import dataclasses

@@ -4,20 +4,25 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold
 from sdftrack._internal.files import replacing
+from sdftrack.io.image_header import image_header, png_is_whole
 
 __all__ = [
+    "Expected",
     "decode_color",
     "decode_depth_units",
     "read_color",
     "read_depth_units",
     "read_mask",
+    "size_text",
     "write_color",
     "write_depth_units",
     "write_mask",
@@ -25,19 +30,43 @@ __all__ = [
 
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 _TAIL = 1024  # writers may put a few bytes after the end mark
+_COPIES = 2.1  # of the pixels: OpenCV decodes into one and returns another; the rest is for the decoder
 
 
-def read_depth_units(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint16]:
+@dataclass(frozen=True)
+class Expected:
+    """The size that an image must have: of `whom` ("the camera"), (height, width)."""
+
+    whom: str
+    shape: tuple[int, int]
+
+    def check(self, shape: tuple[int, ...], name: str) -> None:
+        """ValueError for another size."""
+        if tuple(shape[:2]) != tuple(self.shape):
+            raise ValueError(
+                f"{name}: {size_text(shape)} pixels, but {self.whom} has {size_text(self.shape)}"
+            )
+
+
+def size_text(shape: tuple[int, ...]) -> str:
+    """``640 x 480`` of the shape (480, 640)."""
+    return f"{shape[1]} x {shape[0]}"
+
+
+def read_depth_units(
+    path: str | os.PathLike[str], name: str | None = None, expected: Expected | None = None
+) -> NDArray[np.uint16]:
     """(H, W) uint16 raw units of a depth image; `name` identifies the file in messages.
 
-    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, or not 16 bit.
+    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, not 16 bit, or not of the
+    `expected` size, which is compared with the header before anything is decoded.
     """
-    return decode_depth_units(_content(Path(path), name), name or str(path))
+    return decode_depth_units(_content(Path(path), name), name or str(path), expected)
 
 
-def decode_depth_units(data: bytes, name: str) -> NDArray[np.uint16]:
+def decode_depth_units(data: bytes, name: str, expected: Expected | None = None) -> NDArray[np.uint16]:
     """The same from the content of an image file."""
-    image = _decode(data, name)
+    image = _decode(data, name, expected)
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
         raise ValueError(
@@ -47,14 +76,16 @@ def decode_depth_units(data: bytes, name: str) -> NDArray[np.uint16]:
     return image
 
 
-def read_color(path: str | os.PathLike[str], name: str | None = None) -> NDArray[np.uint8]:
+def read_color(
+    path: str | os.PathLike[str], name: str | None = None, expected: Expected | None = None
+) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 RGB; grey images are repeated, alpha is dropped."""
-    return decode_color(_content(Path(path), name), name or str(path))
+    return decode_color(_content(Path(path), name), name or str(path), expected)
 
 
-def decode_color(data: bytes, name: str) -> NDArray[np.uint8]:
+def decode_color(data: bytes, name: str, expected: Expected | None = None) -> NDArray[np.uint8]:
     """The same from the content of an image file."""
-    image = _decode(data, name)
+    image = _decode(data, name, expected)
     if image.dtype != np.uint8:
         raise ValueError(f"{name}: expected an 8-bit colour image, got {image.dtype}")
     if image.ndim == 2:
@@ -99,18 +130,38 @@ def _content(path: Path, name: str | None) -> bytes:
         raise ValueError(f"{label}: cannot be read ({error.strerror})") from None
 
 
-def _decode(data: bytes, name: str) -> NDArray[Any]:
+def _decode(data: bytes, name: str, expected: Expected | None = None) -> NDArray[Any]:
     import cv2
 
     # The decoders return half a picture for some cut files, so the end mark is looked for here.
-    cut = data.startswith(_PNG_START) and b"IEND" not in data[-_TAIL:]
+    cut = data.startswith(_PNG_START) and not png_is_whole(data)
     cut = cut or (data.startswith(_JPEG_START) and _JPEG_END not in data[-_TAIL:])
     if cut or not data:
         raise ValueError(f"{name}: the image file is {'truncated' if data else 'empty'}")
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    _check_header(data, name, expected)
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # of sizes beyond its own limits
+        image = None
     if image is None:
         raise ValueError(f"{name}: not a readable image")
+    if expected is not None:
+        expected.check(image.shape, name)
     return np.asarray(image)
+
+
+def _check_header(data: bytes, name: str, expected: Expected | None) -> None:
+    """ValueError for content whose pixels are of another size or would take much more memory than its bytes."""
+    header = image_header(data)
+    if header is None:
+        raise ValueError(f"{name}: not a readable image; expected PNG, JPEG, TIFF, BMP or PNM")
+    if expected is not None:
+        expected.check(header.shape, name)
+    if not may_hold(len(data), int(_COPIES * header.decoded_bytes)):
+        raise ValueError(
+            f"{name}: {size_text(header.shape)} pixels declared by a file of {len(data) / 1e6:.3g} MB; at most "
+            f"{MOST_EXPANSION / _COPIES:.2g} times its size and {ALLOWANCE_BYTES / _COPIES / 1e6:.0f} MB more are read"
+        )
 
 
 def _encode(path: str | os.PathLike[str], image: NDArray[Any]) -> None:

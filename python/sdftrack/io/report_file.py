@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sdftrack._internal.text_files import contents, read_json
 from sdftrack.results import Status, TrackResult
 
 __all__ = ["read_results", "result_of"]
@@ -21,11 +21,9 @@ def read_results(directory: Path) -> dict[str, Any]:
         raise FileNotFoundError(f"{directory}: no such folder")
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected the output of sdftrack track or st.Recorder")
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
+    with contents(path, "a report of sdftrack"):
+        report = read_json(path)
         report["frames"], report["settings"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{path}: expected a report of sdftrack, got {error}") from None
     return dict(report)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.files import write_text
 from sdftrack._internal.quaternions import quaternion, rotation
+from sdftrack._internal.text_files import named, read_text
+from sdftrack._internal.validation import shown
 
 __all__ = [
     "TUM_HEADER",
@@ -47,7 +48,7 @@ def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: 
 def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
     """Line numbers, from 1, and the (N, 8) numbers `timestamp tx ty tz qx qy qz qw` of a TUM file, as they are."""
     lines, rows = [], []
-    for number, line in enumerate(Path(path).read_text(encoding="utf-8-sig").splitlines(), 1):
+    for number, line in enumerate(read_text(path, "utf-8-sig").splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
@@ -56,7 +57,7 @@ def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
             row = []
         if len(row) != 8:
             raise ValueError(
-                f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {line!r}"
+                f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {shown(line)}"
             )
         lines.append(number)
         rows.append(row)
@@ -65,10 +66,11 @@ def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
 
 def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
     """Timestamps (N,) in seconds and poses (N, 4, 4) of a TUM trajectory file."""
-    _, rows = read_tum_rows(path)
+    lines, rows = read_tum_rows(path)
     poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    for T, row in zip(poses, rows, strict=True):
-        T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
+    for T, row, line in zip(poses, rows, lines, strict=True):
+        with named(f"{os.fspath(path)}, line {line}"):
+            T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
     return rows[:, 0], poses
 
 
@@ -86,7 +88,7 @@ def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: Array
 
 def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
     """Poses of a Redwood trajectory log, by the first integer of their header line."""
-    lines = [s for s in Path(path).read_text(encoding="utf-8").splitlines() if s.strip()]
+    lines = [s for s in read_text(path).splitlines() if s.strip()]
     try:
         blocks = [lines[i : i + 5] for i in range(0, len(lines), 5)]
         return {

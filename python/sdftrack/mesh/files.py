@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.text_files import reason
+
 __all__ = ["FORMATS", "UNITS", "check_ply_is_whole", "read_mesh", "unit_scale", "vertex_colors"]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
@@ -35,7 +37,7 @@ def read_mesh(
         vertices, faces = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces)
     except Exception as error:
         raise ValueError(
-            f"mesh: cannot read {file}: {error}; expected one of {', '.join(FORMATS)}"
+            f"mesh: cannot read {file}: {reason(error)}; expected one of {', '.join(FORMATS)}"
         ) from error
     if len(faces) == 0:
         raise ValueError(f"mesh: {file} has no triangles ({len(vertices)} vertices); is it a point cloud?")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.text_files import named
 from sdftrack._internal.validation import numbers, of_kind, whole
 from sdftrack.mesh.files import read_mesh, unit_scale
 
@@ -118,7 +119,8 @@ class Mesh:
         """
         scale = unit_scale(unit)
         vertices, faces, colors, seen = read_mesh(Path(path))
-        return cls(vertices * scale, faces, colors, seen=seen)
+        with named(path):
+            return cls(vertices * scale, faces, colors, seen=seen)
 
     def save(
         self,

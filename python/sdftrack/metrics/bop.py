@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.validation import whole
+from sdftrack.camera import depth_camera
 from sdftrack.metrics.scores import _points, _poses
 from sdftrack.symmetry import Symmetry
 
@@ -30,7 +32,7 @@ def mssd(T: ArrayLike, T_gt: ArrayLike, points: Any, symmetry: Symmetry | None =
 
 def mspd(T: ArrayLike, T_gt: ArrayLike, points: Any, camera: Any, symmetry: Symmetry | None = None) -> float:
     """Maximum symmetry-aware projection distance, pixels; infinite if a point of `T` is not in front of the camera."""
-    lens = getattr(camera, "depth", camera)
+    lens = depth_camera(camera)
     A, p = _one(T, "T"), _points(points)
     seen = _projected(p @ A[:3, :3].T + A[:3, 3], lens)
     if seen is None:
@@ -68,7 +70,7 @@ def vsd(
     float, or float64 array like `tau`
         Fraction of the pixels in the union of both visible masks in which the two renderings disagree.
     """
-    lens = getattr(camera, "depth", camera)
+    lens = depth_camera(camera)
     scene, found, true = (np.asarray(d, np.float64) for d in (depth, depth_estimate, depth_gt))
     if not scene.shape == found.shape == true.shape == tuple(lens.shape):
         raise ValueError(
@@ -129,7 +131,7 @@ def average_recall(
         out["AR_MSSD"] = float((e[:, None] < TAUS * np.broadcast_to(diameter, e.shape)[:, None]).mean())
     if mspd_errors is not None:
         e = _errors(mspd_errors, "mspd_errors", 1)
-        out["AR_MSPD"] = float((e[:, None] < MSPD_PX * width / 640).mean())
+        out["AR_MSPD"] = float((e[:, None] < MSPD_PX * whole(width, "width", 1) / 640).mean())
     if not out:
         raise ValueError("vsd_errors, mssd_errors, mspd_errors: expected at least one of them, got none")
     out["AR"] = float(np.mean(list(out.values())))

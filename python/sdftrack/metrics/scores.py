@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.validation import numbers, whole
 
 __all__ = [
     "achievable_accuracy",
@@ -25,6 +25,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+FAR_M = 1e15  # whose square float32 holds
 
 
 def pose_error(T: ArrayLike, T_gt: ArrayLike) -> tuple[Any, Any]:
@@ -76,7 +77,8 @@ def adds(T: ArrayLike, T_gt: ArrayLike, points: Any) -> Any:
     flat = []
     for a, b in zip(A.reshape(-1, 4, 4), B.reshape(-1, 4, 4), strict=True):
         # Distances are the same in every frame: one tree in the object's serves all poses.
-        seen = (p @ b[:3, :3].T + b[:3, 3] - a[:3, 3]) @ a[:3, :3]
+        with np.errstate(invalid="ignore", over="ignore"):  # of a lost pose
+            seen = (p @ b[:3, :3].T + b[:3, 3] - a[:3, 3]) @ a[:3, :3]
         flat.append(float(nearest(seen).mean()) if np.isfinite(seen).all() else np.nan)
     return flat[0] if A.ndim == 2 else np.reshape(flat, A.shape[:-2])
 
@@ -123,7 +125,8 @@ def boundary_recall(labels: ArrayLike, truth: ArrayLike, tolerance: int = 2) -> 
 
     L, G = _label_images(labels, truth)
     true_edges = _edges(G)
-    square = np.ones((2 * int(tolerance) + 1,) * 2, np.uint8)
+    reach = min(whole(tolerance, "tolerance", 0), max(L.shape))
+    square = np.ones((2 * reach + 1,) * 2, np.uint8)
     near = cv2.dilate(_edges(L).view(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=0) != 0
     total = np.count_nonzero(true_edges)
     return float(np.count_nonzero(true_edges & near) / total) if total else 1.0
@@ -198,8 +201,10 @@ def _poses(T: ArrayLike, name: str) -> Array:
 
 def _points(points: Any) -> Array:
     p = np.asarray(getattr(points, "vertices", points), dtype=np.float64)
-    if p.ndim != 2 or p.shape[1] != 3 or not len(p):
-        raise ValueError(f"points: expected shape (N, 3) in metres with N > 0, or a Mesh, got {p.shape}")
+    if p.ndim != 2 or p.shape[1] != 3 or not len(p) or not (np.abs(p) < FAR_M).all():
+        raise ValueError(
+            f"points: expected (N, 3) finite numbers in metres with N > 0, or a Mesh, got {p.shape}"
+        )
     return p
 
 
@@ -212,11 +217,18 @@ def _nearest_in(points: Array) -> Callable[[Array], Array]:
         "leaf_max_size": 8,
     }  # FLANN's single k-d tree
     centre = points.mean(axis=0)  # its numbers are float32: keep them small
+    small = (points - centre).astype(np.float32)
+    # A tree of points at one place is never done.
+    points = points[np.sort(np.unique(small, axis=0, return_index=True)[1])]
     index = cv2.flann.Index((points - centre).astype(np.float32), exact_tree)
 
     def nearest(queries: Array) -> Array:
-        found, _ = index.knnSearch((queries - centre).astype(np.float32), 1, params={"checks": -1})
-        distance: Array = np.linalg.norm(queries - points[found[:, 0]], axis=1)
+        # From the centre: for those that are NaN, or so far away that it is all one.
+        distance: Array = np.hypot(np.hypot(*(queries - centre).T[:2]), (queries - centre)[:, 2])
+        near = np.abs(queries - centre).max(axis=1) < FAR_M
+        if near.any():
+            found, _ = index.knnSearch((queries[near] - centre).astype(np.float32), 1, params={"checks": -1})
+            distance[near] = np.linalg.norm(queries[near] - points[found[:, 0]], axis=1)
         return distance
 
     return nearest

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, numbers, of_kind, whole
+from sdftrack._internal.validation import THREADS, numbers, of_kind, shown, whole
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.repeatability import mean_dtw_distance
@@ -185,7 +185,7 @@ def _unit(vector: ArrayLike, name: str) -> Array:
     v = numbers(vector, name)
     length = float(np.linalg.norm(v))
     if v.shape != (3,) or not (np.isfinite(length) and length > 0):
-        raise ValueError(f"{name}: expected a direction (x, y, z), got {v.tolist()}")
+        raise ValueError(f"{name}: expected a direction (x, y, z), got {shown(v)}")
     return v / length
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import geometry
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.motion.trajectory import Trajectory
 
 __all__ = ["at_point", "best_known_point", "in_frame", "table_frame"]
@@ -121,7 +121,7 @@ def table_frame(normal: ArrayLike, offset_m: float) -> Array:
 def _vector(value: ArrayLike, name: str) -> Array:
     v = numbers(value, name)
     if v.shape != (3,) or not np.isfinite(v).all():
-        raise ValueError(f"{name}: expected three finite numbers (x, y, z), got {np.asarray(value).tolist()}")
+        raise ValueError(f"{name}: expected three finite numbers (x, y, z), got {shown(value)}")
     return v
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.validation import of_kind
+from sdftrack._internal.validation import number, of_kind, shown
 from sdftrack.camera import Camera
 from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
@@ -38,9 +38,9 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
     if isinstance(voxels, bool) or not isinstance(voxels, (int, np.integer)):
         raise TypeError(f"voxels: expected a whole number, got {voxels!r}")
     if not 16 <= voxels <= MAX_VOXELS:
-        needed = BYTES_PER_VOXEL * voxels**3 / 2**30
+        needed = BYTES_PER_VOXEL * number(voxels, "voxels") * float(min(abs(voxels), 2**40)) ** 2 / 2**30
         raise ValueError(
-            f"voxels: expected 16 to {MAX_VOXELS}, got {voxels} (which would need {needed:.3g} GiB)"
+            f"voxels: expected 16 to {MAX_VOXELS}, got {shown(voxels)} (which would need {needed:.3g} GiB)"
         )
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.validation import number
+from sdftrack._internal.array_archive import may_hold
+from sdftrack._internal.validation import number, shown
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
@@ -22,10 +24,12 @@ __all__ = [
     "grid_round",
     "resample",
     "shape_zyx",
+    "voxels_between",
 ]
 
 MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
 MAX_VOXELS = 1200  # along one side
+FLOAT_BYTES = 4  # of a voxel
 MIN_VOXEL, MAX_VOXEL, MAX_ORIGIN = 1e-12, 1e12, 1e15  # m; the core measures in float32
 
 Shape3 = tuple[int, int, int]
@@ -36,13 +40,30 @@ def shape_zyx(n_xyz: NDArray[Any]) -> Shape3:
     return int(n_xyz[2]), int(n_xyz[1]), int(n_xyz[0])
 
 
+def voxels_between(
+    low: NDArray[np.float64], high: NDArray[np.float64], voxel_size: float, sources: Sequence[SDF], name: str
+) -> NDArray[np.int64]:
+    """(nx, ny, nz) of the grid over a box.
+
+    ValueError if it is far larger than the volumes that it is made of, as by a tiny voxel in a wide box.
+    """
+    n = np.ceil((high - low) / voxel_size - 1e-6) + 1
+    needed = FLOAT_BYTES * float(np.prod(n))
+    if not n.max() <= MAX_VOXELS or not may_hold(sum(s.values.nbytes for s in sources), int(needed)):
+        raise ValueError(
+            f"{name}: the result would have {n[0]:g} x {n[1]:g} x {n[2]:g} voxels ({needed / 1e9:.3g} GB), much more "
+            f"than what it is made of; use voxels of similar size, and at most {MAX_VOXELS} a side"
+        )
+    return n.astype(np.int64)
+
+
 def grid_round(
     low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
 ) -> tuple[float, Shape3, NDArray[np.float64]]:
     """Voxel size, shape [z, y, x] and origin of the grid around a box."""
-    if number(voxels, "voxels") != int(voxels) or not 8 <= voxels <= MAX_VOXELS:
+    if not (8 <= number(voxels, "voxels") <= MAX_VOXELS and voxels == int(voxels)):
         raise ValueError(
-            f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {voxels}"
+            f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {shown(voxels)}"
         )
     if padding is not None and not (np.isfinite(number(padding, "padding")) and padding >= 0):
         raise ValueError(f"padding: expected a fraction of the longest side, 0 or more, got {padding}")

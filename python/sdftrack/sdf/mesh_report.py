@@ -70,8 +70,8 @@ def openness(report: MeshReport) -> str:
 
 
 def enough_voxels(voxels: int, factor: float) -> int:
-    """`voxels` times a factor, rounded up to a multiple of ten."""
-    return int(np.ceil(((voxels - 1) * factor + 1) / 10) * 10)
+    """`voxels` times a factor, rounded up to a multiple of ten; of thin parts a number that is beyond all volumes."""
+    return int(np.ceil(min((voxels - 1) * factor + 1, 1e9) / 10) * 10)
 
 
 def use_voxels(voxels: int) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.sdf.grid import MAX_VOXEL, grid_round
 
 __all__ = ["distances_of_solid", "three_lengths"]
@@ -28,5 +28,5 @@ def three_lengths(a: ArrayLike, name: str) -> NDArray[np.float64]:
     """(3,) float64, or an error that names the argument."""
     v = numbers(a, name)
     if v.shape != (3,):
-        raise ValueError(f"{name}: expected three numbers (x, y, z) in metres, got {a!r}")
+        raise ValueError(f"{name}: expected three numbers (x, y, z) in metres, got {shown(a)}")
     return v

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.sdf.grid import MAX_VOXELS, Shape3, resample, shape_zyx
+from sdftrack.sdf.grid import Shape3, resample, shape_zyx, voxels_between
 from sdftrack.sdf.volume import SDF
 
 __all__ = ["smooth_union", "union"]
@@ -43,7 +43,5 @@ def _common_grid(shapes: tuple[SDF, ...]) -> tuple[Shape3, float, NDArray[np.flo
     voxel_size = min(s.voxel_size for s in shapes)
     bounds = np.array([s.bounds for s in shapes])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
-    n = np.ceil((high - low) / voxel_size - 1e-6).astype(int) + 1
-    if n.max() > MAX_VOXELS:
-        raise ValueError(f"shapes: their common box needs {n.max()} voxels a side, at most {MAX_VOXELS}")
+    n = voxels_between(low, high, voxel_size, shapes, "shapes")
     return shape_zyx(n), voxel_size, low

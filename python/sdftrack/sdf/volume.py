@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
 from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
-from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx
+from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx, voxels_between
 from sdftrack.sdf.mesh_report import MeshReport
 from sdftrack.sdf.solids import distances_of_solid, three_lengths
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SDF"]
 
+MOST_SAMPLES = 10_000_000  # of 24 bytes each
 COLOR_REACH_VOXELS = 3.0  # from the surface
 
 
@@ -78,7 +79,8 @@ class SDF:
         o = numbers(origin, "origin").copy()
         if o.shape != (3,) or not (np.abs(o) <= MAX_ORIGIN).all():
             raise ValueError(
-                f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, got {origin!r}"
+                f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, "
+                f"got {shown(origin)}"
             )
         if not np.isfinite(v).all():
             raise ValueError(
@@ -289,7 +291,7 @@ class SDF:
         )
         moved = corners @ M[:3, :3].T + M[:3, 3]
         low, high = moved.min(axis=0), moved.max(axis=0)
-        n = np.ceil((high - low) / self._voxel_size - 1e-6).astype(int) + 1
+        n = voxels_between(low, high, self._voxel_size, [self], "T")
         shape, origin = shape_zyx(n), (low + high) / 2 - (n - 1) * self._voxel_size / 2
         return SDF._own(resample(self, shape, self._voxel_size, origin, inverse(M)), self._voxel_size, origin)
 
@@ -325,11 +327,12 @@ class SDF:
 
         Raises ValueError if nothing is inside.
         """
+        margin = whole(margin_voxels, "margin_voxels", 0)
         inside = np.argwhere(self._values <= 0)
         if not len(inside):
             raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
-        low = np.maximum(inside.min(0) - margin_voxels, 0)
-        high = np.minimum(inside.max(0) + 1 + margin_voxels, self._values.shape)
+        low = np.maximum(inside.min(0) - margin, 0)
+        high = np.minimum(inside.max(0) + 1 + margin, self._values.shape)
         part = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
         colors = None if self._colors is None else np.ascontiguousarray(self._colors[part])
         origin = self._origin + self._voxel_size * low[::-1]
@@ -358,8 +361,11 @@ class SDF:
         return Mesh(vertices, faces.astype(np.int32))
 
     def surface_samples(self, count: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) float32, m, evenly distributed over the surface, and outward unit normals; deterministic."""
-        return _core.surface_samples(*self._core_args, int(count))
+        """Points (N, 3) float32, m, evenly distributed over the surface, and outward unit normals; deterministic.
+
+        At most `count`, which is at most ten million.
+        """
+        return _core.surface_samples(*self._core_args, whole(count, "count", 0, MOST_SAMPLES))
 
     def render(
         self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from sdftrack._internal.files import read_json
+from sdftrack._internal.text_files import read_json
 from sdftrack.synth.exercise import Exercise, exercise
 
 __all__ = ["load_exercise"]

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.text_files import named
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.writers.journal import Journal
@@ -53,8 +54,10 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         raise ValueError(
             f"{root}: a recording that was interrupted; the command that wrote it finishes it with --resume"
         )
-    kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
-    if root.is_file() and not kind.detect(root):
+    with named(root):
+        kind = _detected(root) if layout == "auto" else LAYOUTS[layout]
+        known = root.is_dir() or kind.detect(root)
+    if not known:
         raise ValueError(
             f"{root}: expected a recording of layout {kind.name} ({kind.marks}), got another file"
         )
@@ -63,7 +66,9 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         if name not in kind.options:
             takes = ", ".join(kind.options) or "none"
             raise ValueError(f"{name}: not an option of layout {kind.name}, whose options are: {takes}")
-    return kind.open(root, **given).can_be_opened_again(_opened, root.resolve(), kind.name, given)
+    with named(root):
+        sequence = kind.open(root, **given)
+    return sequence.can_be_opened_again(_opened, root.resolve(), kind.name, given)
 
 
 def _opened(path: Path, layout: str, options: dict[str, Any]) -> Sequence:

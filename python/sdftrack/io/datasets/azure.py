@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.text_files import contents, parsed_json
 from sdftrack.io.datasets.azure_calibration import azure_cameras
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.matroska import MAGIC, MatroskaFile, Track
@@ -38,13 +38,11 @@ def _detect(root: Path) -> bool:
 def open_azure(path: Path) -> Sequence:
     file = MatroskaFile(path)
     try:
-        return _sequence(path, file)
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        with contents(path, f"a recording of an Azure Kinect with {CALIBRATION}"):
+            return _sequence(path, file)
+    except ValueError:
         file.close()
-        raise ValueError(f"{path}: {CALIBRATION}: the field {error} is missing or not of its kind") from None
-    except ValueError as error:
-        file.close()
-        raise ValueError(f"{path}: {error}") from None
+        raise
 
 
 def _sequence(path: Path, file: MatroskaFile) -> Sequence:
@@ -63,7 +61,7 @@ def _sequence(path: Path, file: MatroskaFile) -> Sequence:
             raise ValueError(
                 f"track {track.name} is compressed by Matroska; copy the file without that compression"
             )
-    calibration = json.loads(file.attachments[CALIBRATION].rstrip(b"\0"))
+    calibration = parsed_json(file.attachments[CALIBRATION].rstrip(b"\0"), CALIBRATION)
     color_size = (color.width, color.height) if color is not None else None
     camera = azure_cameras(calibration, (depth.width, depth.height), color_size)
     start_ns = int(file.tags.get("K4A_START_OFFSET_NS", 0))  # of the device's clock

@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.files import read_json
 from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.text_files import read_json
+from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
@@ -72,7 +74,7 @@ def _by_number(path: Path, kind: type) -> dict[int, Any]:
     for i, value in numbered_values.items():
         if not isinstance(value, kind):
             what = "an object" if kind is dict else "a list"
-            raise ValueError(f"{path}, image {i}: expected {what}, got {value!r}")
+            raise ValueError(f"{path}, image {i}: expected {what}, got {shown(value)}")
     return numbered_values
 
 
@@ -80,7 +82,7 @@ def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: 
     where = f"{root / 'scene_camera.json'}, image {im_id}"
     try:
         K = np.reshape(np.asarray(values["cam_K"], dtype=float), (3, 3))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise ValueError(f"{where}: expected cam_K with 9 numbers") from None
     try:
         return Camera.from_K(K, width, height)
@@ -90,10 +92,10 @@ def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: 
 
 def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
     value = values.get("depth_scale", 1.0)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+    if not _is_number(value) or not value > 0:
         raise ValueError(
             f"{root / 'scene_camera.json'}, image {im_id}: depth_scale: expected mm per unit, a number above 0, "
-            f"got {value!r}"
+            f"got {shown(value)}"
         )
     return M_PER_MM * float(value)
 
@@ -101,9 +103,11 @@ def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
 def _timestamp(root: Path, im_id: int, values: dict[str, Any]) -> float | None:
     """Seconds; an addition to BOP's files, which have no times."""
     value = values.get("timestamp")
-    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+    if value is None or _is_number(value):
         return value
-    raise ValueError(f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {value!r}")
+    raise ValueError(
+        f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {shown(value)}"
+    )
 
 
 def _ground_truth(
@@ -131,7 +135,7 @@ def _ground_truth(
                 T = np.eye(4)
                 T[:3, :3] = np.reshape(entry["cam_R_m2c"], (3, 3))
                 T[:3, 3] = M_PER_MM * np.reshape(np.asarray(entry["cam_t_m2c"], dtype=float), (3,))
-            except (KeyError, TypeError, ValueError):
+            except (KeyError, TypeError, ValueError, OverflowError):
                 raise ValueError(
                     f"{path}, image {im_id}, entry {place}: expected obj_id (a whole number), cam_R_m2c (9), "
                     "cam_t_m2c (3)"
@@ -158,9 +162,16 @@ def _ground_truth(
 
 
 def _whole(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != int(value):
+    if not _is_number(value) or value != int(value):
         raise ValueError
     return int(value)
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is one that is finite as a float, which integers of hundreds of digits are not."""
+    return (
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    )
 
 
 def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[np.bool_]]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.video_images import VideoImage
-from sdftrack.io.frames import read_color, read_depth_units
+from sdftrack.io.frames import Expected, read_color, read_depth_units, size_text
 
 __all__ = ["Entry", "ImageFrames", "image_files", "image_size", "numbered"]
 
@@ -83,18 +83,12 @@ class ImageFrames:
 
     def _read(self, entry: Entry, i: int, check_units: bool) -> Frame:
         name = _name(entry.depth, self._root)
-        units = read_depth_units(entry.depth, name)
         camera = entry.camera or self._camera.depth
-        if units.shape != camera.shape:
-            raise ValueError(f"{name}: {_size(units.shape)} pixels, but the camera has {_size(camera.shape)}")
+        units = read_depth_units(entry.depth, name, Expected("the camera", camera.shape))
         color = None
         if self._color_size is not None and entry.color is not None and entry.color.is_file():
             name = _name(entry.color, self._root)
-            color = _read(entry.color, name)
-            if color.shape[:2] != self._color_size:
-                raise ValueError(
-                    f"{name}: {_size(color.shape)} pixels, but the sequence has {_size(self._color_size)}"
-                )
+            color = _read(entry.color, name, Expected("the sequence", self._color_size))
         return Frame(
             units,
             color,
@@ -115,8 +109,8 @@ class ImageFrames:
             camera = entry.camera or self._camera.depth
             if units.shape != camera.shape:
                 raise ValueError(
-                    f"{self._root}: depth images of {_size(units.shape)} pixels with a camera of "
-                    f"{_size(camera.shape)}; is this the depth image's camera?"
+                    f"{self._root}: depth images of {size_text(units.shape)} pixels with a camera of "
+                    f"{size_text(camera.shape)}; is this the depth image's camera?"
                 )
             try:
                 Frame(units, depth_scale=entry.depth_scale, index=i)
@@ -147,8 +141,8 @@ class ImageFrames:
             wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
             if wanted is not None and size != wanted.shape:
                 warnings.warn(
-                    f"{self._root}: colour images of {_size(size)} pixels are ignored: without a mapping they "
-                    f"would have to be of {_size(wanted.shape)}",
+                    f"{self._root}: colour images of {size_text(size)} pixels are ignored: without a mapping they "
+                    f"would have to be of {size_text(wanted.shape)}",
                     stacklevel=5,
                 )
                 return None
@@ -156,15 +150,18 @@ class ImageFrames:
         return None
 
 
-def _read(color: Path | VideoImage, name: str | None = None) -> NDArray[np.uint8]:
-    return color.read() if isinstance(color, VideoImage) else read_color(color, name)
+def _read(
+    color: Path | VideoImage, name: str | None = None, expected: Expected | None = None
+) -> NDArray[np.uint8]:
+    if isinstance(color, Path):
+        return read_color(color, name, expected)
+    image = color.read()
+    if expected is not None:
+        expected.check(image.shape, name or str(color))
+    return image
 
 
 def _name(file: Path | VideoImage, root: Path) -> str:
     if isinstance(file, VideoImage):
         return str(file)
     return file.relative_to(root).as_posix() if file.is_relative_to(root) else str(file)
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]} x {shape[0]}"

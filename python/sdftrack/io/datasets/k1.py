@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.files import read_json
+from sdftrack._internal.text_files import contents, read_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, numbered
 from sdftrack.io.datasets.layouts import register
@@ -30,12 +30,8 @@ def open_k1(root: Path) -> Sequence:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: this layout needs the file")
     values = read_json(path)
-    try:
+    with contents(path, "a camera.json of the k1 layout"):
         camera, scale = _camera(values), float(values["depth_scale_m"])
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path}: the field {error} is missing or not of its kind") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
     color, masks = numbered(image_files(root / "rgb")), numbered(image_files(root / "mask"))
     depth = image_files(root / "depth")
     ids = [int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else list(range(len(depth)))
@@ -90,13 +86,12 @@ def _ground_truth(path: Path, ids: list[int]) -> dict[int, dict[int, NDArray[np.
     if not path.is_file():
         return {}
     number = {im_id: i for i, im_id in enumerate(ids)}
-    try:
+    values = read_json(path)
+    with contents(path, "frames -> image -> object -> T_cam_obj (4 x 4)"):
         return {
             number[int(im_id)]: {
                 int(obj) - 1: np.array(entry["T_cam_obj"], dtype=float) for obj, entry in poses.items()
             }
-            for im_id, poses in read_json(path)["frames"].items()
+            for im_id, poses in values["frames"].items()
             if int(im_id) in number
         }
-    except (KeyError, TypeError, AttributeError):
-        raise ValueError(f"{path}: expected frames -> image -> object -> T_cam_obj (4 x 4)") from None

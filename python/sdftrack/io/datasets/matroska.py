@@ -86,7 +86,7 @@ class MatroskaFile:
             self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         try:
             self._scan()
-        except (IndexError, UnicodeDecodeError, struct.error) as error:
+        except (IndexError, ValueError, ArithmeticError, struct.error) as error:
             self.close()
             raise ValueError(f"{path}: the file is damaged: {error}") from None
         for track in self.tracks.values():

@@ -8,7 +8,7 @@ import warnings
 from pathlib import Path
 
 from sdftrack import geometry
-from sdftrack._internal.files import read_json
+from sdftrack._internal.text_files import contents, read_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
@@ -75,7 +75,9 @@ def open_open3d(root: Path) -> Sequence:
 def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
     for name in CAMERA_FILES:
         if (root / name).is_file():
-            units = float(read_json(root / name).get("depth_scale", UNITS_PER_M))
+            values = read_json(root / name)
+            with contents(root / name, "a JSON object with the camera"):
+                units = float(values.get("depth_scale", UNITS_PER_M))
             if not units > 1:
                 raise ValueError(
                     f"{root / name}: depth_scale: expected units per metre (1000), got {units:g}"

@@ -37,6 +37,8 @@ def detect(path: Path) -> bool:
         if at < 0 or len(header) < at + 18:
             return False
         (index,) = struct.unpack_from("<Q", header, at + 10)
+        if index > path.stat().st_size:
+            return False
         file.seek(index)
         found = file.read(SEARCHED) if index else b""
     if found:

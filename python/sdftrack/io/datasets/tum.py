@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.text_files import read_text
+from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
@@ -101,23 +104,39 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
     """Times, files, and the third word of lines whose file is a video: the number of the image there."""
     times, files, numbers = [], [], []
     if path.is_file():
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        for number, line in enumerate(read_text(path).splitlines(), 1):
             words = line.split()
             if not words or words[0].startswith("#"):
                 continue
             try:
-                times.append(float(words[0]))
+                times.append(_finite(words[0]))
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
             except (ValueError, IndexError):
-                raise ValueError(f"{path}, line {number}: expected 'timestamp file', got {line!r}") from None
+                raise ValueError(
+                    f"{path}, line {number}: expected 'timestamp file', got {shown(line)}"
+                ) from None
     return np.array(times), files, numbers
+
+
+def _finite(word: str) -> float:
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError
+    return value
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:
     """For each requested time the nearest of `times`, or None if it is more than 20 ms away."""
     if not len(times):
         return [None] * len(wanted)
-    gap = np.abs(times[None, :] - wanted[:, None])
-    best = gap.argmin(axis=1)
-    return [int(j) if gap[i, j] <= LONGEST_GAP_S else None for i, j in enumerate(best)]
+    order = np.argsort(times, kind="stable")
+    ascending = times[order]
+    after = np.searchsorted(ascending, wanted)
+    before = np.searchsorted(ascending, ascending[np.maximum(after - 1, 0)])  # the first of equal times
+    either = order[np.stack([before, np.minimum(after, len(times) - 1)])]
+    either.sort(axis=0)  # of two that are equally near, the one that the file has first
+    gaps_s = np.abs(times[either] - wanted)
+    nearest = gaps_s.argmin(axis=0)[None]
+    best, gap_s = (np.take_along_axis(a, nearest, 0)[0] for a in (either, gaps_s))
+    return [j if near else None for j, near in zip(best.tolist(), gap_s <= LONGEST_GAP_S, strict=True)]

@@ -20,6 +20,7 @@ from sdftrack.io.video_parts import CODEC, PERIOD_MS, part_name, parts_in
 __all__ = ["VideoImage", "VideoImages"]
 
 PERIOD_NS = 1_000_000 * PERIOD_MS
+MOST_NS = 2**62  # of a time; damaged ones are larger
 
 
 class VideoImages:
@@ -115,7 +116,7 @@ class _Part:
         file.close()
         track = next(iter(file.tracks.values()), None)
         blocks = [] if track is None else track.blocks
-        times = np.array([block.time_ns for block in blocks], np.int64)
+        times = np.array([min(block.time_ns, MOST_NS) for block in blocks], np.int64)
         self._spans = [(block.start, block.end) for block in blocks]
         self._keys = np.array([n for n, block in enumerate(blocks) if block.key], np.int64)
         in_order = all(a[1] <= b[0] for a, b in zip(self._spans, self._spans[1:], strict=False))

@@ -77,6 +77,8 @@ def _parameters(content: bytes, at: int, order: str) -> Iterator[Parameter]:
     while length := abs(struct.unpack_from("b", content, at)[0]):
         (number,) = struct.unpack_from("b", content, at + 1)
         name = content[at + 2 : at + 2 + length].decode("latin-1").upper()
+        if not name.isascii() or not name.isprintable():
+            raise ValueError
         link = at + 2 + length
         (offset,) = struct.unpack_from(f"{order}H", content, link)
         end = link + 2

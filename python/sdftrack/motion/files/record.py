@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.quaternions import rotation
 from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.text_files import named
 from sdftrack.motion.trajectory import USABLE
 
 __all__ = ["Record", "gaps_as_lost", "matrices_as_poses", "quaternions_as_poses", "times_from_numbers"]
@@ -60,7 +61,8 @@ def quaternions_as_poses(positions: Array, quaternions: Array, place: Callable[[
                 f"{place(i)}: the quaternion is 0, which is no rotation; write nan where there is no pose"
             )
         poses[i] = np.eye(4)
-        poses[i, :3, :3], poses[i, :3, 3] = rotation(quaternions[i]), positions[i]
+        with named(place(i)):
+            poses[i, :3, :3], poses[i, :3, 3] = rotation(quaternions[i]), positions[i]
     return poses
 
 

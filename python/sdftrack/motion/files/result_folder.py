@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sdftrack._internal.text_files import contents
 from sdftrack.io.report_file import read_results, result_of
 from sdftrack.motion.files.record import Record, times_from_numbers
 
@@ -17,7 +18,7 @@ def read_result_folder(folder: Path, fps: float | None) -> list[Record]:
     """One record per object that the report has in any frame; where a frame does not have it, it is lost."""
     path = folder / "report.json"
     rows = read_results(folder)["frames"]
-    try:
+    with contents(path, "a report of sdftrack"):
         results = [result_of(row) for row in rows]
         # Objects may be added and removed while a camera runs: k numbers them, not their position in a frame.
         places = [{int(entry["k"]): i for i, entry in enumerate(row["objects"])} for row in rows]
@@ -25,8 +26,6 @@ def read_result_folder(folder: Path, fps: float | None) -> list[Record]:
         stamps = np.array([np.nan if r.timestamp is None else r.timestamp for r in results], np.float64)
         entries = {int(entry["k"]): entry for row in rows for entry in row["objects"]}
         names = {k: (str(e["name"]), int(e["obj_id"])) for k, e in sorted(entries.items())}
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: expected a report of sdftrack, got {error!r}") from None
     if fps is not None or not np.isfinite(stamps).all():
         missing = int(np.count_nonzero(~np.isfinite(stamps)))
         why = f"{path}: {missing} of {len(rows)} frames have no timestamp"

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.validation import shown
 from sdftrack.motion.files.record import Array, Record, gaps_as_lost, quaternions_as_poses
 from sdftrack.motion.trajectory import Trajectory
 from sdftrack.results import Status
@@ -80,11 +81,11 @@ def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
         name, status = row["object"], row["status"]
         if name not in rows:
             raise ValueError(
-                f"{path}, line {line}: expected an object of the header, {list(rows)}, got {name!r}"
+                f"{path}, line {line}: expected an object of the header, {shown(list(rows))}, got {shown(name)}"
             )
         if status not in statuses:
             raise ValueError(
-                f"{path}, line {line}: expected a status of {[str(s) for s in Status]}, got {status!r}"
+                f"{path}, line {line}: expected a status of {[str(s) for s in Status]}, got {shown(status)}"
             )
         try:
             numbers = [float(row[column]) for column in columns]
@@ -131,5 +132,5 @@ def _number(text: str | None, column: str, place: str) -> float:
         return float(text) if text.strip() else float("nan")
     except ValueError:
         raise ValueError(
-            f"{place}: expected a number as {column}, got {text or 'the end of the row'!r}"
+            f"{place}: expected a number as {column}, got {shown(text or 'the end of the row')}"
         ) from None

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sdftrack._internal.validation import shown
 from sdftrack.io.result_rows import BOP_HEADER
 from sdftrack.io.trajectories import read_tum_rows
 from sdftrack.motion.files.instances import check_order
@@ -85,10 +86,10 @@ def _bop_rows(path: Path, text: str) -> dict[Key, dict[int, list[Row]]]:
             T = np.eye(4)
             T[:3, :3], T[:3, 3] = np.reshape(R, (3, 3)), np.reshape(t, 3)
             numbers.append((int(row["scene_id"]), int(row["obj_id"]), int(row["im_id"])))
-        except (TypeError, ValueError, KeyError):
+        except (TypeError, ValueError, KeyError, OverflowError):
             raise ValueError(
                 f"{path}, line {reader.line_num}: expected '{BOP_HEADER}' with 9 numbers R and 3 numbers t, "
-                f"got {','.join(str(v) for v in row.values())!r}"
+                f"got {shown(','.join(str(v) for v in row.values()))}"
             ) from None
         matrices.append(T)
         lines.append(reader.line_num)

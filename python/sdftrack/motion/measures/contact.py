@@ -98,12 +98,14 @@ def contacts(
     array([0.5])
     """
     d, t = numbers(distances_m, "distances_m"), numbers(times_s, "times_s")
-    if d.ndim != 2 or t.shape != d.shape[1:] or len(t) < 2:
+    if d.ndim != 2 or t.shape != d.shape[1:] or len(t) < 2 or not len(d):
         raise ValueError(
-            f"distances_m, times_s: expected (S, n) and (n,) with n of 2 or more, got {d.shape} and {t.shape}"
+            f"distances_m, times_s: expected (S, n) and (n,), S of 1 and n of 2 or more, got {d.shape} and {t.shape}"
         )
+    if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
+        raise ValueError("times_s: expected times that are finite and increase")
     limit = number(touching_m, "touching_m")
-    if not number(least_s, "least_s") >= 0:
+    if not 0 <= number(least_s, "least_s") < np.inf:
         raise ValueError(f"least_s: expected 0 or more, got {least_s!r}")
     touch = settled(d <= limit, 1 / float(t[1] - t[0]), least_s)
     first = np.where(touch.any(axis=1), t[touch.argmax(axis=1)], np.nan)

@@ -18,7 +18,9 @@ def settled(holds: Mask, rate_hz: float, least_s: float = LEAST_S) -> Mask:
 
     A stretch or break at either end of the recording stays: how long it goes on beyond is not known.
     """
-    count = max(1, round(least_s * rate_hz))
+    count = max(
+        1, round(min(least_s * rate_hz, holds.shape[1] + 1))
+    )  # what is longer than all is no different
     beyond = 3 * count  # both filters take something off the ends
     wide = np.pad(holds, ((0, 0), (beyond, beyond)), mode="edge")
     window = np.ones((1, count), dtype=bool)

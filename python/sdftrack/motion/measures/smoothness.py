@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of
 from sdftrack.motion.measures.repetition import on_repetition
@@ -21,6 +21,8 @@ from sdftrack.motion.samples import MotionSamples
 __all__ = ["log_dimensionless_jerk", "sparc"]
 
 Array = NDArray[np.float64]
+LEAST_HZ, MOST_HZ = 1e-9, 1e9
+MOST_PADDING = 12  # doublings of the length
 SOURCE = "Balasubramanian et al. 2015, doi 10.1186/s12984-015-0090-9"
 
 
@@ -63,6 +65,9 @@ def sparc(
         raise ValueError(f"speeds: expected shape (..., n) with n of 2 or more, got {v.shape}")
     if (v < 0).any():
         raise ValueError("speeds: expected norms of velocities, got a negative number")
+    if not (0 < number(cutoff_hz, "cutoff_hz") < np.inf):
+        raise ValueError(f"cutoff_hz: expected Hz above 0, got {shown(cutoff_hz)}")
+    whole(padding, "padding", 0, MOST_PADDING)
     size = 2 ** (math.ceil(math.log2(v.shape[-1])) + padding)
     step = rate / size
     kept = int(min(cutoff_hz, rate / 2) / step + 1e-9) + 1
@@ -114,8 +119,10 @@ def log_dimensionless_jerk(velocities: ArrayLike, rate_hz: float, within: ArrayL
 
 def _rate(rate_hz: float) -> float:
     rate = number(rate_hz, "rate_hz")
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"rate_hz: expected samples per second above 0, got {rate_hz}")
+    if not LEAST_HZ < rate < MOST_HZ:
+        raise ValueError(
+            f"rate_hz: expected samples per second from {LEAST_HZ:g} to {MOST_HZ:g}, got {shown(rate_hz)}"
+        )
     return rate
 
 

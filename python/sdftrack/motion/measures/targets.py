@@ -105,6 +105,8 @@ def parse_target(text: str) -> Target:
     >>> parse_target("sphere:0,0,0.8,0.05").radius_m
     0.05
     """
+    if not isinstance(text, str):
+        raise TypeError(f"target: expected text, got {type(text).__name__}")
     kind, _, rest = text.partition(":")
     parts = [p.strip() for p in rest.split(",")]
     try:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import dpss
 
+from sdftrack._internal.validation import number, shown
 from sdftrack.motion.trajectory import Trajectory
 
 __all__ = ["Tremor", "tremor_of"]
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 BAND_HZ = (3.0, 12.0)
 TAPERS = 5
 LEAST_S = 1.0
+MOST_M = 1e6
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,8 @@ def tremor_of(
     rest is that of signal times noise and of noise times noise, bin by bin. Tapers make a bin's power more certain, but
     bins alike: the sum over the band is as uncertain as that of one taper.
     """
+    if not 0 <= number(noise_m, "noise_m") < MOST_M:
+        raise ValueError(f"noise_m: expected metres from 0 to {MOST_M:g}, got {shown(noise_m)}")
     inside = (trajectory.times_s >= start_s) & (trajectory.times_s <= end_s)
     t, x = trajectory.times_s[inside], trajectory.poses[inside, :3, 3]
     if len(t) < 16 or t[-1] - t[0] < LEAST_S or not trajectory.usable[inside].all():

@@ -119,7 +119,7 @@ class McapFile(Part):
         for at in chunk.message_index_offsets.values():
             self._file.seek(at)
             op, size = struct.unpack("<BQ", self._file.read(9))
-            data = self._file.read(size)
+            data = self._take(size)
             if op != MESSAGE_INDEX or len(data) < size:
                 raise ValueError("a message index is missing")
             raw = np.frombuffer(data, INDEX_ENTRY, offset=6)
@@ -173,7 +173,7 @@ class McapFile(Part):
         self._file.seek(position)
         head = self._file.read(struct.calcsize("<BQQQQII"))
         op, size, _, _, content_size, crc, letters = struct.unpack("<BQQQQII", head)
-        compression = self._file.read(letters)
+        compression = self._take(letters)
         length = struct.unpack("<Q", self._file.read(8))[0]
         start = position + 9 + 40 + letters
         if op != CHUNK or size < 40 + letters:
@@ -184,14 +184,14 @@ class McapFile(Part):
     def _note(self, op: int, at: int, size: int) -> None:
         if op in (SCHEMA, CHANNEL):
             self._file.seek(at)
-            self._keep(op, self._file.read(size))
+            self._keep(op, self._take(size))
 
     def _keep(self, op: int, data: bytes) -> None:
         if op == SCHEMA:
-            schema = self._records.Schema.read(self._stream(BytesIO(data)))
+            schema = self._record("Schema", data)
             self._schemas[schema.id] = schema
         elif op == CHANNEL:
-            channel = self._records.Channel.read(self._stream(BytesIO(data)))
+            channel = self._record("Channel", data)
             schema = self._schemas.get(channel.schema_id)
             name = "" if schema is None else schema.name
             if channel.message_encoding == "ros1" and "/msg/" not in name:
@@ -200,7 +200,17 @@ class McapFile(Part):
 
     def _parse(self, kind: str, at: int, size: int) -> Any:
         self._file.seek(at)
-        return getattr(self._records, kind).read(self._stream(BytesIO(self._file.read(size))))
+        return self._record(kind, self._take(size))
+
+    def _record(self, kind: str, data: bytes) -> Any:
+        try:
+            return getattr(self._records, kind).read(self._stream(BytesIO(data)))
+        except Exception as error:  # the library has its own for an end within a record
+            raise ValueError(f"a damaged record {kind} ({type(error).__name__})") from None
+
+    def _take(self, size: int) -> bytes:
+        """The next bytes, at most those that the file has: memory is not taken for what a damaged length says."""
+        return self._file.read(min(size, self._size))
 
     def _heads(self, at: int) -> Iterator[tuple[int, int, int]]:
         """Kind, position and size of the content of each record from `at` on."""
@@ -226,7 +236,7 @@ class McapFile(Part):
             head = self._file.read(9)
         op, size = struct.unpack("<BQ", head) if len(head) == 9 else (0, 0)
         wanted = size if most is None else min(size, most + MESSAGE_HEAD.size)
-        data = content[offset + 9 : offset + 9 + wanted] if compression else self._file.read(wanted)
+        data = content[offset + 9 : offset + 9 + wanted] if compression else self._take(wanted)
         if op != MESSAGE or len(data) < wanted:
             raise ValueError(f"{self.path.name}: a message cannot be read (its chunk is damaged)")
         return data[MESSAGE_HEAD.size :]
@@ -238,7 +248,7 @@ class McapFile(Part):
     def _content(self, position: int) -> bytes:
         chunk = self._chunks[position]
         self._file.seek(chunk.start)
-        content = decompressed(self._file.read(chunk.size), chunk.compression)
+        content = decompressed(self._take(chunk.size), chunk.compression)
         whole = len(content) == chunk.content_size
         if whole and chunk.crc and zlib.crc32(content) != chunk.crc:
             return b""  # damaged somewhere; of a chunk that is cut, the beginning is good

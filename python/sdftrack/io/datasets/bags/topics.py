@@ -97,4 +97,4 @@ def _plain(topics: list[Topic]) -> list[Topic]:
 
 
 def _listed(topics: Iterable[Topic]) -> str:
-    return ", ".join(map(str, topics))
+    return " ".join(", ".join(map(str, topics)).split())  # in one line, also those of a damaged file

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Text, JSON and TOML files of others: whatever is wrong with their contents is a ValueError that names the file."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+__all__ = ["WRONG", "contents", "named", "parsed_json", "read_json", "read_text", "read_toml", "reason"]
+
+# What contents of another form raise: a list in the place of a table, numbers beyond a float or an int, ...
+WRONG = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+SHOWN = 400  # characters of a reason
+
+
+@contextlib.contextmanager
+def contents(path: str | os.PathLike[str], expected: str) -> Iterator[None]:
+    """Errors of contents that are not what is `expected`, as ValueError that names the file and tells the reason."""
+    try:
+        yield
+    except WRONG as error:
+        told = reason(error).removeprefix(f"{os.fspath(path)}: ")
+        raise ValueError(f"{os.fspath(path)}: expected {expected}, got other contents ({told})") from None
+
+
+@contextlib.contextmanager
+def named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Errors of a reader of many parts, as ValueError with the name of the file or folder if they have none yet."""
+    try:
+        yield
+    except (*WRONG, OSError) as error:
+        told = os.fspath(path) in str(error) or getattr(error, "filename", None) is not None
+        if isinstance(error, OSError) and told:
+            raise
+        if isinstance(error, ValueError | TypeError):
+            if told and not isinstance(error, UnicodeError):
+                raise
+            raise ValueError(f"{os.fspath(path)}: {reason(error)}") from error
+        raise ValueError(f"{os.fspath(path)}: damaged contents ({reason(error)})") from error
+
+
+def reason(error: BaseException) -> str:
+    """An exception in one line."""
+    if isinstance(error, KeyError):
+        return f"the field {error} is missing"
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    return " ".join(str(error).split())[:SHOWN] or type(error).__name__
+
+
+def read_text(path: str | os.PathLike[str], encoding: str = "utf-8") -> str:
+    """The text of a file; ValueError if it is none."""
+    try:
+        return Path(path).read_text(encoding=encoding)
+    except UnicodeDecodeError:
+        raise ValueError(f"{os.fspath(path)}: expected text, got a binary file") from None
+
+
+def read_json(path: str | os.PathLike[str]) -> Any:
+    """The value in a JSON file."""
+    return parsed_json(read_text(path), path)
+
+
+def parsed_json(text: str | bytes, path: str | os.PathLike[str]) -> Any:
+    """The value of JSON that is in a file."""
+    return _parsed(json.loads, text, path, "JSON")
+
+
+def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The tables of a TOML file."""
+    import tomllib
+
+    out: dict[str, Any] = _parsed(tomllib.loads, read_text(path), path, "TOML")
+    return out
+
+
+def _parsed(parse: Callable[[Any], Any], text: str | bytes, path: str | os.PathLike[str], kind: str) -> Any:
+    try:
+        return parse(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{os.fspath(path)}: not valid {kind} ({reason(error)})") from None

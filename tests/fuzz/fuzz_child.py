@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""The process of a batch: ``fuzz_child.py TARGET FIRST COUNT FOLDER``; tells each case before it begins."""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import os
+import struct
+import sys
+import time
+from pathlib import Path
+
+from fuzz_surfaces import TARGETS
+from fuzz_targets import outcome_of
+
+MOST_BYTES = 6_000_000_000  # of address space beyond what is taken at the start: more is a MemoryError
+
+
+def main(name: str, first: int, count: int, folder: Path) -> None:
+    faulthandler.enable()
+    target = TARGETS[name]
+    scratch = folder / "scratch"
+    scratch.mkdir()
+    os.chdir(scratch)
+    case = target.make(scratch)
+    _limit_memory()
+    place = os.open(folder / "place", os.O_WRONLY | os.O_CREAT)
+    with (folder / "outcomes").open("w") as outcomes:
+        for seed in range(first, first + count):
+            os.pwrite(place, struct.pack("<q", seed), 0)
+            started = time.perf_counter()
+            outcome, message = outcome_of(target, case, seed)
+            seconds = time.perf_counter() - started
+            line = {"seed": seed, "outcome": outcome, "seconds": round(seconds, 3), "message": message[:600]}
+            outcomes.write(json.dumps(line) + "\n")
+            outcomes.flush()
+    os.pwrite(place, struct.pack("<q", -1), 0)
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+
+        with open("/proc/self/statm") as file:
+            taken = int(file.read().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):  # elsewhere than on Linux
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (taken + MOST_BYTES, resource.RLIM_INFINITY))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))
+    sys.stdout.flush()
+    os._exit(0)  # without the ends of threads of others

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Folders of sequences in each layout, and result folders."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fuzz_files import folder_case
+from fuzz_readers import CAMERA, poses
+from fuzz_targets import Case, Target
+
+import sdftrack as st
+
+CUBE = st.SDF.box([0.1, 0.1, 0.1], voxels=9).to_mesh()
+
+
+def sequence(frames: int = 3) -> st.Sequence:
+    rng = np.random.default_rng(0)
+    made = [
+        st.Frame(
+            rng.uniform(0.7, 0.9, CAMERA.shape).astype(np.float32),
+            rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8),
+            timestamp=10 + i / 30,
+        )
+        for i in range(frames)
+    ]
+    return st.Sequence(made, CAMERA, {i: {0: T} for i, T in enumerate(poses(frames))}, {5: CUBE})
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
+    }
+
+
+def read(root: Path) -> Any:
+    """All that a command looks at."""
+    with st.open_sequence(root) as seq:
+        frames = [seq[i] for i in range(min(len(seq), 4))]
+        for obj in set(seq.objects):
+            seq.models.get(obj)
+        return frames, seq.masks(0), seq.ground_truth, seq.symmetries
+
+
+def _saved(layout: str) -> Any:
+    def make(folder: Path) -> Case:
+        st.save_sequence(folder / "source", sequence(), layout=layout)
+        files = contents(folder / "source")
+        if layout == "bop":
+            info = {"5": {"diameter": 170, "symmetries_discrete": [np.diag([-1, -1, 1, 1]).ravel().tolist()],
+                          "symmetries_continuous": [{"axis": [0, 0, 1], "offset": [0, 0, 0]}]}}  # fmt: skip
+            files["models/models_info.json"] = json.dumps(info).encode()
+        return folder_case(folder, files, read)
+
+    return make
+
+
+def _video(folder: Path) -> Case:
+    st.save_sequence(folder / "source", sequence(), layout="bop", color="video")
+    return folder_case(folder, contents(folder / "source"), read)
+
+
+def _k1(folder: Path) -> Case:
+    st.save_sequence(folder / "source", sequence(), layout="bop")
+    files = contents(folder / "source")
+    K = {"fx": 60, "fy": 61, "cx": 31, "cy": 23}
+    camera = {"K_depth": K, "K_color": K, "image_size": [64, 48], "color_size": [64, 48], "depth_scale_m": 0.0001,
+              "depth_to_color_Pq": {"P": np.eye(3).tolist(), "q": [0, 0, 0]}}  # fmt: skip
+    truth = {"frames": {str(i): {"1": {"T_cam_obj": T.tolist()}} for i, T in enumerate(poses(3))}}
+    kept = {name: data for name, data in files.items() if name.startswith(("depth/", "rgb/"))}
+    more = {"camera.json": json.dumps(camera).encode(), "poses_init.json": json.dumps(truth).encode()}
+    return folder_case(folder, {**kept, **more}, read)
+
+
+def _results(folder: Path) -> Case:
+    """report.json, read by `motion` and `evaluate`."""
+    depth = st.SDF.sphere(0.05, voxels=12).render(CAMERA, poses(1)[0], 1)[0]
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32), timestamp=0.1)
+    tracker = st.Tracker(st.SDF.sphere(0.05, voxels=12), CAMERA, threads=1)
+    with st.Recorder(folder / "source", CAMERA, video=False) as recorder:
+        recorder.add(frame, tracker.start(frame, poses=poses(1)[0]))
+        for i in range(1, 4):
+            recorder.add(
+                frame.replace(timestamp=0.1 + i / 30), tracker.track(frame.replace(timestamp=0.1 + i / 30))
+            )
+    files = {"report.json": (folder / "source" / "report.json").read_bytes()}
+    return folder_case(folder, files, lambda root: st.motion.load(root))
+
+
+LAYOUTS = ("bop", "tum", "open3d")
+TARGETS = (
+    *(Target(f"folder_{layout}", _saved(layout), weight=0.3) for layout in LAYOUTS),
+    Target("folder_video", _video, weight=0.2),
+    Target("folder_k1", _k1, weight=0.3),
+    Target("folder_results", _results),
+)
+__all__ = ["TARGETS", "contents", "read", "sequence"]

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""Recordings: ROS 1 and ROS 2 bags, Foxglove's mcap, Azure Kinect's mkv, RealSense's db3."""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fuzz_datasets import contents
+from fuzz_files import file_case, folder_case
+from fuzz_targets import Case, Target, any_of
+
+import sdftrack as st
+
+BESIDE = str(Path(__file__).resolve().parents[1] / "python")
+BAGS = ("rosbags", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "lz4", "zstandard")
+SMALL = st.Camera(16.0, 16.0, 7.5, 5.5, 16, 12)
+
+
+def _beside() -> None:
+    """The writers of bags and recordings are those of the other tests."""
+    if BESIDE not in sys.path:
+        sys.path.append(BESIDE)
+
+
+def _small() -> st.Sequence:
+    rng = np.random.default_rng(0)
+    frames = [
+        st.Frame(
+            rng.uniform(0.7, 0.9, SMALL.shape).astype(np.float32),
+            rng.integers(0, 256, (*SMALL.shape, 3), np.uint8),
+            timestamp=10 + i / 30,
+        )
+        for i in range(2)
+    ]
+    return st.Sequence(frames, SMALL)
+
+
+def read(path: Path) -> Any:
+    with st.open_sequence(path) as seq:
+        return [seq[i] for i in range(min(len(seq), 3))]
+
+
+def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
+    def make(folder: Path) -> Case:
+        _beside()
+        import bag_writers
+
+        cases = []
+        for kind in kinds:
+            sub = folder / kind
+            sub.mkdir()
+            made = bag_writers.write(sub, bag_writers.recording(_small()), kind)
+            if made.is_dir():
+                cases.append(folder_case(sub, contents(made), read))
+            else:
+                (sub / "files").mkdir()
+                cases.append(file_case(sub / "files", {made.name: made.read_bytes()}, read))
+        return any_of(cases)
+
+    return make
+
+
+def _own_mcap(folder: Path) -> Case:
+    st.save_sequence(folder / "source", _small(), layout="mcap")
+    return folder_case(folder, contents(folder / "source"), read)
+
+
+def _azure(folder: Path) -> Case:
+    _beside()
+    import test_azure
+
+    seeds = {}
+    for name, tracks in (("depth.mkv", ("DEPTH",)), ("both.mkv", ("COLOR", "DEPTH"))):
+        test_azure.write(folder / name, 1, names=tracks)
+        seeds[name] = (folder / name).read_bytes()
+    (folder / "files").mkdir()
+    return file_case(folder / "files", seeds, read)
+
+
+def _realsense(folder: Path) -> Case:
+    _beside()
+    import test_realsense_files as files
+
+    from sdftrack.testing.realsense import SoftwareRealSense
+
+    path = folder / "recorded.db3"
+    files.record(path, SoftwareRealSense(files.CAMERA, files.SCALE), files.frames(1))
+    (folder / "files").mkdir()
+    return file_case(folder / "files", {"a.db3": path.read_bytes()}, read)
+
+
+def _messages(folder: Path) -> Case:
+    """The parts that messages are made of: compressed depth and images, CDR."""
+    from sdftrack.io.datasets.cdr import CdrReader
+    from sdftrack.io.frames import decode_depth_units
+
+    def cdr(rng: random.Random) -> None:
+        reader = CdrReader(rng.randbytes(rng.choice((0, 4, 9, 40, 300))))
+        for _ in range(6):
+            rng.choice(
+                (
+                    reader.string,
+                    lambda: reader.sequence(4) if hasattr(reader, "sequence") else reader.string(),
+                )
+            )()
+
+    def depth(rng: random.Random) -> None:
+        decode_depth_units(rng.randbytes(rng.choice((0, 3, 50))), "the image")
+
+    return any_of([cdr, depth])
+
+
+TARGETS = (
+    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2, needs=BAGS),
+    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2, needs=BAGS),
+    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3, needs=BAGS),
+    Target("folder_mcap", _own_mcap, weight=0.2, needs=BAGS),
+    Target("azure", _azure, weight=0.2),
+    Target("realsense_db3", _realsense, weight=0.2, needs=("pyrealsense2", "rosbags")),
+    Target("messages", _messages, private=True, weight=0.3),
+)
