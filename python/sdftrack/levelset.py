@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers, of_kind, shown
+from sdftrack._internal.validation import number, numbers, of_kind, shown, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
 from sdftrack.frame import Frame
@@ -291,8 +291,4 @@ def _length(value: Any, name: str) -> float:
 
 
 def _count(value: Any, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise TypeError(f"{name}: expected a whole number, got {value!r}")
-    if value < 0:
-        raise ValueError(f"{name}: expected 0 or more, got {value}")
-    return int(value)
+    return whole(value, name, 0)

@@ -260,5 +260,5 @@ TARGETS = (
     Target("levelset", made(_levelset)),
     Target("superpixels", made(_superpixels), weight=1.2),
     Target("metrics", made(_metrics), weight=1.5),
-    Target("motion", made(_motion), weight=0.4),
+    Target("motion", made(_motion), weight=0.25),
 )

@@ -326,9 +326,9 @@ def _energies() -> dict[str, Call]:
 
 TARGETS = (
     Target("tracker", _trackers, weight=0.4),
-    Target("search", _search, weight=0.25),
+    Target("search", _search, weight=0.15),
     Target("tracker_options", made(_made_trackers), weight=0.6),
-    Target("reconstructor", _reconstructors, weight=0.4),
+    Target("reconstructor", _reconstructors, weight=0.15),
     Target("contour", _contours, weight=1.5),
     Target("lwpr", _lwpr, weight=1.5),
     Target("primitives", made(_primitives), weight=0.3),

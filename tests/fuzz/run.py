@@ -33,7 +33,7 @@ def plan(names: Sequence[str], cases: int, seed: int, batch: int = BATCH) -> lis
         count = max(1, round(cases * TARGETS[name].weight / total))
         first = seed * 10**9
         made += [(name, first + at, min(batch, count - at)) for at in range(0, count, batch)]
-    return made
+    return sorted(made, key=lambda one: one[1])  # the first of each target, then the second: a run may be cut
 
 
 def replay(target: Target, seed: int, plain: bool = False) -> tuple[str, str]:

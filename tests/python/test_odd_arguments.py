@@ -301,3 +301,21 @@ def test_an_outline_is_drawn_into_an_image_of_any_layout():
     plain = st.contour.draw_outline(image, mask)
     for odd in (np.asfortranarray(image), image[::-1], np.repeat(image, 2, axis=1)[:, ::2]):
         np.testing.assert_array_equal(st.contour.draw_outline(odd, np.asfortranarray(mask)), plain)
+
+
+@pytest.mark.parametrize("steps", [2**31, 2**63, 10**400])
+def test_a_number_of_steps_beyond_the_cores_integers_is_refused(steps):
+    phi = np.asarray(st.SDF.sphere(0.05, voxels=14).values)
+    with pytest.raises(ValueError, match="steps: expected a whole number"):
+        st.levelset.evolve(phi, phi, steps, 0.01, threads=1)
+
+
+@pytest.mark.parametrize("window_s", [1e308, np.inf])
+def test_a_window_longer_than_the_recording_leaves_gaps_or_is_refused(window_s):
+    with pytest.raises(ValueError, match="expected"):
+        st.motion.savitzky_golay(_still(), window_s)
+
+
+def test_a_window_that_is_no_number_is_refused():
+    with pytest.raises(ValueError, match="window_s: expected"):
+        st.motion.savitzky_golay(_still(), np.nan)

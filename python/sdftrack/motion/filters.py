@@ -63,7 +63,8 @@ def savitzky_golay(trajectory: Trajectory, window_s: float = 0.3, degree: int = 
     """Local polynomials of `degree` over `window_s`. The times must be regular (:func:`resample`)."""
     rate = _regular(trajectory)
     degree = whole(degree, "degree", 0, 10)
-    length = 2 * round(number(window_s, "window_s") * rate / 2) + 1
+    window = min(number(window_s, "window_s") * rate / 2, len(trajectory.times_s))  # all is no less than more
+    length = 2 * round(window) + 1 if window > 0 else 0
     if length <= degree:
         raise ValueError(
             f"window_s: expected more than {degree / rate:g} s for degree {degree}, got {window_s:g}"

@@ -58,7 +58,7 @@ def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
             return units.shape[1], units.shape[0]
         except (ValueError, FileNotFoundError) as error:
             reasons.append(str(error))
-    raise ValueError(f"{root}: none of the first {len(reasons)} depth images can be read: {reasons[0]}")
+    raise ValueError(f"{root}: none of the first {len(reasons)} depth images can be read: {reasons[0][:400]}")
 
 
 class ImageFrames:

@@ -60,6 +60,10 @@ def _needed(content: bytes) -> int:
     frames = last - first + 1
     if frames < 0 or data_block < 2 or values.get(("POINT", "USED"), points) != points:
         raise ValueError
+    channels = values.get(("ANALOG", "USED"), analogues)
+    # A frame has as many samples of each channel as of the others.
+    if (channels > 0) != (analogues > 0) or (channels and analogues % channels):
+        raise ValueError
     # The sign of the scale says whether numbers are float or integer; DEC has it in the first word of a float.
     word = 4 if content[13 if processor == DEC else 15] & 0x80 else 2
     needed = (data_block - 1) * BLOCK + frames * word * (4 * points + analogues)
