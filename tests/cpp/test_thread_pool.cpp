@@ -110,6 +110,8 @@ TEST(ThreadPool, an_exception_reaches_the_caller_ends_the_loop_and_leaves_the_po
     const auto body = [&](std::size_t i) {
       ++runs;
       if (i == 5) throw std::runtime_error("chunk " + std::to_string(i));
+      if (i > 5)
+        std::this_thread::sleep_for(std::chrono::microseconds(1));  // all of them: longer than a throw
     };
     try {
       pool.run(100000, 3, ChunkBody(body));
