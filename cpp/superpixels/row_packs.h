@@ -92,17 +92,33 @@ HD void store_codes(I which, const std::uint8_t* table, std::uint8_t* out) {
 #endif
 }
 
+// The first n bytes of eight or fewer: those after them may be another thread's, which is writing them.
+HD std::uint64_t first_bytes(const std::uint8_t* p, int n) {
+  std::uint64_t all = 0;
+  if (n == kW) {
+    __builtin_memcpy(&all, p, kW < 8 ? kW : 8);
+  } else if (n >= 4) {  // both halves overlap
+    std::uint32_t low, high;
+    __builtin_memcpy(&low, p, 4), __builtin_memcpy(&high, p + n - 4, 4);
+    all = low | static_cast<std::uint64_t>(high) << 8 * (n - 4);
+  } else {
+    for (int k = 0; k < n; ++k) all |= static_cast<std::uint64_t>(p[k]) << 8 * k;
+  }
+  return all;
+}
+
 // A bit for each byte, of the first n of a pack, that is not what it was, but for kOutside.
 HD unsigned changed_bits(const std::uint8_t* now, const std::uint8_t* was, int n) {
   const unsigned all = (1u << n) - 1;
 #if defined(__AVX512BW__)
-  const __m128i old = _mm_loadu_si128((const __m128i*)was);
+  const __m128i old = _mm_maskz_loadu_epi8(static_cast<__mmask16>(all), was);
   const __mmask16 inside = _mm_cmpneq_epi8_mask(old, _mm_set1_epi8(static_cast<char>(kOutside)));
   return _mm_mask_cmpneq_epi8_mask(inside, _mm_loadu_si128((const __m128i*)now), old) & all;
 #elif defined(__SSE2__)
-  long long bytes = 0, old_bytes = 0;
-  __builtin_memcpy(&bytes, now, kW), __builtin_memcpy(&old_bytes, was, kW);
-  const __m128i old = _mm_cvtsi64_si128(old_bytes), same = _mm_cmpeq_epi8(_mm_cvtsi64_si128(bytes), old);
+  long long bytes = 0;
+  __builtin_memcpy(&bytes, now, kW);
+  const __m128i old = _mm_cvtsi64_si128(static_cast<long long>(first_bytes(was, n))),
+                same = _mm_cmpeq_epi8(_mm_cvtsi64_si128(bytes), old);
   const __m128i outside = _mm_cmpeq_epi8(old, _mm_set1_epi8(static_cast<char>(kOutside)));
   return static_cast<unsigned>(~_mm_movemask_epi8(_mm_or_si128(same, outside))) & all;
 #else

@@ -339,10 +339,10 @@ class Tracker:
             A depth or colour image whose size differs from the camera's; no colour image with ``mode="rgbd"``. The
             state of the tracker is unchanged.
         """
-        if self._core.index < 0:
-            raise RuntimeError("track: call start(frame, poses=[...]) first")
         frame = depth if isinstance(depth, Frame) else Frame(depth, color)
         with self._alone():
+            if self._core.index < 0:
+                raise RuntimeError("track: call start(frame, poses=[...]) first")
             camera, colors = self._camera_of(frame), self._colors_of(frame)
             begin = time.perf_counter()
             if self._free_sizes:
@@ -381,16 +381,16 @@ class Tracker:
             An empty mask, a box outside the image, both given, or either given for several objects.
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        if self._last is None:
-            first = (
-                "track(frame), because the set of objects has changed since the last frame"
-                if self._core.index >= 0
-                else "start(frame)"
-            )
-            raise RuntimeError(f"recover: call {first} first")
-        camera, colors = self._camera_of(frame), self._colors_of(frame)
-        place = one_place(None, mask, box, camera)
         with self._alone():
+            if self._last is None:
+                first = (
+                    "track(frame), because the set of objects has changed since the last frame"
+                    if self._core.index >= 0
+                    else "start(frame)"
+                )
+                raise RuntimeError(f"recover: call {first} first")
+            camera, colors = self._camera_of(frame), self._colors_of(frame)
+            place = one_place(None, mask, box, camera)
             last = self._last
             if k is None:
                 wanted = [j for j, s in enumerate(last.status) if s is Status.LOST]
