@@ -47,7 +47,10 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 default_role = "code"  # `name` in a docstring
 nitpicky = True
-nitpick_ignore_regex = [("py:(class|obj|exc|data)", r"(?!sdftrack\b).*")]
+nitpick_ignore_regex = [
+    ("py:(class|obj|exc|data)", r"(?!sdftrack\b).*"),
+    ("py:class", r".*\.[A-Z]"),
+]  # others' names, type variables
 
 html_theme = "furo"
 html_title = f"sdftrack {version}"

@@ -192,7 +192,7 @@ def _images() -> dict[str, Call]:
             _core.contour_template_scores, np.ones((2, 9), np.float32), np.ones((3, 9), np.float32)
         ),
         "slic": Call(
-            _core.slic, c, Fixed(_core.SlicOptions()), OneOf((None, mask)), OneOf((None, d)), THREADS, False
+            _core.slic, c, Fixed(_core.SlicOptions()), OneOf((None, mask)), OneOf((None, d)), THREADS, -1
         ),
     }
 
@@ -205,7 +205,7 @@ def _objects() -> dict[str, Call]:
 
     def track(shape: Any, camera: Any, d: Any, T: Any, k: Any, motions: Any) -> Any:
         tracker = _core.Tracker(
-            [shape], camera, options, 1, True, _core.MotionModel.adaptive, False, _core.Collision.contact
+            [shape], camera, options, 1, True, _core.MotionModel.adaptive, -1, _core.Collision.contact
         )
         tracker.set_pose(k, T, None)
         tracker.set_symmetries(k, motions)
@@ -220,7 +220,7 @@ def _objects() -> dict[str, Call]:
             1,
             True,
             _core.MotionModel.adaptive,
-            False,
+            -1,
             _core.Collision.contact,
         )
         frame = _core.TrackerFrame(d)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Fuzz the readers and the bindings: ``python tests/fuzz/run.py --cases 1000000 --targets all --jobs 2 --seed 7``.
 

@@ -195,5 +195,8 @@ def check_readable(path: Path, growing: bool = False) -> None:
             assert growing or data.endswith(b"\x89MCAP0\r\n"), path
         case ".glb":
             assert int.from_bytes(data[8:12], "little") == len(data), path
+        case ".yaml":  # of a ROS 2 bag
+            assert data.startswith(b"rosbag2_bagfile_information:"), path
+            assert data.endswith(b"\n"), path
         case other:
             raise AssertionError(f"{path}: how is {other} read?")

@@ -412,7 +412,7 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, t
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[1, 2", "not valid JSON"),
+        ("[1, 2", "not a JSON file"),
         ('{"poses": []}', "T_cam_obj"),
         ('{"T_cam_obj": []}', "one 4x4 matrix per --model .1., got 0"),
         ('{"T_cam_obj": [[[1, 2], [3, 4]]]}', "T_cam_obj"),

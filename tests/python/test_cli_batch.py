@@ -307,7 +307,7 @@ class TestPlan:
         ("text", "told"),
         [
             ("", "expected one or more tables [[job]]"),
-            ("x = [", "not valid TOML"),
+            ("x = [", "not a TOML file"),
             ("jobs = 3", "unknown option 'jobs'; did you mean 'job'?"),
             ("job = 3", "expected one or more tables [[job]]"),
             ("[[job]]\n", "command: expected one of track"),

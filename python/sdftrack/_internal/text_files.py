@@ -74,12 +74,16 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The tables of a TOML file."""
     import tomllib
 
-    out: dict[str, Any] = _parsed(tomllib.loads, read_text(path), path, "TOML")
+    out: dict[str, Any] = _parsed(
+        lambda data: tomllib.loads(data.decode()), Path(path).read_bytes(), path, "TOML"
+    )
     return out
 
 
 def _parsed(parse: Callable[[Any], Any], text: str | bytes, path: str | os.PathLike[str], kind: str) -> Any:
     try:
         return parse(text)
+    except UnicodeDecodeError:
+        raise ValueError(f"{os.fspath(path)}: not a {kind} file: expected text, got a binary file") from None
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"{os.fspath(path)}: not valid {kind} ({reason(error)})") from None
+        raise ValueError(f"{os.fspath(path)}: not a {kind} file ({reason(error)})") from None

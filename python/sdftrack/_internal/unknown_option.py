@@ -9,8 +9,6 @@ import inspect
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
-from sdftrack._internal.validation import shown
-
 __all__ = ["did_you_mean", "refuse_unknown", "refuses_unknown", "unknown_option"]
 
 C = TypeVar("C", bound=type)
@@ -28,6 +26,8 @@ def unknown_option(name: object, known: Iterable[str]) -> str:
     >>> unknown_option("paddin_m", ["padding_m", "max_pixels"])
     "unknown option 'paddin_m'; did you mean 'padding_m'?"
     """
+    from sdftrack._internal.validation import shown  # not before: it needs numpy, which the help does not
+
     names = list(known)
     near = did_you_mean(name, names)
     return f"unknown option {shown(name)}; " + (

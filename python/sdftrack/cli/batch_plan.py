@@ -6,12 +6,12 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
 from sdftrack.cli.batch_options import Options, options_of_command
@@ -107,10 +107,7 @@ def read_plan(path: Path, common: Mapping[str, Any]) -> list[Item]:
 def _parsed(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a plan in TOML")
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not valid TOML ({error})") from None
+    return read_toml(path)
 
 
 def _with_common(job: Mapping[str, Any], common: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,10 +37,10 @@ def detect(path: Path) -> bool:
         if at < 0 or len(header) < at + 18:
             return False
         (index,) = struct.unpack_from("<Q", header, at + 10)
-        if index > path.stat().st_size:
-            return False
-        file.seek(index)
-        found = file.read(SEARCHED) if index else b""
+        found = b""
+        if 0 < index < path.stat().st_size:  # beyond it where the file is cut
+            file.seek(index)
+            found = file.read(SEARCHED)
     if found:
         return PREFIX.encode() in found
     with Rosbag1(path, SEARCHED) as part:
