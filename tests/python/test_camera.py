@@ -198,7 +198,7 @@ def test_bad_camera_files_say_what_is_missing(tmp_path):
     with pytest.raises(ValueError, match="width= and height="):
         st.Camera.load(tmp_path / "cam_K.txt")
     for name, text, message in [
-        ("a.json", "{", "valid JSON"),
+        ("a.json", "{", "not a JSON file"),
         ("b.json", '{"fx": 1}', "width"),
         ("c.json", '{"fx": -1, "fy": 1, "cx": 1, "cy": 1, "width": 4, "height": 4}', "fx"),
         ("d.yaml", "image_width: 640\n", "camera_matrix"),
