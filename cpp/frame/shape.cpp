@@ -139,8 +139,9 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
   Shape shape{};
-  shape.id = shape.sdf.id = next_id();
+  shape.id = next_id();
   shape.sdf = sdf;
+  shape.sdf.id = shape.id;
   shape.centre_obj = {centre[0], centre[1], centre[2]};
   shape.half_box_m = {half[0], half[1], half[2]};
   shape.depth_m = box.depth_m;
@@ -159,8 +160,8 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
 
 Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
   Shape shape{};
-  shape.id = shape.sdf.id = next_id();
-  shape.sdf = known.sdf;
+  shape.id = next_id();
+  shape.sdf = known.sdf;  // without an id: its values change in place
   shape.seen = known.seen;
   shape.colors = known.colors;
   shape.centre_obj = known.centre_obj;

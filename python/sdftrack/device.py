@@ -65,9 +65,9 @@ def device_number(device: str) -> int:
     found = _NAME.fullmatch(device)
     if found is None:
         raise ValueError(f"device: expected one of {_DEVICES}, got {device!r}")
-    usable = _core.cuda_devices()
-    if device == "cpu":
+    if device == "cpu":  # without starting CUDA
         return CPU
+    usable = _core.cuda_devices()
     if device == "auto":
         from sdftrack._internal.device_record import has_passed
 
