@@ -22,6 +22,12 @@ class CudaOnCpu : public testing::Test {
   void TearDown() override { cuda_on_cpu::reset({}); }
 };
 
+void reset_with(std::uint64_t seed) {
+  cuda_on_cpu::Settings settings;
+  settings.seed = seed;
+  cuda_on_cpu::reset(settings);
+}
+
 // Turns the block's numbers round; `synced`: as it must be.
 struct Reverse {
   static constexpr const char* kName = "reverse";
@@ -120,9 +126,7 @@ TEST_F(CudaOnCpu, a_kernel_cannot_use_the_memory_of_another_device) {
 TEST_F(CudaOnCpu, a_copy_on_another_stream_may_come_too_late) {
   int stale = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    cuda_on_cpu::Settings settings;
-    settings.seed = seed;
-    cuda_on_cpu::reset(settings);
+    reset_with(seed);
     const DeviceStream stream;
     DeviceBuffer<float> there(kCount);
     std::vector<float> values = counted();
@@ -139,9 +143,7 @@ TEST_F(CudaOnCpu, a_copy_on_another_stream_may_come_too_late) {
 TEST_F(CudaOnCpu, pinned_memory_is_read_late) {
   int seen = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    cuda_on_cpu::Settings settings;
-    settings.seed = seed;
-    cuda_on_cpu::reset(settings);
+    reset_with(seed);
     const DeviceStream stream;
     DeviceBuffer<float> there(1);
     PinnedBuffer<float> host(1);
@@ -158,9 +160,7 @@ TEST_F(CudaOnCpu, pinned_memory_is_read_late) {
 
 TEST_F(CudaOnCpu, events_order_two_streams) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    cuda_on_cpu::Settings settings;
-    settings.seed = seed;
-    cuda_on_cpu::reset(settings);
+    reset_with(seed);
     const DeviceStream first, second;
     DeviceBuffer<float> there(1);
     cudaEvent_t event = nullptr;

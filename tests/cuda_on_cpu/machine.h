@@ -75,3 +75,9 @@ class Machine {
 extern thread_local int current_device;
 
 }  // namespace cuda_on_cpu
+
+// The beginning of each function of the runtime that can fail.
+#define ENTER(name)                             \
+  const std::lock_guard lock(Machine::mutex()); \
+  Machine& m = Machine::one();                  \
+  if (const cudaError_t due = m.enter(name)) return due

@@ -8,11 +8,6 @@
 
 using namespace cuda_on_cpu;
 
-#define ENTER(name)                             \
-  const std::lock_guard lock(Machine::mutex()); \
-  Machine& m = Machine::one();                  \
-  if (const cudaError_t due = m.enter(name)) return due
-
 namespace {
 
 // An access of the host is that of its own memory; one of the device must lie in one allocation.

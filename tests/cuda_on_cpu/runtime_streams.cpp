@@ -9,11 +9,6 @@
 
 using namespace cuda_on_cpu;
 
-#define ENTER(name)                             \
-  const std::lock_guard lock(Machine::mutex()); \
-  Machine& m = Machine::one();                  \
-  if (const cudaError_t due = m.enter(name)) return due
-
 namespace {
 
 constexpr unsigned kMostThreads = 1024, kMultiprocessors = 4;

@@ -60,9 +60,8 @@ def read(file: Path, file_kind: FileKind, kind: type[T], trust_pickle: bool) -> 
             thing = _Restricted(opened).load()
     except OSError:
         raise
-    except (
-        Exception
-    ) as error:  # whatever the calls in it raise; MemoryError of an array that declares too much
+    # Whatever the calls in it raise; MemoryError of an array that declares too much.
+    except Exception as error:
         told = reason(error)
         raise ValueError(
             f"{file}: expected a file of {file_kind.writer}, got an unreadable pickle ({told})"

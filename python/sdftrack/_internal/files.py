@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Output files that are written completely or not at all; text files that are read."""
+"""Output files that are written completely or not at all."""
 
 from __future__ import annotations
 
