@@ -17,6 +17,7 @@ from pathlib import Path
 
 from sdftrack._internal.option_declarations import schema_of
 from sdftrack._internal.option_schema import Option
+from sdftrack.contour.lwpr_auto import AUTO
 
 ROOT = Path(__file__).resolve().parents[1]
 WIDTH = 110  # of a line, as ruff formats
@@ -34,6 +35,11 @@ def literal(value: object) -> str:
 
 def type_of(option: Option, types: dict[str, str]) -> str:
     return types.get(option.name, TYPES[option.kind]) + (" | None" if option.may_be_none else "")
+
+
+def default_of(table: str, option: Option) -> object:
+    """As Python has it: some of LWPR's options follow from the data, which the core does not know."""
+    return "auto" if table == "lwpr" and option.name in AUTO else option.default
 
 
 def fields(**types: str) -> Render:
@@ -62,7 +68,8 @@ def signature(named_after: str = "", **types: str) -> Render:
     def render(table: str) -> Lines:
         lines = []
         for option in schema_of(table).values():
-            lines.append(f"        {option.name}: {type_of(option, types)} = {literal(option.default)},")
+            kind = type_of(option, types)
+            lines.append(f"        {option.name}: {kind} = {literal(default_of(table, option))},")
             if option.name == named_after:
                 lines.append("        *,")
         return lines
@@ -76,8 +83,8 @@ def document(table: str) -> Lines:
     for option in schema_of(table).values():
         cells = [
             f"`{option.name}`",
-            f"`{literal(option.default)}`",
-            option.expected,
+            f"`{literal(default_of(table, option))}`",
+            option.expected + (' or `"auto"`' if default_of(table, option) == "auto" else ""),
             option.unit,
             option.meaning,
         ]
@@ -86,13 +93,18 @@ def document(table: str) -> Lines:
 
 
 PACKAGE = "python/sdftrack/"
+AUTO_TYPES = {
+    "w_cutoff": 'float | Literal["auto"]',
+    "init_D": 'ArrayLike | Literal["auto"]',
+    "update_D": 'bool | Literal["auto"]',
+}
 # File, table, what makes its lines.
 REGIONS: tuple[tuple[str, str, Render], ...] = (
     (PACKAGE + "options.py", "tracker", fields()),
     (PACKAGE + "reconstruction/options.py", "reconstruct", fields()),
     (PACKAGE + "contour/memory_options.py", "memory", fields(order="Order")),
     (PACKAGE + "contour/memory.py", "memory", signature("n_inputs", rule="Rule", order="Order")),
-    (PACKAGE + "contour/lwpr.py", "lwpr", signature()),
+    (PACKAGE + "contour/lwpr.py", "lwpr", signature(**{name: AUTO_TYPES[name] for name in AUTO})),
     *(
         ("docs/options.md", table, document)
         for table in ("tracker", "reconstruct", "contour", "lwpr", "memory")

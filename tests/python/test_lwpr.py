@@ -8,6 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
+from sdftrack.contour import lwpr_auto
 from sdftrack.reference import lwpr as plain
 from sdftrack.synth.functions import surface_data
 
@@ -80,7 +81,7 @@ def test_the_activation_is_that_of_the_nearest_field():
     d = places[:, None] - np.array([f.center for f in model.fields])
     D = np.array([f.D for f in model.fields])
     w = np.exp(-0.5 * np.einsum("nki,kij,nkj->nk", d, D, d)).max(axis=1)
-    expected = np.where(w > model.w_cutoff, w, 0)
+    expected = np.where(w > lwpr_auto.GIVEN["w_cutoff"], w, 0)
     np.testing.assert_allclose(model.activations(places)[:, 0], expected, rtol=TWIN_RTOL)
     assert model.activations(places[0]).shape == (1,)
 
@@ -290,7 +291,7 @@ def test_the_gpu_predicts_what_the_cpu_does():
     model = st.LWPR(init_D=20, diagonal=True).update(x, y)
     places = np.concatenate([x, 40 + x[:5]])
     cpu, gpu = model.predict(places), model.predict(places, device="cuda")
-    np.testing.assert_allclose(gpu, cpu, rtol=1e-11, atol=1e-11)  # exp of the GPU, products fused into sums
+    np.testing.assert_array_equal(gpu, cpu)
 
 
 def test_without_a_gpu_cuda_is_refused():
@@ -303,6 +304,8 @@ def test_without_a_gpu_cuda_is_refused():
 
 def test_defaults_live_in_the_core_alone():
     twin, core = plain.Options(), _core.LwprOptions()
+    python = {**st.LWPR().get_params(), **lwpr_auto.GIVEN}  # where init_D is given
     for name in ("w_gen", "w_prune", "w_cutoff", "init_alpha", "meta_rate", "penalty", "add_threshold",
                  "init_lambda", "final_lambda", "tau_lambda", "diagonal", "update_D", "meta"):  # fmt: skip
-        assert getattr(twin, name) == getattr(core, name) == getattr(st.LWPR(), name)
+        assert getattr(twin, name) == getattr(core, name) == python[name]
+    assert core.init_D == [lwpr_auto.GIVEN["init_D"]]

@@ -200,13 +200,13 @@ def test_nothing_is_predicted_before_anything_is_learnt(ask):
 def test_more_inputs_than_a_full_metric_can_hold_are_refused_with_the_way_out():
     x = np.zeros((2, 1001))
     with pytest.raises(ValueError, match=r"n_in: expected at most 1000 with a full metric.*diagonal=True"):
-        st.LWPR().update(x, [0.0, 1.0])
+        st.LWPR(init_D=25.0).update(x, [0.0, 1.0])
     assert st.LWPR(diagonal=True).update(x, [0.0, 1.0]).n_samples == 2
 
 
 def test_auto_needs_more_than_one_sample():
     with pytest.raises(ValueError, match=r'norm_in: "auto".*at least 2 samples, got 1'):
-        st.LWPR(norm_in="auto").update([0.0, 0.0], 1.0)
+        st.LWPR(init_D=25.0, norm_in="auto").update([0.0, 0.0], 1.0)
 
 
 def test_large_numbers_that_are_allowed_leave_a_model_that_works():

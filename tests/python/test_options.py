@@ -17,6 +17,7 @@ from sdftrack._internal.option_declarations import BURN_IN, TABLES, schema_of
 from sdftrack._internal.option_schema import core_schema
 from sdftrack._internal.option_text import options_as_toml
 from sdftrack._internal.unknown_option import unknown_option
+from sdftrack.contour.lwpr_auto import AUTO
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMERA = st.Camera(fx=300, fy=300, cx=160, cy=120, width=320, height=240)
@@ -94,6 +95,9 @@ def test_the_defaults_of_python_are_those_of_the_schema(table):
     values = made.options if table == "contour" else made._options if table == "memory" else made
     for name, option in schema_of(table).items():
         value = values[name] if table == "contour" else getattr(values, name)
+        if table == "lwpr" and name in AUTO:  # what the core does not know
+            assert value == "auto"
+            continue
         assert (value, type(value)) == (option.default, type(option.default)), name
 
 

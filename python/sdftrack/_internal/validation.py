@@ -50,7 +50,19 @@ def numbers(values: Any, name: str) -> NDArray[np.float64]:
     except (TypeError, ValueError):
         text = repr(values)
         shown = text if len(text) < 60 else type(values).__name__
-        raise TypeError(f"{name}: expected an array of numbers, got {shown}") from None
+        raise TypeError(f"{name}: expected an array of numbers, got {shown}{_kind(values)}") from None
+
+
+KINDS = {"U": "text", "S": "text", "O": "objects", "c": "complex numbers", "M": "dates", "m": "durations"}
+
+
+def _kind(values: Any) -> str:
+    """What the elements of an array are, in words, and how to convert them."""
+    kind = getattr(getattr(values, "dtype", None), "kind", "")
+    if kind not in KINDS:
+        return ""
+    convert = "its .real" if kind == "c" else ".astype(float), if they are numbers"
+    return f" of {KINDS[kind]} (dtype {values.dtype}); convert it with {convert}"
 
 
 INT_MAX = 2**31 - 1  # of the core's int

@@ -15,7 +15,8 @@ from sdftrack._internal.saved_file import consistent
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour import lwpr_file
-from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples
+from sdftrack.contour.lwpr_auto import AUTO, FIRST, fitted, is_auto, without_auto
+from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples, warn_of_many_fields
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
 from sdftrack.device import CPU, device_number
@@ -40,14 +41,16 @@ class LWPR(SklearnParts):
         A sample whose activation stays below this in every receptive field creates a new one. Larger: denser fields.
     w_prune : float, above w_gen to 1
         If a sample activates two fields above this, one of them is pruned.
-    w_cutoff : float
-        Activations below this are treated as 0, in learning and in prediction.
-    init_D : float, (n_in,) or (n_in, n_in) float
+    w_cutoff : float or "auto"
+        Activations below this are treated as 0, in learning and in prediction. "auto": 0.01, or more for more than 4
+        inputs where ``init_D`` is "auto" too.
+    init_D : "auto", float, (n_in,) or (n_in, n_in) float
         Initial distance metric of a new field, for inputs divided by ``norm_in``: 25 is a standard deviation of 0.2.
+        "auto": so that a field covers 1 to 2 % of the first samples (docs/lwpr.md); `repr` says the number.
     diagonal : bool
         Restrict the metric to a diagonal matrix: faster from about 5 inputs on, but limited to axis-aligned fields.
-    update_D : bool
-        Learn the metric by gradient descent on the penalised leave-one-out error.
+    update_D : bool or "auto"
+        Learn the metric by gradient descent on the penalised leave-one-out error. "auto": where ``init_D`` is given.
     init_alpha, meta, meta_rate : float, bool, float
         Learning rate of the metric; whether the rates are adapted as well, and the meta learning rate.
     penalty : float
@@ -57,7 +60,8 @@ class LWPR(SklearnParts):
     init_lambda, final_lambda, tau_lambda : float
         Initial and final forgetting factor of a field, and the annealing rate between them.
     norm_in, norm_out : None, float, array or "auto"
-        Divisors of inputs and outputs. None: 1. "auto": the standard deviations of the first data.
+        Divisors of inputs and outputs. "auto": the standard deviations of the first data. None: 1, but "auto" for
+        inputs where ``init_D`` is.
     threads : int
         Maximum number of threads; 0: all cores. The results do not depend on it.
 
@@ -70,18 +74,20 @@ class LWPR(SklearnParts):
     --------
     >>> import numpy as np, sdftrack as st
     >>> x = np.random.default_rng(0).uniform(-1, 1, (2000, 1))
-    >>> model = st.LWPR(init_D=50).update(x, np.sin(3 * x[:, 0]))
+    >>> model = st.LWPR().update(x, np.sin(3 * x[:, 0]))
     >>> mean, sd = model.predict([0.5], confidence=True)
     """
 
     n_in: int | None
     n_out: int | None
+    init_D: ArrayLike
     norm_in: ArrayLike | None
     norm_out: ArrayLike | None
     threads: int
     # On the class: scikit-learn wants nothing but parameters from __init__.
     _model: _core.LwprModel | None = None
     _flat = False
+    _first: Samples | None = None  # while the settings follow from them
 
     def __init__(
         self,
@@ -91,10 +97,10 @@ class LWPR(SklearnParts):
         # options: written by bindings/generate_options.py
         w_gen: float = 0.2,
         w_prune: float = 0.95,
-        w_cutoff: float = 0.01,
-        init_D: ArrayLike = 25.0,
+        w_cutoff: float | Literal["auto"] = "auto",
+        init_D: ArrayLike | Literal["auto"] = "auto",
         diagonal: bool = False,
-        update_D: bool = True,
+        update_D: bool | Literal["auto"] = "auto",
         init_alpha: float = 50.0,
         meta: bool = False,
         meta_rate: float = 1.0,
@@ -143,9 +149,15 @@ class LWPR(SklearnParts):
         number = device_number(device)
         if self._model is None:
             self._learn_anew(x, y, number)
-        else:
-            data = samples(x, y, self.n_inputs, self.n_outputs)
+            return self
+        data = samples(x, y, self.n_inputs, self.n_outputs)
+        before = self.n_samples
+        if self._first is None:
             self._model.update(data.x, data.y, self.threads, number)
+        else:
+            self._learn_first(self._first, data, number)
+        if number == CPU:
+            warn_of_many_fields(before, self.n_samples, self._model.field_counts)
         return self
 
     def predict(
@@ -283,13 +295,18 @@ class LWPR(SklearnParts):
 
     def __getstate__(self) -> dict[str, Any]:
         core = b"" if self._model is None else self._model.to_bytes()
-        return {"parameters": self.get_params(), "flat": self._flat, "core": core}
+        state = {"parameters": self.get_params(), "flat": self._flat, "core": core}
+        if self._first is not None:
+            state["first"] = {"x": self._first.x, "y": self._first.y}
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name in self._parameter_names():
             setattr(self, name, state["parameters"][name])
         self._flat = bool(state["flat"])
         self._model = _core.LwprModel.from_bytes(state["core"]) if state["core"] else None
+        first = state.get("first")
+        self._first = None if first is None else Samples(first["x"], first["y"], self._flat)
         self._check_parameters()
 
     def __eq__(self, other: object) -> bool:
@@ -301,7 +318,7 @@ class LWPR(SklearnParts):
             p is q or (p is not None and q is not None and np.array_equal(np.asarray(p), np.asarray(q)))
             for p, q in pairs
         )
-        return same and a["flat"] == b["flat"] and a["core"] == b["core"]
+        return same and a["flat"] == b["flat"] and a["core"] == b["core"] and len(a) == len(b)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -310,9 +327,10 @@ class LWPR(SklearnParts):
             return f"LWPR(n_in={self.n_in}, n_out={self.n_out}, nothing learned)"
         count = self.n_fields
         fields = str(count[0]) if len(count) == 1 else f"{min(count)} to {max(count)} an output"
-        return (
-            f"LWPR(n_in={self.n_inputs}, n_out={self.n_outputs}, {self.n_samples} samples, fields: {fields})"
-        )
+        fit = ""
+        if is_auto(self.init_D):
+            fit = f', init_D="auto": {self._model.options.init_D[0]:g}'
+        return f"LWPR(n_in={self.n_inputs}, n_out={self.n_outputs}, {self.n_samples} samples, fields: {fields}{fit})"
 
     # Inside
 
@@ -326,13 +344,21 @@ class LWPR(SklearnParts):
         for name in ("norm_in", "norm_out"):
             check_norm(getattr(self, name), name)
 
-    def _core_options(self) -> _core.LwprOptions:
-        options = _core.LwprOptions()
+    def _options(self) -> dict[str, Any]:
+        """The options of the core, as given; TypeError or ValueError for one that is none."""
+        out = {}
         for name, option in _SCHEMA.items():
             value = getattr(self, name)
             if option.kind == "bool" and type(value) is int and value in (0, 1):
                 value = bool(value)  # saved models may hold 0 or 1
-            value = option.check(value)
+            if isinstance(value, str) and name in AUTO and value != "auto":
+                raise TypeError(f'{name}: expected {option.expected} or "auto", got {value!r}')
+            out[name] = value if name in AUTO and is_auto(value) else option.check(value)
+        return out
+
+    def _core_options(self, values: dict[str, Any] | None = None) -> _core.LwprOptions:
+        options = _core.LwprOptions()
+        for name, value in (without_auto(self._options()) if values is None else values).items():
             setattr(options, name, numbers(value, name).ravel().tolist() if name == "init_D" else value)
         return options
 
@@ -348,13 +374,29 @@ class LWPR(SklearnParts):
                 "this LWPR is in use by another thread, which initialised it concurrently; take turns"
             )
         self._model, self._flat = model, data.flat
+        self._first = data if is_auto(self.init_D) and len(data.x) < FIRST else None
+        if device == CPU:
+            warn_of_many_fields(0, len(data.x), model.field_counts)
+
+    def _learn_first(self, before: Samples, data: Samples, device: int) -> None:
+        """Keep the first samples; where their number has doubled, learn them anew with the settings that follow."""
+        first = Samples(np.vstack([before.x, data.x]), np.vstack([before.y, data.y]), self._flat)
+        model = self._model
+        if len(before.x).bit_length() < min(len(first.x), FIRST).bit_length():
+            model = self._new_model(first)
+            model.update(first.x, first.y, self.threads, device)
+        elif model is not None:
+            model.update(data.x, data.y, self.threads, device)
+        self._model = model
+        self._first = first if len(first.x) < FIRST else None
 
     def _new_model(self, data: Samples) -> _core.LwprModel:
-        norm_in = norms(self.norm_in, data.x, "norm_in")
+        fit = fitted(self._options(), self.norm_in, data.x)
         norm_out = norms(self.norm_out, data.y, "norm_out")
         return _core.LwprModel(
-            data.x.shape[1], data.y.shape[1], self._core_options(), norm_in.tolist(), norm_out.tolist()
-        )
+            data.x.shape[1], data.y.shape[1], self._core_options(fit.options), fit.norm_in.tolist(),
+            norm_out.tolist(),
+        )  # fmt: skip
 
     def _learnt(self, what: str) -> _core.LwprModel:
         if self._model is None:

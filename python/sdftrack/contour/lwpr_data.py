@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers
 
-__all__ = ["Samples", "check_norm", "inputs", "norms", "samples"]
+__all__ = ["Samples", "check_norm", "inputs", "norms", "samples", "warn_of_many_fields"]
 
 Array = NDArray[np.float64]
+MANY_FROM, MANY = 256, 0.5  # samples, from which on this share of them as fields is too many
 
 
 class Samples(NamedTuple):
@@ -114,4 +117,18 @@ def _finite(values: Array, name: str) -> None:
         raise ValueError(
             f"{name}: expected finite numbers, got NaN or inf in sample {k}; omit such samples "
             "(the model is unchanged)"
+        )
+
+
+def warn_of_many_fields(before: int, now: int, field_counts: Callable[[], list[int]]) -> None:
+    """Warn of fields as many as samples; looked at once each time that the number of samples has doubled."""
+    if now < MANY_FROM or (before >= MANY_FROM and before.bit_length() == now.bit_length()):
+        return
+    most = max(field_counts())
+    if most > MANY * now:
+        warnings.warn(
+            f"LWPR: {most} receptive fields for {now} samples: hardly a field learns from more than its own sample, so "
+            'predictions are poor; use a smaller init_D, or init_D="auto" (fewer inputs, if that is what is used)',
+            UserWarning,
+            stacklevel=3,
         )

@@ -20,6 +20,7 @@ class SklearnParts:
     """fit, score and parameters; a base of `sdftrack.LWPR`, which has update and predict."""
 
     _model: Any = None
+    _first: Any = None  # samples from which settings follow
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Reset the model, then learn X (N, n_in) and y (N,) or (N, n_out) in order.
@@ -97,6 +98,8 @@ class SklearnParts:
             for name, value in before.items():
                 setattr(self, name, value)
             raise
+        if parameters:
+            self._first = None  # else the new ones would take effect while the first samples come in
         return self
 
     @property
