@@ -20,6 +20,11 @@ __all__ = ["EARLIER", "lwpr_defaults", "runs"]
 Array = NDArray[np.float64]
 PLACES, WITHIN = 3000, 1.96
 FIRST_SEED = {"chosen": 1, "held out": 100}
+OTHER_NUMBERS = {
+    f"{name}, {count} samples": REPORTED_ON[name]._replace(samples=count, target=np.nan)
+    for name in ("Friedman 1, 10 inputs", "two-link arm, 6 inputs")
+    for count in (300, 1000, 12_000)
+}
 EARLIER: dict[str, Any] = {"init_D": 25.0}  # the rest follows: what LWPR() was
 WAYS: dict[str, tuple[dict[str, Any], int]] = {
     "defaults": ({}, 1),
@@ -96,5 +101,6 @@ def lwpr_defaults(*, seeds: int = 5) -> list[Table]:
             held_out,
             [way for way in WAYS if way != "defaults"],
         ),
+        _table("Other numbers of samples", OTHER_NUMBERS, held_out[:2], ["defaults"]),
         _table("Chosen on", CHOSEN_ON, chosen[:2], ["defaults", "as before"]),
     ]
