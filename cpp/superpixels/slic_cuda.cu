@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Superpixels on the GPU: what is sent, and the launches: 20 kernels and one wait for an image of few rounds.
+// Superpixels on the GPU: what is sent, and the launches: 25 kernels and one wait for an image of few rounds.
 // Compiled without fused multiply-add, so that colours are the CPU's to the bit.
 #include <algorithm>
 #include <utility>
@@ -60,18 +60,24 @@ struct Steps {
     for (int round = 0;; ++round) {
       if (round == max_rounds) return round;
       if (round > 0 && round % kRoundsAtOnce == 0 && ended(round)) return round;
+      if (round > 0) move(round);
       launch(memory.stream, blocks, AssignPixels{p, s, round, parts});
     }
+  }
+
+  void move(int round) const {
+    launch(memory.stream, blocks_of(s.cells(), MoveCenters::kThreads), MoveCenters{p, s, round});
   }
 
   // Regions of one centre, small ones joined with a neighbour until none is left; or centres as they are. The
   // labels are on their way before it is known whether the joins were enough, which they nearly always are.
   void label(int rounds, int* labels) const {
+    if (rounds > 0) move(rounds);
     if (connected) {
-      by_pixel(StartRegions{p, s, rounds});
+      by_pixel(StartRegions{p, s});
       by_pixel(JoinPixels{p, s});
     } else {
-      by_pixel(NumberCenters{p, s, rounds});
+      by_pixel(NumberCenters{p, s});
     }
     do {  // again where some were left
       for (int round = 0; round < kJoinsAtOnce && connected; ++round) {

@@ -74,9 +74,7 @@ struct NumberCenters {
   static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
-  int rounds;
   __device__ void operator()() const {
-    end_rounds(p, s, rounds);
     each_of_mine(s.pixels(), [&](int i) {
       if (p.center[i] >= 0) p.number[p.center[i]] = 1;
     });

@@ -12,9 +12,7 @@ struct StartRegions {
   static constexpr int kThreads = kBlockThreads;
   SlicPlanes p;
   SlicShape s;
-  int rounds;
   __device__ void operator()() const {
-    end_rounds(p, s, rounds);
     each_of_mine(s.pixels(), [&](int i) {
       const bool as_left = i % s.width > 0 && p.center[i - 1] == p.center[i];
       p.parent[i] = as_left ? i - 1 : i;

@@ -35,7 +35,7 @@ struct ConvertPixels {
   }
 };
 
-// The first centres, where round 0 takes those of the round before it, and no sums.
+// The first centres, and no sums.
 struct PlaceCenters {
   static constexpr const char* kName = "superpixels: place centers";
   static constexpr int kThreads = kBlockThreads;
@@ -45,7 +45,7 @@ struct PlaceCenters {
     const PixelPlanes planes{p.c01, p.c2x, p.z, p.mask, s.width, s.height};
     each_of_mine(s.cells(), [&](int c) {
       const int i = c % s.nx, j = c / s.nx;
-      p.centers[s.center_at(1, c)] =
+      p.centers[s.center_at(0, c)] =
           first_center(planes, {p.x_begin[i], p.x_begin[i + 1], p.y_begin[j], p.y_begin[j + 1]}, s.unit);
       p.number[c] = 0;
       for (int round = 0; round < 3; ++round)
@@ -54,34 +54,37 @@ struct PlaceCenters {
   }
 };
 
-// The centre that round `round` starts from: that of the round before, moved to the mean of its pixels. Who
-// wants it makes it, so that no kernel does nothing else.
-struct MovedCenter {
-  Center center;
-  std::int64_t way = 0;
-};
-__device__ inline MovedCenter moved_center(const SlicPlanes& p, const SlicShape& s, int round, int c) {
-  MovedCenter out{p.centers[s.center_at(round + 1, c)]};
-  if (round == 0 || !out.center.used) return out;
-  const Word* const from = p.sums + s.sums_at(round + 2, c);
-  std::int64_t v[kSums];
-  for (int k = 0; k < kSums; ++k) v[k] = static_cast<std::int64_t>(from[k]);
-  out.way = move_center({{v[1], v[2], v[3]}, v[0], v[4], v[5], v[6]}, s.unit, &out.center);
-  return out;
-}
-__device__ inline void add_way(const SlicPlanes& p, int round, std::int64_t way) {
-  if (way != 0)
-    atomicAdd(reinterpret_cast<Word*>(&p.counters->moved[ring_slot(round)]), static_cast<Word>(way));
-}
 // Nothing has moved in the round before the last: nothing will.
 __device__ inline bool rounds_ended(const SlicPlanes& p, int round) {
   return round >= 2 && p.counters->moved[ring_slot(round - 2)] == 0;
 }
-// After `rounds` of them: how far their last one takes the centres.
-__device__ inline void end_rounds(const SlicPlanes& p, const SlicShape& s, int rounds) {
-  if (rounds_ended(p, rounds)) return;
-  each_of_mine(s.cells(), [&](int c) { add_way(p, rounds - 1, moved_center(p, s, rounds, c).way); });
-}
+
+// The centres that round `round` starts from: those of the round before, moved to the mean of their pixels.
+// After the last round only how far it takes them.
+struct MoveCenters {
+  static constexpr const char* kName = "superpixels: move centers";
+  static constexpr int kThreads = 64;  // few cells, which long divisions keep busy: on many multiprocessors
+  SlicPlanes p;
+  SlicShape s;
+  int round;
+  __device__ void operator()() const {
+    if (rounds_ended(p, round)) return;
+    if (blockIdx.x == 0 && threadIdx.x == 0) p.counters->moved[ring_slot(round + kAhead)] = 0;
+    const int c = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x);
+    if (c >= s.cells()) return;
+    Center center = p.centers[s.center_at(round + 1, c)];
+    if (center.used) {
+      const Word* const from = p.sums + s.sums_at(round + 2, c);
+      std::int64_t v[kSums];
+      for (int k = 0; k < kSums; ++k) v[k] = static_cast<std::int64_t>(from[k]);
+      const std::int64_t way = move_center({{v[1], v[2], v[3]}, v[0], v[4], v[5], v[6]}, s.unit, &center);
+      if (way != 0)
+        atomicAdd(reinterpret_cast<Word*>(&p.counters->moved[ring_slot(round - 1)]), static_cast<Word>(way));
+    }
+    p.centers[s.center_at(round, c)] = center;
+    for (int n = 0; n < kSums; ++n) p.sums[s.sums_at(round + 1, c) + n] = 0;
+  }
+};
 
 // |p - c|^2, or d_lab + (m / S) d_xy: what row_loops.h compares, in the same order.
 __device__ inline float thesis_cost(int color, int place) {
@@ -99,7 +102,7 @@ struct NearCenter {
 };
 
 // A block for each part of a cell: the nearest of 9 centres for its pixels, and their sums, first in a warp,
-// then in the block's own memory, then in the device's.
+// then in the block's own memory, then in the device's. Those of a part fit into 32 bits.
 struct AssignPixels {
   static constexpr const char* kName = "superpixels: assign pixels";
   static constexpr int kThreads = kBlockThreads;
@@ -108,73 +111,72 @@ struct AssignPixels {
   int round, parts;  // of a cell
   __device__ void operator()() const {
     SDFTRACK_SHARED(NearCenter[kNear], near);
-    SDFTRACK_SHARED(Word[kNear][kSums], sums);
+    SDFTRACK_SHARED(int[kNear][kSums], sums);
     if (rounds_ended(p, round)) return;
     const int cell = static_cast<int>(blockIdx.x) / parts, part = static_cast<int>(blockIdx.x) % parts;
     const int i = cell % s.nx, j = cell / s.nx, me = static_cast<int>(threadIdx.x);
-    if (me < kNear) near[me] = near_center(i, j, me, part == 0);
+    if (me < kNear) near[me] = near_center(i, j, me);
     if (me < kNear * kSums) sums[me / kSums][me % kSums] = 0;
     __syncthreads();
-    const std::int64_t w = p.x_begin[i + 1] - p.x_begin[i], area = w * (p.y_begin[j + 1] - p.y_begin[j]);
+    const int x0 = p.x_begin[i], y0 = p.y_begin[j];
+    const std::int64_t w = p.x_begin[i + 1] - x0, area = w * (p.y_begin[j + 1] - y0);
     const std::int64_t first = static_cast<std::int64_t>(part) * kPart,
                        end = area < first + kPart ? area : first + kPart;
+    const int first_row = static_cast<int>(first / w);
     for (std::int64_t warp = first + me / 32 * 32; warp < end; warp += kBlockThreads)
-      assign_warp(i, j, static_cast<int>(w), warp, end, near, sums);
+      assign_warp({i, j, x0, y0, static_cast<int>(w), first_row, first}, warp, end, near, sums);
     __syncthreads();
-    if (me < kNear && sums[me][0] != 0) {
-      Word* const to = p.sums + s.sums_at(round, neighbor(cell, me));
-      for (int v = 0; v < kSums; ++v) atomicAdd(&to[v], sums[me][v]);
-    }
+    if (me >= kNear * kSums) return;
+    const int k = me / kSums, v = me % kSums, count = sums[k][0];
+    if (count == 0) return;
+    std::int64_t sum = sums[k][v];
+    if (v == 4) sum += count * (x0 + first - first_row * w) - sums[k][5] * w;  // of places in the part, to x
+    if (v == 5) sum += std::int64_t{count} * (y0 + first_row);
+    atomicAdd(&p.sums[s.sums_at(round, neighbor(cell, k)) + v], static_cast<Word>(sum));
   }
 
  private:
+  struct Cell {
+    int i, j, x0, y0, w, first_row;
+    std::int64_t first;  // pixel of the part, in first_row
+  };
   __device__ int neighbor(int cell, int k) const { return cell + (k / 3 - 1) * s.nx + k % 3 - 1; }
 
-  // The block of the cell's first part keeps the cell's own centre, and clears what the next rounds add to.
-  __device__ NearCenter near_center(int i, int j, int k, bool keeps) const {
-    const int u = i + k % 3 - 1, v = j + k / 3 - 1, c = v * s.nx + u;
+  __device__ NearCenter near_center(int i, int j, int k) const {
+    const int u = i + k % 3 - 1, v = j + k / 3 - 1;
     if (u < 0 || u >= s.nx || v < 0 || v >= s.ny) return {};
-    const MovedCenter moved = moved_center(p, s, round, c);
-    if (k == kNear / 2 && keeps) {
-      p.centers[s.center_at(round, c)] = moved.center;
-      for (int n = 0; n < kSums; ++n) p.sums[s.sums_at(round + 1, c) + n] = 0;
-      if (round > 0) add_way(p, round - 1, moved.way);
-      if (c == 0) p.counters->moved[ring_slot(round + kAhead)] = 0;
-    }
-    const Center& m = moved.center;
+    const Center& m = p.centers[s.center_at(round, v * s.nx + u)];
     return {{m.color[0], m.color[1], m.color[2]}, m.x, m.y, m.z, m.used};
   }
 
   // 32 pixels of a cell from its `warp`-th on: one for each lane.
-  __device__ void assign_warp(int i, int j, int w, std::int64_t warp, std::int64_t end,
-                              const NearCenter* near, Word (*sums)[kSums]) const {
+  __device__ void assign_warp(const Cell& in, std::int64_t warp, std::int64_t end, const NearCenter* near,
+                              int (*sums)[kSums]) const {
     const int lane = static_cast<int>(threadIdx.x) % 32;
     const std::int64_t n = warp + lane;
-    const int row = static_cast<int>(n / w), first_row = static_cast<int>(warp / w);
-    const int x0 = p.x_begin[i], y0 = p.y_begin[j];
-    int id = -1, a = 0, b = 0, c = 0, z = 0;
+    const int row = static_cast<int>(n / in.w),
+              column = static_cast<int>(n - static_cast<std::int64_t>(row) * in.w);
+    int id = -1, v[kSums] = {1, 0, 0, 0, static_cast<int>(n - in.first), row - in.first_row, 0};
     if (n < end) {
-      const int y = y0 + row, at = y * s.width + x0 + static_cast<int>(n % w);
+      const int y = in.y0 + row, at = y * s.width + in.x0 + column;
       if (!p.mask || p.mask[at]) {
-        a = low_of(p.c01[at]), b = high_of(p.c01[at]), c = low_of(p.c2x[at]), z = p.z ? p.z[at] : 0;
-        id = nearest(a, b, c, z, high_of(p.c2x[at]) + p.x_middle[i], p.y_place[y] + p.y_middle[j], near);
-        p.center[at] = neighbor(j * s.nx + i, id);
+        v[1] = low_of(p.c01[at]), v[2] = high_of(p.c01[at]), v[3] = low_of(p.c2x[at]),
+        v[6] = p.z ? p.z[at] : 0;
+        id = nearest(v[1], v[2], v[3], v[6], high_of(p.c2x[at]) + p.x_middle[in.i],
+                     p.y_place[y] + p.y_middle[in.j], near);
+        p.center[at] = neighbor(in.j * s.nx + in.i, id);
       }
     }
-    const int place = lane | (row - first_row) << 16;  // both sums are below 2^10
     for (int k = 0; k < kNear; ++k) {
       const bool mine = id == k;
       const unsigned these = __ballot_sync(0xffffffffu, mine);
       if (these == 0) continue;
-      const int sum_a = warp_sum(mine ? a : 0), sum_b = warp_sum(mine ? b : 0),
-                sum_c = warp_sum(mine ? c : 0), sum_z = p.z ? warp_sum(mine ? z : 0) : 0,
-                sum_place = warp_sum(mine ? place : 0);
-      if (lane != 0) continue;
-      const std::int64_t count = __popc(these), rows = count * first_row + (sum_place >> 16),
-                         numbers = count * warp + (sum_place & 0xffff);
-      const std::int64_t values[kSums] = {
-          count, sum_a, sum_b, sum_c, count * x0 + numbers - rows * w, count * y0 + rows, sum_z};
-      for (int v = 0; v < kSums; ++v) atomicAdd(&sums[k][v], static_cast<Word>(values[v]));
+      for (int n_sum = 1; n_sum < kSums; ++n_sum) {
+        if (n_sum == 6 && !p.z) break;
+        const int sum = warp_sum(mine ? v[n_sum] : 0);
+        if (lane == 0) atomicAdd(&sums[k][n_sum], sum);
+      }
+      if (lane == 0) atomicAdd(&sums[k][0], __popc(these));
     }
   }
 
