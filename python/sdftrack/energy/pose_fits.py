@@ -177,7 +177,8 @@ def _are_rigid(T: Array, count: int) -> bool:
 
 
 def _pose_fit(found: dict[str, Any], scale_m: float) -> PoseFit:
-    steps = [Step(*step, scale_m, found["pixels"]) for step in found["steps"]]
+    count = found["pixels"]
+    steps = [Step(cost, damping, accepted, scale_m, count) for cost, damping, accepted in found["steps"]]
     return PoseFit(**{**found, "steps": steps})
 
 
