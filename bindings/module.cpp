@@ -31,6 +31,7 @@ void bind_reconstruction(py::module_& m);
 void bind_search(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
+void bind_single_fits(py::module_& m);
 void bind_solids(py::module_& m);
 void bind_superpixels(py::module_& m);
 void bind_build(py::module_& m);
@@ -58,6 +59,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_reconstruction(m);
   sdftrack::bindings::bind_search(m);
   sdftrack::bindings::bind_frame_energy(m);
+  sdftrack::bindings::bind_single_fits(m);
   sdftrack::bindings::bind_render(m);
   sdftrack::bindings::bind_sdf(m);
   sdftrack::bindings::bind_lens(m);

@@ -12,6 +12,7 @@
 
 #include "base/cuda_probe.h"
 #include "base/device_buffer.h"
+#include "box_scene.h"
 #include "contour/steps_cuda.h"
 #include "control.h"
 #include "energies/cuda_work.h"
@@ -19,6 +20,7 @@
 #include "lwpr/model.h"
 #include "superpixels/slic.h"
 #include "term_fixture.h"
+#include "tracking/fit/single_fits.h"
 
 namespace sdftrack {
 namespace {
@@ -106,6 +108,27 @@ Numbers evolved_volume(int device) {
 Numbers summed(int device) {
   energies::CudaWork work(device);
   return sums_of_frames(&work);
+}
+
+// Two frames with other numbers of pixels, as PoseFitter has them.
+Numbers fitted(int device) {
+  static const Camera camera = small_camera();
+  static const std::vector<Rigidd> poses{pose_at({-0.02, 0.01, 0.55}), pose_at({0.2, 0.1, 0.6})};
+  static const BoxImage image = image_of(camera, poses, 0, false);
+  static const frame::Shape shape = frame::make_shape(box_volume().view(), 1, 1);
+  const frame::DepthFrame frame{{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr};
+  tracking::SingleFits fits(device);
+  Numbers out;
+  for (const int pixels : {30, 300}) {
+    tracking::SingleFitOptions options;
+    options.tracker.max_pixels = pixels, options.rules.max_steps = 3;
+    for (const tracking::SingleFit& fit : fits.run(frame, camera, {&shape, &shape}, poses, options, 1)) {
+      out.insert(out.end(),
+                 {fit.T_cam_obj.t.x, fit.T_cam_obj.t.z, fit.T_cam_obj.R.r0.y, fit.cost, 1.0 * fit.hits});
+      out.insert(out.end(), fit.covariance.data(), fit.covariance.data() + 36);
+    }
+  }
+  return out;
 }
 
 struct User {
@@ -198,7 +221,7 @@ TEST_P(CudaFaults, several_host_threads_get_the_same_bits) {
 INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
                                          User{"predictions", &predictions}, User{"contour", &evolved},
-                                         User{"volume", &evolved_volume}),
+                                         User{"volume", &evolved_volume}, User{"fits", &fitted}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -33,6 +33,10 @@ std::string failed_call();
 std::size_t bytes_in_use();
 // Kernels that have run since the last reset.
 std::int64_t kernels_run();
+// Times that the host has waited for a stream, an event or a device since then, and bytes copied to or from
+// one.
+std::int64_t waits();
+std::int64_t bytes_copied();
 // What the last failure of a kernel says.
 std::string last_message();
 

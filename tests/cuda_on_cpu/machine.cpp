@@ -50,7 +50,8 @@ Machine::Machine() { reset(from_environment()); }
 void Machine::reset(const Settings& settings) {
   run_until([] { return false; });
   forget_streams();
-  calls = kernels = 0, fail_after = -1, broken = cudaSuccess, failed_call.clear(), message.clear();
+  calls = kernels = waits = bytes_copied = 0, fail_after = -1, broken = cudaSuccess, failed_call.clear(),
+  message.clear();
   settings_ = settings;
   random.seed(settings.seed);
   while (static_cast<int>(memory.size()) < settings.devices) {
@@ -167,6 +168,14 @@ std::size_t bytes_in_use() {
 std::int64_t kernels_run() {
   const std::lock_guard lock(Machine::mutex());
   return Machine::one().kernels;
+}
+std::int64_t waits() {
+  const std::lock_guard lock(Machine::mutex());
+  return Machine::one().waits;
+}
+std::int64_t bytes_copied() {
+  const std::lock_guard lock(Machine::mutex());
+  return Machine::one().bytes_copied;
 }
 std::string last_message() {
   const std::lock_guard lock(Machine::mutex());

@@ -60,7 +60,7 @@ class Machine {
   std::vector<std::unique_ptr<Stream>> streams;  // the first ones are the devices' own
   std::map<cudaEvent_t, std::unique_ptr<Event>> events;
   std::map<const char*, std::size_t> pinned;
-  std::int64_t calls = 0, kernels = 0;
+  std::int64_t calls = 0, kernels = 0, waits = 0, bytes_copied = 0;
   std::int64_t fail_after = -1;
   cudaError_t fail_with = cudaSuccess;
   std::string failed_call, message;

@@ -14,6 +14,7 @@ namespace {
 constexpr unsigned kMostThreads = 1024, kMultiprocessors = 4;
 
 cudaError_t waited(Machine& m, const std::function<bool()>& done) {
+  ++m.waits;
   m.run_until(done);
   return m.broken == cudaSuccess ? cudaSuccess : m.failed(m.broken);
 }

@@ -118,6 +118,21 @@ def _poses(number: int) -> tuple[float, float]:
     return float(np.max(errors)), POSE_ATOL
 
 
+def _fits(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    box, camera, frame, pose = _scene()
+    starts = [pose @ st.geometry.pose([0, 0.01 * k, 0], [0.002, 0, 0.001 * k]) for k in range(4)]
+    cpu, gpu = (
+        st.fit_poses(box, camera, frame, starts, device=d, threads=1, max_pixels=3000)
+        for d in ("cpu", f"cuda:{number}")
+    )
+    if any(a.pixels != b.pixels for a, b in zip(cpu, gpu, strict=True)):
+        return float("nan"), POSE_ATOL
+    errors = [st.metrics.pose_error(a.pose, b.pose) for a, b in zip(cpu, gpu, strict=True)]
+    return float(np.max(errors)), POSE_ATOL
+
+
 def _labels(number: int) -> tuple[float, float]:
     import sdftrack as st
 
@@ -179,6 +194,7 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
     "poses of a frame": _poses,
+    "fits at once": _fits,
     "superpixels": _labels,
     "LWPR": _predictions,
     "contour": _contour,
