@@ -69,12 +69,15 @@ class SharedLwpr {
 
 std::size_t rows_of(const py::array& a) { return static_cast<std::size_t>(a.shape(0)); }
 
-void update(SharedLwpr& self, const py::array& x, const py::array& y, int threads) {
+void update(SharedLwpr& self, const py::array& x, const py::array& y, int threads, int device) {
   const SharedLwpr::Writing turn(self);
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
   const ReleaseGil release;
-  self.model.update(from, to, rows_of(x), threads);
+  if (device >= 0)
+    self.model.update_cuda(from, to, rows_of(x), device);
+  else
+    self.model.update(from, to, rows_of(x), threads);
 }
 
 py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, int device) {
@@ -188,7 +191,7 @@ void bind_lwpr(py::module_& m) {
                                const SharedLwpr::Reading turn(s);
                                return static_cast<long>(s.model.samples());
                              })
-      .def("update", &update, "x"_a, "y"_a, "threads"_a = 0)
+      .def("update", &update, "x"_a, "y"_a, "threads"_a = 0, "device"_a = -1)
       .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "device"_a = -1)
       .def("activations", &activations, "x"_a, "threads"_a = 0)
       .def("training_error",

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstring>
+#include <type_traits>
 
 #include "lwpr/layout.h"
 
@@ -48,6 +49,22 @@ HD T field_value(const FieldLayout& at, LanesAt<T> read, const Row& x) {
   T y = read(at.value());
   for (int i = 0; i < n; ++i) y = y + (x[i] - read(i)) * read(slope + i);
   return y;
+}
+
+// f(N), N a constant: one for each number of inputs that is unrolled, 0 for all others.
+template <class Function>
+auto for_inputs(int n, Function f) {
+  static_assert(FieldLayout::kMaxUnrolled == 3);
+  switch (n) {
+    case 1:
+      return f(std::integral_constant<int, 1>{});
+    case 2:
+      return f(std::integral_constant<int, 2>{});
+    case 3:
+      return f(std::integral_constant<int, 3>{});
+    default:
+      return f(std::integral_constant<int, 0>{});
+  }
 }
 
 }  // namespace sdftrack::lwpr

@@ -98,7 +98,7 @@ std::string LwprModel::bytes() const {
   numbers.insert(numbers.end(), options_.init_D.begin(), options_.init_D.end());
   numbers.insert(numbers.end(), norm_in_.begin(), norm_in_.end());
   numbers.insert(numbers.end(), norm_out_.begin(), norm_out_.end());
-  for (const LwprUnit& unit : units_) unit.append_to(&numbers);
+  for (const LwprUnit& unit : units()) unit.append_to(&numbers);
   const std::uint64_t head[3] = {kMark, kVersion, numbers.size()};
   std::string out;
   append(&out, head, sizeof(head));

@@ -77,6 +77,14 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
   units_.assign(static_cast<std::size_t>(n_out), LwprUnit(at_, options));
 }
 
+LwprModel::LwprModel(const LwprModel& other)
+    : options_(other.options_),
+      at_(other.at_),
+      norm_in_(other.norm_in_),
+      norm_out_(other.norm_out_),
+      units_(other.units()),
+      samples_(other.samples_) {}
+
 void LwprModel::update(const double* x, const double* y, std::size_t count, int threads) {
   const auto n = static_cast<std::size_t>(n_in()), m = static_cast<std::size_t>(n_out());
   const auto row = static_cast<std::size_t>(at_.row);
@@ -85,6 +93,8 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
   if (rows_.size() < count * row) rows_.assign(count * row, 0.0);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < n; ++j) rows_[i * row + j] = x[i * n + j] / norm_in_[j];
+  units();
+  if (on_device_) on_device_->forget();
   parallel_for(m, count < kWorthThreads ? 1 : threads, [&](std::size_t output) {
     LwprUnit& unit = units_[output];
     for (std::size_t i = 0; i < count; ++i)
@@ -93,6 +103,27 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
   });
   samples_ += static_cast<double>(count);
   if (rows_.size() > kMaxKept) rows_ = {};
+}
+
+void LwprModel::update_cuda(const double* x, const double* y, std::size_t count, int device) {
+  const std::vector<double> rows = scaled_rows(x, count, "x");
+  check_finite("y", y, count, norm_out_);
+  const auto m = static_cast<std::size_t>(n_out());
+  std::vector<double> outputs(m * count);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < m; ++k) outputs[k * count + i] = y[i * m + k] / norm_out_[k];
+  if (!on_device_ || on_device_->device() != device) {
+    units();
+    on_device_ = units_on_device(at_, options_, device);
+  }
+  if (!on_device_->ahead()) samples_fetched_ = samples_;
+  try {
+    on_device_->learn(units_, rows.data(), outputs.data(), count);
+  } catch (...) {
+    samples_ = samples_fetched_;
+    throw;
+  }
+  samples_ += static_cast<double>(count);
 }
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
@@ -107,10 +138,11 @@ std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, c
 void LwprModel::predict(const double* x, std::size_t count, int threads, double* mean, double* sd) const {
   const std::vector<double> rows = scaled_rows(x, count, "x");
   const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
     LwprScratch scratch;
     for (std::size_t output = 0; output < m; ++output) {
-      const LwprUnit& unit = units_[output];
+      const LwprUnit& unit = now[output];
       for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
         const double* const at = rows.data() + i * row;
         if (sd) {
@@ -128,17 +160,18 @@ void LwprModel::predict(const double* x, std::size_t count, int threads, double*
 void LwprModel::activations(const double* x, std::size_t count, int threads, double* out) const {
   const std::vector<double> rows = scaled_rows(x, count, "x");
   const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
     LwprScratch scratch;
     for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
       for (std::size_t output = 0; output < m; ++output)
-        out[i * m + output] = units_[output].largest_activation(rows.data() + i * row, &scratch);
+        out[i * m + output] = now[output].largest_activation(rows.data() + i * row, &scratch);
   });
 }
 
 std::vector<double> LwprModel::training_error() const {
   std::vector<double> out;
-  for (std::size_t k = 0; k < units_.size(); ++k) out.push_back(units_[k].training_error() * norm_out_[k]);
+  for (std::size_t k = 0; k < units_.size(); ++k) out.push_back(units()[k].training_error() * norm_out_[k]);
   return out;
 }
 

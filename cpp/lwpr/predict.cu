@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Predictions of many samples on the GPU: one thread for a sample and an output looks at all fields of the
-// output. The formulas are those of the CPU (field_terms.h); sums run in the same order, exp is the GPU's
-// own.
+// output. The formulas are those of the CPU (field_terms.h), sums run in the same order: the same bits.
 #include <cmath>
 #include <vector>
 
 #include "base/device_pool.h"
 #include "base/launch.cuh"
+#include "lwpr/exponential.h"
 #include "lwpr/field_terms.h"
 #include "lwpr/model.h"
 
@@ -50,7 +50,7 @@ struct Predict {
                                  k % kFieldLanes};
       const double q = field_distance2<0>(at, read, sample);
       if (!(q < unit.q_max)) continue;
-      const double w = exp(-0.5 * q) * read(at.ready());
+      const double w = exp_of<long long>(-0.5 * q) * read(at.ready());
       w_sum += w;
       wy += w * field_value<0>(at, read, sample);
     }
@@ -82,7 +82,8 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
   const std::vector<double> columns = columns_of(rows, count, row, static_cast<std::size_t>(at_.n));
   std::vector<UnitOnDevice> units;
   std::size_t numbers = 0;
-  for (const LwprUnit& unit : units_) {
+  const std::vector<LwprUnit>& now = this->units();
+  for (const LwprUnit& unit : now) {
     units.push_back({numbers, unit.size(), unit.q_max()});
     numbers += unit.blocks().size();
   }
@@ -92,7 +93,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
   const DeviceStream& stream = work->stream;
   double* const blocks = work->blocks.room(numbers);
   for (std::size_t k = 0; k < m; ++k)
-    stream.upload(units_[k].blocks().data(), units_[k].blocks().size(), blocks + units[k].first);
+    stream.upload(now[k].blocks().data(), now[k].blocks().size(), blocks + units[k].first);
   stream.upload(units.data(), m, work->units.room(m));
   stream.upload(columns.data(), columns.size(), work->x.room(columns.size()));
   launch(stream,
@@ -105,7 +106,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
     for (std::size_t i = 0; i < count; ++i) {
       const double value = said[k * count + i];
       mean[i * m + k] =
-          (std::isnan(value) ? units_[k].predict(rows.data() + i * row, &scratch) : value) * norm_out_[k];
+          (std::isnan(value) ? now[k].predict(rows.data() + i * row, &scratch) : value) * norm_out_[k];
     }
 }
 

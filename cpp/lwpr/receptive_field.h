@@ -5,25 +5,41 @@
 #pragma once
 
 #include <cmath>
+#include <cstring>
 
 #include "lwpr/metric_step.h"
 
 namespace sdftrack::lwpr {
 namespace {
 
+#ifdef SDFTRACK_NO_PACKS  // for a compiler that knows none
+struct Four {
+  double v[4];
+  HD double operator[](int k) const { return v[k]; }
+  HD friend Four operator*(const Four& a, const Four& b) {
+    return {{a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]}};
+  }
+  HD friend Four operator*(double k, const Four& a) { return {{k * a[0], k * a[1], k * a[2], k * a[3]}}; }
+  HD friend Four operator+(const Four& a, const Four& b) {
+    return {{a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]}};
+  }
+  HD Four& operator+=(const Four& b) { return *this = *this + b; }
+};
+#else
 using Four = double __attribute__((vector_size(32)));
+#endif
 
 // Rows lie where a double may.
 HD Four load_four(const double* p) {
   Four x;
-  __builtin_memcpy(&x, p, sizeof(x));
+  memcpy(&x, p, sizeof(x));
   return x;
 }
 
 // Loops over a row of n numbers: unrolled for N of them, else packs of four with zeros at the end.
 template <int N>
 struct Rows {
-  static int size(const FieldLayout& at) { return N > 0 ? N : at.row; }
+  HD static int size(const FieldLayout& at) { return N > 0 ? N : at.row; }
 
   HD static double dot(const double* a, const double* b, int row) {
     if constexpr (N > 0) {
@@ -43,7 +59,7 @@ struct Rows {
     } else {
       for (int j = 0; j < row; j += 4) {
         const Four mixed = ka * load_four(a + j) + kb * load_four(b + j);
-        __builtin_memcpy(a + j, &mixed, sizeof(mixed));
+        memcpy(a + j, &mixed, sizeof(mixed));
       }
     }
   }
@@ -52,7 +68,7 @@ struct Rows {
 template <int N>
 class FieldUpdate {
  public:
-  FieldUpdate(const FieldLayout& at, const FieldSettings& o, double* lane, double* record, double* scratch)
+  HD FieldUpdate(const FieldLayout& at, const FieldSettings& o, double* lane, double* record, double* scratch)
       : at_(at),
         o_(o),
         n_(N > 0 ? N : at.n),

@@ -23,30 +23,31 @@ double* learn_scratch(const FieldLayout& at) {
 
 }  // namespace
 
+UnitSettings::UnitSettings(const LwprOptions& o)
+    : field{o.update_D, o.meta, o.meta_rate, o.penalty, o.add_threshold, o.final_lambda, o.tau_lambda},
+      start{o.init_lambda, o.init_alpha, std::log(o.init_alpha)},
+      w_gen(o.w_gen),
+      w_prune(o.w_prune),
+      q_max(-2 * std::log(o.w_cutoff)) {}
+
 LwprUnit::LwprUnit(const FieldLayout& at, const LwprOptions& o)
     : at_(at),
-      settings_{o.update_D, o.meta, o.meta_rate, o.penalty, o.add_threshold, o.final_lambda, o.tau_lambda},
-      w_gen_(o.w_gen),
-      w_prune_(o.w_prune),
-      q_max_(-2 * std::log(o.w_cutoff)),
-      init_lambda_(o.init_lambda),
-      init_alpha_(o.init_alpha),
+      settings_(o),
       init_M_(std::make_shared<const std::vector<double>>(initial_metric(o, at.n))),
       ops_(&for_isa<UnitOps>(used_isa())),
-      record_stride_(at.record_size(std::min(2, at.n))) {}
+      record_stride_(at.record_size(first_projections(at))) {}
 
 void LwprUnit::update(const double* x, double y) {
-  seen_ += 1;
-  mean_y_ += (y - mean_y_) / seen_;
+  seen_.add(y);
   const int count = active(x, &own_);
   learn(x, y, count);
   double largest = 0;
   for (int i = 0; i < count; ++i) largest = std::max(largest, own_.w[static_cast<std::size_t>(i)]);
-  if (largest < w_gen_) {
+  if (largest < settings_.w_gen) {
     add_field(x);
     own_.index[0] = size() - 1, own_.w[0] = 1;
     learn(x, y, 1);
-  } else if (count > 1 && largest > w_prune_) {
+  } else if (count > 1 && largest > settings_.w_prune) {
     prune(count);
   }
   ++since_build_;
@@ -55,12 +56,12 @@ void LwprUnit::update(const double* x, double y) {
 
 // The first `active` fields of own_ learn a sample.
 void LwprUnit::learn(const double* x, double y, int active) {
-  const bool wanted = ops_->learn(at_, settings_, blocks_.data(), records_.data(), record_stride_,
+  const bool wanted = ops_->learn(at_, settings_.field, blocks_.data(), records_.data(), record_stride_,
                                   learn_scratch(at_), x, y, {own_.index.data(), own_.w.data()}, active);
   for (int i = 0; i < active; ++i) {
     const int k = own_.index[static_cast<std::size_t>(i)];
     changed_[static_cast<std::size_t>(k)] = 1;
-    if (search_.ready() && settings_.update_D) follow(k);
+    if (search_.ready() && settings_.field.update_D) follow(k);
     if (wanted && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
   }
 }
@@ -68,18 +69,8 @@ void LwprUnit::learn(const double* x, double y, int active) {
 void LwprUnit::add_field(const double* x) {
   const int k = size();
   reserve_fields(k + 1);
-  double* const lane = lane_of(k);
-  for (int row = 0; row < at_.block_rows(); ++row) lane[row * kFieldLanes] = 0;
-  for (int j = 0; j < at_.n; ++j) lane[j * kFieldLanes] = x[j];
-  for (int j = 0; j < at_.metric_size(); ++j)
-    lane[(at_.n + j) * kFieldLanes] = (*init_M_)[static_cast<std::size_t>(j)];
-  double* const head = record_of(k);
-  head[FieldLayout::kLambda] = init_lambda_;
-  for (int j = 0; j < at_.metric_size(); ++j) {
-    head[at_.alpha() + j] = init_alpha_;
-    if (at_.meta) head[at_.log_alpha() + j] = std::log(init_alpha_);
-  }
-  for (int r = 0; r < std::min(2, at_.n); ++r) add_projection(k);
+  begin_field(at_, settings_.start, init_M_->data(), x, lane_of(k), record_of(k));
+  for (int r = 0; r < first_projections(at_); ++r) add_projection(k);
   if (!search_.ready()) return;
   if (k >= 2 * search_size_) {
     search_.forget();
@@ -91,32 +82,22 @@ void LwprUnit::add_field(const double* x) {
   follow(k);
 }
 
-// It starts along an axis: u_r = e_r (u = 0 would give 0 / 0).
 void LwprUnit::add_projection(int k) {
-  const int r = static_cast<int>(record(k)[FieldLayout::kProjections]);
-  reserve_projections(r + 1);
-  double *const head = record_of(k), *const projection = head + at_.record_size(r);
-  head[FieldLayout::kProjections] = r + 1;
-  head[FieldLayout::kWanted] = 0;
-  std::fill(projection, projection + at_.projection_size(), 0.0);
-  projection[FieldLayout::kSS] = kSsFloor;
-  projection[at_.u() + r] = kFirstU;
+  reserve_projections(static_cast<int>(record(k)[FieldLayout::kProjections]) + 1);
+  begin_projection(at_, record_of(k));
 }
 
 // The last field takes its place.
 void LwprUnit::remove_field(int k) {
   const int last = size() - 1;
-  double *const to = lane_of(k), *const from = lane_of(last);
-  for (int row = 0; row < at_.block_rows(); ++row) to[row * kFieldLanes] = from[row * kFieldLanes];
-  for (int j = 0; j < at_.n; ++j) from[j * kFieldLanes] = std::numeric_limits<double>::quiet_NaN();
-  if (k < last) std::copy(record(last), record(last) + record_stride_, record_of(k));
+  move_field(at_, lane_of(last), record(last), record_stride_, lane_of(k), record_of(k));
   changed_[static_cast<std::size_t>(k)] = changed_.back();
   records_.resize(static_cast<std::size_t>(last * record_stride_));
   changed_.pop_back();
   search_.forget();
 }
 
-// Of two fields that both cover the sample the one with the larger error goes; else the younger one.
+// One of the two fields that cover the sample most goes, if both cover it.
 void LwprUnit::prune(int count) {
   int first = 0, second = -1;
   for (int i = 1; i < count; ++i) {
@@ -126,17 +107,11 @@ void LwprUnit::prune(int count) {
     else if (second < 0 || w(i) > w(second))
       second = i;
   }
-  if (own_.w[static_cast<std::size_t>(second)] <= w_prune_) return;
+  if (own_.w[static_cast<std::size_t>(second)] <= settings_.w_prune) return;
   const int one = own_.index[static_cast<std::size_t>(first)],
             two = own_.index[static_cast<std::size_t>(second)];
   const int a = std::min(one, two), b = std::max(one, two);
-  const double *const A = record(a), *const B = record(b);
-  const int ta = static_cast<int>(A[FieldLayout::kTrusted]), tb = static_cast<int>(B[FieldLayout::kTrusted]);
-  bool older_goes = tb > 0;
-  if (ta > 0 && tb > 0)
-    older_goes = A[at_.record_size(ta - 1) + FieldLayout::kMSE] * B[FieldLayout::kW] >
-                 B[at_.record_size(tb - 1) + FieldLayout::kMSE] * A[FieldLayout::kW];
-  remove_field(older_goes ? a : b);
+  remove_field(older_goes(at_, record(a), record(b)) ? a : b);
 }
 
 // Room for so many fields, the last of them empty.
@@ -192,7 +167,7 @@ void LwprUnit::settle_field(int k) {
 }
 
 void LwprUnit::append_to(std::vector<double>* out) const {
-  out->insert(out->end(), {static_cast<double>(size()), seen_, mean_y_});
+  out->insert(out->end(), {static_cast<double>(size()), seen_.count, seen_.mean});
   for (int k = 0; k < size(); ++k) {
     for (int row = 0; row < at_.n + at_.metric_size(); ++row) out->push_back(lane(k, row));
     const double* const head = record(k);
@@ -208,7 +183,7 @@ bool LwprUnit::read_from(const double** from, const double* end) {
   LwprUnit fresh = *this;
   fresh.blocks_.clear(), fresh.records_.clear(), fresh.changed_.clear();
   fresh.search_.forget();
-  fresh.seen_ = at[1], fresh.mean_y_ = at[2];
+  fresh.seen_ = {at[1], at[2]};
   at += 3;
   for (int k = 0; k < fields; ++k) {
     if (end - at < seen_rows + FieldLayout::kHeadSize) return false;
@@ -228,6 +203,19 @@ bool LwprUnit::read_from(const double** from, const double* end) {
   *this = std::move(fresh);
   *from = at;
   return true;
+}
+
+void LwprUnit::take(const OutputsSeen& seen, int fields, const double* blocks, const double* records,
+                    std::ptrdiff_t stride) {
+  const auto count = static_cast<std::size_t>(fields);
+  seen_ = seen;
+  blocks_.assign(blocks, blocks + (fields + kFieldLanes - 1) / kFieldLanes * at_.block_size());
+  records_.assign(records, records + fields * stride);
+  record_stride_ = stride;
+  changed_.assign(count, 1);
+  search_.forget();
+  room_in(&own_);
+  settle();
 }
 
 }  // namespace sdftrack::lwpr

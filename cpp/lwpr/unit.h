@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "lwpr/field_life.h"
 #include "lwpr/layout.h"
 #include "lwpr/options.h"
 #include "lwpr/search.h"
@@ -22,6 +23,23 @@ struct LwprPrediction {
 struct LwprScratch {
   std::vector<int> index;
   std::vector<double> w, row;
+};
+
+// What a unit needs to know of the options.
+struct UnitSettings {
+  explicit UnitSettings(const LwprOptions& options);
+  FieldSettings field;
+  FieldStart start;
+  double w_gen, w_prune, q_max;  // q_max: -2 log of the cutoff
+};
+
+// The outputs of a unit's samples.
+struct OutputsSeen {
+  double count = 0, mean = 0;
+  void add(double y) {
+    count += 1;
+    mean += (y - mean) / count;
+  }
 };
 
 class LwprUnit {
@@ -46,12 +64,17 @@ class LwprUnit {
   double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
   const FieldLayout& layout() const { return at_; }
   const std::vector<double>& blocks() const { return blocks_; }  // what predictions look at
-  double q_max() const { return q_max_; }                        // -2 log of the cutoff
+  double q_max() const { return settings_.q_max; }
+  const OutputsSeen& seen() const { return seen_; }
+  std::ptrdiff_t record_stride() const { return record_stride_; }
 
   // Everything that a unit is, as numbers, and back; read_from leaves the unit as it was where they do not
   // fit.
   void append_to(std::vector<double>* out) const;
   bool read_from(const double** from, const double* end);
+  // Becomes what a GPU has made of it: `fields` of them, their blocks, and a record every `stride` numbers.
+  void take(const OutputsSeen& seen, int fields, const double* blocks, const double* records,
+            std::ptrdiff_t stride);
 
  private:
   double* lane_of(int k) {
@@ -75,15 +98,14 @@ class LwprUnit {
   void follow(int k);
 
   FieldLayout at_;
-  FieldSettings settings_;
-  double w_gen_, w_prune_, q_max_, init_lambda_, init_alpha_;
+  UnitSettings settings_;
   std::shared_ptr<const std::vector<double>> init_M_;  // of a new field; a unit's copies share it
   const UnitOps* ops_;
   std::vector<double> blocks_;         // lanes
   std::vector<double> records_;        // one for each field, with room for as many projections in each
   std::ptrdiff_t record_stride_;       // numbers from one record to the next
   std::vector<std::uint8_t> changed_;  // of each field, since the last settle()
-  double seen_ = 0, mean_y_ = 0;
+  OutputsSeen seen_;
   LwprScratch own_;
   LwprSearch search_;
   std::vector<double> known_M_,

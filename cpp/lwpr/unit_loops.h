@@ -7,6 +7,7 @@
 #include <immintrin.h>
 #endif
 
+#include "lwpr/exponential.h"
 #include "lwpr/field_terms.h"
 #include "lwpr/receptive_field.h"
 #include "lwpr/unit_ops.h"
@@ -34,25 +35,6 @@ HD int bits_of_mask(EightBits mask) {
   for (int k = 0; k < kFieldLanes; ++k) bits |= (mask[k] != 0) << k;
   return bits;
 #endif
-}
-
-// e^x for -30 <= x <= 0, relative error below 5e-16; anything else gives anything.
-HD Eight exp_of(Eight x) {
-  const double magic = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer, in the low bits
-  const Eight t = x * 1.4426950408889634 + magic, n = t - magic;
-  const Eight f = (x - n * 0.693147180369123816490) - n * 1.90821492927058770002e-10;
-  const Eight f2 = f * f, f4 = f2 * f2;
-  const Eight p0 = (1.0 + f) + f2 * (0.5 + f * (1.0 / 6));
-  const Eight p1 = (1.0 / 24 + f * (1.0 / 120)) + f2 * (1.0 / 720 + f * (1.0 / 5040));
-  const Eight p2 = (1.0 / 40320 + f * (1.0 / 362880)) + f2 * (1.0 / 3628800 + f * (1.0 / 39916800)) +
-                   f4 * (1.0 / 479001600);
-  const Eight p = p0 + f4 * (p1 + f4 * p2);
-  EightBits bits;
-  __builtin_memcpy(&bits, &t, sizeof(bits));
-  bits = (bits << 52) + 0x3ff0000000000000LL;  // 2^n
-  Eight power;
-  __builtin_memcpy(&power, &bits, sizeof(power));
-  return p * power;
 }
 
 template <int N>
@@ -96,7 +78,7 @@ struct UnitLoops {
     for (int i = 0; i < found; i += kFieldLanes) {
       Eight q;
       __builtin_memcpy(&q, out.w + i, sizeof(q));
-      q = exp_of(-0.5 * q);
+      q = exp_of<EightBits>(-0.5 * q);
       __builtin_memcpy(out.w + i, &q, sizeof(q));
     }
     return found;
@@ -130,35 +112,20 @@ struct UnitLoops {
   }
 };
 
-// One for each number of inputs that is unrolled, the last for all others.
-template <class Function>
-HD auto for_inputs(int n, Function f) {
-  switch (n) {
-    case 1:
-      return f(UnitLoops<1>{});
-    case 2:
-      return f(UnitLoops<2>{});
-    case 3:
-      return f(UnitLoops<3>{});
-    default:
-      return f(UnitLoops<0>{});
-  }
-}
-
 int active_fields(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
                   const ActiveFields& out) {
-  return for_inputs(at.n, [&](auto loops) { return loops.active(at, fields, x, q_max, out); });
+  return for_inputs(at.n, [&](auto n) { return UnitLoops<n()>::active(at, fields, x, q_max, out); });
 }
 
 FieldSums predicted_sums(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
                          const ActiveFields& out) {
-  return for_inputs(at.n, [&](auto loops) { return loops.predict(at, fields, x, q_max, out); });
+  return for_inputs(at.n, [&](auto n) { return UnitLoops<n()>::predict(at, fields, x, q_max, out); });
 }
 
 bool learn_sample(const FieldLayout& at, const FieldSettings& o, double* blocks, double* records, long stride,
                   double* scratch, const double* x, double y, const ActiveFields& active, int count) {
-  return for_inputs(at.n, [&](auto loops) {
-    return loops.learn(at, o, blocks, records, stride, scratch, x, y, active, count);
+  return for_inputs(at.n, [&](auto n) {
+    return UnitLoops<n()>::learn(at, o, blocks, records, stride, scratch, x, y, active, count);
   });
 }
 

@@ -40,6 +40,6 @@ struct UnitOps {
 };
 
 // Memory that `learn` works in.
-inline int scratch_size(const FieldLayout& at) { return 5 * at.row + (at.diagonal ? 0 : 2 * at.n * at.n); }
+HD int scratch_size(const FieldLayout& at) { return 5 * at.row + (at.diagonal ? 0 : 2 * at.n * at.n); }
 
 }  // namespace sdftrack::lwpr

@@ -9,7 +9,7 @@
 namespace sdftrack::lwpr {
 
 double LwprUnit::predict(const double* x, LwprScratch* scratch) const {
-  const FieldSums sums = ops_->predict(at_, fields_near(x), x, q_max_, room_in(scratch));
+  const FieldSums sums = ops_->predict(at_, fields_near(x), x, settings_.q_max, room_in(scratch));
   return sums.w > 0 ? sums.wy / sums.w : predict_with_sd(x, scratch).mean;
 }
 
@@ -60,7 +60,7 @@ LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) 
       young_w += w, young_wy += w * record(k)[FieldLayout::kBeta0];
   }
   const double unknown = std::numeric_limits<double>::infinity();
-  if (!(w_sum > 0)) return {young_w > 0 ? young_wy / young_w : mean_y_, unknown};
+  if (!(w_sum > 0)) return {young_w > 0 ? young_wy / young_w : seen_.mean, unknown};
   const double mean = wy / w_sum;
   double variance = 0;
   for (int i = 0; i < count; ++i) {

@@ -26,7 +26,7 @@ ActiveFields LwprUnit::room_in(LwprScratch* scratch) const {
 }
 
 int LwprUnit::active(const double* x, LwprScratch* scratch) const {
-  return ops_->active(at_, fields_near(x), x, q_max_, room_in(scratch));
+  return ops_->active(at_, fields_near(x), x, settings_.q_max, room_in(scratch));
 }
 
 // How far a field reaches at the cutoff along each input: the extent of |M d|^2 = q_max is sqrt(q_max) times
@@ -46,7 +46,7 @@ void LwprUnit::reach_of(int k, double* half) {
       inverse_[static_cast<std::size_t>(j)] = entry;
       length2 += entry * entry;
     }
-    half[i] = std::sqrt(length2 * q_max_) * kReachMargin;
+    half[i] = std::sqrt(length2 * settings_.q_max) * kReachMargin;
     whole2 += length2;
   }
   // M + E has an inverse whose rows are at most 1 / (1 - |E| |M^-1|) times as long (Frobenius norms).

@@ -68,6 +68,9 @@ WORK = (
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
+    # 50 outputs of ten inputs, 30 fields each, of which 10 learn; on paper alone: samples come one after another.
+    Work("LWPR, 10^4 updates of 50 outputs", 500.0, 1e4 * 50 * (30 * 250 + 10 * 2000), 0,
+         1e4 * 50 * (30 * 30 + 10 * 400), 1, 1),
 )  # fmt: skip
 
 

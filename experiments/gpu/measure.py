@@ -82,6 +82,18 @@ def lwpr_call(device: str, count: int) -> Call:
     return lambda: model.predict(ask, device=device)
 
 
+def lwpr_update_call(device: str, count: int) -> Call:
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (count, 10))
+    y = np.sin(x @ rng.normal(size=(10, 50)))
+
+    def learn() -> list[float]:  # and what is asked for brings the fields back
+        model = st.LWPR(10, 50, init_D=0.5, norm_in=1.0, norm_out=1.0, init_alpha=1.0, diagonal=True)
+        return model.update(x, y, device=device).training_error.tolist()
+
+    return learn
+
+
 def evolve_call(device: str, voxels: int) -> Call:
     """Ten steps, with the transfers to the device and back."""
     ball = st.SDF.sphere(0.05, voxels=voxels)
@@ -101,6 +113,7 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
+        "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }
 
 

@@ -81,6 +81,28 @@ Numbers predictions(int device) {
   return mean;
 }
 
+// Learns on the device, from nothing and then beside what the CPU has learnt.
+Numbers learnt(int device) {
+  lwpr::LwprOptions options;
+  options.init_D = {900}, options.add_threshold = 0.95, options.w_prune = 0.6;
+  lwpr::LwprModel model(4, 2, options, {1, 1, 1, 1}, {1, 1});
+  std::minstd_rand random(5);
+  const auto learn = [&](int count, bool on_device) {
+    Numbers x, y;
+    for (int k = 0; k < count; ++k) {
+      for (int j = 0; j < 4; ++j) x.push_back(random() % 1000 / 5000.0);
+      y.push_back(std::sin(30 * x[x.size() - 4]) + x.back()), y.push_back(x.back() * x[x.size() - 2]);
+    }
+    const auto n = static_cast<std::size_t>(count);
+    on_device ? model.update_cuda(x.data(), y.data(), n, device) : model.update(x.data(), y.data(), n, 1);
+  };
+  learn(90, true);
+  learn(5, false);
+  learn(20, true);
+  const std::string bytes = model.bytes();
+  return {bytes.begin(), bytes.end()};
+}
+
 Numbers evolved(int device) {
   constexpr int kWidth = 20, kHeight = 18;
   std::vector<float> phi, foreground;
@@ -220,8 +242,9 @@ TEST_P(CudaFaults, several_host_threads_get_the_same_bits) {
 
 INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
-                                         User{"predictions", &predictions}, User{"contour", &evolved},
-                                         User{"volume", &evolved_volume}, User{"fits", &fitted}),
+                                         User{"predictions", &predictions}, User{"learning", &learnt},
+                                         User{"contour", &evolved}, User{"volume", &evolved_volume},
+                                         User{"fits", &fitted}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

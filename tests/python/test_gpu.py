@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """CUDA against the CPU. Each of these skips, and says so, where the build or the machine has no CUDA."""
 
+import pickle
+
 import numpy as np
 import pytest
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
@@ -186,3 +188,88 @@ def test_a_build_without_cuda_refuses_a_contour_on_the_gpu():
     phi = np.ones((9, 9), np.float32)
     with pytest.raises(RuntimeError, match="no CUDA path"):
         _core.contour_steps(phi, phi, 1, {}, device=0)
+
+
+def both_learn(n_in, outputs, parts, **options):
+    """One model from the CPU and one from the GPU, of the same samples."""
+    rng = np.random.default_rng(n_in)
+    x = rng.uniform(-1, 1, (sum(parts), n_in))
+    y = np.stack([np.sin((3 + k) * x[:, k % n_in]) + x[:, -1] ** 2 for k in range(outputs)], axis=-1)
+    models = [st.LWPR(n_in, outputs, norm_in=1.0, **options) for _ in range(2)]
+    for model, where in zip(models, ("cpu", "cuda"), strict=True):
+        start = 0
+        for count in parts:
+            model.update(x[start : start + count], y[start : start + count], device=where)
+            start += count
+    return *models, x, y
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("n_in", "options"),
+    [
+        (1, {}),
+        (2, {"w_prune": 0.6}),
+        (2, {"diagonal": True}),
+        (3, {"penalty": 1e-4}),
+        (3, {"update_D": False}),
+    ],
+)
+def test_ten_thousand_updates_on_the_gpu_give_the_bits_of_the_cpu(n_in, options):
+    cpu, gpu, x, _ = both_learn(n_in, 2, (4000, 1, 5999), init_D=30.0, **options)
+    assert cpu == gpu
+    np.testing.assert_array_equal(cpu.predict(x), gpu.predict(x))
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize(
+    "options", [{"diagonal": True}, {"add_threshold": 0.95, "w_prune": 0.5}, {"penalty": 1e-3}]
+)
+def test_fields_projections_and_pruning_of_six_inputs_on_the_gpu_are_those_of_the_cpu(options):
+    cpu, gpu, _, _ = both_learn(6, 3, (300, 200), init_D=2.0, **options)
+    assert cpu == gpu
+    assert cpu.n_fields == gpu.n_fields
+    if "add_threshold" in options:
+        assert max(f.n_projections for f in gpu.fields) > 2
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_learnt_rates_on_the_gpu_are_those_of_the_cpu():
+    cpu, gpu, x, _ = both_learn(2, 1, (500,), init_D=30.0, meta=True)
+    np.testing.assert_allclose(gpu.predict(x), cpu.predict(x), rtol=1e-9, atol=1e-9)  # exp is the GPU's own
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_model_learnt_on_the_gpu_goes_on_on_the_cpu(tmp_path):
+    cpu, gpu, x, y = both_learn(2, 2, (300,), init_D=30.0)
+    gpu.save(tmp_path / "model.lwpr")
+    copies = [pickle.loads(pickle.dumps(gpu)), st.LWPR.load(tmp_path / "model.lwpr"), gpu.copy(), gpu]
+    cpu.update(x[:50], y[:50])
+    for one in copies:
+        one.update(x[:50], y[:50])
+        assert one == cpu
+    for one in (cpu.update(x, y), gpu.update(x, y, device="cuda")):  # and on the GPU again
+        assert one.n_samples == 650
+    assert gpu == cpu
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_nan_leaves_a_model_on_the_gpu_as_it_is():
+    _, gpu, x, y = both_learn(2, 2, (300,), init_D=30.0)
+    before = gpu.copy()
+    x[7, 1] = np.nan
+    with pytest.raises(ValueError, match="NaN in sample 7"):
+        gpu.update(x, y, device="cuda")
+    assert gpu == before
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+def test_a_build_without_cuda_refuses_to_learn_on_the_gpu():
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        st.LWPR().update([1.0, 2.0], 3.0, device="cuda")

@@ -167,6 +167,20 @@ def _predictions(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu).max() / np.abs(cpu).max()), LWPR_RTOL
 
 
+def _learning(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (600, 2))
+    y = np.stack([np.sin(3 * x[:, 0]) + x[:, 1] ** 2, x[:, 0] * x[:, 1]], axis=-1)
+    models = [st.LWPR(2, 2, init_D=40.0, norm_in=1.0) for _ in range(2)]
+    for part in np.split(np.arange(600), 3):
+        models[0].update(x[part], y[part])
+        models[1].update(x[part], y[part], device=f"cuda:{number}")
+    cpu, gpu = (model.predict(x) for model in models)
+    return float(np.abs(gpu - cpu).max() / np.abs(cpu).max()), LWPR_RTOL
+
+
 def _contour(number: int) -> tuple[float, float]:
     y, x = np.mgrid[:90, :120]
     phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
@@ -197,6 +211,7 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "fits at once": _fits,
     "superpixels": _labels,
     "LWPR": _predictions,
+    "LWPR, learning": _learning,
     "contour": _contour,
     "level set": _evolution,
 }

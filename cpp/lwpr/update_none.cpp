@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// What a build without CUDA has in place of update.cu: one error.
+#include "base/no_cuda.h"
+#include "lwpr/units_on_device.h"
+
+namespace sdftrack::lwpr {
+
+std::unique_ptr<UnitsOnDevice> units_on_device(const FieldLayout&, const LwprOptions&, int) { no_cuda(); }
+
+}  // namespace sdftrack::lwpr
