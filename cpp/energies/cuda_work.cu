@@ -3,6 +3,7 @@
 #include <list>
 #include <stdexcept>
 
+#include "base/device_copies.h"
 #include "base/device_stream.h"
 #include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
@@ -102,6 +103,9 @@ void CudaWork::download(PixelSet* set) {
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;
+  SdfView view = sdf;
+  view.phi = DeviceCopies::find(sdf.phi, w.device);
+  if (view.phi) return view;
   const DeviceScope scope(w.device);
   const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
                                   [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
@@ -115,7 +119,6 @@ SdfView CudaWork::volume(const SdfView& sdf) {
     w.volumes.push_front(std::move(made));
   }
   w.volumes.front().frame = w.frame;
-  SdfView view = sdf;
   view.phi = w.volumes.front().phi.data();
   return view;
 }

@@ -11,6 +11,11 @@ namespace {
 
 constexpr int kBlockThreads = 256;
 
+// The last threads of a volume of nearly 2^31 voxels count beyond what an int holds.
+__device__ std::int64_t voxel_of_thread() {
+  return static_cast<std::int64_t>(blockIdx.x) * kBlockThreads + threadIdx.x;
+}
+
 struct Volume {
   int nx, ny, nz;
 
@@ -32,7 +37,7 @@ struct Scale {
   bool to_metres;
   int n;
   __device__ void operator()() const {
-    const int i = static_cast<int>(blockIdx.x * kThreads + threadIdx.x);
+    const std::int64_t i = voxel_of_thread();
     if (i < n) values[i] = to_metres ? values[i] * voxel_m : values[i] / voxel_m;
   }
 };
@@ -47,8 +52,8 @@ struct Step {
   const float *phi, *log_ratio;
   float* next;
   __device__ void operator()() const {
-    const int i = static_cast<int>(blockIdx.x * kThreads + threadIdx.x);
-    if (i >= volume.size()) return;
+    if (voxel_of_thread() >= volume.size()) return;
+    const int i = static_cast<int>(voxel_of_thread());
     Neighbours at[3];
     volume.around(i, at);
     float flux[3][2];
@@ -94,6 +99,9 @@ std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const 
   float* const ratio = work->log_ratio.room(out.size());
   stream.upload(phi_m, out.size(), phi);
   stream.upload(log_ratio, out.size(), ratio);
+  // Where a device reads pageable memory of the host itself, a copy may still be under way when the upload
+  // returns; the arrays are the caller's, and nothing from here on keeps them.
+  stream.wait();
   launch(stream, blocks, Scale{phi, voxel_m, false, n});
   for (int step = 0; step < steps; ++step) {
     launch(stream, blocks, Step{term, volume, phi, ratio, next});
