@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kLists = 8,
               kMostListed = 1056;           // blocks of threads: eight for each multiprocessor of a large GPU
-constexpr int kSweepsAtOnce = 32;           // until the host looks whether it is done; an even number
+constexpr int kSweepsAtOnce = 16;           // until the host looks whether it is done; an even number
 constexpr std::size_t kShownAtOnce = 2048;  // blocks
 constexpr std::size_t kAlign = 256;
 
