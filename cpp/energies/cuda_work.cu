@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <stdexcept>
 
+#include "base/device_copies.h"
 #include "energies/cuda_work.cuh"
 
 namespace sdftrack::energies {
@@ -73,6 +74,9 @@ void CudaWork::check_uploaded(const PixelSet& set) const {
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;
+  SdfView view = sdf;
+  view.phi = DeviceCopies::find(sdf.phi, w.device);
+  if (view.phi) return view;
   const DeviceScope scope(w.device);
   const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
                                   [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
@@ -86,7 +90,6 @@ SdfView CudaWork::volume(const SdfView& sdf) {
     w.volumes.push_front(std::move(made));
   }
   w.volumes.front().frame = w.frame;
-  SdfView view = sdf;
   view.phi = w.volumes.front().phi.data();
   return view;
 }

@@ -23,7 +23,8 @@ class CudaWork {
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
   // The volume with its values on the device. One with an id is sent once; those not used for the longest
-  // time make room for others. One without is sent anew by each call.
+  // time make room for others. One without is sent anew by each call, unless the device has the same values
+  // already (device_copies.h).
   SdfView volume(const SdfView& sdf);
 
   // logic_error where the device holds another number of pixels.

@@ -24,28 +24,42 @@ struct Scale {
 
 // A block has a tile of a slice.
 struct Volume {
-  static constexpr int kWide = 32, kHigh = 8;
+  static constexpr int kWide = 32, kHigh = 8, kDeep = 8;  // kDeep: slices of a thread, at least
   int nx, ny, nz;
 
   dim3 tiles() const {
-    return {blocks_of(nx, kWide), blocks_of(ny, kHigh),
-            static_cast<unsigned>(nz < kMostSlices ? nz : kMostSlices)};
+    return {blocks_of(nx, kWide), blocks_of(ny, kHigh), blocks_of(nz, kDeep, kMostBlocks)};
   }
-  // work(x, y, z, its index) for the voxels of a thread.
+  // work(its place, its index) for the voxels of a thread. Most lie far from the faces; for them the compiler
+  // knows where their neighbours are.
   template <class Body>
   __device__ void each_of_mine(const Body& work) const {
     const int x = static_cast<int>(blockIdx.x) * kWide + static_cast<int>(threadIdx.x) % kWide,
               y = static_cast<int>(blockIdx.y) * kHigh + static_cast<int>(threadIdx.x) / kWide;
     if (x >= nx || y >= ny) return;
-    for (int z = static_cast<int>(blockIdx.z); z < nz; z += static_cast<int>(gridDim.z))
-      work(x, y, z, (static_cast<std::int64_t>(z) * ny + y) * nx + x);
-  }
-  __device__ Neighbours along(int axis, int x, int y, int z) const {
-    return axis == 0 ? neighbours(x, nx, 1) : axis == 1 ? neighbours(y, ny, nx) : neighbours(z, nz, nx * ny);
+    for (int z = static_cast<int>(blockIdx.z); z < nz; z += static_cast<int>(gridDim.z)) {
+      const std::int64_t i = (static_cast<std::int64_t>(z) * ny + y) * nx + x;
+      if (x > 1 && y > 1 && z > 1 && x < nx - 2 && y < ny - 2 && z < nz - 2)
+        work(Within{{1, nx, nx * ny}}, i);
+      else
+        work(Anywhere{{x, y, z}, {nx, ny, nz}, {1, nx, nx * ny}}, i);
+    }
   }
 
  private:
-  static constexpr int kMostSlices = 65535;
+  static constexpr int kMostBlocks = 65535;
+
+  struct Within {
+    int stride[3];
+    // Of the voxel that is `by` further along the axis.
+    __device__ Neighbours along(int axis, int) const { return neighbours(1, 3, stride[axis]); }
+  };
+  struct Anywhere {
+    int place[3], size[3], stride[3];
+    __device__ Neighbours along(int axis, int by) const {
+      return neighbours(place[axis] + by, size[axis], stride[axis]);
+    }
+  };
 };
 
 // The flux is its slope times one number, which alone is kept: 4 bytes of a voxel in place of 12.
@@ -57,8 +71,8 @@ struct Excess {
   const float* phi;
   float* excess;
   __device__ void operator()() const {
-    volume.each_of_mine([&](int x, int y, int z, std::int64_t i) {
-      const Neighbours at[3] = {volume.along(0, x, y, z), volume.along(1, x, y, z), volume.along(2, x, y, z)};
+    volume.each_of_mine([&](const auto& place, std::int64_t i) {
+      const Neighbours at[3] = {place.along(0, 0), place.along(1, 0), place.along(2, 0)};
       float slope[3];
       excess[i] = term.excess(at, phi + i, 1, slope);
     });
@@ -73,28 +87,22 @@ struct Step {
   const float *phi, *excess, *log_ratio;
   float* next;
   __device__ void operator()() const {
-    volume.each_of_mine([&](int x, int y, int z, std::int64_t i) {
-      const int place[3] = {x, y, z};
+    volume.each_of_mine([&](const auto& place, std::int64_t i) {
       Neighbours at[3];
       float flux[3][2];
       for (int k = 0; k < 3; ++k) {
-        at[k] = volume.along(k, x, y, z);
-        flux[k][0] = flux_at(k, place, at[k].before, -1, i),
-        flux[k][1] = flux_at(k, place, at[k].after, 1, i);
+        at[k] = place.along(k, 0);
+        // At a face of the volume it is that of the voxel itself.
+        const auto flux_at = [&](int offset, int by) {
+          return excess[i + offset] *
+                 slope_along<float>(place.along(k, offset == 0 ? 0 : by), phi + i + offset, 1);
+        };
+        flux[k][0] = flux_at(at[k].before, -1), flux[k][1] = flux_at(at[k].after, 1);
         at[k].before = 0, at[k].after = 1;  // where they now lie
       }
       const float* const from[3] = {flux[0], flux[1], flux[2]};
       next[i] = term.step(at, phi + i, log_ratio + i, from, 1);
     });
-  }
-
- private:
-  // Along an axis, at the neighbour there or, at the volume's face, at the voxel itself (offset 0).
-  __device__ float flux_at(int axis, const int (&place)[3], int offset, int by, std::int64_t i) const {
-    const int d = offset == 0 ? 0 : by;
-    const Neighbours at = volume.along(axis, place[0] + (axis == 0 ? d : 0), place[1] + (axis == 1 ? d : 0),
-                                       place[2] + (axis == 2 ? d : 0));
-    return excess[i + offset] * slope_along<float>(at, phi + i + offset, 1);
   }
 };
 
@@ -122,6 +130,9 @@ std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const 
   float *const excess = work->excess.room(out.size()), *const ratio = work->log_ratio.room(out.size());
   stream.upload(phi_m, out.size(), phi);
   stream.upload(log_ratio, out.size(), ratio);
+  // Where a device reads pageable memory of the host itself, a copy may still be under way when the upload
+  // returns; the arrays are the caller's, and nothing from here on keeps them.
+  stream.wait();
   launch(stream, blocks, Scale{phi, voxel_m, false, n});
   for (int step = 0; step < steps; ++step) {
     launch(stream, volume.tiles(), Excess{term, volume, phi, excess});

@@ -10,6 +10,7 @@
 #include <random>
 #include <thread>
 
+#include "ball_frames.h"
 #include "base/cuda_probe.h"
 #include "base/device_buffer.h"
 #include "box_scene.h"
@@ -125,6 +126,36 @@ Numbers evolved_volume(int device) {
   const std::vector<float> out = levelset::evolve_cuda(grid, phi.data(), ratio.data(), 4, {}, device);
   EXPECT_EQ(out, levelset::evolve(grid, phi.data(), ratio.data(), 4, {}, 1));
   return {out.begin(), out.end()};
+}
+
+// A slope before a volume of a few blocks, parts of blocks among them.
+Numbers fused(int device) {
+  const Camera camera{{30, 30, 7.5, 5.5}, 16, 12, {}};
+  std::vector<float> depth;
+  std::vector<unsigned char> rgb;
+  for (int i = 0; i < 16 * 12; ++i) {
+    depth.push_back(0.4f + 0.002f * static_cast<float>(i % 16));
+    for (int k = 0; k < 3; ++k) rgb.push_back(static_cast<unsigned char>(37 * i + 80 * k));
+  }
+  const std::vector<levelset::PixelRole> roles(depth.size(), levelset::PixelRole::kObject);
+  levelset::EvidenceImage image;
+  image.make({depth.data(), 16, 12}, camera, {0, 0, 16, 12}, roles.data(), {});
+  levelset::EvidenceVolume evidence({11, 9, 10, 0.01, {-0.05, -0.04, -0.05}}, nullptr);
+  levelset::DeviceVolume volume(&evidence, device);
+  levelset::EvidenceOptions options;
+  options.form.sigma_d_m = options.noise.noise_m = options.noise.usual_m = 0.01f;
+  volume.fuse(image, {rgb.data()}, camera, {Mat3d::identity(), {0, 0, 0.4}}, options);
+  volume.update(1, 2, true);
+  volume.sweep_far(2);
+  volume.fill_far(2, 0, 10);
+  volume.show(&evidence, 1);
+  volume.download(&evidence);
+  Numbers out(volume.phi().begin(), volume.phi().end());
+  out.insert(out.end(), evidence.log_ratio().begin(), evidence.log_ratio().end());
+  for (const auto& color : evidence.colors()) out.push_back(color.r), out.push_back(color.seen);
+  out.push_back(volume.change_m());
+  EXPECT_GT(volume.surface_boxes().size(), 0u);
+  return out;
 }
 
 Numbers summed(int device) {
@@ -244,7 +275,7 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
                                          User{"predictions", &predictions}, User{"learning", &learnt},
                                          User{"contour", &evolved}, User{"volume", &evolved_volume},
-                                         User{"fits", &fitted}),
+                                         User{"fits", &fitted}, User{"reconstruction", &fused}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.
@@ -262,6 +293,56 @@ TEST(CudaWorkFaults, the_frame_after_a_failure_is_right) {
     cuda_on_cpu::fail_call(-1, cudaSuccess);
     ASSERT_EQ(sums_of_frames(&work), wanted) << "after call " << k;
   }
+  cuda_on_cpu::reset({});
+}
+
+TEST(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_on) {
+  cuda_on_cpu::reset(with_seed(2));
+  const BallFrames frames;
+  reconstruction::Reconstruction volume = frames.begun(16, 0.009, 0);
+  frames.fuse(0, &volume);
+  const std::size_t before = cuda_on_cpu::bytes_in_use();
+  int refused = 0;
+  for (int k = 0; k < 30 && refused < 3; ++k) {
+    cuda_on_cpu::fail_call(k, cudaErrorMemoryAllocation);
+    try {
+      static_cast<void>(volume.grown({1, 0, 0}, {0, 0, 0}, 1));
+    } catch (const CudaError& e) {
+      if (cuda_on_cpu::failed_call() != "cudaMalloc") continue;
+      const std::string_view expected = "too little free memory for a volume of 24 x 16 x 16 voxels";
+      EXPECT_NE(std::string(e.what()).find(expected), std::string::npos) << e.what();
+      ++refused;
+    }
+    EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before);
+  }
+  EXPECT_EQ(refused, 3);
+  cuda_on_cpu::fail_call(-1, cudaSuccess);
+  reconstruction::Reconstruction cpu = frames.begun(16, 0.009);
+  frames.fuse(0, &cpu), frames.fuse(1, &cpu), frames.fuse(1, &volume);
+  const auto &a = volume.evidence().log_ratio(), &b = cpu.evidence().log_ratio();
+  EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
+  cuda_on_cpu::reset({});
+}
+
+// What a tracker would send is there already while the volume lives.
+TEST(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
+  cuda_on_cpu::reset(with_seed(2, 2));
+  const BallFrames frames;
+  auto volume = std::make_unique<reconstruction::Reconstruction>(frames.begun(16, 0.009, 0));
+  frames.fuse(0, volume.get());
+  energies::CudaWork work, elsewhere(1);
+  const std::size_t before = cuda_on_cpu::bytes_in_use();
+  const std::vector<float> copy(volume->phi().begin(), volume->phi().end());
+  SdfView view = volume->grid().view(volume->phi().data());
+  EXPECT_NE(work.volume(view).phi, view.phi);
+  EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before);
+  static_cast<void>(elsewhere.volume(view));
+  EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before + copy.size() * sizeof(float));
+  volume.reset();
+  view.phi = copy.data();
+  const std::size_t without = cuda_on_cpu::bytes_in_use();
+  static_cast<void>(work.volume(view));
+  EXPECT_EQ(cuda_on_cpu::bytes_in_use(), without + copy.size() * sizeof(float));
   cuda_on_cpu::reset({});
 }
 
