@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Way{26, 19, 9, 3}, Way{26, 19, 9, 3, SlicDistance::kThesis},
                     Way{26, 19, 9, 3, SlicDistance::kSquared, false},
                     Way{26, 19, 9, 3, SlicDistance::kSquared, true, true},
-                    Way{80, 60, 200, 40},  // until nothing moves: more rounds than are started at once
+                    Way{40, 30, 50, 40},  // until nothing moves: more rounds than are started at once
                     Way{120, 3, 150, 5}, Way{1, 1, 1, 1}, Way{70, 70, 1, 4},  // a cell of more than one block
                     Way{26, 19, 9, 10}, Way{26, 19, 9, 11},  // all rounds at once, and one more
                     Way{90, 60, 700, 2}));                   // small regions, joined in several rounds
