@@ -19,6 +19,8 @@ class SlicInputs {
  public:
   static constexpr std::size_t kPiece = std::size_t{16} << 20, kAlign = 16;
 
+  explicit SlicInputs(std::size_t piece = kPiece) : piece_(piece) {}  // a multiple of kAlign
+
   // Where in the device's memory it will be.
   template <class T>
   std::size_t add(const T* host, std::size_t n) {
@@ -33,17 +35,18 @@ class SlicInputs {
   }
   std::size_t bytes() const { return end_; }
 
-  // `piece`: pinned, for kPiece bytes or all, whichever is less; in use until the stream has come this far.
+  // `piece`: pinned, for a piece's bytes or all, whichever is less; in use until the stream has come this
+  // far.
   void send(const DeviceStream& stream, std::byte* piece, std::byte* device) const {
     std::size_t begin = 0;  // of the piece
     for (const Part& part : parts_)
       for (std::size_t done = 0; done < part.bytes;) {
-        if (part.at + done == begin + kPiece || part.at >= begin + kPiece) {
-          stream.upload(piece, kPiece, device + begin);
+        if (part.at + done == begin + piece_ || part.at >= begin + piece_) {
+          stream.upload(piece, piece_, device + begin);
           stream.wait();
-          begin += kPiece;
+          begin += piece_;
         }
-        const std::size_t to = part.at + done - begin, some = std::min(part.bytes - done, kPiece - to);
+        const std::size_t to = part.at + done - begin, some = std::min(part.bytes - done, piece_ - to);
         std::memcpy(piece + to, part.host + done, some);
         done += some;
       }
@@ -55,6 +58,7 @@ class SlicInputs {
     const std::byte* host;
     std::size_t at, bytes;
   };
+  std::size_t piece_;
   std::vector<Part> parts_;
   std::size_t end_ = 0;
 };

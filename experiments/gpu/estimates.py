@@ -64,8 +64,8 @@ WORK = (
          100 * PIXEL_OPS * PIXELS * LOOKS, 0, LAUNCHES, 1),
     # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
     Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
-    # A pixel: conversion 15 bytes, 5 rounds of 16, 4 rounds of connectivity of 40, labels 12.
-    Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
+    # A pixel: conversion 15 bytes, 5 rounds of 16, 3 rounds of connectivity of 40, labels 12.
+    Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 3 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 20, 1),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
     # 50 outputs of ten inputs, 30 fields each, of which 10 learn; on paper alone: samples come one after another.

@@ -20,6 +20,7 @@
 #include "levelset/evolve.h"
 #include "lwpr/model.h"
 #include "superpixels/slic.h"
+#include "superpixels/slic_memory.h"
 #include "term_fixture.h"
 #include "tracking/fit/single_fits.h"
 
@@ -369,6 +370,31 @@ TEST(CudaWorkFaults, a_volume_is_sent_again_when_its_values_are_others) {
   }
   EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before);  // the oldest ones have gone
   cuda_on_cpu::reset({});
+}
+
+TEST(SlicInputs, arrive_where_they_were_said_to_in_any_pieces) {
+  if (cuda_devices().empty()) GTEST_SKIP() << "no CUDA device";
+  std::vector<std::vector<std::uint8_t>> arrays;
+  for (const std::size_t n : {40, 100, 0, 7, 64, 16, 200}) {
+    arrays.emplace_back(n);
+    for (std::size_t k = 0; k < n; ++k) arrays.back()[k] = static_cast<std::uint8_t>(31 * arrays.size() + k);
+  }
+  for (const std::size_t piece : {16, 32, 64, 128, 4096}) {
+    superpixels::SlicInputs inputs(piece);
+    std::vector<std::size_t> places;
+    for (const auto& array : arrays) places.push_back(inputs.add(array));
+    const DeviceStream stream;
+    PinnedBuffer<std::byte> pinned(piece);
+    DeviceBuffer<std::byte> there(inputs.bytes());
+    inputs.send(stream, pinned.data(), there.data());
+    std::vector<std::uint8_t> back(inputs.bytes());
+    stream.download(reinterpret_cast<const std::uint8_t*>(there.data()), back.size(), back.data());
+    stream.wait();
+    for (std::size_t k = 0; k < arrays.size(); ++k) {
+      EXPECT_EQ(places[k] % superpixels::SlicInputs::kAlign, 0u);
+      EXPECT_TRUE(std::equal(arrays[k].begin(), arrays[k].end(), back.data() + places[k])) << piece;
+    }
+  }
 }
 
 }  // namespace
