@@ -70,7 +70,7 @@ def _inside_alone(mask: Mask) -> Case:
 
 
 def _level(some: list[Case], answers: list[Assessment]) -> dict[str, Any]:
-    judged = Counter(a.judgement for a in answers)
+    judged = Counter[str](a.judgement for a in answers)
     both = list(zip(some, answers, strict=True))
     return {
         "seen": float(np.mean([iou(c.seen, c.whole) for c in some])),
