@@ -33,7 +33,7 @@ class PyReconstruction {
   PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
                    const std::optional<py::array>& prior,
                    const reconstruction::ReconstructionOptions& options, int threads, const py::object& view,
-                   const std::optional<py::array>& first_shape)
+                   const std::optional<py::array>& first_shape, int device)
       : threads_(threads) {
     const sdf::Grid grid = grid_from({voxels[2], voxels[1], voxels[0]}, voxel_m, origin, "voxels");
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
@@ -42,7 +42,8 @@ class PyReconstruction {
         first_shape ? borrow<float>(*first_shape, "first_shape", {grid.nz, grid.ny, grid.nx}) : nullptr;
     if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
-    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads, shape);
+    core_ =
+        std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads, shape, device);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,
@@ -59,6 +60,7 @@ class PyReconstruction {
     if (rgb) frame.rgb = borrow<unsigned char>(*rgb, "rgb", {h, w, 3});
     const ReleaseGil release;
     core_->fuse(frame, camera, T_cam_obj, threads_);
+    core_->show(threads_);  // what arrays and trackers have borrowed is as new as the frame
   }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
@@ -152,9 +154,10 @@ void bind_reconstruction(py::module_& m) {
   py::class_<PyReconstruction>(m, "Reconstruction")
       .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
                     const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int,
-                    const py::object&, const std::optional<py::array>&>(),
+                    const py::object&, const std::optional<py::array>&, int>(),
            py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
-           py::arg("threads"), py::arg("view") = py::none(), py::arg("first_shape") = py::none())
+           py::arg("threads"), py::arg("view") = py::none(), py::arg("first_shape") = py::none(),
+           py::arg("device") = reconstruction::Reconstruction::kOnCpu)
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
@@ -199,12 +202,12 @@ void bind_reconstruction(py::module_& m) {
       .def_property_readonly("seen",
                              [](const py::object& self) {
                                const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(&core.evidence().colors().data()->seen, core.grid(), 4, self);
+                               return shown(&core.colors().data()->seen, core.grid(), 4, self);
                              })
       .def_property_readonly("rgb_seen", [](const py::object& self) {
         const reconstruction::Reconstruction& core = of(self).core();
         const sdf::Grid& g = core.grid();
-        py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &core.evidence().colors().data()->r, self);
+        py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &core.colors().data()->r, self);
         out.attr("setflags")(py::arg("write") = false);
         return out;
       });

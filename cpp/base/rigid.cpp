@@ -5,23 +5,6 @@
 
 namespace sdftrack {
 
-Quaternion quaternion_from_rotation(const Mat3d& R) {
-  // Shepperd's method: divide by the largest of the four components.
-  const double m00 = R.r0.x, m11 = R.r1.y, m22 = R.r2.z, trace = m00 + m11 + m22;
-  Quaternion q;
-  if (trace >= std::max({m00, m11, m22})) {
-    q = {1 + trace, R.r2.y - R.r1.z, R.r0.z - R.r2.x, R.r1.x - R.r0.y};
-  } else if (m00 >= std::max(m11, m22)) {
-    q = {R.r2.y - R.r1.z, 1 + m00 - m11 - m22, R.r0.y + R.r1.x, R.r0.z + R.r2.x};
-  } else if (m11 >= m22) {
-    q = {R.r0.z - R.r2.x, R.r0.y + R.r1.x, 1 - m00 + m11 - m22, R.r1.z + R.r2.y};
-  } else {
-    q = {R.r1.x - R.r0.y, R.r0.z + R.r2.x, R.r1.z + R.r2.y, 1 - m00 - m11 + m22};
-  }
-  const double n = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) * (q.w < 0 ? -1.0 : 1.0);
-  return {q.w / n, q.x / n, q.y / n, q.z / n};
-}
-
 Mat3d rotation_from_quaternion(Quaternion q) {
   const double w = q.w, x = q.x, y = q.y, z = q.z;
   return {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
@@ -35,11 +18,6 @@ Vec3d rotation_log(const Mat3d& R) {
   const double n = norm(v);
   const double scale = n > 1e-12 ? 2 * std::atan2(n, q.w) / n : 2.0;
   return scale * v;
-}
-
-Vec3d mrp_from_rotation(const Mat3d& R) {
-  const Quaternion q = quaternion_from_rotation(R);
-  return (1 / (1 + q.w)) * Vec3d{q.x, q.y, q.z};
 }
 
 double rotation_angle(const Mat3d& R) { return norm(rotation_log(R)); }

@@ -62,13 +62,32 @@ HD Mat3<T> rotation_exp(Vec3<T> w_rad) {
 struct Quaternion {
   double w, x, y, z;  // w >= 0, unit length
 };
-Quaternion quaternion_from_rotation(const Mat3d& R);
+// Shepperd's method: divide by the largest of the four components.
+HD Quaternion quaternion_from_rotation(const Mat3d& R) {
+  const double m00 = R.r0.x, m11 = R.r1.y, m22 = R.r2.z, trace = m00 + m11 + m22;
+  const double of_last = m11 < m22 ? m22 : m11, of_all = m00 < of_last ? of_last : m00;
+  Quaternion q;
+  if (trace >= of_all) {
+    q = {1 + trace, R.r2.y - R.r1.z, R.r0.z - R.r2.x, R.r1.x - R.r0.y};
+  } else if (m00 >= of_last) {
+    q = {R.r2.y - R.r1.z, 1 + m00 - m11 - m22, R.r0.y + R.r1.x, R.r0.z + R.r2.x};
+  } else if (m11 >= m22) {
+    q = {R.r0.z - R.r2.x, R.r0.y + R.r1.x, 1 - m00 + m11 - m22, R.r1.z + R.r2.y};
+  } else {
+    q = {R.r1.x - R.r0.y, R.r0.z + R.r2.x, R.r1.z + R.r2.y, 1 - m00 - m11 + m22};
+  }
+  const double n = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) * (q.w < 0 ? -1.0 : 1.0);
+  return {q.w / n, q.x / n, q.y / n, q.z / n};
+}
 Mat3d rotation_from_quaternion(Quaternion q);
 
 // Matrix to rotation vector, |w| <= pi; exact near 0 and near pi (through the quaternion).
 Vec3d rotation_log(const Mat3d& R);
 // Matrix to MRP, |r| <= 1.
-Vec3d mrp_from_rotation(const Mat3d& R);
+HD Vec3d mrp_from_rotation(const Mat3d& R) {
+  const Quaternion q = quaternion_from_rotation(R);
+  return (1 / (1 + q.w)) * Vec3d{q.x, q.y, q.z};
+}
 // Angle of the rotation, radians, in [0, pi]; exact for small angles too.
 double rotation_angle(const Mat3d& R);
 // The rotation nearest to A (polar decomposition); A must have a positive determinant.

@@ -1,64 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <list>
 #include <stdexcept>
 
-#include "base/device_stream.h"
-#include "energies/cuda_work.h"
-#include "energies/reduce_cuda.cuh"
+#include "base/device_copies.h"
+#include "energies/cuda_work.cuh"
 
 namespace sdftrack::energies {
 
 namespace {
 
-constexpr int kMaxSummed = kSummed<Four::P>;
-constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
 constexpr std::size_t kMostVolumes = 128;
-
-struct SentVolume {
-  std::uint64_t id, frame;  // frame: of the last use
-  DeviceBuffer<float> phi;
-};
-
-}  // namespace
-
-// The pixels are one block of memory, column after column, so that one copy brings them there.
-struct CudaWork::Impl {
-  explicit Impl(int device_) : device(device_) {}
-
-  int device;
-  DeviceStream stream;
-  int count = 0;            // pixels
-  std::uint64_t frame = 0;  // uploads so far
-  DeviceBuffer<float> pixels;
-  PinnedBuffer<float> staging;
-  DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
-  PinnedBuffer<double> sums{kMaxSummed};
-  std::list<SentVolume> volumes;  // that of the last use first
-
-  float* column(int k) { return pixels.data() + static_cast<std::ptrdiff_t>(k) * count; }
-
-  // The first n totals on the host, once the stream has come to them.
-  const double* finish(int blocks, int n) {
-    launch(stream, 1, AddBlocks{partial.data(), blocks, n, total.data()});
-    stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
-    stream.wait();
-    return sums.data();
-  }
-
-  // Room for one more volume: where the device is full, at the cost of those that this frame has not used.
-  DeviceBuffer<float> room_for(std::size_t voxels) {
-    while (volumes.size() >= kMostVolumes) volumes.pop_back();
-    try {
-      return DeviceBuffer<float>(voxels);
-    } catch (const CudaError&) {
-      volumes.remove_if([this](const SentVolume& v) { return v.frame != frame; });
-      return DeviceBuffer<float>(voxels);
-    }
-  }
-};
-
-namespace {
 
 // The members belong to the device, whatever the caller's current one is.
 std::unique_ptr<CudaWork::Impl> make_impl(int device) {
@@ -68,40 +18,65 @@ std::unique_ptr<CudaWork::Impl> make_impl(int device) {
 
 }  // namespace
 
+DeviceBuffer<float> CudaWork::Impl::room_for(std::size_t voxels) {
+  while (volumes.size() >= kMostVolumes && volumes.back().frame != frame) volumes.pop_back();
+  try {
+    return DeviceBuffer<float>(voxels);
+  } catch (const CudaError&) {
+    volumes.remove_if([this](const SentVolume& v) { return v.frame != frame; });
+    return DeviceBuffer<float>(voxels);
+  }
+}
+
 CudaWork::CudaWork(int device) : impl_(make_impl(device)) {}
 CudaWork::~CudaWork() = default;
+
+PixelsView<float> CudaWork::make_room(int count) {
+  Impl& w = *impl_;
+  const DeviceScope scope(w.device);
+  ++w.frame;
+  w.volumes.remove_if([](const SentVolume& v) { return v.id == 0; });
+  w.count = 0;  // until there is room
+  const auto n = static_cast<std::size_t>(count);
+  if (w.pixels.size() < n * kColumns) w.pixels.room((n + n / 2) * kColumns);
+  w.count = count;
+  return w.view();
+}
 
 PixelsView<float> CudaWork::upload(const PixelSet& set) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
-  w.stream.wait();  // the last copy may still read the staging buffer
-  ++w.frame;
-  w.volumes.remove_if([](const SentVolume& v) { return v.id == 0; });
+  w.take_turn(Impl::kStaging);
+  const PixelsView<float> view = make_room(set.count());
   w.count = 0;  // until all of it is there
-  const auto n = static_cast<std::size_t>(set.count()), room = (n + n / 2) * kColumns;
-  if (w.pixels.size() < n * kColumns) w.pixels.room(room);
-  if (w.staging.size() < n * kColumns) w.staging.room(room);
+  const auto n = static_cast<std::size_t>(set.count());
+  if (w.staging.size() < n * kColumns) w.staging.room((n + n / 2) * kColumns);
   const std::vector<float>* const columns[kColumns] = {
       &set.u_px, &set.v_px, &set.depth_m, &set.per_noise, &set.foreground, &set.hit_m, &set.gain};
   for (std::size_t k = 0; k < kColumns; ++k) std::copy_n(columns[k]->data(), n, w.staging.data() + k * n);
   w.stream.upload(w.staging.data(), n * kColumns, w.pixels.data());
   w.count = set.count();
-  return {w.count, w.column(0), w.column(1), w.column(2), w.column(3), w.column(5), w.column(6), w.column(4)};
+  return view;
 }
 
 void CudaWork::download(PixelSet* set) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
-  const auto n = static_cast<std::size_t>(w.count);
-  if (set->count() != w.count) throw std::logic_error("CudaWork: other pixels than were uploaded");
-  w.stream.download(w.column(5), 2 * n, w.staging.data());  // hits and gains lie side by side
-  w.stream.wait();
-  std::copy_n(w.staging.data(), n, set->hit_m.data());
-  std::copy_n(w.staging.data() + n, n, set->gain.data());
+  check_uploaded(*set);
+  w.queue_hits();
+  w.wait();
+  w.take_hits(set);
+}
+
+void CudaWork::check_uploaded(const PixelSet& set) const {
+  if (set.count() != impl_->count) throw std::logic_error("CudaWork: other pixels than were uploaded");
 }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;
+  SdfView view = sdf;
+  view.phi = DeviceCopies::find(sdf.phi, w.device);
+  if (view.phi) return view;
   const DeviceScope scope(w.device);
   const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
                                   [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
@@ -115,7 +90,6 @@ SdfView CudaWork::volume(const SdfView& sdf) {
     w.volumes.push_front(std::move(made));
   }
   w.volumes.front().frame = w.frame;
-  SdfView view = sdf;
   view.phi = w.volumes.front().phi.data();
   return view;
 }

@@ -18,11 +18,17 @@ class CudaWork {
 
   // Copies the pixels there; the view is valid until the next upload.
   PixelsView<float> upload(const PixelSet& pixels);
+  // The same number of pixels for kernels to fill, in place of what was uploaded.
+  PixelsView<float> make_room(int count);
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
   // The volume with its values on the device. One with an id is sent once; those not used for the longest
-  // time make room for others. One without is sent anew by each call.
+  // time make room for others. One without is sent anew by each call, unless the device has the same values
+  // already (device_copies.h).
   SdfView volume(const SdfView& sdf);
+
+  // logic_error where the device holds another number of pixels.
+  void check_uploaded(const PixelSet& pixels) const;
 
   struct Impl;
   Impl& impl() { return *impl_; }

@@ -10,7 +10,9 @@ struct CudaWork::Impl {};
 CudaWork::CudaWork(int) { no_cuda(); }
 CudaWork::~CudaWork() = default;
 PixelsView<float> CudaWork::upload(const PixelSet&) { no_cuda(); }
+PixelsView<float> CudaWork::make_room(int) { no_cuda(); }
 void CudaWork::download(PixelSet*) { no_cuda(); }
+void CudaWork::check_uploaded(const PixelSet&) const { no_cuda(); }
 SdfView CudaWork::volume(const SdfView&) { no_cuda(); }
 
 template <class Field, class Penalty>

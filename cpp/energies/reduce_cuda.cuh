@@ -20,15 +20,19 @@ template <int P>
 constexpr int kSummed = 1 + P + P*(P + 1) / 2;
 constexpr int kMostInRegisters = 128;  // of these a thread keeps for itself, of the 255 registers that it has
 
-// The warps' sums of N numbers, added in their order.
+// The warps' sums of N numbers, added in their order; `partial` are this block's N.
 template <int N>
 __device__ void add_warps(const float (&of_warp)[kBlockWarps][N], double* partial) {
   __syncthreads();
   for (int k = threadIdx.x; k < N; k += kBlockThreads) {
     double sum = 0;
     for (int w = 0; w < kBlockWarps; ++w) sum += static_cast<double>(of_warp[w][k]);
-    partial[static_cast<std::size_t>(blockIdx.x) * N + k] = sum;
+    partial[k] = sum;
   }
+}
+template <int N>
+__device__ double* of_this_block(double* partial) {
+  return partial + static_cast<std::size_t>(blockIdx.x) * N;
 }
 
 template <int N>
@@ -45,6 +49,20 @@ __device__ void add_over_block(const float (&value)[N], double* partial) {
   add_warps(of_warp, partial);
 }
 
+// To `sums`, in the order of kSummed.
+template <int P>
+__device__ void add_contribution(const Contribution<float, P>& c, float* sums) {
+  sums[0] += c.cost;
+  int k = 1 + P;
+#pragma unroll
+  for (int a = 0; a < P; ++a) {
+    sums[1 + a] += c.slope * c.J[a];
+    const float weighted = c.curvature * c.J[a];
+#pragma unroll
+    for (int b = 0; b <= a; ++b) sums[k++] += weighted * c.J[b];
+  }
+}
+
 template <class Loop>
 struct Linearize {
   static constexpr const char* kName = "linearize";
@@ -56,19 +74,9 @@ struct Linearize {
     constexpr int P = Loop::P;
     float sums[kSummed<P>] = {};
     for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
-         i += gridDim.x * kBlockThreads) {
-      const Contribution<float, P> c = term.linearize(i);
-      sums[0] += c.cost;
-      int k = 1 + P;
-#pragma unroll
-      for (int a = 0; a < P; ++a) {
-        sums[1 + a] += c.slope * c.J[a];
-        const float weighted = c.curvature * c.J[a];
-#pragma unroll
-        for (int b = 0; b <= a; ++b) sums[k++] += weighted * c.J[b];
-      }
-    }
-    add_over_block(sums, partial);
+         i += gridDim.x * kBlockThreads)
+      add_contribution(term.linearize(i), sums);
+    add_over_block(sums, of_this_block<kSummed<P>>(partial));
   }
 };
 
@@ -109,7 +117,7 @@ struct LinearizeShared {
 #pragma unroll
     for (int k = 0; k < kShare; ++k)
       if (32 * k + lane < N) of_warp[warp][32 * k + lane] = sums[k];
-    add_warps(of_warp, partial);
+    add_warps(of_warp, of_this_block<N>(partial));
   }
 
  private:
@@ -146,7 +154,7 @@ struct Cost {
     for (int i = blockIdx.x * kBlockThreads + threadIdx.x; i < term.pixels.count;
          i += gridDim.x * kBlockThreads)
       sums[0] += term.cost(i);
-    add_over_block(sums, partial);
+    add_over_block(sums, of_this_block<1>(partial));
   }
 };
 
@@ -164,7 +172,18 @@ struct Settle {
   }
 };
 
-// One block: the blocks' sums in their order. A warp adds one number after another.
+// The sums of `blocks` blocks in their order: a warp of this block adds one number after another. Not by the
+// cache of a multiprocessor, which another's sums do not reach.
+__device__ inline void add_blocks(const volatile double* partial, int blocks, int n, double* total) {
+  const int lane = threadIdx.x % 32;
+  for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
+    double sum = 0;
+    for (int b = lane; b < blocks; b += 32) sum += partial[static_cast<std::size_t>(b) * n + k];
+    for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
+    if (lane == 0) total[k] = sum;
+  }
+}
+
 struct AddBlocks {
   static constexpr const char* kName = "add blocks";
   static constexpr int kThreads = kBlockThreads;
@@ -172,15 +191,7 @@ struct AddBlocks {
   int blocks, n;
   double* total;
 
-  __device__ void operator()() const {
-    const int lane = threadIdx.x % 32;
-    for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
-      double sum = 0;
-      for (int b = lane; b < blocks; b += 32) sum += partial[static_cast<std::size_t>(b) * n + k];
-      for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
-      if (lane == 0) total[k] = sum;
-    }
-  }
+  __device__ void operator()() const { add_blocks(partial, blocks, n, total); }
 };
 
 }  // namespace sdftrack::energies

@@ -9,6 +9,7 @@
 #include "base/robust.h"
 #include "energies/add_sums.h"
 #include "energies/cuda_work.h"
+#include "energies/pose_fits.h"
 #include "energies/reduce_cpu.h"
 #include "energies/term_ops.h"
 
@@ -191,6 +192,53 @@ void SdfEnergy::enter_device(CudaWork* device) {
   for (std::size_t k = 0; k < static_cast<std::size_t>(objects_); ++k)
     device_sdfs_[k] = device->volume(sdfs_[k]);
   device_ = device;
+}
+
+namespace {
+
+template <class Field>
+constexpr bool kOneObject =
+    std::is_same_v<Field, SingleObject<float>> || std::is_same_v<Field, ScaledObject<float>>;
+
+void take(const optim::LmStep* steps, const auto& search, optim::LmResult* out) {
+  out->x.T_obj_cam[0] = search.at.T_obj_cam;
+  if (!out->x.log_scale.empty()) out->x.log_scale[0] = search.at.log_scale;
+  out->cost = search.cost, out->count = search.count, out->damping = search.damping;
+  out->stop = search.stop, out->steps.assign(steps, steps + search.tried);
+}
+
+template <class Field, class Penalty>
+void search_one(CudaWork* device, const Term<Field, Penalty>& term, int settle_steps,
+                const optim::LmOptions& options, const Beside& beside, PixelSet* pixels,
+                optim::LmResult* out) {
+  using Fits = CudaPoseFits<Field, Penalty>;
+  std::vector<typename Fits::Problem> problems{{term, nullptr, settle_steps, options, beside.prior,
+                                                beside.outline, static_cast<float>(beside.outline_weight)}};
+  std::vector<typename Fits::Fit> fits(1);
+  fits[0].search.at = {out->x.T_obj_cam[0], out->x.log_scale.empty() ? 0.0 : out->x.log_scale[0]};
+  std::vector<optim::LmStep> steps;
+  Fits::run(device, &problems, &fits, &steps, 1, pixels);
+  take(steps.data(), fits[0].search, out);
+}
+
+}  // namespace
+
+void SdfEnergy::search(CudaWork* device, int settle_steps, const optim::LmOptions& options,
+                       const Beside& beside, optim::LmResult* out) {
+  if (!can_search() || !options.fixed.empty())
+    throw std::logic_error("SdfEnergy: only the pose and size of one object are searched on a device");
+  if (options_.residual != Residual::kRayHit) settle_steps = 0;
+  enter_device(device);
+  try {
+    with_term(out->x, false, [&]<class Field, class Penalty>(const Term<Field, Penalty>& term, const auto&) {
+      if constexpr (kOneObject<Field>) search_one(device, term, settle_steps, options, beside, pixels_, out);
+    });
+  } catch (...) {
+    device_ = nullptr;
+    throw;
+  }
+  device_ = nullptr;  // what leave_device() would bring is here
+  undecided_ = false;
 }
 
 void SdfEnergy::leave_device() {

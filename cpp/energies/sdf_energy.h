@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "base/views.h"
+#include "energies/outline_term.h"
 #include "energies/pixel_set.h"
 #include "energies/summary.h"
 #include "optim/energy.h"
+#include "optim/lm.h"
+#include "optim/pose_search.h"
 
 namespace sdftrack::energies {
 
@@ -37,6 +40,13 @@ struct PixelReadings {
 
 class CudaWork;
 
+// What may stand beside the data where a device runs the whole search.
+struct Beside {
+  optim::PriorTerm prior{};
+  OutlineTerm<float> outline{};  // without points it is left out
+  double outline_weight = 0;
+};
+
 constexpr int kMaxJoined = 4;  // objects in a union: of more near one point the nearest count
 
 // Working memory of a summary, for whoever makes one in every frame.
@@ -61,6 +71,13 @@ class SdfEnergy final : public optim::Energy {
   // must stay as they are.
   void enter_device(CudaWork* device);
   void leave_device();
+
+  // Whether `search` can be asked: for the pose, and perhaps the size, of one object.
+  bool can_search() const { return objects_ == 1 && !options_.intrinsics && options_.warm_hits; }
+  // As settle() with so many steps and optim::minimize() of this energy and what is beside it, from out->x
+  // on, all of it on the device: the host waits once.
+  void search(CudaWork* device, int settle_steps, const optim::LmOptions& options, const Beside& beside,
+              optim::LmResult* out);
 
   // phi at the measured points, valid until the pixels' classes are decided: it is written in their place.
   const float* distances(const optim::State& x);

@@ -1,29 +1,21 @@
 // SPDX-License-Identifier: MIT
-// What one point contributes to a rough fit: a reading, a surface point, an outline point.
+// What one point contributes to a rough fit: a reading, a surface point; of an outline point
+// energies/outline_term.h.
 #pragma once
 
-#include "energies/free_space_residual.h"
-#include "energies/term.h"
-#include "frame/points_view.h"
+#include "energies/outline_term.h"
 
 namespace sdftrack::frame {
+
+using energies::contribution_of;
+using energies::OutlineTerm;
+using energies::PointsView;
 
 // The nodes of a SearchScene.
 struct NodesView {
   const float* depth_m;
   int x0, y0, step, width, height;
 };
-
-template <class T>
-HD energies::Contribution<T, 6> contribution_of(const energies::Curve<T>& c, Vec3<T> g, Vec3<T> p_obj,
-                                                decltype(T() < T()) counts) {
-  const Vec3<T> m = cross(p_obj, g);
-  const T none = T(0);
-  return {select(counts, c.cost, none),
-          select(counts, c.slope, none),
-          select(counts, c.curvature, none),
-          {g.x, g.y, g.z, m.x, m.y, m.z}};
-}
 
 // phi at a reading. Of solids, readings of other things, only what lies deeper than the margin counts: there
 // the object is not in front of them.
@@ -86,39 +78,6 @@ struct SurfaceTerm {
                           T(static_cast<float>(nodes.y0)) + real<T>(j) * step);
     const T residual = dot(n_cam, z * r - p);
     return contribution_of(penalty(residual, T(1)), n_obj, p_obj, within & (z > T(0)));
-  }
-};
-
-// How far an outline point stands where the sensor sees past it, sideways (energies/free_space_residual.h).
-template <class T>
-struct OutlineTerm {
-  Rigid<T> T_cam_obj, T_obj_cam;
-  Intrinsics<T> K;
-  energies::DepthLogistic<T> penalty;
-  energies::DistanceView grid;
-  PointsView points_obj;
-  T weight;
-  T dead_px;  // distances up to this cost nothing
-
-  template <class U>
-  HD OutlineTerm<U> cast() const {
-    return {T_cam_obj.template cast<U>(),
-            T_obj_cam.template cast<U>(),
-            K.template cast<U>(),
-            penalty.template cast<U>(),
-            grid,
-            points_obj,
-            U(weight),
-            U(dead_px)};
-  }
-  HD energies::Contribution<T, 6> linearize(IntOf<T> k) const {
-    const Vec3<T> p_obj = points_obj.at<T>(k);
-    T r;
-    Vec3<T> dr_cam;
-    const auto counts = energies::free_space_residual(grid, K, dead_px, T_cam_obj * p_obj, &r, &dr_cam);
-    const energies::Curve<T> c = penalty(r, T(1));
-    return contribution_of({weight * c.cost, weight * c.slope, weight * c.curvature}, -(T_obj_cam.R * dr_cam),
-                           p_obj, counts);
   }
 };
 

@@ -11,6 +11,7 @@
 #include "base/rigid.h"
 #include "base/views.h"
 #include "energies/distance_transform.h"
+#include "frame/select_terms.h"
 #include "frame/shape.h"
 
 namespace sdftrack::frame {
@@ -30,12 +31,7 @@ struct IdealPixel {
   Intrinsics<float> K;
   int width;
 
-  Vec2f operator()(int x, int y) const {
-    if (!frame.rays) return {static_cast<float>(x), static_cast<float>(y)};
-    const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                       static_cast<std::size_t>(x));
-    return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
-  }
+  Vec2f operator()(int x, int y) const { return ideal_pixel(frame.rays, K, width, x, y); }
 };
 
 // What the sensor reads in the direction of a point in front of the camera; 0: nothing, or outside the image.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a pixel's reading may show the object: one pixel's formula.
+// Whether a pixel's reading may show the object, and which of those that may are used: one pixel's formulas.
 #pragma once
 
 #include "base/camera.h"
@@ -8,6 +8,40 @@
 namespace sdftrack::frame {
 
 constexpr int kRowsAhead = 3;
+
+// See IdealPixel (region.h).
+HD Vec2f ideal_pixel(const float* rays, const Intrinsics<float>& K, int width, int x, int y) {
+  if (!rays) return {static_cast<float>(x), static_cast<float>(y)};
+  const float* r = rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                               static_cast<std::size_t>(x));
+  return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
+}
+
+// `wanted` of `count` candidates, evenly spread over their order.
+struct Spread {
+  int wanted;
+  double stride;
+
+  HD static Spread of(int wanted, int count) {
+    const int n = wanted < 0 ? 0 : (wanted < count ? wanted : count);
+    return {n, n > 0 ? static_cast<double>(count) / n : 1.0};
+  }
+  HD int candidate(int k) const { return static_cast<int>(k * stride); }
+  // The k whose candidate this is; -1: none's.
+  HD int place_of(int candidate_) const {
+    const int about = static_cast<int>(candidate_ / stride);
+    for (int k = about > 0 ? about - 1 : 0; k <= about + 1 && k < wanted; ++k)
+      if (candidate(k) == candidate_) return k;
+    return -1;
+  }
+};
+
+// Of readings, relative to some depth's.
+struct RelativeNoise {
+  float noise, per_m2;
+
+  HD float per_noise(float z) const { return 1 / (noise + per_m2 * z * z); }
+};
 
 // Readings in the object's padded box, but for those on a plane.
 template <class T>

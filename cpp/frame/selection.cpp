@@ -22,56 +22,54 @@ int within_mask(const unsigned char* mask, int* at, int n) {
 
 }  // namespace
 
+Lookout lookout_for(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                    const Rigidd& T_cam_obj, const DepthNoiseLaw& noise, double padding_m,
+                    const Plane* plane) {
+  const double reference = noise.at(T_cam_obj.t.z);
+  const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
+  const auto pad = static_cast<float>(padding_m);
+  return {projected_box(camera, shape, T_cam_obj, padding_m),
+          {frame.depth_m.data, frame.rays, camera.width, camera.K.cast<float>(),
+           static_cast<float>(std::max(1e-3, range.near_m)), static_cast<float>(range.far_m),
+           inverse(T_cam_obj).cast<float>(), shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
+           plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0},
+           plane ? static_cast<float>(plane->offset_m) : 0.0f, plane ? kPlaneTolerance_m : -1.0f},
+          {static_cast<float>(noise.noise_m / reference), static_cast<float>(noise.noise_per_m / reference)}};
+}
+
 void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                             const Rigidd& T_cam_obj, const DepthNoiseLaw& noise, double padding_m,
                             const Plane* plane) {
-  const double reference = noise.at(T_cam_obj.t.z);
-  frame_ = frame, K_ = camera.K.cast<float>(), count_ = 0;
-  noise_ = static_cast<float>(noise.noise_m / reference);
-  noise_per_m2_ = static_cast<float>(noise.noise_per_m / reference);
-
-  const Rect rect = projected_box(camera, shape, T_cam_obj, padding_m);
+  const Lookout lookout = lookout_for(frame, camera, shape, T_cam_obj, noise, padding_m, plane);
+  const Rect& rect = lookout.rect;
+  frame_ = frame, K_ = lookout.term.K, count_ = 0, noise_ = lookout.noise;
   if (rect.empty()) return;
-  const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
-  const auto pad = static_cast<float>(padding_m);
-  const SelectTerm<float> term{frame.depth_m.data,
-                               frame.rays,
-                               camera.width,
-                               K_,
-                               static_cast<float>(std::max(1e-3, range.near_m)),
-                               static_cast<float>(range.far_m),
-                               inverse(T_cam_obj).cast<float>(),
-                               shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
-                               plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0},
-                               plane ? static_cast<float>(plane->offset_m) : 0.0f,
-                               plane ? kPlaneTolerance_m : -1.0f};
   const PointOps& ops = point_ops_for(used_isa());
   const auto area = static_cast<std::size_t>(rect.x1 - rect.x0) * static_cast<std::size_t>(rect.y1 - rect.y0);
   if (at_.size() < area + energies::kLanes) at_.resize(area + energies::kLanes);  // a pack is stored whole
   for (int y = rect.y0; y < rect.y1; ++y) {
     int* const row = at_.data() + count_;
-    const int found = ops.candidates(term, y, rect.x0, rect.x1, row);
+    const int found = ops.candidates(lookout.term, y, rect.x0, rect.x1, row);
     count_ += frame.mask ? within_mask(frame.mask, row, found) : found;
   }
 }
 
 void PixelSelection::pack(int wanted, energies::PixelSet* out) const {
-  const int n = std::clamp(wanted, 0, count_);
+  const Spread spread = Spread::of(wanted, count_);
+  const int n = spread.wanted;
   out->resize(n);
   const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
-  const double stride = n > 0 ? static_cast<double>(count_) / n : 1;
   const int width = frame_.depth_m.width;
   int y = 0, next_row = width;  // of the pixel in hand
   for (int k = 0; k < n; ++k) {
-    const int at = at_[static_cast<std::size_t>(k * stride)];
+    const int at = at_[static_cast<std::size_t>(spread.candidate(k))];
     while (at >= next_row) ++y, next_row += width;
     const Vec2f u = ideal(at - (next_row - width), y);
     const auto i = static_cast<std::size_t>(k);
     out->at[i] = at, out->u_px[i] = u.x, out->v_px[i] = u.y, out->depth_m[i] = frame_.depth_m.data[at];
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-    const float z = out->depth_m[i];
-    out->per_noise[i] = 1 / (noise_ + noise_per_m2_ * z * z);
+    out->per_noise[i] = noise_.per_noise(out->depth_m[i]);
   }
   std::fill(out->foreground.begin(), out->foreground.end(), 0.0f);
   out->start_afresh();

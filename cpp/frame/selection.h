@@ -9,6 +9,17 @@
 
 namespace sdftrack::frame {
 
+// Where one object's pixels are looked for, and by what.
+struct Lookout {
+  Rect rect;
+  SelectTerm<float> term;
+  RelativeNoise noise;
+};
+// See PixelSelection::choose.
+Lookout lookout_for(const DepthFrame& frame, const Camera& camera, const Shape& shape,
+                    const Rigidd& T_cam_obj, const DepthNoiseLaw& noise, double padding_m,
+                    const Plane* plane);
+
 class PixelSelection {
  public:
   // Pixels whose points lie in the padded box, but for those within 5 mm of the plane, if one is given. The
@@ -25,7 +36,7 @@ class PixelSelection {
   int count_ = 0;
   DepthFrame frame_{};
   Intrinsics<float> K_{};
-  float noise_ = 1, noise_per_m2_ = 0;
+  RelativeNoise noise_{1, 0};
 };
 
 }  // namespace sdftrack::frame

@@ -5,9 +5,11 @@
 #include "base/camera.h"
 #include "base/rigid.h"
 #include "base/views.h"
-#include "frame/points_view.h"
+#include "energies/points_view.h"
 
 namespace sdftrack::frame {
+
+using energies::PointsView;
 
 constexpr float kSeenFacing = 0.25f;  // cosine of the incidence below which a point is not asked
 constexpr int kMarchSteps = 24, kNearSteps = 4;

@@ -6,9 +6,26 @@
 #include <vector>
 
 #include "levelset/evidence.h"
+#include "levelset/far_terms.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::levelset {
+
+// How far the surface moved beside some voxels.
+struct SurfaceChange {
+  float sum_m, max_m;  // the sum: of those that lay near it before
+  int count;           // of these
+};
+
+// Of a relaxation, in voxels.
+constexpr float kStays = 0.02f;   // a surface that moved less is not followed yet
+constexpr float kSettled = 0.2f;  // distances that change by more are followed on
+constexpr float kMax_m = 1e6f;    // of a distance while it is relaxed
+
+// Of a voxel of which nothing but its side is known.
+float far_side_m(const sdf::Grid& grid);
+// Boxes of cells that hold all of the surface, if it runs only through these blocks.
+std::vector<sdf::VoxelBox> boxes_of(const BlockLattice& blocks, const std::vector<unsigned char>& surface);
 
 class EvidenceDistance {
  public:
@@ -29,29 +46,21 @@ class EvidenceDistance {
   // How far the surface moved in the last update, on the mean where it changed.
   double change_m() const { return change_m_; }
   const LargeArray<float>& phi() const { return phi_; }
-  SdfView view() const { return grid_.view(phi_.data()); }
+  SdfView view() const { return grid().view(phi_.data()); }
 
  private:
-  static constexpr int kCoarse = 4;
-  struct Change {
-    float sum_m = 0, max_m = 0;
-    int count = 0;
-  };
-  struct Range {
-    int x0, x1, y0, y1, z0, z1;
-  };
-  Range inner(int block) const;
-  bool cross(const EvidenceVolume& evidence, const Range& range, Change* change);
+  using Change = SurfaceChange;
+  const sdf::Grid& grid() const { return blocks_.grid; }
+  bool cross(const EvidenceVolume& evidence, const VoxelRange& range, Change* change);
   void cross_beside(const EvidenceVolume& evidence, const std::vector<int>& changed, int threads);
-  BlockRows rows_of(const Range& range, std::size_t* first) const;
+  BlockRows rows_of(const VoxelRange& range, std::size_t* first) const;
   void relax(int block, bool forward, float band_m);
   void find_active(const EvidenceVolume& evidence, const std::vector<int>& changed, float band_m);
-  float least(int block) const;
+  float nearest(int block) const;
   bool beside_surface(int block) const;
   void mark_around(int block);
 
-  sdf::Grid grid_;
-  int bx_, by_, bz_;
+  BlockLattice blocks_;
   LargeArray<float> phi_;
   bool has_surface_ = false;
   std::vector<Change> changes_;  // by block
@@ -63,7 +72,6 @@ class EvidenceDistance {
   std::vector<int> beside_;             // blocks with a face on one that has changed
   std::vector<unsigned char> surface_;  // blocks that hold a voxel beside the surface
   std::vector<int> active_[8];          // by colour: no two of one colour are neighbours
-  sdf::Grid coarse_grid() const;
   std::vector<float> coarse_;
   std::vector<std::uint8_t> known_, inside_;
 };

@@ -6,6 +6,10 @@
 
 namespace sdftrack::levelset {
 
+// What a comparison of lanes gives.
+template <class T>
+using MaskOf = decltype(T(0) < T(0));
+
 template <class T>
 HD T least(T a, T b) {
   return select(a < b, a, b);
@@ -55,5 +59,24 @@ struct EikonalTerm {
     return select(crossed | entered, own, select(inside, T(0) - kept, kept));
   }
 };
+
+// A voxel's distance on the side that its log ratio says.
+template <class T>
+struct Sided {
+  T phi;              // of the size before; at least a voxel where it has changed sides
+  MaskOf<T> crossed;  // whether a neighbour is on the other side
+};
+// low, high: of the neighbours' log ratios.
+template <class T>
+HD Sided<T> sided(T log_ratio, T low, T high, T before, T voxel_m) {
+  const auto inside = log_ratio > T(0);
+  const auto yes = (select(inside, T(0) - low, high) > T(0)) | (select(inside, low, T(1)) == T(0));
+  const T size = abs(before);
+  const auto turned = select(inside, before, T(-1) * before) > T(0);
+  const T kept = select(turned, most(size, voxel_m), size);
+  Sided<T> out;
+  out.phi = select(inside, T(-1) * kept, kept), out.crossed = yes;
+  return out;
+}
 
 }  // namespace sdftrack::levelset

@@ -9,9 +9,7 @@
 
 #include "base/large_array.h"
 #include "base/rigid.h"
-#include "levelset/evidence_image.h"
-#include "levelset/voxel_ops.h"
-#include "sdf/grid.h"
+#include "levelset/evidence_blocks.h"
 
 namespace sdftrack::levelset {
 
@@ -30,9 +28,15 @@ struct FrameColors {
   const unsigned char* rgb;  // 3 per pixel of the rectangle
 };
 
+// A frame's image as the voxels read it. `pixels`: those of the image, here or on a GPU.
+EvidenceTerm<float> evidence_term(const EvidenceImage& image, const float* pixels, const Camera& camera,
+                                  const EvidenceOptions& options);
+// How far from a reading of the surface, along its normal, something is said.
+float evidence_reach_m(const EvidenceOptions& options);
+
 class EvidenceVolume {
  public:
-  static constexpr int kBlock = 8;
+  static constexpr int kBlock = kBlockSide;
 
   // No evidence; prior: log ratio by voxel, or nullptr for none.
   EvidenceVolume(const sdf::Grid& grid, const float* prior);
@@ -50,47 +54,40 @@ class EvidenceVolume {
   // Whether in one of these a voxel went from inside to outside or back, or was seen for the first time.
   bool turned(int block) const { return turned_[static_cast<std::size_t>(block)]; }
 
-  const sdf::Grid& grid() const { return grid_; }
-  int blocks_x() const { return bx_; }
-  int blocks_y() const { return by_; }
-  int blocks_z() const { return bz_; }
+  const sdf::Grid& grid() const { return blocks_.grid; }
+  const BlockLattice& blocks() const { return blocks_; }
   // Sums over the frames, the prior where the weight is 0; the mean ratio is log_ratio / weight.
   const LargeArray<float>& log_ratio() const { return log_ratio_; }
   const LargeArray<float>& weight() const { return weight_; }
-  // Mean colour (0..255) times 256, and how much was seen within reach of the surface, times 256.
-  struct Color {
-    std::uint16_t r, g, b, seen;
-  };
+  using Color = VoxelColor;
   const LargeArray<Color>& colors() const { return colors_; }
-  float seen(std::size_t voxel) const { return static_cast<float>(colors_[voxel].seen) / kSeenScale; }
-  static constexpr float kSeenScale = 256;
+  float seen(std::size_t voxel) const { return colors_[voxel].seen_sum(); }
+
+  // All that frames change, for a copy elsewhere: voxels, blocks, and how many frames there were.
+  struct Parts {
+    float *log_ratio, *weight;
+    Color* colors;
+    unsigned char *empty, *spoken, *turned;
+    int* frame;
+  };
+  Parts parts() {
+    return {log_ratio_.begin(), weight_.begin(), colors_.begin(), empty_.data(),
+            spoken_.data(),     turned_.data(),  &frame_};
+  }
 
  private:
-  bool touches(int block, const Rigidd& T_cam_obj, const Camera& camera, const EvidenceImage& image) const;
-  void find_tiles(const EvidenceImage& image, float reach_m);
-  bool rests(int block, const EvidenceOptions& options) const;
   bool fuse_block(  // whether the surface may have changed
-      int block, const EvidenceTerm<float>& term, const EvidenceImage& image, const FrameColors& colors,
-      const Rigidd& T_cam_obj, const EvidenceOptions& options);
+      int block, const EvidenceTerm<float>& term, const BlockSight& sight, const EvidenceImage& image,
+      const FrameColors& colors, const EvidenceOptions& options);
   void color_row(const EvidenceTerm<float>& term, const EvidenceImage& image, const FrameColors& colors,
                  Vec3f p_cam, Vec3f step_cam, int count, const float* distance_m, float reach_m,
                  std::size_t at);
-  BlockRows rows_of(int block, std::size_t* first) const;
   void prefetch_block(int block) const;
-  void add_color(std::size_t voxel, const unsigned char* rgb, float weight);
 
-  sdf::Grid grid_;
-  int bx_, by_, bz_;
+  BlockLattice blocks_;
   LargeArray<float> log_ratio_, weight_;
   LargeArray<Color> colors_;
-  // Of the image's tiles: the depths between which its surface says something, and the last reading of all,
-  // before which it may be empty; 0: there are none.
-  static constexpr int kTile = 4;
-  struct Tile {
-    float surface_from_m, surface_to_m, last_m;
-  };
   std::vector<Tile> tiles_;
-  int tiles_x_ = 0, tiles_y_ = 0;
   std::vector<unsigned char> empty_;   // blocks of which every voxel is as surely outside as it can be
   std::vector<unsigned char> spoken_;  // frames that have spoken of a block's surface, until it is known
   int frame_ = 0;

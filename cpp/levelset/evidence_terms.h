@@ -5,6 +5,7 @@
 #include "base/camera.h"
 #include "base/fast_math.h"
 #include "base/vec.h"
+#include "levelset/eikonal_terms.h"
 
 namespace sdftrack::levelset {
 
@@ -51,7 +52,7 @@ struct SensorNoise {
   float usual_m;               // the noise at which a reading has weight 1, seen head on
 };
 
-// How a voxel changes.
+// What a frame says of a voxel.
 template <class T>
 struct Evidence {
   T log_ratio, weight;
@@ -133,5 +134,33 @@ struct EvidenceTerm {
             select(near, d, T(kNoSurface_m))};
   }
 };
+
+// A voxel after a frame.
+template <class T>
+struct FusedVoxel {
+  T log_ratio, weight;
+  MaskOf<T> turned;  // went from inside to outside, or back, or is known for the first time
+  MaskOf<T> inside;
+  MaskOf<T> unsure;  // not as surely outside as it can be
+};
+
+// own and before: its log ratio and weight so far.
+template <class T>
+HD FusedVoxel<T> fused(const Evidence<T>& said, T own, T before, T limit, bool printed) {
+  // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
+  const auto idle = (said.weight < T(2 * kFaint * kCarvedWeight)) & (before > T(kUnknownWeight));
+  const T more = select(idle, T(0), said.weight), sum = before + more;
+  const auto first = (before == T(0)) & (more > T(0));
+  // What was guessed counts until something is seen; printed, it is a factor that stays (4.35).
+  const T known = printed ? own : select(first, T(0), own);
+  const T kept = any(sum > limit) ? select(sum > limit, limit / sum, T(1)) : T(1);
+  FusedVoxel<T> out;
+  out.log_ratio = kept * (known + select(idle, T(0), said.log_ratio)), out.weight = kept * sum;
+  out.inside = out.log_ratio > T(0);
+  const T was = select(own > T(0), T(1), T(0)), is = select(out.inside, T(1), T(0));
+  out.turned = (was != is) | first;
+  out.unsure = (out.weight < T(kEmptyWeight)) | (out.log_ratio >= T(kEmptyMean) * out.weight);
+  return out;
+}
 
 }  // namespace sdftrack::levelset

@@ -28,8 +28,11 @@ EvolvedField::EvolvedField(const sdf::Grid& grid, const float* phi_m) : grid_(gr
   std::copy_n(phi_m, grid.size(), phi_.begin());
 }
 
-void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads) {
-  const std::vector<float> next = levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads);
+void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads,
+                          int device) {
+  const std::vector<float> next =
+      device == kOnCpu ? levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads)
+                       : levelset::evolve_cuda(grid_, phi_.data(), log_ratio, steps, options, device);
   measure_change(next);
   std::copy(next.begin(), next.end(), phi_.begin());
 }

@@ -17,7 +17,9 @@ class EvolvedField {
   EvolvedField(const sdf::Grid& grid, const float* phi_m);
 
   // log_ratio: of all frames so far, the first guess among it. The field stays where it is in memory.
-  void evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads);
+  void evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads,
+              int device = kOnCpu);
+  static constexpr int kOnCpu = -1;  // else the number of a GPU
 
   // Boxes of cells that hold all of the surface.
   std::vector<sdf::VoxelBox> surface_boxes() const;

@@ -29,21 +29,13 @@ struct VoxelLoops {
         const L k = real<L>(indices<L>(i, n));
         const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
         const L before = load<L>(weights + i, n), own = load<L>(ratios + i, n);
-        // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
-        const auto idle = (said.weight < L(2 * kFaint * kCarvedWeight)) & (before > L(kUnknownWeight));
-        const L more = select(idle, L(0), said.weight), sum = before + more;
-        // What was guessed counts until something is seen; printed, it is a factor that stays (4.35).
-        const L known = given.form.printed ? own : select((before == L(0)) & (more > L(0)), L(0), own);
-        const L kept = any(sum > limit) ? select(sum > limit, limit / sum, L(1)) : L(1);
-        const L now = kept * (known + select(idle, L(0), said.log_ratio)), weighs = kept * sum;
-        store(now, ratios + i, n);
-        store(weighs, weights + i, n);
-        const L one = select(own > L(0), L(1), L(0)), other = select(now > L(0), L(1), L(0));
+        const FusedVoxel<L> now = fused(said, own, before, limit, given.form.printed);
+        store(now.log_ratio, ratios + i, n);
+        store(now.weight, weights + i, n);
         const auto here = among_first<L>(n);
-        change.turned |= any((one != other) & here) || any((before == L(0)) & (more > L(0)) & here);
-        change.inside |= any((now > L(0)) & here);
-        const auto unsure = (weighs < L(kEmptyWeight)) | (now >= L(kEmptyMean) * weighs);
-        change.empty &= !any(unsure & here);
+        change.turned |= any(now.turned & here);
+        change.inside |= any(now.inside & here);
+        change.empty &= !any(now.unsure & here);
         if (!any(said.distance_m < L(kNoSurface_m))) return;
         if (!(change.near >> row & 1)) std::fill_n(distance_m + kBlockSide * row, kBlockSide, kNoSurface_m);
         change.near |= std::uint64_t{1} << row;
@@ -84,15 +76,11 @@ struct VoxelLoops {
         const L own = load<L>(p, n);
         const L a = load<L>(p - 1, n), b = load<L>(p + 1, n), c = load<L>(p - rows.row, n),
                 d = load<L>(p + rows.row, n), e = load<L>(p - rows.slice, n), f = load<L>(p + rows.slice, n);
-        const L low = least(least(least(a, b), least(c, d)), least(e, f)),
-                high = most(most(most(a, b), most(c, d)), most(e, f));
-        const auto inside = own > L(0);
-        const auto yes = (select(inside, L(0) - low, high) > L(0)) | (select(inside, low, L(1)) == L(0));
-        const L before = load<L>(phi + first, n), size = abs(before);
-        const auto turned = select(inside, before, L(-1) * before) > L(0);
-        const L kept = select(turned, most(size, L(voxel_m)), size);
-        store(select(inside, L(-1) * kept, kept), phi + first, n);
-        const auto chosen = yes & among_first<L>(n);
+        const Sided<L> now =
+            sided(own, least(least(least(a, b), least(c, d)), least(e, f)),
+                  most(most(most(a, b), most(c, d)), most(e, f)), load<L>(phi + first, n), L(voxel_m));
+        store(now.phi, phi + first, n);
+        const auto chosen = now.crossed & among_first<L>(n);
         if (any(chosen)) found += keep(chosen, static_cast<int>(first), out + found);
       });
     return found;

@@ -19,7 +19,7 @@ struct BlockRows {
   int row, slice;
 
   // Of a row, counted along y, then z.
-  std::size_t offset(int k) const {
+  HD std::size_t offset(int k) const {
     return static_cast<std::size_t>(k % ny) * static_cast<std::size_t>(row) +
            static_cast<std::size_t>(k / ny) * static_cast<std::size_t>(slice);
   }

@@ -3,25 +3,9 @@
 
 #include <Eigen/Core>
 
+#include "optim/prior_terms.h"
+
 namespace sdftrack::optim {
-
-namespace {
-
-Eigen::Matrix3d eigen_hat(const Vec3d& v) {
-  Eigen::Matrix3d K;
-  K << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
-  return K;
-}
-
-// (v, w) of D = increment(v, w).
-Eigen::Matrix<double, 6, 1> increment_of(const Rigidd& D) {
-  const Vec3d r = mrp_from_rotation(D.R);
-  Eigen::Matrix<double, 6, 1> e;
-  e << D.t.x, D.t.y, D.t.z, 4 * r.x, 4 * r.y, 4 * r.z;
-  return e;
-}
-
-}  // namespace
 
 PosePrior::Matrix6d PosePrior::isotropic(double sigma_m, double sigma_rad) {
   const auto information = [](double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : 0.0; };
@@ -31,24 +15,27 @@ PosePrior::Matrix6d PosePrior::isotropic(double sigma_m, double sigma_rad) {
   return diagonal.asDiagonal();
 }
 
+PriorTerm PosePrior::term() const {
+  PriorTerm out;
+  out.given = true, out.T_prior_inverse = inverse(T_prior_);
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) out.information[a][b] = information_(a, b);
+  return out;
+}
+
 double PosePrior::cost(const State& x) {
   const Rigidd D = x.T_obj_cam[static_cast<std::size_t>(object_)] * inverse(T_prior_);
-  const Eigen::Matrix<double, 6, 1> e = increment_of(D);
+  Eigen::Matrix<double, 6, 1> e;
+  prior_error(D, e.data());
   return 0.5 * e.dot(information_ * e);
 }
 
 void PosePrior::linearize(const State& x, NormalEquations* out) {
-  const Rigidd D = x.T_obj_cam[static_cast<std::size_t>(object_)] * inverse(T_prior_);
-  const Vec3d r = mrp_from_rotation(D.R);
-  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
-  // A small turn w on the left moves t by w x t, and the MRP by ((1 - |r|^2) w + 2 w x r + 2 (r . w) r) / 4.
-  J.topLeftCorner<3, 3>().setIdentity();
-  J.topRightCorner<3, 3>() = -eigen_hat(D.t);
-  const Eigen::Vector3d re(r.x, r.y, r.z);
-  J.bottomRightCorner<3, 3>() =
-      (1 - re.squaredNorm()) * Eigen::Matrix3d::Identity() - 2 * eigen_hat(r) + 2 * re * re.transpose();
-
-  const Eigen::Matrix<double, 6, 1> e = increment_of(D);
+  PriorRow row;
+  prior_row(x.T_obj_cam[static_cast<std::size_t>(object_)] * inverse(T_prior_), &row);
+  const Eigen::Matrix<double, 6, 1> e = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(row.e);
+  const Eigen::Matrix<double, 6, 6> J =
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(row.J[0]);
   const int at = unknowns_.object_offset(object_);
   out->hessian.block<6, 6>(at, at) += J.transpose() * information_ * J;
   out->gradient.segment<6>(at) += J.transpose() * (information_ * e);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "optim/energy.h"
+#include "optim/pose_search.h"
 
 namespace sdftrack::optim {
 
@@ -17,6 +18,9 @@ class PosePrior final : public Energy {
 
   // The information of independent sds; a sd of 0 stands for no prior on that part.
   static Matrix6d isotropic(double sigma_m, double sigma_rad);
+
+  // The same in plain numbers.
+  PriorTerm term() const;
 
   Unknowns unknowns() const override { return unknowns_; }
   void linearize(const State& x, NormalEquations* out) override;

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
-#include "base/to_int.h"
+#include "levelset/free_space_terms.h"
 #include "reconstruction/option_schema.h"
 
 namespace sdftrack::reconstruction {
@@ -15,9 +15,7 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
-constexpr int kYoungRounds = 6;    // updates of far distances (an even number), after which half as many do
-constexpr float kEmptyFrames = 3;  // that have looked past a place, and
-constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
+constexpr int kYoungRounds = 6;  // updates of far distances (an even number), after which half as many do
 
 ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
   options = check_options(options);
@@ -50,30 +48,53 @@ levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, cons
 
 Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
                                const ReconstructionOptions& options, std::shared_ptr<const FirstView> view,
-                               int threads, const float* first_shape)
-    : Reconstruction(guessed(grid, prior, view.get(), threads), options, view) {
+                               int threads, const float* first_shape, int device)
+    : Reconstruction(guessed(grid, prior, view.get(), threads), options, view, device) {
   if (options.evolved != (first_shape != nullptr))
     throw std::invalid_argument("first_shape: expected one if and only if evolution is 'printed'");
-  if (options.evolved) field_.emplace(grid, first_shape);
+  if (options.evolved)
+    field_.emplace(grid, first_shape);
+  else
+    begin_shape();
 }
 
 Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
-                               std::shared_ptr<const FirstView> view)
+                               std::shared_ptr<const FirstView> view, int device)
     : options_(checked(options, evidence.grid())),
       view_(std::move(view)),
-      evidence_(std::move(evidence)),
-      distance_(evidence_) {
+      device_(device),
+      evidence_(std::move(evidence)) {
   levelset::SensorNoise& noise = options_.evidence.noise;
   noise.min_m = std::max(noise.min_m, static_cast<float>(grid().voxel_m));
   noise.usual_m = std::max(noise.usual_m, noise.min_m);  // seen head on, a reading weighs 1 in any volume
+}
+
+void Reconstruction::begin_shape() {
+  if (device_ == kOnCpu)
+    distance_.emplace(evidence_);
+  else
+    on_device_ = std::make_unique<levelset::DeviceVolume>(&evidence_, device_);
+}
+
+const levelset::EvidenceVolume& Reconstruction::evidence() const {
+  if (evidence_is_older_) {
+    on_device_->download(&evidence_);
+    evidence_is_older_ = false;
+  }
+  return evidence_;
+}
+
+void Reconstruction::show(int threads) {
+  if (on_device_) on_device_->show(&evidence_, threads);
 }
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
   if (field_) throw std::invalid_argument("grown: a volume with evolution 'printed' cannot be enlarged");
   std::unique_ptr<Reconstruction> larger(
-      new Reconstruction(evidence_.padded(before, after), options_, view_));
+      new Reconstruction(evidence().padded(before, after), options_, view_, device_));
   larger->frames_ = frames_;
+  larger->begin_shape();
   larger->measure_all(threads);
   return larger;
 }
@@ -81,35 +102,36 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
 std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const FirstView> view,
                                                           int threads) const {
   if (field_) throw std::invalid_argument("continued: evolution 'printed' supports only one recording");
-  levelset::EvidenceVolume evidence = evidence_.padded({0, 0, 0}, {0, 0, 0});
+  levelset::EvidenceVolume evidence = this->evidence().padded({0, 0, 0}, {0, 0, 0});
   if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
-  std::unique_ptr<Reconstruction> next(new Reconstruction(std::move(evidence), options_, std::move(view)));
+  std::unique_ptr<Reconstruction> next(
+      new Reconstruction(std::move(evidence), options_, std::move(view), device_));
   next->frames_ = frames_;
+  next->begin_shape();
   next->measure_all(threads);
   return next;
 }
 
 // The distances of the whole volume, from nothing.
 void Reconstruction::measure_all(int threads) {
-  std::vector<int> all(
-      static_cast<std::size_t>(evidence_.blocks_x() * evidence_.blocks_y() * evidence_.blocks_z()));
+  const float band = options_.band_voxels;
+  if (on_device_) {
+    on_device_->update(kFirstRounds, band, true);
+    on_device_->sweep_far(band);
+    on_device_->fill_far(band, 0, grid().nz);
+    show(threads);
+    return;
+  }
+  std::vector<int> all(static_cast<std::size_t>(evidence_.blocks().count()));
   std::iota(all.begin(), all.end(), 0);
-  distance_.update(evidence_, all, kFirstRounds, options_.band_voxels, threads, true);
-  distance_.sweep_far(options_.band_voxels);
-  distance_.fill_far(options_.band_voxels, 0, grid().nz, threads);
+  distance_->update(evidence_, all, kFirstRounds, band, threads, true);
+  distance_->sweep_far(band);
+  distance_->fill_far(band, 0, grid().nz, threads);
 }
 
-// Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
-// looked past.
-bool Reconstruction::has_room(Vec3d p_obj) const {
-  if (view_ && !view_->may_hold(p_obj)) return false;
-  const Vec3d at = (1 / grid().voxel_m) * (p_obj - grid().origin_obj) + Vec3d{0.5, 0.5, 0.5};
-  const int x = to_int(std::floor(at.x)), y = to_int(std::floor(at.y)), z = to_int(std::floor(at.z));
-  if (x < 0 || y < 0 || z < 0 || x >= grid().nx || y >= grid().ny || z >= grid().nz) return true;
-  const std::size_t voxel = grid().index(x, y, z);
-  const float weight = evidence_.weight()[voxel];
-  return !(phi()[voxel] > options_.roles.near_m && weight > kEmptyFrames * levelset::kCarvedWeight &&
-           evidence_.log_ratio()[voxel] < kEmptyRatio * weight);
+bool Reconstruction::looked_past(Vec3d p_obj) const {
+  return levelset::looked_past(grid(), phi().data(), evidence_.log_ratio().data(), evidence_.weight().data(),
+                               p_obj, options_.roles.near_m);
 }
 
 void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
@@ -117,31 +139,53 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
     roles_ = finder_.from_colors(frame.rect, frame.depth_m, frame.foreground);
     if (roles_) return;  // else no colours are known
   }
-  const SdfView sdf = grid().view(phi().data());
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
-  const auto read_at = [&](int x, int y) {
-    const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
-    return T_obj_cam * (frame.depth_m(x, y) * r.cast<float>());
-  };
-  reading_distance_m_.clear();
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  readings_.clear();
   for (int y = frame.rect.y0; y < frame.rect.y1; ++y)
     for (int x = frame.rect.x0; x < frame.rect.x1; ++x) {
       const float z = frame.depth_m(x, y);
-      float phi = std::numeric_limits<float>::quiet_NaN();
-      Vec3f unused;
-      if (z > 0 && std::isfinite(z)) sample(sdf, read_at(x, y), &phi, &unused);
-      reading_distance_m_.push_back(phi);
+      if (!(z > 0 && std::isfinite(z))) {
+        readings_.push_back({kNone, kNone, kNone});
+        continue;
+      }
+      const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
+      readings_.push_back(T_obj_cam * (z * r.cast<float>()));
     }
+  if (on_device_) {
+    on_device_->look_up(readings_, options_.roles.near_m, &reading_distance_m_, &looked_past_);
+  } else {
+    const SdfView sdf = grid().view(phi().data());
+    Vec3f unused;
+    reading_distance_m_.assign(readings_.size(), kNone);
+    for (std::size_t i = 0; i < readings_.size(); ++i)
+      if (!std::isnan(readings_[i].x)) sample(sdf, readings_[i], &reading_distance_m_[i], &unused);
+  }
+  // Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
+  // looked past.
+  const auto has_room = [&](int x, int y) {
+    const auto i =
+        static_cast<std::size_t>((y - frame.rect.y0) * (frame.rect.x1 - frame.rect.x0) + x - frame.rect.x0);
+    const Vec3d p_obj = readings_[i].cast<double>();
+    return !(view_ && !view_->may_hold(p_obj)) && !(on_device_ ? looked_past_[i] != 0 : looked_past(p_obj));
+  };
   roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles,
-                         [&](int x, int y) { return has_room(read_at(x, y).cast<double>()); });
+                         has_room);
 }
 
 // A part in each frame.
 void Reconstruction::update_far(int threads) {
   const int every = options_.far_every * (frames_ < kYoungRounds * options_.far_every ? 1 : 2);
   const int part = frames_ % every, nz = grid().nz;
-  if (part == 0) distance_.sweep_far(options_.band_voxels);
-  distance_.fill_far(options_.band_voxels, nz * part / every, nz * (part + 1) / every, threads);
+  const int from = nz * part / every, to = nz * (part + 1) / every;
+  const float band = options_.band_voxels;
+  if (on_device_) {
+    if (part == 0) on_device_->sweep_far(band);
+    on_device_->fill_far(band, from, to);
+  } else {
+    if (part == 0) distance_->sweep_far(band);
+    distance_->fill_far(band, from, to, threads);
+  }
 }
 
 void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
@@ -152,23 +196,32 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
     find_roles(frame, camera, T_cam_obj);
   }
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
-  const std::vector<int>& changed =
-      evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
-  follow(changed, threads);
+  if (on_device_) {
+    evidence_is_older_ = true;
+    on_device_->fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence);
+    follow({}, threads);
+  } else {
+    follow(evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads), threads);
+  }
   ++frames_;
 }
 
-// The shape, after these blocks have been fused.
+// The shape, after these blocks have been fused; a GPU knows which.
 void Reconstruction::follow(const std::vector<int>& changed, int threads) {
   if (field_) {
     field_->evolve(evidence_.log_ratio().data(), frames_ ? options_.evolution_steps : options_.first_steps,
-                   options_.evolve, threads);
-  } else if (frames_ == 0) {
-    measure_all(threads);
-  } else {
-    distance_.update(evidence_, changed, options_.rounds, options_.band_voxels, threads);
-    update_far(threads);
+                   options_.evolve, threads, device_);
+    return;
   }
+  if (frames_ == 0) {
+    measure_all(threads);
+    return;
+  }
+  if (on_device_)
+    on_device_->update(options_.rounds, options_.band_voxels);
+  else
+    distance_->update(evidence_, changed, options_.rounds, options_.band_voxels, threads);
+  update_far(threads);
 }
 
 }  // namespace sdftrack::reconstruction

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "levelset/distance.h"
+#include "levelset/device_volume.h"
 #include "levelset/evolved_field.h"
 #include "reconstruction/first_view.h"
 #include "reconstruction/roles.h"
@@ -42,10 +42,12 @@ struct FrameEvidence {
 class Reconstruction {
  public:
   // prior: log ratios by voxel before anything is seen, or nullptr. view: what the object keeps to, or
-  // nullptr. first_shape: distances (m) by voxel that an evolution begins with, nullptr without one.
+  // nullptr. first_shape: distances (m) by voxel that an evolution begins with, nullptr without one. device:
+  // of the GPU that does the work and has the volume, or kOnCpu.
   Reconstruction(const sdf::Grid& grid, const float* prior, const ReconstructionOptions& options,
                  std::shared_ptr<const FirstView> view = nullptr, int threads = 1,
-                 const float* first_shape = nullptr);
+                 const float* first_shape = nullptr, int device = kOnCpu);
+  static constexpr int kOnCpu = -1;
 
   // The same in a volume with whole blocks (8 voxels) more before and after it along each axis; an evolution
   // keeps to the volume that it began in.
@@ -59,34 +61,53 @@ class Reconstruction {
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
   const sdf::Grid& grid() const { return evidence_.grid(); }
-  const levelset::EvidenceVolume& evidence() const { return evidence_; }
+  // From a GPU the sums are brought back here, the colours by `show`.
+  const levelset::EvidenceVolume& evidence() const;
+  const LargeArray<levelset::VoxelColor>& colors() const { return evidence_.colors(); }
+  // After `fuse`, what has changed on a GPU is also here, where phi() and colors() were before.
+  void show(int threads);
   // Of the shape, m: negative inside; its zero set is the surface.
-  const LargeArray<float>& phi() const { return field_ ? field_->phi() : distance_.phi(); }
-  std::vector<sdf::VoxelBox> surface_boxes() const {
-    return field_ ? field_->surface_boxes() : distance_.surface_boxes();
+  const LargeArray<float>& phi() const {
+    return field_ ? field_->phi() : on_device_ ? on_device_->phi() : distance_->phi();
   }
-  double change_m() const { return field_ ? field_->change_m() : distance_.change_m(); }
+  std::vector<sdf::VoxelBox> surface_boxes() const {
+    return field_       ? field_->surface_boxes()
+           : on_device_ ? on_device_->surface_boxes()
+                        : distance_->surface_boxes();
+  }
+  double change_m() const {
+    return field_ ? field_->change_m() : on_device_ ? on_device_->change_m() : distance_->change_m();
+  }
   const std::vector<levelset::PixelRole>& roles() const { return *roles_; }
 
  private:
   Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
-                 std::shared_ptr<const FirstView> view);
+                 std::shared_ptr<const FirstView> view, int device);
+  // The evidence's shape, from nothing.
+  void begin_shape();
   void follow(const std::vector<int>& changed, int threads);
   void measure_all(int threads);
   void update_far(int threads);
   void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
 
-  bool has_room(Vec3d p_obj) const;
+  bool looked_past(Vec3d p_obj) const;
 
   ReconstructionOptions options_;
   std::shared_ptr<const FirstView> view_;
-  levelset::EvidenceVolume evidence_;
-  levelset::EvidenceDistance distance_;
-  std::optional<levelset::EvolvedField> field_;  // in place of distance_
+  int device_;
+  // Where a GPU has it, the sums here are older once a frame has been fused.
+  mutable levelset::EvidenceVolume evidence_;
+  mutable bool evidence_is_older_ = false;
+  // One of the three: the distances, here or on a GPU with the evidence, or an evolution.
+  std::optional<levelset::EvidenceDistance> distance_;
+  std::unique_ptr<levelset::DeviceVolume> on_device_;
+  std::optional<levelset::EvolvedField> field_;
   levelset::EvidenceImage image_;
   RoleFinder finder_;
   const std::vector<levelset::PixelRole>* roles_ = nullptr;
+  std::vector<Vec3f> readings_;  // of the rectangle, object frame; NaN where there is none
   std::vector<float> reading_distance_m_;
+  std::vector<unsigned char> looked_past_;  // by a GPU, of each reading
   int frames_ = 0;
 };
 

@@ -15,15 +15,15 @@ struct Grid {
   double voxel_m;
   Vec3d origin_obj;
 
-  std::size_t size() const {
+  HD std::size_t size() const {
     return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
   }
-  std::size_t index(int ix, int iy, int iz) const {
+  HD std::size_t index(int ix, int iy, int iz) const {
     return (static_cast<std::size_t>(iz) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(iy)) *
                static_cast<std::size_t>(nx) +
            static_cast<std::size_t>(ix);
   }
-  Vec3d point(int ix, int iy, int iz) const {
+  HD Vec3d point(int ix, int iy, int iz) const {
     return {origin_obj.x + voxel_m * ix, origin_obj.y + voxel_m * iy, origin_obj.z + voxel_m * iz};
   }
   SdfView view(const float* phi) const {

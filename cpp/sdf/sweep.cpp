@@ -2,32 +2,15 @@
 #include "sdf/sweep.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <cstddef>
+
+#include "sdf/sweep_terms.h"
 
 namespace sdftrack::sdf {
 
 namespace {
 
-constexpr float kFar = 1e30f;
 constexpr int kRounds = 2;  // of eight sweeps: the second one mends what bent round a corner
-
-// Smallest u with sum over axes of max(u - a_i, 0)^2 = h^2, for the smaller neighbour a_i of each axis.
-inline float godunov(float a, float b, float c, float h) {
-  const float low = std::min(a, std::min(b, c)), high = std::max(a, std::max(b, c));
-  const float middle = std::max(std::min(a, b), std::min(std::max(a, b), c));
-  float u = low + h;
-  if (u > middle) {
-    const float d = middle - low;
-    u = 0.5f * (low + middle + std::sqrt(2 * h * h - d * d));
-    if (u > high) {
-      // Relative to the lowest, so that large distances cost no digits.
-      const float p = middle - low, q = high - low, s = p + q;
-      u = low + (s + std::sqrt(std::max(0.f, s * s - 3 * (p * p + q * q - h * h)))) / 3;
-    }
-  }
-  return u;
-}
 
 struct Sweep {
   const Grid& grid;
@@ -75,7 +58,7 @@ struct Sweep {
 
 void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u) {
   for (std::size_t i = 0; i < u->size(); ++i)
-    if (!known[i]) (*u)[i] = kFar;
+    if (!known[i]) (*u)[i] = kUnreached;
   const Sweep sweep{grid, known, *u};
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;

@@ -56,18 +56,20 @@ class Work:
 
 
 VGA, CELLS = 640 * 480, 200**3
-PIXELS, SUMS, COSTS = 10_000, 30, 30  # of one object, and evaluations in a frame
+PIXELS, LOOKS = 10_000, 10 + 4  # of one object: pixels, sums over them in a fit and steps of their rays
+LAUNCHES = 2 + 2 * 11  # the choice of the pixels, and as many looks as two rounds may ask for
 PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
 WORK = (
-    # A pixel: 28 bytes in, 8 corners of the volume of which a half is cached, 8 bytes out.
-    Work("one object, a frame", 0.3, 52 * PIXELS * (SUMS + COSTS), PIXEL_OPS * PIXELS * (SUMS + COSTS), 0,
-         2 * (SUMS + COSTS), SUMS + COSTS),
-    Work("100 objects, a frame", 10.0, 5200 * PIXELS * (SUMS + COSTS), 100 * PIXEL_OPS * PIXELS * (SUMS + COSTS), 0,
-         200 * (SUMS + COSTS), 100 * (SUMS + COSTS)),
+    # A pixel of a look: 28 bytes in, 8 corners of the volume of which a half is cached, 8 bytes out. Depth is sent
+    # once (the rate of PCIe is not counted) and read twice.
+    Work("one object, a frame", 0.3, 52 * PIXELS * LOOKS + 12 * VGA, PIXEL_OPS * PIXELS * LOOKS, 0,
+         LAUNCHES, 1),
+    Work("100 objects, a frame", 10.0, 5200 * PIXELS * LOOKS + 12 * VGA,
+         100 * PIXEL_OPS * PIXELS * LOOKS, 0, LAUNCHES, 1),
     # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
     Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
-    # A pixel: conversion 15 bytes, 5 rounds of 16, 4 rounds of connectivity of 40, labels 12.
-    Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
+    # A pixel: conversion 15 bytes, 5 rounds of 16, 3 rounds of connectivity of 40, labels 12.
+    Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 3 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 20, 1),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
     # 50 outputs of ten inputs, 30 fields each, of which 10 learn side by side, 1,500 operations after one another.

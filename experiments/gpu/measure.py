@@ -54,6 +54,19 @@ def tracker_call(device: str, objects: int, size: int) -> Call:
     return lambda: [tracker.track(frame) for tracker in trackers]
 
 
+def fit_call(device: str, objects: int, size: int, pixels: int = 10_000) -> Call:
+    """A frame of objects that are fitted each on its own, all in one call, from a few millimetres off."""
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=100)
+    pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35])
+    depth = box.render(camera, pose)[0]
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    turns = np.linspace(-0.02, 0.02, objects)
+    starts = np.stack([st.geometry.pose([t, 0.01, -t], [0.002, t / 10, 0.002]) @ pose for t in turns])
+    fitter = st.PoseFitter(box, camera, device=device)
+    return lambda: fitter.fit(frame, starts, max_pixels=pixels)
+
+
 def slic_call(device: str, size: int) -> Call:
     y, x = np.mgrid[: 3 * size // 4, :size]
     image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
@@ -90,19 +103,25 @@ def evolve_call(device: str, voxels: int) -> Call:
     )
 
 
-def measure(device: str, quick: bool) -> dict[str, Any]:
-    """Times of the CPU and of the device."""
-    size, runs = (160, 1) if quick else (640, 20)
-    calls: dict[str, Callable[[str], Call]] = {
-        "one object, a frame": lambda d: tracker_call(d, 1, size),
-        "100 objects, a frame": lambda d: tracker_call(d, 2 if quick else 100, size),
+def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
+    """Each task by its name: a device to what runs the task there."""
+    size = 160 if quick else 640
+    return {
+        "one object, a frame": lambda d: fit_call(d, 1, size),
+        "100 objects, a frame": lambda d: fit_call(d, 2 if quick else 100, size),
+        "tracker of one object, a frame": lambda d: tracker_call(d, 1, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }
+
+
+def measure(device: str, quick: bool) -> dict[str, Any]:
+    """Times of the CPU and of the device."""
+    runs = 1 if quick else 20
     out = {}
-    for name, make in calls.items():
+    for name, make in calls(quick).items():
         few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
         out[name] = {
             "cpu_ms": time_ms(make("cpu"), few),

@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.camera import Camera, RGBDCamera
     from sdftrack.contour import LWPR
     from sdftrack.device import cuda_available, info
-    from sdftrack.energy import Energy, State, back_project, minimize
+    from sdftrack.energy import Energy, PoseFit, PoseFitter, State, back_project, fit_poses, minimize
     from sdftrack.frame import Frame
     from sdftrack.imaging.plane import remove_plane
     from sdftrack.io.datasets import Sequence, open_sequence
@@ -61,7 +61,7 @@ _HOMES = {
     "camera": ("Camera", "RGBDCamera"),
     "contour": ("LWPR",),
     "device": ("cuda_available", "info"),
-    "energy": ("Energy", "State", "back_project", "minimize"),
+    "energy": ("Energy", "PoseFit", "PoseFitter", "State", "back_project", "fit_poses", "minimize"),
     "frame": ("Frame",),
     "imaging.plane": ("remove_plane",),
     "io.datasets": ("Sequence", "open_sequence"),
@@ -94,6 +94,8 @@ __all__ = [
     "IntrinsicsResult",
     "Mesh",
     "MeshReport",
+    "PoseFit",
+    "PoseFitter",
     "Primitive",
     "PrimitiveFit",
     "RGBDCamera",
@@ -119,6 +121,7 @@ __all__ = [
     "cuda_available",
     "draw",
     "find_symmetries",
+    "fit_poses",
     "fit_primitive",
     "fit_primitives",
     "geometry",

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/cuda_probe.h"
+#include "base/strided.h"
 #include "superpixels/slic.h"
 
 namespace sdftrack {
@@ -25,6 +26,14 @@ struct Way {
   superpixels::SlicDistance distance = superpixels::SlicDistance::kSquared;
   bool connected = true, masked = false;
 };
+
+TEST(Strided, ends_where_the_next_number_is_beyond_an_int) {
+  std::vector<int> seen;
+  const auto note = [&](int i) { seen.push_back(i); };
+  strided(5, (std::int64_t{1} << 31) - 256, (std::int64_t{1} << 31) - 65, note);
+  strided((std::int64_t{1} << 31) - 66, std::int64_t{1} << 31, (std::int64_t{1} << 31) - 65, note);
+  EXPECT_EQ(seen, (std::vector<int>{5, 2147483397, 2147483582}));
+}
 
 class SlicOnDevice : public testing::TestWithParam<Way> {};
 
@@ -55,9 +64,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Way{26, 19, 9, 3}, Way{26, 19, 9, 3, SlicDistance::kThesis},
                     Way{26, 19, 9, 3, SlicDistance::kSquared, false},
                     Way{26, 19, 9, 3, SlicDistance::kSquared, true, true},
-                    Way{80, 60, 200, 40},  // until nothing moves: more rounds than are started at once
+                    Way{40, 30, 50, 40},  // until nothing moves: more rounds than are started at once
                     Way{120, 3, 150, 5}, Way{1, 1, 1, 1}, Way{70, 70, 1, 4},  // a cell of more than one block
-                    Way{90, 60, 700, 2}));  // small regions, joined in several rounds
+                    Way{26, 19, 9, 10}, Way{26, 19, 9, 11},  // all rounds at once, and one more
+                    Way{90, 60, 700, 2}));                   // small regions, joined in several rounds
 
 }  // namespace
 }  // namespace sdftrack

@@ -15,6 +15,7 @@ struct Settings {
   int devices = 1;
   std::size_t bytes = std::size_t{1} << 30;  // of each device
   int compute_major = 9;                     // its capability
+  bool late_pageable = false;                // pageable memory is read late, too
   double early = 0.2;                        // part of the calls after which some waiting work runs at once
 };
 
@@ -32,6 +33,10 @@ std::string failed_call();
 std::size_t bytes_in_use();
 // Kernels that have run since the last reset.
 std::int64_t kernels_run();
+// Times that the host has waited for a stream, an event or a device since then, and bytes copied to or from
+// one.
+std::int64_t waits();
+std::int64_t bytes_copied();
 // What the last failure of a kernel says.
 std::string last_message();
 

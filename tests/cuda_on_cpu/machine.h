@@ -32,6 +32,7 @@ struct Work {
 
 struct Stream {
   int device = 0;
+  bool destroyed = false;
   std::deque<Work> work;
 };
 
@@ -49,6 +50,7 @@ class Machine {
   cudaError_t last_error(bool forget);
 
   Stream* stream(cudaStream_t given);  // the current device's own for nullptr; nullptr: unknown
+  void forget_streams();               // those that were destroyed and have come to their end
   void add(Stream* stream, Work work);
   // Runs waiting work in an order of its own until `done`; false: nothing can run any more.
   bool run_until(const std::function<bool()>& done);
@@ -58,7 +60,7 @@ class Machine {
   std::vector<std::unique_ptr<Stream>> streams;  // the first ones are the devices' own
   std::map<cudaEvent_t, std::unique_ptr<Event>> events;
   std::map<const char*, std::size_t> pinned;
-  std::int64_t calls = 0, kernels = 0;
+  std::int64_t calls = 0, kernels = 0, waits = 0, bytes_copied = 0;
   std::int64_t fail_after = -1;
   cudaError_t fail_with = cudaSuccess;
   std::string failed_call, message;

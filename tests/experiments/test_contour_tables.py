@@ -3,9 +3,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from scipy.optimize import check_grad
 
+from experiments.contour.breakdancer import breakdancer, tumbling
 from experiments.contour.contour import follow_davis, open_davis
+from experiments.contour.gplvm import GPLVM, LatentSearch
+from sdftrack.contour.dct import harmonics, series
+from sdftrack.metrics import iou
+from sdftrack.synth.gait import gait
 
 
 @pytest.mark.parametrize(("sequence", "by", "least"), [("cows", "mask", 0.82), ("camel", "mask", 0.75)])
@@ -19,3 +26,51 @@ def test_recorded_animals_are_followed(data_dir, sequence, by, least):
 def test_the_tables_are_printed_without_recorded_data(tmp_path, measured):
     tables = measured("shape_memory", "--frames", "30", data=tmp_path)["tables"]
     assert sum(row[0] == "walker" for table in tables for row in table["rows"]) == 7
+
+
+def test_derivatives_of_the_latent_variable_model_are_those_of_its_costs():
+    rng = np.random.default_rng(0)
+    model = GPLVM(rng.normal(size=(12, 6)), q=2)
+    there = np.append(model.X.ravel(), np.log([1.0, 0.8, 0.1])) + 0.1 * rng.normal(size=27)
+    assert off(model._cost, there) < 1e-4  # of forward differences
+    search = LatentSearch(model, rng.normal(size=(40, 6)))
+    more_inside, outside = rng.uniform(-0.5, 0.5, 40), np.full(40, 0.6)
+    assert (
+        off(lambda x: search._cost(x, more_inside, outside), model.X[3] + 0.1) < 1e-4
+    )  # of forward differences
+
+
+def off(cost, there):
+    """Difference of a derivative to finite differences over its length."""
+    return check_grad(lambda x: cost(x)[0], lambda x: cost(x)[1], there) / np.linalg.norm(cost(there)[1])
+
+
+@pytest.mark.slow
+def test_the_latent_search_finds_a_training_shape_that_is_half_hidden():
+    masks = gait("cat", 30)
+    codes = np.array([harmonics(m, 10) for m in masks])
+    pictures = np.array([series(unit, (64, 64), "max").ravel() for unit in np.eye(100)]).T
+    search = LatentSearch(GPLVM(codes), pictures)
+    seen = masks[12].copy()
+    seen[:, :30] = False
+    found = (pictures @ search.complete(seen) > 0).reshape(64, 64)
+    # Ten harmonics of the whole mask overlap with it by 0.79, the observed half by 0.5.
+    assert iou(found, masks[12]) > 0.7  # measured 0.75
+    assert iou(seen, masks[12]) < 0.6
+
+
+def test_breakdancers_and_tumbling_gaits_are_seeded_and_do_not_repeat():
+    for make in (lambda seed: breakdancer(20, seed), lambda seed: tumbling(gait("hand", 20), seed)):
+        masks = make(1)
+        np.testing.assert_array_equal(masks, make(1))
+        assert (masks != make(2)).any()
+        assert max(iou(masks[0], m) for m in masks[10:]) < 0.9
+
+
+@pytest.mark.slow
+def test_an_answer_to_an_unknown_pose_is_hardly_ever_worse_than_none(tmp_path, measured):
+    chosen, held_out, _ = measured("unknown_poses", "--frames", "48", "--seeds", "1", data=tmp_path)["tables"]
+    worse = {row[0]: float(row[3]) for row in held_out["rows"]}
+    assert worse["2"] < 0.5 * worse["any"]
+    assert worse["2"] < 1.5
+    assert [row[0] for row in chosen["rows"]][-1] == "any"

@@ -13,6 +13,7 @@ import pytest
 import sdftrack as st
 from sdftrack.contour import memory_file
 from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.contour.occluders import count_occluders
 from sdftrack.contour.silhouette_library import (
     MIN_WEIGHT,
@@ -176,6 +177,36 @@ def test_a_silhouette_without_any_detail_is_novel(kind):
 def test_another_object_is_novel(memory):
     for mask in st.synth.gait("jumper", 6, seed=3):
         assert memory.judge(mask) == "novel"
+
+
+@pytest.mark.parametrize("kind", ["cat", "jumper"])
+def test_a_pose_that_is_not_known_is_not_made_worse(kind):
+    """A somersault: the figure learnt upright, then upside down and lying. Completed it would be up to 0.03 worse."""
+    masks = st.synth.gait(kind, 120)
+    memory = learnt(masks[:60])
+    unknown = np.concatenate([masks[60::4, ::-1], np.rot90(masks[60::4], axes=(1, 2))])
+    what = cases(unknown, (0.1, 0.2, 0.3), "bar")
+    answers = asked(memory, what)
+    gains = np.array(
+        [a.accepted - st.metrics.iou(c.seen, c.whole) for a, c in zip(answers, what, strict=True)]
+    )
+    for some in (gains[: len(gains) // 2], gains[len(gains) // 2 :]):
+        assert some.mean() > -0.005
+    assert np.mean(gains < -0.01) < 0.06
+
+
+def test_what_is_in_doubt_is_not_added_but_still_called_occluded(memory, bars, cat):
+    said = memory.assess(bars[4].seen)
+    assert said.doubt < 1
+    assert said.mask.sum() > bars[4].seen.sum()
+    upright = st.synth.gait("jumper", 60)
+    handstands = learnt(upright)
+    doubtful = [handstands.assess(c.seen) for c in cases(upright[::4, ::-1], (0.1,), "bar")]
+    doubtful = [a for a in doubtful if a.judgement == "occluded" and a.doubt > MAX_DOUBT]
+    assert len(doubtful) > 3
+    for answer in doubtful:
+        assert answer.completed.sum() > answer.mask.sum()
+    assert memory.assess(cat[61]).doubt == np.inf  # nothing to add
 
 
 def test_the_printed_rule_calls_details_novel_that_it_has_not_learnt(cat):

@@ -173,34 +173,44 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   const frame::Shape& shape = target_->shape;
   energies::SdfEnergy data(shape.sdf, pixels, energy_options);
   energies::CudaWork* const device = pixels->count() >= kMinOnDevice ? device_ : nullptr;
-  if (energy_options.residual == energies::Residual::kRayHit)
-    data.settle(*x, kSettleSteps, device);
-  else if (device)
-    data.enter_device(device);
-  sum_.clear();
-  sum_.add(&data);
-
   FreeSpaceEnergy free_space(&shape.outline, &view_.free_grid(),
                              free_space_options(options_, view_.free_grid()));
-  if (!view_.free_grid().empty())
-    sum_.add(&free_space,
-             options_.free_space_weight * pixels->count() / static_cast<double>(shape.outline.size()));
+  const double free_space_weight = view_.free_grid().empty() ? 0
+                                                             : options_.free_space_weight * pixels->count() /
+                                                                   static_cast<double>(shape.outline.size());
   double brightness_weight;
   energies::PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
-  if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
   const bool all = pixels == &view_.pixels();
   energies::OutlineEnergy outline = view_.outline_energy(fitted->memory, kCommonBesideDepth_px);
   const double outline_weight =
       view_.outline_weight(fitted->memory) * pixels->count() / std::max(1, view_.pixels().count());
-  if (outline_weight > 0) sum_.add(&outline, outline_weight);
   optim::PosePrior prior({1, false, false}, 0, inverse(target_->expected), target_->prior);
-  if (target_->prior.diagonal().maxCoeff() > 0) sum_.add(&prior);
+  const bool has_prior = target_->prior.diagonal().maxCoeff() > 0;
 
   optim::LmResult& found = lm_result_;
   found.x = *x;
-  optim::minimize(sum_, stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all),
-                  &lm_work_, &found);
-  data.leave_device();
+  const optim::LmOptions lm =
+      stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all);
+  if (device && !(brightness_weight > 0) && !(outline_weight > 0)) {
+    energies::Beside beside;
+    if (has_prior) beside.prior = prior.term();
+    if (free_space_weight > 0)
+      beside.outline = free_space.term(*x), beside.outline_weight = free_space_weight;
+    data.search(device, kSettleSteps, lm, beside, &found);
+  } else {
+    if (energy_options.residual == energies::Residual::kRayHit)
+      data.settle(*x, kSettleSteps, device);
+    else if (device)
+      data.enter_device(device);
+    sum_.clear();
+    sum_.add(&data);
+    if (free_space_weight > 0) sum_.add(&free_space, free_space_weight);
+    if (brightness_weight > 0) sum_.add(&brightness, brightness_weight);
+    if (outline_weight > 0) sum_.add(&outline, outline_weight);
+    if (has_prior) sum_.add(&prior);
+    optim::minimize(sum_, lm, &lm_work_, &found);
+    data.leave_device();
+  }
   for (const optim::LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
   *x = found.x;

@@ -5,17 +5,21 @@
 
 namespace sdftrack::tracking {
 
+energies::OutlineTerm<float> FreeSpaceEnergy::term(const optim::State& x) const {
+  const Rigidd& T_obj_cam = x.T_obj_cam[0];
+  return {inverse(T_obj_cam).cast<float>(),
+          T_obj_cam.cast<float>(),
+          x.K.cast<float>(),
+          {options_.scale_m, 0.0f},
+          grid_->view(),
+          {points_obj_->data(), static_cast<int>(points_obj_->size()), 1},
+          1.0f,
+          options_.dead_px};
+}
+
 frame::QuickTerms FreeSpaceEnergy::terms(const optim::State& x) const {
   frame::QuickTerms terms{};
-  const Rigidd& T_obj_cam = x.T_obj_cam[0];
-  terms.outline = {inverse(T_obj_cam).cast<float>(),
-                   T_obj_cam.cast<float>(),
-                   x.K.cast<float>(),
-                   {options_.scale_m, 0.0f},
-                   grid_->view(),
-                   {points_obj_->data(), static_cast<int>(points_obj_->size()), 1},
-                   1.0f,
-                   options_.dead_px};
+  terms.outline = term(x);
   return terms;
 }
 

@@ -39,6 +39,7 @@ class FreeSpaceEnergy final : public optim::Energy {
   optim::Unknowns unknowns() const override { return {1, false, false}; }
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
+  energies::OutlineTerm<float> term(const optim::State& x) const;
 
  private:
   frame::QuickTerms terms(const optim::State& x) const;

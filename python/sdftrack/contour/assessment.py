@@ -24,7 +24,7 @@ class Assessment(ArrayRecord):
     ----------
     judgement : "unoccluded", "occluded" or "novel"
     mask : (H, W) bool
-        The silhouette to use: the recovered one if it is occluded, else the given one.
+        The silhouette to use: the recovered one if it is occluded and `doubt` is at most 2, else the given one.
     completed : (H, W) bool
         The recovered silhouette, whatever the judgement; unreliable if that is "novel".
     coefficients : (m,) float64
@@ -40,6 +40,9 @@ class Assessment(ArrayRecord):
     known : float
         Share of the details that were observed before: of the outline ("remembered"), or of the active regressions
         ("printed"). Below one half the silhouette is "novel".
+    doubt : float
+        Of the hidden part: area that no stored silhouette explains over the area that would be added, and more if
+        `known` is small; infinite if nothing would be added. 0 with ``rule="printed"``, which has no measure of it.
     """
 
     judgement: Judgement
@@ -50,6 +53,7 @@ class Assessment(ArrayRecord):
     error: float
     threshold: float
     known: float
+    doubt: float = 0.0
 
     def __repr__(self) -> str:
         return (

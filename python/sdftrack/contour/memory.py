@@ -33,6 +33,7 @@ FIRST = 5  # silhouettes, from which on the error of the next one is taken for t
 MIN_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
 MIN_OUTLINE = 0.2  # of the expected outline; when less of it is seen, all details are hidden
 MAX_OFF_PX = 2.0  # sticking out of what is expected, per contour pixel of a 64 x 64 grid
+MAX_DOUBT = 2.0  # of what would be added; above it the visible part alone may be nearer to the truth
 MAX_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leaves, slats, holes
 MIN_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
 
@@ -165,7 +166,8 @@ class ShapeMemory:
         return self.assess(mask).judgement
 
     def recover(self, mask: ArrayLike) -> Mask:
-        """(H, W) bool: the recovered silhouette if `mask` is judged occluded, else `mask`; errors as in `assess`."""
+        """(H, W) bool: the recovered silhouette if `mask` is judged occluded and what is hidden is not in doubt, else
+        `mask`; errors as in `assess`."""
         return self.assess(mask).mask
 
     def assess(self, mask: ArrayLike) -> Assessment:
@@ -179,7 +181,7 @@ class ShapeMemory:
         Returns
         -------
         Assessment
-            `.judgement`, `.mask`, `.completed`, `.error`, `.threshold`, `.known`, `.coefficients`, `.std`.
+            `.judgement`, `.mask`, `.completed`, `.error`, `.threshold`, `.known`, `.doubt`, `.coefficients`, `.std`.
 
         Raises
         ------
@@ -213,12 +215,14 @@ class ShapeMemory:
         judgement: Judgement = "occluded" if occluded else "unoccluded"
         if self._is_novel(said, on_grid, min_piece):
             judgement = "novel"
+        recovered = judgement == "occluded" and said.doubt <= MAX_DOUBT
         completed = given | self._back(said.hidden, given.shape)
         codes = self._shapes.codes[said.finalists]
         std = np.sqrt(said.weights @ (codes - said.weights @ codes) ** 2)
         return Assessment(
-            judgement, completed if judgement == "occluded" else given, completed, self._code(said.completed),
+            judgement, completed if recovered else given, completed, self._code(said.completed),
             std.astype(np.float64) * bool(said.missing), said.missing, threshold, min(1.0, said.explained),
+            said.doubt,
         )  # fmt: skip
 
     def _printed(self, regression: HarmonicRegression, given: Mask, on_grid: Mask) -> Assessment:

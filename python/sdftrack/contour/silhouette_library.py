@@ -53,7 +53,8 @@ class Explanation:
     hidden : mask; the hidden part alone
     missing : share of the whole that is not visible; slivers of more than 2 px count, even if not in `hidden`
     riddled : share of the interior of the expected silhouette that is neither visible nor explained as hidden
-    off_px : area of the observed silhouette beyond the best stored one, per pixel of its contour
+    beyond_px : area of the observed silhouette beyond the best stored one, pixels
+    off_px : the same per pixel of its contour
     explained : share of the observed contour that lies on the expected one
     outline : length of that part over the length of the expected contour
     weights, finalists : of the stored silhouettes that were averaged
@@ -63,11 +64,19 @@ class Explanation:
     hidden: Mask
     missing: float
     riddled: float
+    beyond_px: float
     off_px: float
     explained: float
     outline: float
     weights: Array
     finalists: NDArray[np.int64]
+
+    @property
+    def doubt(self) -> float:
+        """Whether `hidden` may be a difference between two poses: these stick out as much as they lack, while an
+        occluder only takes away. Area beyond over the hidden area, more if less of the contour is explained."""
+        known_px = np.count_nonzero(self.hidden) * self.explained**2
+        return float(self.beyond_px / known_px) if known_px else float("inf")
 
 
 class SilhouetteLibrary:
@@ -176,6 +185,7 @@ class SilhouetteLibrary:
             completed, hidden,
             missing=lacking / (lacking + np.count_nonzero(mask)),
             riddled=np.count_nonzero(deep & ~completed) / max(1, int(np.count_nonzero(deep))),
+            beyond_px=beyond_px,
             off_px=off_px,
             explained=np.count_nonzero(near_it & ~theirs) / max(1, int(own)),
             outline=on_it / max(1, int(np.count_nonzero(_edge(expected)))),

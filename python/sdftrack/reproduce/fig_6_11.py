@@ -2,9 +2,9 @@
 """Figure 6.11 and Table 6.4: recovery and time per frame of the regression against other ways.
 
 Set-up: the walker, all frames learnt, harmonics 8-10 give 1-7, rectangles that hide 29 to 94 %. The thesis compares
-with a search in a learnt latent space (GPLVM-DCT), which is not built here: the nearest training shape and principal
-components of the harmonics stand for it. Printed: GPLVM ahead by 10 % on average and up to 114 times slower; below
-10 % hidden no recovery is best.
+with a search in a learnt latent space (GPLVM-DCT), which is not built here (experiments/contour/gplvm.py has one): the
+nearest training shape and principal components of the harmonics stand for it. Printed: GPLVM ahead by 10 % on average
+and up to 114 times slower; below 10 % hidden no recovery is best.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ def run(context: Context) -> dict[str, Any]:
     write_text(context.out / "table.txt", text_table(title, head, cells) + "\n")
     _plot(context.out / "figure.png", shares, overlap, seconds)
     notes = [
-        "GPLVM-DCT is not built here: nearest training shape (NN) and principal components (PCA) stand for it"
+        "GPLVM-DCT is not built here: nearest training shape (NN) and principal components (PCA) stand for it; "
+        "python -m experiments run latent_space measures one"
     ]
     return {
         "title": title, "head": head, "rows": cells, "hidden": shares, "overlap": overlap, "seconds": seconds,

@@ -20,35 +20,15 @@ __all__ = [
     "cut",
     "one_of",
     "part_with",
-    "refuse_unless_usual",
 ]
 
 MAX_PIXELS = 2**31 - 65
-# What scikit-image's slic takes besides: values that change nothing, and what to do for another.
-USUAL: dict[str, tuple[tuple[Any, ...], str]] = {
-    "channel_axis": ((-1, 2), "move the channel axis last with numpy.moveaxis"),
-    "sigma": ((0, None), "blur the image first, as skimage.filters.gaussian does"),
-    "spacing": ((None, (1, 1)), "pixels are square; resize the image"),
-    "convert2lab": ((None, True), 'to use colours unchanged, pass color_space="rgb"'),
-    "slic_zero": ((False,), "compactness is the same for all segments"),
-    "max_size_factor": ((3,), "segments have no largest size; raise compactness"),
-}
 MAX_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
 
 
 def checked_image(image: ArrayLike) -> NDArray[Any]:
     """(H, W) or (H, W, 3), C-contiguous, uint8, or float32 in 0..1."""
     return checked_values(checked_shape(image), None)
-
-
-def refuse_unless_usual(others: dict[str, Any]) -> None:
-    """TypeError for an unknown argument, ValueError for a scikit-image argument with a non-neutral value."""
-    for name, value in others.items():
-        if name not in USUAL:
-            raise TypeError(f"slic() got an unexpected keyword argument {name!r}")
-        usual, instead = USUAL[name]
-        if not any(np.array_equal(value, same) for same in usual):
-            raise ValueError(f"{name}: expected {usual[0]!r}, got {value!r}; {instead}")
 
 
 def checked_shape(image: ArrayLike) -> NDArray[Any]:
@@ -103,10 +83,12 @@ def checked_mask(
     if mask is None:
         return None
     given = host_array(mask, "mask")
-    if given.dtype.kind not in "biu":
-        raise TypeError(f"mask: expected an array of bool or whole numbers, got {given.dtype}")
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"mask: expected an array of bool or numbers, got {given.dtype}")
     if given.shape != shape:
         raise ValueError(f"mask: expected the image's shape {shape}, got {given.shape}")
+    if given.dtype.kind == "f" and np.isnan(given).any():
+        raise ValueError("mask: expected numbers, 0 outside, got NaN; give numpy.isfinite of it")
     inside = np.ascontiguousarray(given != 0)
     if not inside.any():
         raise ValueError("mask: expected at least one pixel inside, got none")

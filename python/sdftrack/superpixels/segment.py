@@ -17,11 +17,10 @@ from sdftrack.superpixels.arguments import (
     checked_mask,
     checked_shape,
     checked_values,
-    cut,
     one_of,
-    part_with,
-    refuse_unless_usual,
 )
+from sdftrack.superpixels.core_call import core_labels
+from sdftrack.superpixels.scikit_image import as_theirs, given_image, is_theirs, taken
 
 __all__ = ["Video", "slic"]
 
@@ -29,7 +28,6 @@ Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")
 MAX_COUNT = 2**30  # segments, rounds, first label
-BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 10, 220
 
 
 def slic(
@@ -86,8 +84,10 @@ def slic(
         0: all cores.
     device : {"auto", "cpu", "cuda", "cuda:N"}
     **scikit_image
-        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero``, ``max_size_factor``, accepted only
-        with their neutral value; the error for other values suggests an alternative.
+        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab`` and ``slic_zero`` as there. With
+        ``channel_axis=None`` or ``convert2lab=False``, values of any numeric type are rescaled to 0..1 and
+        `compactness` has their scale. Volumes, other numbers of channels, ``spacing`` and ``slic_zero=True`` are
+        computed in numpy on the CPU, slower. ``max_size_factor`` has no effect: segments have no largest size.
 
     Returns
     -------
@@ -114,35 +114,26 @@ def slic(
     >>> int(labels.min()), bool((labels[:, 39] != labels[:, 40]).all())
     (1, True)
     """
-    refuse_unless_usual(scikit_image)
+    given = taken(scikit_image)
     number = device_number(device)
-    pixels = checked_shape(image)
+    options = _options(
+        n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
+        min_size_factor, 0.0,
+    )  # fmt: skip
+    workers = whole(threads, "threads", 0, MAX_COUNT, THREADS)
+    pixels, colored = given_image(image, given)
+    if is_theirs(pixels, colored, given):
+        for name, other in (("depth", depth is not None), ("distance", distance != "slic")):
+            if other:
+                raise ValueError(f"{name}: not taken with scikit-image's arguments and images; omit {name}")
+        inside = checked_mask(mask, pixels.shape[: pixels.ndim - colored], start_label)
+        return as_theirs(pixels, colored, given, inside, options, color_space, workers, number)
+    pixels = checked_shape(pixels)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
     pixels = checked_values(pixels, inside)
     seen = checked_depth(depth, pixels.shape[:2], depth_weight)
-    shape = pixels.shape[:2]
-    options = _options(
-        n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
-        min_size_factor, depth_weight if seen is not None else 0.0,
-    )  # fmt: skip
-    workers = whole(threads, "threads", 0, MAX_COUNT, THREADS)
-    part = part_with(inside, shape)
-    pixels = cut(pixels, part)
-    inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
-    try:
-        made: Labels = _core.slic(pixels, options, inside, seen, workers, number)[0]
-        if made.shape == shape:
-            return made
-        labels = np.zeros(shape, np.int32)
-        labels[part] = made
-        return labels
-    except MemoryError:
-        segments = min(options.n_segments, pixels.size)
-        need = BYTES_PER_PIXEL * pixels.shape[0] * pixels.shape[1] + BYTES_PER_SEGMENT * segments
-        raise MemoryError(
-            f"image: {shape[0]} x {shape[1]} pixels in {segments} segments need about {need / 2**20:.0f} MiB of "
-            "memory, which is not available; split the image"
-        ) from None
+    options.depth_weight = float(depth_weight) if seen is not None else 0.0
+    return core_labels(pixels, inside, seen, options, workers, number)
 
 
 class Video:

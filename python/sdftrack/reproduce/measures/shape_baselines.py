@@ -2,7 +2,8 @@
 """What a shape memory is compared with: the nearest training shape, and principal components, of harmonics.
 
 They take the place of the thesis' GPLVM, a search in a learnt latent space that takes seconds a frame and is not built
-here. Each is given coefficients (m,) of an observed silhouette and gives those of the whole one.
+here (experiments/contour/gplvm.py has one). Each is given coefficients (m,) of an observed silhouette and gives those
+of the whole one.
 """
 
 from __future__ import annotations

@@ -27,7 +27,8 @@ __all__ = [
 ]  # fmt: skip
 
 Mask: TypeAlias = NDArray[np.bool_]
-Asked: TypeAlias = Callable[[Mask], tuple[Mask, float, str]]  # completed mask, error, judgement
+Said: TypeAlias = tuple[Mask, Mask, float, str]  # completed, accepted mask, error, judgement
+Asked: TypeAlias = Callable[[Mask], Said]
 
 SIZE = 64
 FRAMES = {"cat": 398, "jumper": 410, "walker": 411, "hand": 408}  # as many as the thesis' four videos have
@@ -121,9 +122,9 @@ def learnt(masks: Iterable[Mask], **options: Any) -> ShapeMemory:
 def asked(memory: ShapeMemory, what: list[Case]) -> list[Answer]:
     """A memory's answers."""
 
-    def ask(seen: Mask) -> tuple[Mask, float, str]:
+    def ask(seen: Mask) -> Said:
         said = memory.assess(seen)
-        return said.completed, said.error, said.judgement
+        return said.completed, said.mask, said.error, said.judgement
 
     return _answers(ask, what)
 
@@ -145,12 +146,12 @@ def baseline(
     high = harmonic_numbers(n_harmonics) > n_harmonics - n_inputs
     model = BASELINES[name](codes, high)
 
-    def ask(seen: Mask) -> tuple[Mask, float, str]:
+    def ask(seen: Mask) -> Said:
         c = block_of(seen, n_harmonics, "max", SIZE)
         whole = model.complete(c)
         expected = series(whole, (SIZE, SIZE)) > 0
         completed = with_hidden(seen, expected)[0] if keep_seen else expected
-        return completed, float(np.linalg.norm(whole - c)), "occluded"
+        return completed, completed, float(np.linalg.norm(whole - c)), "occluded"
 
     return _answers(ask, what)
 
@@ -179,9 +180,8 @@ def _answers(ask: Asked, what: list[Case]) -> list[Answer]:
     out = []
     for case in what:
         start = time.perf_counter()
-        completed, error, judgement = ask(case.seen)
+        completed, accepted, error, judgement = ask(case.seen)
         seconds = time.perf_counter() - start
-        accepted = completed if judgement == "occluded" else case.seen
         out.append(
             Answer(
                 case.share, iou(completed, case.whole), iou(accepted, case.whole), error, judgement, seconds

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// What a CudaWork holds, for the files that queue work on its stream.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <list>
+
+#include "base/device_stream.h"
+#include "energies/cuda_work.h"
+#include "energies/reduce_cuda.cuh"
+
+namespace sdftrack::energies {
+
+constexpr int kMaxSummed = kSummed<Four::P>;
+constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
+
+struct SentVolume {
+  std::uint64_t id, frame;  // frame: of the last use
+  DeviceBuffer<float> phi;
+};
+
+// The pixels are one block of memory, column after column, so that one copy brings them there.
+struct CudaWork::Impl {
+  explicit Impl(int device_) : device(device_) {}
+
+  int device;
+  DeviceStream stream;
+  int count = 0;            // pixels
+  std::uint64_t frame = 0;  // uploads so far
+  enum Pinned { kStaging, kPlaces, kProblems };
+  bool busy[3] = {};  // of pinned memory: a copy from or to it may still be on its way
+  DeviceBuffer<float> pixels;
+  PinnedBuffer<float> staging;
+  DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
+  PinnedBuffer<double> sums{kMaxSummed};
+  std::list<SentVolume> volumes;  // that of the last use first
+
+  // Of searches, and of the choice of their pixels.
+  DeviceBuffer<std::byte> problems;
+  PinnedBuffer<std::byte> problems_here;
+  DeviceBuffer<double> search_partial;
+  DeviceBuffer<float> image;  // depth, and the rays where the lens distorts
+  DeviceBuffer<unsigned char> mask;
+  DeviceBuffer<std::byte> places;
+  PinnedBuffer<std::byte> places_here;
+  DeviceBuffer<int> chosen;
+
+  float* column(int k) { return pixels.data() + static_cast<std::ptrdiff_t>(k) * count; }
+  PixelsView<float> view() {
+    return {count, column(0), column(1), column(2), column(3), column(5), column(6), column(4)};
+  }
+
+  void wait() {
+    stream.wait();
+    std::fill(busy, busy + 3, false);
+  }
+  // Before the host writes to it for a copy.
+  void take_turn(Pinned memory) {
+    if (busy[memory]) wait();
+    busy[memory] = true;
+  }
+  // The first n totals on the host, once the stream has come to them.
+  const double* finish(int blocks, int n) {
+    launch(stream, 1, AddBlocks{partial.data(), blocks, n, total.data()});
+    stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
+    wait();
+    return sums.data();
+  }
+  // The hits and classes, there after wait().
+  void queue_hits() {
+    busy[kStaging] = true;
+    stream.download(column(5), 2 * static_cast<std::size_t>(count), staging.data());
+  }
+  void take_hits(PixelSet* set) const {
+    const auto n = static_cast<std::size_t>(count);
+    std::copy_n(staging.data(), n, set->hit_m.data());
+    std::copy_n(staging.data() + n, n, set->gain.data());
+  }
+
+  // Room for one more volume: where the device is full, at the cost of those that this frame has not used.
+  DeviceBuffer<float> room_for(std::size_t voxels);
+};
+
+}  // namespace sdftrack::energies

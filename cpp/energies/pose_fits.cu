@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include <cstring>
+
+#include "energies/cuda_work.cuh"
+#include "energies/pose_fits.h"
+
+namespace sdftrack::energies {
+
+namespace {
+
+constexpr int kMostBlocks = 64;  // that share an object's pixels
+constexpr int kAllBlocks = 264;  // of all objects, about: two for each multiprocessor of a large GPU
+
+template <int P>
+constexpr int kLookSums = kSummed<P> + 1;  // and the rays that meet the model
+
+__device__ void put_at(const optim::PosePoint& at, SingleObject<float>* field) {
+  field->T_obj_cam = at.T_obj_cam.cast<float>();
+}
+__device__ void put_at(const optim::PosePoint& at, ScaledObject<float>* field) {
+  field->T_obj_cam = at.T_obj_cam.cast<float>();
+  field->scale = static_cast<float>(std::exp(at.log_scale));
+}
+
+// One look of every search and what follows from it, or several in turn where an object has one block.
+template <class Field, class Penalty>
+struct LookAndGoOn {
+  using Problem = PoseProblem<Field, Penalty>;
+  using Loop = Term<Field, Penalty>;
+  static constexpr const char* kName = "look and go on";
+  static constexpr int kThreads = kBlockThreads;
+  static constexpr int P = Field::P, N = kLookSums<P>;
+
+  const Problem* problems;
+  PoseFit<P>* fits;
+  double* partial;
+  int blocks, looks;  // of one object; one after another
+  bool begins;
+
+  __device__ void operator()() const {
+    const int problem = static_cast<int>(blockIdx.x) / blocks;
+    for (int k = 0; k < looks; ++k) {
+      if (!(begins && k == 0) && !fits[problem].search.searching) return;
+      look(problem, begins && k == 0);
+      __syncthreads();
+    }
+  }
+
+ private:
+  __device__ void look(int problem, bool first) const {
+    const Problem& given = problems[problem];
+    PoseFit<P>& fit = fits[problem];
+    const int share = static_cast<int>(blockIdx.x) % blocks;
+    double* const of_problem = partial + static_cast<std::size_t>(problem) * blocks * N;
+    sum_pixels(given, fit, share, first, of_problem + static_cast<std::size_t>(share) * N);
+    if (!is_last(&fit)) return;
+    SDFTRACK_SHARED(double[N], total);
+    SDFTRACK_SHARED(double[kSummed<6>], of_outline);
+    add_blocks(of_problem, blocks, N, total);
+    if (given.outline.points_obj.n > 0) sum_outline(given, point_of(fit, first), of_outline);
+    __syncthreads();
+    if (threadIdx.x == 0) decide(given, first, total, of_outline, &fit);
+  }
+
+  // Where to look. A search that begins again does so where the last one has ended.
+  __device__ static const optim::PosePoint& point_of(const PoseFit<P>& fit, bool first) {
+    return first ? fit.search.at : fit.search.to;
+  }
+  __device__ static int count_of(const Problem& given) {
+    return given.pixel_count ? *given.pixel_count : given.term.pixels.count;
+  }
+
+  __device__ void sum_pixels(const Problem& given, const PoseFit<P>& fit, int share, bool first,
+                             double* sums_of_block) const {
+    Loop term = given.term;
+    const int count = count_of(given), settle_steps = first ? given.settle_steps : 0;
+    put_at(point_of(fit, first), &term.field);
+    term.reclassify = first;
+    float sums[N] = {};
+    for (int i = share * kBlockThreads + static_cast<int>(threadIdx.x); i < count;
+         i += blocks * kBlockThreads) {
+      if (settle_steps > 0) term.pixels.hit_m[i] = term.pixels.depth_m[i] - static_cast<float>(kHitLead_m);
+      for (int step = 0; step < settle_steps; ++step) term.settle(i, 1);
+      add_contribution(term.linearize(i), sums);
+      sums[N - 1] += term.pixels.gain[i] == 0.0f ? 1.0f : 0.0f;
+    }
+    add_over_block(sums, sums_of_block);
+  }
+
+  __device__ static void sum_outline(const Problem& given, const optim::PosePoint& at, double* out) {
+    OutlineTerm<float> term = given.outline;
+    term.T_obj_cam = at.T_obj_cam.template cast<float>();
+    term.T_cam_obj = inverse(at.T_obj_cam).template cast<float>();
+    float sums[kSummed<6>] = {};
+    for (int k = static_cast<int>(threadIdx.x); k < term.points_obj.count(); k += kBlockThreads)
+      add_contribution(term.linearize(k), sums);
+    add_over_block(sums, out);
+  }
+
+  // Whether the other blocks of the object have their sums written.
+  __device__ bool is_last(PoseFit<P>* fit) const {
+    SDFTRACK_SHARED(int, last);
+    __threadfence();
+    __syncthreads();
+    if (threadIdx.x == 0) last = atomicAdd(&fit->arrived, 1u) == static_cast<unsigned>(blocks - 1);
+    __syncthreads();
+    __threadfence();
+    return last != 0;
+  }
+
+  __device__ static void decide(const Problem& given, bool first, const double* total,
+                                const double* of_outline, PoseFit<P>* fit) {
+    optim::Quadratic<P> found;
+    found.cost = total[0], found.count = count_of(given);
+    for (int a = 0; a < P; ++a) found.gradient[a] = total[1 + a];
+    for (int k = 0; k < P * (P + 1) / 2; ++k) found.hessian[k] = total[1 + P + k];
+    if (given.outline.points_obj.n > 0) {
+      const double weight = static_cast<double>(given.outline_weight);
+      found.cost += weight * of_outline[0];
+      for (int a = 0; a < 6; ++a) found.gradient[a] += weight * of_outline[1 + a];
+      for (int k = 0; k < 21; ++k) found.hessian[k] += weight * of_outline[7 + k];
+    }
+    given.prior.add(point_of(*fit, first).T_obj_cam, &found.cost, found.gradient, found.hessian);
+    if (first) fit->hits = static_cast<int>(total[N - 1]), fit->pixels = count_of(given);
+    fit->arrived = 0;
+    fit->search.looked(found, given.rules, first);
+  }
+};
+
+// Parts of one block of memory, each at a multiple of 16 bytes.
+class Places {
+ public:
+  template <class T>
+  std::size_t add(std::size_t count) {
+    const std::size_t at = (end_ + 15) / 16 * 16;
+    end_ = at + count * sizeof(T);
+    return at;
+  }
+  std::size_t end() const { return end_; }
+
+ private:
+  std::size_t end_ = 0;
+};
+
+template <class T>
+void put(const T* from, std::size_t count, std::byte* to) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  if (count > 0) std::memcpy(to, from, count * sizeof(T));
+}
+
+// Searches on the device: [fits | steps | problems | points and grids].
+template <class Field, class Penalty>
+class Batch {
+ public:
+  using Problem = PoseProblem<Field, Penalty>;
+  using Fit = PoseFit<Field::P>;
+
+  Batch(CudaWork::Impl* work, std::vector<Problem>* problems, std::vector<Fit>* fits)
+      : w_(*work), problems_(*problems), fits_(*fits), n_(problems->size()) {
+    for (const Problem& p : problems_) {
+      room_ = std::max(room_, p.rules.max_steps);
+      most_pixels_ = std::max(most_pixels_, p.term.pixels.count);
+    }
+    fits_at_ = places_.add<Fit>(n_);
+    steps_at_ = places_.add<optim::LmStep>(n_ * static_cast<std::size_t>(room_));
+    results_end_ = places_.end();
+    problems_at_ = places_.add<Problem>(n_);
+    for (const Problem& p : problems_) {
+      points_at_.push_back(places_.add<Vec3f>(static_cast<std::size_t>(p.outline.points_obj.n)));
+      grids_at_.push_back(places_.add<float>(grid_size(p)));
+    }
+  }
+
+  int room() const { return room_; }
+
+  void upload() {
+    w_.take_turn(CudaWork::Impl::kProblems);
+    if (w_.problems.size() < places_.end()) w_.problems.room(2 * places_.end());
+    if (w_.problems_here.size() < places_.end()) w_.problems_here.room(2 * places_.end());
+    std::byte* const here = w_.problems_here.data();
+    for (std::size_t k = 0; k < n_; ++k) {
+      Fit fit = fits_[k];
+      fit.arrived = 0;
+      fit.search.kept = there<optim::LmStep>(steps_at_) + k * static_cast<std::size_t>(room_);
+      put(&fit, 1, here + fits_at_ + k * sizeof(Fit));
+      Problem problem = problems_[k];
+      OutlineTerm<float>& outline = problem.outline;
+      put(outline.points_obj.points, static_cast<std::size_t>(outline.points_obj.n), here + points_at_[k]);
+      put(outline.grid.distance_px, grid_size(problem), here + grids_at_[k]);
+      outline.points_obj.points = there<Vec3f>(points_at_[k]);
+      outline.grid.distance_px = there<float>(grids_at_[k]);
+      put(&problem, 1, here + problems_at_ + k * sizeof(Problem));
+    }
+    w_.stream.upload(here, places_.end(), w_.problems.data());
+  }
+
+  void launch_all(int rounds) {
+    const int all = static_cast<int>(n_), wanted = static_cast<int>(blocks_of(most_pixels_, kBlockThreads));
+    const int blocks = std::clamp(kAllBlocks / all, 1, std::min(wanted, kMostBlocks));
+    const std::size_t sums = n_ * static_cast<std::size_t>(blocks) * kLookSums<Field::P>;
+    if (w_.search_partial.size() < sums) w_.search_partial.room(sums);
+    LookAndGoOn<Field, Penalty> kernel{there<Problem>(problems_at_), there<Fit>(fits_at_),
+                                       w_.search_partial.data(),     blocks,
+                                       blocks == 1 ? room_ + 1 : 1,  true};
+    for (int round = 0; round < rounds; ++round)
+      for (int k = 0; k <= room_; k += kernel.looks) {
+        kernel.begins = k == 0;
+        launch(w_.stream, static_cast<unsigned>(all * blocks), kernel);
+      }
+  }
+
+  void queue_results() { w_.stream.download(w_.problems.data(), results_end_, w_.problems_here.data()); }
+
+  void take_results(std::vector<optim::LmStep>* steps) {
+    const std::byte* const here = w_.problems_here.data();
+    std::memcpy(static_cast<void*>(fits_.data()), here + fits_at_, n_ * sizeof(Fit));
+    for (Fit& fit : fits_) fit.search.kept = nullptr;
+    steps->resize(n_ * static_cast<std::size_t>(room_));
+    if (!steps->empty())
+      std::memcpy(static_cast<void*>(steps->data()), here + steps_at_, steps->size() * sizeof(optim::LmStep));
+  }
+
+ private:
+  static std::size_t grid_size(const Problem& p) {
+    return p.outline.points_obj.n > 0 ? static_cast<std::size_t>(p.outline.grid.width) *
+                                            static_cast<std::size_t>(p.outline.grid.height)
+                                      : 0;
+  }
+  template <class T>
+  T* there(std::size_t at) {
+    return reinterpret_cast<T*>(w_.problems.data() + at);
+  }
+
+  CudaWork::Impl& w_;
+  std::vector<Problem>& problems_;
+  std::vector<Fit>& fits_;
+  std::size_t n_;
+  int room_ = 0, most_pixels_ = 0;
+  Places places_;
+  std::size_t fits_at_ = 0, steps_at_ = 0, results_end_ = 0, problems_at_ = 0;
+  std::vector<std::size_t> points_at_, grids_at_;
+};
+
+}  // namespace
+
+template <class Field, class Penalty>
+int CudaPoseFits<Field, Penalty>::run(CudaWork* work, std::vector<Problem>* problems, std::vector<Fit>* fits,
+                                      std::vector<optim::LmStep>* steps, int rounds, PixelSet* back) {
+  if (problems->empty()) return 0;
+  CudaWork::Impl& w = work->impl();
+  const DeviceScope scope(w.device);
+  if (back) work->check_uploaded(*back);
+  Batch<Field, Penalty> batch(&w, problems, fits);
+  batch.upload();
+  batch.launch_all(rounds);
+  batch.queue_results();
+  if (back) w.queue_hits();
+  w.wait();
+  batch.take_results(steps);
+  if (back) w.take_hits(back);
+  return batch.room();
+}
+
+template struct CudaPoseFits<SingleObject<float>, DepthLogistic<float>>;
+template struct CudaPoseFits<ScaledObject<float>, DepthLogistic<float>>;
+template struct CudaPoseFits<SingleObject<float>, ColorOdds<float>>;
+template struct CudaPoseFits<SingleObject<float>, ColorPrinted<float>>;
+
+}  // namespace sdftrack::energies

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// What lies of a volume on a GPU, and lists of its blocks.
+#pragma once
+
+#include "base/launch.cuh"
+#include "levelset/crossing_terms.h"
+#include "levelset/distance.h"
+#include "levelset/evidence_blocks.h"
+
+namespace sdftrack::levelset {
+
+constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
+constexpr int kThreadsOfList = 1024, kThreadsPerBlocks = 128, kThreadsPerVoxels = 256;
+
+enum Role : unsigned char { kUntouched, kChanged, kBeside };           // by the last frame
+enum Marked : unsigned char { kNotMarked, kFollows, kFollowsIfNear };  // of blocks whose distances may follow
+enum Shown { kPhiNotShown = 1, kColorNotShown = 2 };  // what the host's copy of a block lacks
+
+// By voxel, and by block. Borrowed.
+struct DeviceVoxels {
+  float *log_ratio, *weight, *phi;
+  VoxelColor* colors;
+};
+struct DeviceBlocks {
+  unsigned char *empty, *spoken, *turned;                                 // evidence.h
+  unsigned char *touched, *role, *source, *marked, *unsettled, *surface;  // distance.h
+  int* shown;                                                             // Shown
+  float* moved_m;
+  SurfaceChange* change;
+};
+struct BlockList {
+  int* blocks;
+  int* count;
+};
+
+__device__ inline int global_thread(int threads) {
+  return static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x);
+}
+
+// The voxel of thread t among those of a block.
+struct VoxelPlace {
+  int x, y, z;
+  __device__ explicit VoxelPlace(int t)
+      : x(t % kBlockSide), y(t / kBlockSide % kBlockSide), z(t / (kBlockSide * kBlockSide)) {}
+};
+
+// A number of all threads of a block, in halves: an order that nothing has a say in. `all` has room for each
+// of the `count`, a power of 2.
+template <class T, class Join>
+__device__ T over_block(T own, T* all, int count, const Join& join) {
+  const int t = static_cast<int>(threadIdx.x);
+  __syncthreads();
+  all[t] = own;
+  for (int half = count / 2; half > 0; half /= 2) {
+    __syncthreads();
+    if (t < half) all[t] = join(all[t], all[t + half]);
+  }
+  __syncthreads();
+  return all[0];
+}
+
+// The blocks that a rule picks, in their order: a list for each block of threads, `blocks` long at most.
+template <class Rule>
+struct ListBlocks {
+  static constexpr const char* kName = Rule::kName;
+  static constexpr int kThreads = kThreadsOfList;
+  Rule rule;  // rule(list, block)
+  int blocks;
+  BlockList lists;
+  __device__ void operator()() const {
+    SDFTRACK_SHARED(int[kThreadsOfList], before);
+    const int list = static_cast<int>(blockIdx.x), t = static_cast<int>(threadIdx.x);
+    const int each = (blocks + kThreadsOfList - 1) / kThreadsOfList, first = least(blocks, each * t),
+              last = least(blocks, first + each);
+    int own = 0;
+    for (int b = first; b < last; ++b) own += rule(list, b) ? 1 : 0;
+    before[t] = own;
+    __syncthreads();
+    for (int step = 1; step < kThreadsOfList; step *= 2) {
+      const int more = t >= step ? before[t - step] : 0;
+      __syncthreads();
+      before[t] += more;
+      __syncthreads();
+    }
+    int* const out = lists.blocks + static_cast<std::size_t>(list) * static_cast<std::size_t>(blocks);
+    int at = before[t] - own;
+    for (int b = first; b < last; ++b)
+      if (rule(list, b)) out[at++] = b;
+    if (t == kThreadsOfList - 1) lists.count[list] = before[t];
+  }
+};
+
+}  // namespace sdftrack::levelset

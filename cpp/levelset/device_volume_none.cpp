@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What a build without CUDA has in place of device_volume.cu: one error.
+#include "base/no_cuda.h"
+#include "levelset/device_volume.h"
+
+namespace sdftrack::levelset {
+
+struct DeviceVolume::Impl {};
+
+DeviceVolume::DeviceVolume(EvidenceVolume*, int) { no_cuda(); }
+DeviceVolume::~DeviceVolume() = default;
+void DeviceVolume::fuse(const EvidenceImage&, const FrameColors&, const Camera&, const Rigidd&,
+                        const EvidenceOptions&) {
+  no_cuda();
+}
+void DeviceVolume::update(int, float, bool) { no_cuda(); }
+void DeviceVolume::sweep_far(float) { no_cuda(); }
+void DeviceVolume::fill_far(float, int, int) { no_cuda(); }
+void DeviceVolume::show(EvidenceVolume*, int) { no_cuda(); }
+void DeviceVolume::download(EvidenceVolume*) { no_cuda(); }
+void DeviceVolume::look_up(const std::vector<Vec3f>&, float, std::vector<float>*,
+                           std::vector<unsigned char>*) {
+  no_cuda();
+}
+const LargeArray<float>& DeviceVolume::phi() const { no_cuda(); }
+std::vector<sdf::VoxelBox> DeviceVolume::surface_boxes() const { no_cuda(); }
+double DeviceVolume::change_m() const { no_cuda(); }
+
+}  // namespace sdftrack::levelset

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// The search for one pose, and perhaps a scale, as a System of lm_rules.h of plain numbers: for kernels.
+#pragma once
+
+#include "base/rigid.h"
+#include "optim/lm_rules.h"
+#include "optim/prior_terms.h"
+
+namespace sdftrack::optim {
+
+// The quadratic model of an energy of P unknowns; of the Hessian its lower triangle, row by row.
+template <int P>
+struct Quadratic {
+  double cost = 0, count = 0;
+  double gradient[P] = {};
+  double hessian[P * (P + 1) / 2] = {};
+};
+HD constexpr int lower_at(int a, int b) { return a * (a + 1) / 2 + b; }  // b <= a
+
+struct PosePoint {
+  Rigidd T_obj_cam;
+  double log_scale = 0;
+};
+
+// A Gaussian prior on the pose: PosePrior (prior.h) in plain numbers.
+struct PriorTerm {
+  bool given = false;
+  Rigidd T_prior_inverse;
+  double information[6][6] = {};
+
+  // Adds the cost, and where wanted its derivatives by the first six unknowns.
+  HD void add(const Rigidd& T_obj_cam, double* cost, double* gradient, double* hessian) const {
+    if (!given) return;
+    PriorRow row;
+    prior_row(T_obj_cam * T_prior_inverse, &row);
+    double pull[6], weighted[6][6];  // I e, I J
+    for (int a = 0; a < 6; ++a) {
+      pull[a] = 0;
+      for (int k = 0; k < 6; ++k) pull[a] += information[a][k] * row.e[k];
+      for (int b = 0; b < 6; ++b) {
+        weighted[a][b] = 0;
+        for (int k = 0; k < 6; ++k) weighted[a][b] += information[a][k] * row.J[k][b];
+      }
+      *cost += 0.5 * row.e[a] * pull[a];
+    }
+    for (int a = 0; a < 6; ++a)
+      for (int k = 0; k < 6; ++k) {
+        gradient[a] += row.J[k][a] * pull[k];
+        for (int b = 0; b <= a; ++b) hessian[lower_at(a, b)] += row.J[k][a] * weighted[k][b];
+      }
+  }
+};
+
+// The damped step of a quadratic model, by L D L^T; false: it is not finite.
+template <int P>
+HD bool find_damped_step(const Quadratic<P>& model, double damping, double* step) {
+  double most = model.hessian[0];
+  for (int a = 1; a < P; ++a) {
+    const double d = model.hessian[lower_at(a, a)];
+    most = most < d ? d : most;
+  }
+  const double floor = damping_floor(most);
+  double L[P][P], D[P];
+  for (int a = 0; a < P; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      double sum = model.hessian[lower_at(a, b)];
+      if (a == b) sum = damped(sum, damping, floor);
+      for (int k = 0; k < b; ++k) sum -= L[a][k] * D[k] * L[b][k];
+      if (a == b)
+        D[a] = sum;
+      else
+        L[a][b] = sum / D[b];
+    }
+  }
+  for (int a = 0; a < P; ++a) {
+    step[a] = -model.gradient[a];
+    for (int k = 0; k < a; ++k) step[a] -= L[a][k] * step[k];
+  }
+  bool finite = true;
+  for (int a = P; a-- > 0;) {
+    step[a] /= D[a];
+    for (int k = a + 1; k < P; ++k) step[a] -= L[k][a] * step[k];
+    finite = finite && abs(step[a]) <= 1.7976931348623157e308;  // not NaN, not infinite
+  }
+  return finite;
+}
+
+// All that is kept from one look to the next. As a Record of lm_rules.h its steps go where `kept` says.
+template <int P>
+struct PoseSearch {
+  PosePoint at, to;  // where it is, and where the next look is
+  Quadratic<P> here;
+  double step[P] = {};
+  LmTrial trial;
+  bool searching = true;
+  double cost = 0, count = 0, damping = 0;
+  Stop stop = Stop::kMaxSteps;
+  int tried = 0;
+  LmStep* kept = nullptr;
+
+  HD void clear_steps() { tried = 0; }
+  HD void add(const LmStep& one) { kept[tried++] = one; }
+  HD int trials() const { return tried; }
+
+  // What a look has found at `to`: on to the next one, or the end. begins: it is the first.
+  HD void looked(const Quadratic<P>& found, const LmRules& rules, bool begins);
+};
+
+template <int P>
+struct PoseSystem {
+  PoseSearch<P>& search;
+  const Quadratic<P>& found;
+  const LmRules& rules;
+
+  HD double cost() const { return search.here.cost; }
+  HD double count() const { return search.here.count; }
+  HD bool has_data() const {
+    bool some = false;
+    for (int a = 0; a < P; ++a) some = some || search.here.hessian[lower_at(a, a)] > 0;
+    return some;
+  }
+  HD bool find_step(double damping) { return find_damped_step<P>(search.here, damping, search.step); }
+  HD Promise promised() const {
+    double linear = 0, bent = 0;
+    for (int a = 0; a < P; ++a) {
+      double curved = 0;
+      for (int b = 0; b < P; ++b)
+        curved += search.here.hessian[b <= a ? lower_at(a, b) : lower_at(b, a)] * search.step[b];
+      linear += search.here.gradient[a] * search.step[a], bent += search.step[a] * curved;
+    }
+    const double all = -(linear + 0.5 * bent);
+    return {all, rules.block > 0 && all < 0 ? 0 : all};
+  }
+  HD bool step_is_small() const {
+    bool small = true;
+    for (int a = 0; a < P; ++a) {
+      const double limit = a < 3 ? rules.step_m : (a < 6 ? rules.step_rad : rules.step_relative);
+      small = small && abs(search.step[a]) <= limit;
+    }
+    return small;
+  }
+  HD void move() {
+    const double* const d = search.step;
+    search.to.T_obj_cam = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * search.at.T_obj_cam;
+    search.to.log_scale = search.at.log_scale + (P > 6 ? d[P - 1] : 0.0);
+  }
+  HD void accept(bool looked) {
+    if (!looked) move();
+    search.at = search.to;
+    if (looked) search.here = found;
+  }
+};
+
+template <int P>
+HD void PoseSearch<P>::looked(const Quadratic<P>& found, const LmRules& rules, bool begins) {
+  PoseSystem<P> system{*this, found, rules};
+  if (begins) {
+    here = found;
+    searching = lm_begin(system, rules, this);
+  } else {
+    searching = lm_judge(system, rules, trial, found.cost, this);
+  }
+  searching = searching && lm_go_on(system, rules, this, &trial);
+  if (searching) system.move();
+}
+
+}  // namespace sdftrack::optim

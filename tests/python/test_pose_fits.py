@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""Many objects of one frame, each fitted on its own."""
+
+import numpy as np
+import pytest
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of, error_vector
+
+import sdftrack as st
+from sdftrack import _core, geometry, metrics
+
+REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
+needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
+BOX = st.SDF.from_mesh(box_mesh(), voxels=60)
+BALL = st.SDF.sphere(0.03, voxels=40)
+POSE_ATOL = 1e-5  # m and rad, between the devices
+
+
+def moved(T, v=(0.004, -0.003, 0.005), w=(0.03, -0.02, 0.02)):
+    return geometry.pose(w, v) @ T
+
+
+def balls(rows, columns, noise_m=0.0005):
+    """Balls in a grid before a wall, their poses, and starts a few millimetres off."""
+    poses = [
+        geometry.pose([0, 0, 0], [0.075 * (x - (columns - 1) / 2), 0.075 * (y - (rows - 1) / 2), 0.9])
+        for y in range(rows)
+        for x in range(columns)
+    ]
+    depth = sum(BALL.render(CAMERA, T)[0] for T in poses)
+    rng = np.random.default_rng(1)
+    noisy = np.where(depth > 0, depth + rng.normal(0, noise_m, depth.shape), 1.5).astype(np.float32)
+    starts = [T @ geometry.pose([0, 0, 0], rng.uniform(-0.004, 0.004, 3)) for T in poses]
+    return st.Frame(noisy), poses, starts
+
+
+def test_a_box_is_found_from_nearby():
+    frame = st.Frame(depth_of())
+    (fit,) = st.fit_poses(BOX, CAMERA, frame, moved(POSE), device="cpu")
+    metres, radians = metrics.pose_error(fit.pose, POSE)
+    assert metres < 5e-4
+    assert radians < 5e-3
+    assert fit.stop in ("small_step", "small_gain")
+    assert fit.steps[-1].cost <= fit.steps[0].cost
+    assert 0 < fit.hits <= fit.pixels <= 10_000
+
+
+def test_the_covariance_says_how_far_off_the_pose_may_be():
+    z2 = []
+    for seed in range(12):
+        frame = st.Frame(depth_of(seed=seed))
+        (fit,) = st.fit_poses(BOX, CAMERA, frame, moved(POSE), device="cpu", scale_m=0.001)
+        e = error_vector(fit.pose, POSE)
+        z2.append(e @ np.linalg.solve(fit.covariance, e) / 6)
+    assert 0.1 < np.mean(z2) < 10  # the voxels of an edge are rounded: no reading errs by that
+
+
+def test_each_of_many_is_as_if_alone():
+    frame, _, starts = balls(3, 4)
+    together = st.fit_poses(BALL, CAMERA, frame, starts, device="cpu")
+    for start, fit in zip(starts, together, strict=True):
+        (alone,) = st.fit_poses(BALL, CAMERA, frame, start, device="cpu", threads=1)
+        np.testing.assert_array_equal(alone.pose, fit.pose)
+        np.testing.assert_array_equal(alone.covariance, fit.covariance)
+        assert alone.cost == fit.cost
+
+
+def test_balls_are_where_they_are():
+    frame, poses, starts = balls(3, 4)
+    for pose, fit in zip(poses, st.fit_poses(BALL, CAMERA, frame, starts, device="cpu"), strict=True):
+        assert np.abs(fit.pose[:3, 3] - pose[:3, 3]).max() < 3e-4
+
+
+def test_shapes_of_their_own():
+    frame = st.Frame(depth_of())
+    fits = st.fit_poses([BOX, BALL, BOX], CAMERA, frame, [moved(POSE)] * 3, device="cpu")
+    np.testing.assert_array_equal(fits[0].pose, fits[2].pose)
+    assert fits[1].cost != fits[0].cost
+
+
+def test_an_object_that_the_frame_does_not_show_keeps_its_pose():
+    away = geometry.pose([0, 0, 0], [5, 0, 0.6])
+    seen, unseen = st.fit_poses(BOX, CAMERA, st.Frame(depth_of()), [moved(POSE), away], device="cpu")
+    assert seen.pixels > 1000
+    assert unseen.pixels == 0
+    assert unseen.stop == "no_data"
+    np.testing.assert_allclose(unseen.pose, away, atol=1e-12)
+    assert np.isfinite(unseen.covariance).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"shapes": []}, ValueError, "shapes: expected at least one SDF"),
+        ({"shapes": [1]}, TypeError, "shapes: expected an SDF, got int"),
+        ({"shapes": [BOX, BOX]}, ValueError, r"poses: expected one 4x4 matrix per shape \(2\)"),
+        ({"frame": 3}, TypeError, "frame: expected"),
+        ({"poses": np.eye(3)}, ValueError, r"poses: expected shape \(4, 4\)"),
+        ({"poses": np.full((1, 4, 4), np.nan)}, ValueError, "poses"),
+        ({"scale_m": 0}, ValueError, "scale_m: expected a length > 0"),
+        ({"max_steps": 0}, ValueError, "max_steps: expected a whole number from 1"),
+        ({"max_steps": 1.5}, TypeError, "max_steps: expected a whole number from 1"),
+        ({"rounds": 0}, ValueError, "rounds: expected a whole number from 1"),
+        ({"threads": -1}, ValueError, "threads: expected"),
+        ({"poses": np.full((1, 4, 4), np.eye(4)) * 1.1}, ValueError, "poses"),
+        ({"no_such": 1}, TypeError, "no_such"),
+        ({"device": "gpu"}, ValueError, "device: expected one of"),
+    ],
+)
+def test_bad_input_is_refused(change, error, message):
+    given = {
+        "shapes": BOX,
+        "camera": CAMERA,
+        "frame": st.Frame(depth_of()),
+        "poses": POSE,
+        "device": "cpu",
+    } | change
+    with pytest.raises(error, match=message):
+        st.fit_poses(**given)
+
+
+def test_a_frame_without_depth_is_refused():
+    frame = st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8))
+    with pytest.raises(ValueError, match="frame: expected a depth image"):
+        st.fit_poses(BOX, CAMERA, frame, POSE, device="cpu")
+
+
+def assert_the_devices_agree(fitter_arguments, frame, starts, **options):
+    cpu = st.PoseFitter(*fitter_arguments, device="cpu").fit(frame, starts, **options)
+    gpu = st.PoseFitter(*fitter_arguments, device="cuda").fit(frame, starts, **options)
+    for a, b in zip(cpu, gpu, strict=True):
+        assert b.pixels == a.pixels
+        assert max(metrics.pose_error(b.pose, a.pose)) < POSE_ATOL
+        assert b.cost == pytest.approx(a.cost, rel=1e-4, abs=1e-9)
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_box_on_the_gpu_is_that_of_the_cpu():
+    mask = np.ones(CAMERA.shape, bool)
+    mask[:, ::3] = False
+    frame = st.Frame(depth_of(), mask=mask)
+    assert_the_devices_agree((BOX, CAMERA), frame, [moved(POSE)], max_pixels=2000)
+    assert_the_devices_agree((BOX, CAMERA), st.Frame(depth_of()), [moved(POSE)], residual="slope")
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.slow
+def test_a_hundred_balls_on_the_gpu_are_those_of_the_cpu():
+    frame, poses, starts = balls(10, 10)
+    camera = CAMERA
+    fitter = st.PoseFitter(BALL, camera, device="cuda")
+    cpu = st.fit_poses(BALL, camera, frame, starts, device="cpu", max_pixels=500)
+    for gpu in (fitter.fit(frame, starts, max_pixels=500), fitter.fit(frame, starts, max_pixels=500)):
+        assert len(gpu) == len(poses) == 100
+        for a, b in zip(cpu, gpu, strict=True):
+            assert b.pixels == a.pixels
+            # A ball has no orientation: its turn is left where it began, but for what a common increment does.
+            assert np.linalg.norm(b.pose[:3, 3] - a.pose[:3, 3]) < POSE_ATOL
