@@ -169,7 +169,7 @@ def _reconstruction(number: int) -> tuple[float, float]:
     _, camera, frame, pose = _scene()
     depth, voxel_m = frame.depth, 0.005
     mask = (depth < 1).astype(np.uint8)
-    options = st.ReconstructorOptions().to_core(0.001)
+    options = _core.ReconstructionOptions()
     height, width = depth.shape
     means, distances = [], []
     for device in (CPU, number):
