@@ -68,6 +68,10 @@ WORK = (
          100 * PIXEL_OPS * PIXELS * LOOKS, 0, LAUNCHES, 1),
     # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
     Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
+    # 3,000 blocks of 8^3 voxels fused (20 bytes in, 16 out), 1,500 relaxed twice (8 bytes); a part of the distances
+    # beyond the band; a sweep of these, 64 launches and 5 waits, in every tenth frame; blocks come back to the host.
+    Work("reconstruction of 200^3, a frame", 2.0, 3000 * 512 * 36 + 2 * 1500 * 512 * 8 + CELLS / 10 * 8,
+         3000 * 512 * 150 + 2 * 1500 * 512 * 60, 3000 * 512 * 20, 45, 4),
     # A pixel: conversion 15 bytes, 5 rounds of 16, 3 rounds of connectivity of 40, labels 12.
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 3 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 20, 1),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.

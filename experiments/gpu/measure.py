@@ -21,7 +21,7 @@ import numpy as np
 import sdftrack as st
 from experiments.gpu.estimates import GPUS, WORK, seconds
 from sdftrack import _core
-from sdftrack.device import device_number
+from sdftrack.device import CPU, device_number
 from sdftrack.testing.self_test import run_self_test
 
 Call = Callable[[], Any]
@@ -103,6 +103,27 @@ def evolve_call(device: str, voxels: int) -> Call:
     )
 
 
+def fuse_call(device: str, voxels: int) -> Call:
+    """A frame fused into a volume that has had some, and what has changed brought to the host."""
+    number = CPU if device == "cpu" else device_number(device)
+    camera = st.Camera(fx=500, fy=500, cx=319.5, cy=239.5, width=640, height=480)
+    ball = st.SDF.sphere(0.06, voxels=64)
+    turns = [st.geometry.pose([0, 0.02 * k, 0], [0, 0, 0.4]) for k in range(8)]
+    frames = [np.where((d := ball.render(camera, T)[0]) > 0, d, 1.0).astype(np.float32) for T in turns]
+    mask = (frames[0] < 0.9).astype(np.uint8)
+    options = st.ReconstructorOptions(known_every=1).to_core(0.001)
+    core = _core.Reconstruction([voxels] * 3, 0.2 / voxels, [-0.1] * 3, None, options, 2, None, None, number)
+    at = iter(range(10**9))
+
+    def fuse() -> None:
+        k = next(at) % len(turns)
+        core.fuse(frames[k], camera._core, turns[k], (120, 40, 520, 440), mask)
+
+    for _ in turns:
+        fuse()
+    return fuse
+
+
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
     size = 160 if quick else 640
@@ -111,6 +132,7 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "100 objects, a frame": lambda d: fit_call(d, 2 if quick else 100, size),
         "tracker of one object, a frame": lambda d: tracker_call(d, 1, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
+        "reconstruction of 200^3, a frame": lambda d: fuse_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),

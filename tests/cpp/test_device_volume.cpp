@@ -12,14 +12,16 @@ using reconstruction::Reconstruction;
 
 constexpr double kVoxel_m = 0.004;
 #ifdef SDFTRACK_CUDA_ON_CPU
-constexpr float kRatioTolerance = 0;  // the same functions in the same order
+constexpr float kRatioTolerance = 0, kVoxelTolerance = 1e-4f;  // the same functions in the same order
 #else
-constexpr float kRatioTolerance = 2e-5f;  // exp, log and erf are the device's own
+// exp, log and erf are the device's own: 2e-5 in a frame. A surface that moves by the least that distances
+// follow, 0.02 voxels, may then be followed a frame earlier or later.
+constexpr float kRatioTolerance = 3e-4f, kVoxelTolerance = 0.02f;
 #endif
 constexpr float kVoxel = static_cast<float>(kVoxel_m);
-constexpr float kTolerance_m = 1e-4f * kVoxel;
+constexpr float kTolerance_m = kVoxelTolerance * kVoxel;
 // Beyond the band the CPU's two rounds of sweeps end this far before what rounds without end give.
-constexpr float kFarTolerance_m = 1e-3f * kVoxel, kBand_m = 8 * kVoxel;
+constexpr float kFarTolerance_m = 10 * kTolerance_m, kBand_m = 8 * kVoxel;
 
 template <class A, class B>
 float farthest(const A& a, const B& b) {
@@ -43,7 +45,7 @@ void expect_same(const Reconstruction& cpu, const Reconstruction& gpu) {
     if (std::abs(cpu.phi()[i]) < kBand_m) near = std::max(near, std::abs(gpu.phi()[i] - cpu.phi()[i]));
   EXPECT_LE(near, kTolerance_m);
   EXPECT_LE(farthest(gpu.phi(), cpu.phi()), kFarTolerance_m);
-  EXPECT_NEAR(gpu.change_m(), cpu.change_m(), 1e-6 * kVoxel_m);
+  EXPECT_NEAR(gpu.change_m(), cpu.change_m(), kTolerance_m);
   const auto a = cpu.surface_boxes(), b = gpu.surface_boxes();
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t k = 0; k < a.size(); ++k)

@@ -15,7 +15,14 @@ from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
 
-__all__ = ["VOXELS", "check_beginning", "check_extent", "check_settings", "voxels_of"]
+__all__ = [
+    "VOXELS",
+    "check_beginning",
+    "check_extent",
+    "check_settings",
+    "reconstruction_device",
+    "voxels_of",
+]
 
 VOXELS = {"quick": 96, "normal": 200, "fine": 300}
 
@@ -31,6 +38,11 @@ def voxels_of(voxels: Any) -> Any:
     return VOXELS[voxels]
 
 
+def reconstruction_device(device: str) -> int:
+    """The number of the GPU that reconstructs, or `CPU`, which ``"auto"`` stands for."""
+    return CPU if device == "auto" else device_number(device)
+
+
 def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:
     """Check types and ranges."""
     if initial is not None:
@@ -44,8 +56,7 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
         )
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
-    if device != "auto" and device_number(device) != CPU:
-        raise ValueError("device: reconstruction runs on the CPU only; use device='cpu' or 'auto'")
+    reconstruction_device(device)
     if mode not in ("auto", "depth", "rgbd"):
         raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
 

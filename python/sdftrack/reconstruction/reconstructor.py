@@ -15,12 +15,19 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.thread_guard import one_thread, reentrant_lock
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction import printed, quality, refining, resuming, saved_state
-from sdftrack.reconstruction.arguments import check_beginning, check_extent, check_settings, voxels_of
+from sdftrack.reconstruction.arguments import (
+    check_beginning,
+    check_extent,
+    check_settings,
+    reconstruction_device,
+    voxels_of,
+)
 from sdftrack.reconstruction.colors import learn_colors
 from sdftrack.reconstruction.initialization import Beginning, find_object
 from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, masked_keyframe
@@ -28,7 +35,7 @@ from sdftrack.reconstruction.keyframe_selection import Keyframes
 from sdftrack.reconstruction.mask_extent import MaskExtent
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
+from sdftrack.reconstruction.volume import BLOCK, Lattice, Volume, lattice_for
 from sdftrack.reconstruction.young_refit import AGAIN, YoungRefit, frames_taken
 from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
@@ -63,7 +70,9 @@ class Reconstructor:
         200 and 300.
     extent : float, optional
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows if the shape reaches its border.
-    device : {"auto", "cpu"}
+    device : {"auto", "cpu", "cuda", "cuda:N"}
+        On a GPU the volume stays there (21 bytes for each voxel), and the shape, the mesh and what is saved are copied
+        back. The results are those of the CPU but for rounding. ``"auto"`` is the CPU.
     mode : {"auto", "depth", "rgbd"}
         Images used for tracking, as in :class:`sdftrack.Tracker`; colours also separate the object from a hand that
         holds it.
@@ -113,6 +122,8 @@ class Reconstructor:
         check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
+        number = reconstruction_device(device)
+        self.device = "cpu" if number == CPU else f"cuda:{number}"
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or (
@@ -172,7 +183,7 @@ class Reconstructor:
         assert frame.depth is not None
         check_extent(self.extent, found.ball.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
-        volume = Volume(self._frame_camera, lattice, found, self.initial, self.options, self.threads)
+        volume = self._empty_volume(lattice, found)
         keyframe = self._first_keyframe(frame, found)
         volume.fuse(keyframe, frame.depth)
         if not len(volume.core.surface_boxes):
@@ -419,10 +430,16 @@ class Reconstructor:
             shape,
             self.camera,
             mode=self.mode,
-            device="cpu",
+            device=self.device,
             threads=self.threads,
             options=options,
             **as_printed,
+        )
+
+    def _empty_volume(self, lattice: Lattice, beginning: Beginning) -> Volume:
+        number = device_number(self.device)
+        return Volume(
+            self._frame_camera, lattice, beginning, self.initial, self.options, self.threads, number
         )
 
     def _tracker_of_shape(self) -> Tracker:
@@ -563,12 +580,16 @@ class Reconstructor:
         write(path, KIND, content_of(self.__getstate__()))
 
     @staticmethod
-    def load(path: str | os.PathLike[str], *, trust_pickle: bool = False) -> Reconstructor:
+    def load(
+        path: str | os.PathLike[str], *, device: str = "auto", trust_pickle: bool = False
+    ) -> Reconstructor:
         """Load a file written by :meth:`save`; the shape is fused again.
 
         Parameters
         ----------
         path : path
+        device : {"auto", "cpu", "cuda", "cuda:N"}
+            Where to go on, whichever device it was saved on.
         trust_pickle : bool
             Read also a pickle, which :meth:`save` wrote in the past. Only for files of people whom you trust; it is
             refused if it names anything beyond saved objects and arrays.
@@ -581,13 +602,15 @@ class Reconstructor:
         from sdftrack._internal import earlier_pickle, saved_file
         from sdftrack.reconstruction.saved_content import KIND, state_from
 
+        number = reconstruction_device(device)
+        device_name = "cpu" if number == CPU else f"cuda:{number}"
         file = saved_file.found(path, KIND)
         if earlier_pickle.is_pickle(file):
             return earlier_pickle.read(file, KIND, Reconstructor, trust_pickle)
         content = saved_file.read(file, KIND)
         star = Reconstructor.__new__(Reconstructor)
         with saved_file.consistent(file, KIND):
-            star.__setstate__(state_from(content))
+            star.__setstate__({**state_from(content), "device": device_name})
         return star
 
     def __getstate__(self) -> dict[str, Any]:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sdftrack._internal.thread_guard import reentrant_lock
-from sdftrack.reconstruction.volume import Volume
 from sdftrack.tracking.interface import TrackerInterface
 
 if TYPE_CHECKING:
@@ -30,7 +29,9 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
 def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     """Restore the attributes of an empty reconstructor."""
     saved = state.pop("saved", None)
-    star.__dict__.update({"_later": [], "_next_refit": 0, **NO_REFIT, **state})  # version 0.1 had none
+    star.__dict__.update(
+        {"_later": [], "_next_refit": 0, "device": "cpu", **NO_REFIT, **state}
+    )  # version 0.1 had none
     if "_mask_extent" not in state:
         star._mask_extent = star._extent_of_mask(star._beginning)
     star._volume = star._tracker = None
@@ -38,9 +39,7 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     if saved is None:
         return
     lattice, _, pose = saved
-    star._volume = Volume(
-        star._frame_camera, lattice, star._beginning, star.initial, star.options, star.threads
-    )
+    star._volume = star._empty_volume(lattice, star._beginning)
     star._tracker = star._new_tracker()
     star._fuse_all(lambda share: None)  # counts the frames that the shape is made of from now on
     star._go_on(pose)

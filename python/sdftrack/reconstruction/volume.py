@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera
+from sdftrack.device import CPU
 from sdftrack.reconstruction.initialization import (
     EXTENT_PER_BALL,
     Beginning,
@@ -64,7 +65,7 @@ def _extent_of_largest(phi: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDA
 
 
 class Volume:
-    """Evidence, distances and colours, stored in the core."""
+    """Evidence, distances and colours, stored in the core; on a GPU where `device` is the number of one."""
 
     def __init__(
         self,
@@ -74,9 +75,10 @@ class Volume:
         initial: SDF | None,
         options: ReconstructorOptions,
         threads: int,
+        device: int = CPU,
     ) -> None:
         self.camera = camera
-        self._made_of = beginning, initial, options, threads
+        self._made_of = beginning, initial, options, threads, device
         weight = options.prior
         prior = shape = None
         if options.evolution == "printed":
@@ -98,7 +100,7 @@ class Volume:
         if view is not None:
             view = view.to_core(camera, beginning.T_cam_obj, ball.centre_cam, ball.radius_m)
         self.core: Any = _core.Reconstruction(
-            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view, shape
+            lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view, shape, device
         )
         self.fused = self._look_again = 0
 

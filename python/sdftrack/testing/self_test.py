@@ -11,11 +11,13 @@ import numpy as np
 
 from sdftrack import _core
 from sdftrack._internal.device_record import remember
+from sdftrack.device import CPU
 
 __all__ = ["Check", "run_self_test"]
 
 # Sums of floats in another order, and a x + y in one rounding.
 SUM_RTOL, POSE_ATOL, CELL_ATOL, LWPR_RTOL = 1e-4, 1e-5, 1e-4, 1e-9
+MOVED_VOXELS = 0.02
 
 
 @dataclass(frozen=True)
@@ -204,6 +206,29 @@ def _evolution(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu).max() / ball.voxel_size), CELL_ATOL
 
 
+def _reconstruction(number: int) -> tuple[float, float]:
+    """Mean log ratios; and distances beside the surface, which may follow a move of 0.02 voxels a frame later."""
+    import sdftrack as st
+
+    _, camera, frame, pose = _scene()
+    depth, voxel_m = frame.depth, 0.005
+    mask = (depth < 1).astype(np.uint8)
+    options = _core.ReconstructionOptions()
+    height, width = depth.shape
+    means, distances = [], []
+    for device in (CPU, number):
+        core = _core.Reconstruction([43, 40, 41], voxel_m, [-0.1] * 3, None, options, 1, None, None, device)
+        for turn in (0.0, 0.01, 0.02):
+            turned = pose @ st.geometry.pose([0, turn, 0], [0, 0, 0])
+            core.fuse(depth, camera._core, turned, (0, 0, width, height), mask)
+        means.append(core.log_ratio / np.maximum(core.weight, 1e-6))
+        distances.append(np.array(core.phi))
+    near = np.abs(distances[0]) < 3 * voxel_m
+    moved = np.abs(distances[1] - distances[0])[near].max() / voxel_m
+    worst = [np.abs(means[1] - means[0]).max() / CELL_ATOL, moved / MOVED_VOXELS]
+    return float(np.max(worst)), 1.0  # NaN if one of them is
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -214,4 +239,5 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "LWPR, learning": _learning,
     "contour": _contour,
     "level set": _evolution,
+    "reconstruction": _reconstruction,
 }
