@@ -118,9 +118,9 @@ Numbers fitted(int device) {
   const frame::DepthFrame frame{{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr};
   tracking::SingleFits fits(device);
   Numbers out;
-  for (const int pixels : {30, 300}) {
+  for (const int pixels : {20, 90}) {
     tracking::SingleFitOptions options;
-    options.tracker.max_pixels = pixels, options.rules.max_steps = 3;
+    options.tracker.max_pixels = pixels, options.rules.max_steps = 2;
     for (const tracking::SingleFit& fit : fits.run(frame, camera, {&shape, &shape}, poses, options, 1)) {
       out.insert(out.end(),
                  {fit.T_cam_obj.t.x, fit.T_cam_obj.t.z, fit.T_cam_obj.R.r0.y, fit.cost, 1.0 * fit.hits});
