@@ -25,6 +25,8 @@ class CudaWork {
   // The volume with its values on the device. One with an id is sent once; those not used for the longest
   // time make room for others. One without is sent anew by each call.
   SdfView volume(const SdfView& sdf);
+  // So many are in use at once from now on: none of them makes room for another.
+  void keep_volumes(std::size_t count);
 
   // logic_error where the device holds another number of pixels.
   void check_uploaded(const PixelSet& pixels) const;
