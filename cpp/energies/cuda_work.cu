@@ -8,8 +8,6 @@ namespace sdftrack::energies {
 
 namespace {
 
-constexpr std::size_t kMostVolumes = 128;
-
 // The members belong to the device, whatever the caller's current one is.
 std::unique_ptr<CudaWork::Impl> make_impl(int device) {
   const DeviceScope scope(device);
@@ -19,7 +17,7 @@ std::unique_ptr<CudaWork::Impl> make_impl(int device) {
 }  // namespace
 
 DeviceBuffer<float> CudaWork::Impl::room_for(std::size_t voxels) {
-  while (volumes.size() >= kMostVolumes && volumes.back().frame != frame) volumes.pop_back();
+  while (volumes.size() >= most_volumes) volumes.pop_back();
   try {
     return DeviceBuffer<float>(voxels);
   } catch (const CudaError&) {
@@ -71,6 +69,8 @@ void CudaWork::download(PixelSet* set) {
 void CudaWork::check_uploaded(const PixelSet& set) const {
   if (set.count() != impl_->count) throw std::logic_error("CudaWork: other pixels than were uploaded");
 }
+
+void CudaWork::keep_volumes(std::size_t count) { impl_->most_volumes = std::max(impl_->most_volumes, count); }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;

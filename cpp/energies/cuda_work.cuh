@@ -35,6 +35,7 @@ struct CudaWork::Impl {
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
   std::list<SentVolume> volumes;  // that of the last use first
+  std::size_t most_volumes = 128;
 
   // Of searches, and of the choice of their pixels.
   DeviceBuffer<std::byte> problems;

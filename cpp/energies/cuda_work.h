@@ -26,6 +26,8 @@ class CudaWork {
   // time make room for others. One without is sent anew by each call, unless the device has the same values
   // already (device_copies.h).
   SdfView volume(const SdfView& sdf);
+  // So many are in use at once from now on: none of them makes room for another.
+  void keep_volumes(std::size_t count);
 
   // logic_error where the device holds another number of pixels.
   void check_uploaded(const PixelSet& pixels) const;

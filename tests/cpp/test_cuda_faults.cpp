@@ -167,15 +167,15 @@ Numbers summed(int device) {
 // Two frames with other numbers of pixels, as PoseFitter has them.
 Numbers fitted(int device) {
   static const Camera camera = small_camera();
-  static const std::vector<Rigidd> poses{pose_at({-0.02, 0.01, 0.55}), pose_at({0.2, 0.1, 0.6})};
+  static const std::vector<Rigidd> poses{pose_at({-0.1, 0, 0.95}), pose_at({0.5, 0.1, 1})};
   static const BoxImage image = image_of(camera, poses, 0, false);
   static const frame::Shape shape = frame::make_shape(box_volume().view(), 1, 1);
   const frame::DepthFrame frame{{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr};
   tracking::SingleFits fits(device);
   Numbers out;
-  for (const int pixels : {30, 300}) {
+  for (const int pixels : {20, 90}) {
     tracking::SingleFitOptions options;
-    options.tracker.max_pixels = pixels, options.rules.max_steps = 3;
+    options.tracker.max_pixels = pixels, options.rules.max_steps = 2;
     for (const tracking::SingleFit& fit : fits.run(frame, camera, {&shape, &shape}, poses, options, 1)) {
       out.insert(out.end(),
                  {fit.T_cam_obj.t.x, fit.T_cam_obj.t.z, fit.T_cam_obj.R.r0.y, fit.cost, 1.0 * fit.hits});
@@ -369,6 +369,12 @@ TEST(CudaWorkFaults, a_volume_is_sent_again_when_its_values_are_others) {
     work.volume(view);
   }
   EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before);  // the oldest ones have gone
+  work.keep_volumes(200);
+  view.id = 1000;
+  const float* const kept = work.volume(view).phi;
+  for (view.id = 1001; view.id < 1200; ++view.id) work.volume(view);
+  view.id = 1000;
+  EXPECT_EQ(work.volume(view).phi, kept);
   cuda_on_cpu::reset({});
 }
 

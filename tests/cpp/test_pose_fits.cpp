@@ -317,6 +317,26 @@ TEST(PoseFits, the_host_waits_once) {
   static_cast<void>(fit_boxes(0));
   EXPECT_EQ(cuda_on_cpu::waits() - between, 1);
 }
+
+// What the frame needs beside the fit runs on the CPU; before, the host waited for each sum.
+TEST(PoseFits, a_tracker_waits_once_for_each_stage) {
+  const Camera camera{{300, 300, 199.5, 149.5}, 400, 300, {}};
+  tracking::TrackerSettings settings;
+  settings.device = 0;
+  tracking::Tracker tracker({box_volume().view()}, camera, {}, settings);
+  const auto frame_of = [&](const BoxImage& image) {
+    return tracker.make_frame({image.depth_m.data(), camera.width, camera.height}, nullptr, 0, nullptr);
+  };
+  const Rigidd first = pose_at({0, 0, 0.55}), then = pose_at({0.003, 0.001, 0.552});
+  const BoxImage one = image_of(camera, {first}, 0), two = image_of(camera, {then}, 1);
+  tracker.start(frame_of(one), {at_pose(first)});
+  const std::int64_t waits = cuda_on_cpu::waits(), kernels = cuda_on_cpu::kernels_run();
+  const tracking::FrameResult& result = tracker.track(frame_of(two));
+  EXPECT_LT(norm(result.objects[0].T_cam_obj.t - then.t), 5e-4);
+  EXPECT_GT(cuda_on_cpu::kernels_run() - kernels, 0);
+  EXPECT_GT(cuda_on_cpu::waits() - waits, 0);
+  EXPECT_LE(cuda_on_cpu::waits() - waits, 4);
+}
 #endif
 
 }  // namespace

@@ -102,6 +102,7 @@ std::vector<SingleFit> SingleFits::fit_there(const frame::DepthFrame& frame, con
                                              const std::vector<Rigidd>& T_cam_obj,
                                              const SingleFitOptions& options) {
   const std::size_t n = shapes.size();
+  device_->keep_volumes(n);
   std::vector<frame::Lookout> lookouts;
   for (std::size_t k = 0; k < n; ++k)
     lookouts.push_back(frame::lookout_for(frame, camera, *shapes[k], T_cam_obj[k],
