@@ -27,7 +27,7 @@ class View {
     std::size_t n;
     const Vec3d* p = borrow_points(points, &n);
     for (const std::size_t i : primitives::spread_order(n)) out.view.points.push_back(p[i]);
-    out.view.bare = primitives::FloatPoints(out.view.points);
+    out.view.pack();
     return out;
   }
   static View of_image(const py::array& depth_m, const py::array& labels, const Camera& camera,
@@ -42,6 +42,7 @@ class View {
     out.view.points = primitives::labelled_points(frame, camera, label);
     out.view.outline = primitives::outline_rays(frame, camera, label, reach_px);
     out.view.along_rays = true;
+    out.view.pack();
     return out;
   }
   void set_plane(std::array<double, 3> normal, double offset, bool stands) {
@@ -139,7 +140,7 @@ py::dict energy_at(const View& self, primitives::PrimitiveKind kind, const py::a
   energy.residuals(x, &residuals);
   py::dict d;
   d["cost"] = eq.cost, d["gradient"] = eq.gradient, d["hessian"] = eq.hessian;
-  d["outline_cost"] = energy.outline_cost(x);
+  d["outline_cost"] = energy.outline_cost(energy.clearances(x));
   const auto n = static_cast<py::ssize_t>(residuals.size());
   d["residuals"] = to_numpy(std::move(residuals), {n});
   return d;

@@ -141,8 +141,9 @@ class Fitter {
   // cone in, around which there are more pixels beside it than on it.
   double own_outline_px(const optim::State& x) const {
     double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
+    const std::vector<double> d = PrimitiveEnergy(kind_, &view_, energy(1, 1, 0, 600)).clearances(x);
     for (const double px : kOutlines_px) {
-      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(x);
+      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(d);
       if (cost < least) least = cost, best_px = px;
     }
     return best_px;
