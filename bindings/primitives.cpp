@@ -8,6 +8,7 @@
 #include "array.h"
 #include "base/parallel.h"
 #include "primitives/bounds.h"
+#include "primitives/evidence.h"
 #include "primitives/fit.h"
 #include "primitives/outline.h"
 #include "release_gil.h"
@@ -39,7 +40,8 @@ class View {
     const ReleaseGil release;
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const frame::DepthFrame frame{image, nullptr, rays.empty() ? nullptr : rays.data()};
-    out.view.points = primitives::labelled_points(frame, camera, label);
+    primitives::LabelledPoints on = primitives::labelled_points(frame, camera, label);
+    out.view.points = std::move(on.points), out.view.pixels = std::move(on.pixels);
     out.view.outline = primitives::outline_rays(frame, camera, label, reach_px);
     out.view.along_rays = true;
     out.view.pack();
@@ -64,15 +66,16 @@ py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedClo
   const Rigidd T = inverse(fit.x.T_obj_cam[0]);
   const primitives::PrimitiveSize size = fit.size();
   std::vector<double> lengths;
-  std::vector<bool> bounded;
+  std::vector<bool> bounded, far;
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    lengths.push_back(size[at]), bounded.push_back(fit.bounded[at]);
+    lengths.push_back(size[at]), bounded.push_back(fit.bounded[at]), far.push_back(fit.far[at]);
   }
   d["kind"] = fit.kind;
   d["T_cam_obj"] = matrix_from(T);
   d["size"] = lengths;
   d["bounded"] = bounded;
+  d["far"] = far;
   d["covariance"] = primitives::camera_covariance(fit);
   d["scale"] = fit.scale_m;
   d["rms"] = fit.rms_m;
@@ -95,7 +98,7 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
     initial = {inverse(rigid_from(py::array(T_cam_obj), "T_cam_obj")), checked_size(kinds[0], *size)};
   }
   std::vector<primitives::PrimitiveFit> fits(kinds.size());
-  std::vector<double> against(kinds.size());
+  std::vector<primitives::KindEvidence> evidence(kinds.size());
   primitives::SeedCloud cloud;
   {
     const ReleaseGil release;
@@ -103,13 +106,7 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
       fits[k] = primitives::fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
     });
-    double scale = 1;  // that all kinds share
-    for (const primitives::PrimitiveFit& fit : fits)
-      if (fit.found) scale = std::min(scale, fit.scale_m);
-    parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      if (fits[k].found && fits.size() > 1)
-        against[k] = primitives::evidence_against(fits[k], self.view, options, scale);
-    });
+    if (fits.size() > 1) evidence = primitives::compare_kinds(fits, self.view, options, threads);
   }
   py::list out;
   for (std::size_t k = 0; k < fits.size(); ++k) {
@@ -118,7 +115,8 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
       continue;
     }
     py::dict d = fit_dict(fits[k], cloud);
-    d["against"] = against[k];
+    d["against"] = evidence[k].against;
+    d["effective"] = evidence[k].effective;
     out.append(d);
   }
   return out;

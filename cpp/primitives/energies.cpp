@@ -24,7 +24,9 @@ constexpr double kLying = 0.7;  // cosine of 45 degrees
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
 constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
-constexpr double kThin = 8;           // nats, twice: what a length e times thinner than that costs
+constexpr double kFar =
+    2000;  // nats, twice: of one e times longer than may be; readings that err alike gain hundreds
+constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
 // steep.
@@ -211,12 +213,14 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
     J[6 + i] = 1;
     const double log_size = x.log_size[static_cast<std::size_t>(i)];
     const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
+    const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
     const double spread = o.crowded ? kCrowd * static_cast<double>(points()) : 0.0;
     const double pull = o.shrink + spread;
     // The pull is linear here; a curvature as large keeps a step below an e-fold.
     add(
-        energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin, pull + kThin * thin,
-                                spread + (thin < 0 ? kThin : 0)},
+        energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin + 0.5 * kFar * far * far,
+                                pull + kThin * thin + kFar * far,
+                                spread + (thin < 0 ? kThin : 0) + (far > 0 ? kFar : 0)},
         [] { return 0.0; }, J, 0.0);
   }
 }
@@ -237,13 +241,21 @@ void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* o
 double PrimitiveEnergy::cost(const optim::State& x) {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   double cost = 0;
-  if (in_packs()) {
-    const ReadingOps& ops = for_isa<ReadingOps>(used_isa());
-    const int k = static_cast<int>(kind_);
-    cost += ops.cost[k](term(field)) + ops.outline_cost[k](outline_term(field));
-  }
+  if (in_packs())
+    cost += readings_cost(x) +
+            for_isa<ReadingOps>(used_isa()).outline_cost[static_cast<int>(kind_)](outline_term(field));
   visit(field, x,
         [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
+  return cost;
+}
+
+double PrimitiveEnergy::readings_cost(const optim::State& x) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  double cost = 0;
+  visit_points(field, [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) {
+    cost += c.cost;
+  });
   return cost;
 }
 

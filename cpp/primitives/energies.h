@@ -28,6 +28,7 @@ struct PrimitiveEnergyOptions {
   Rest rest = Rest::kPoint;
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  double far_m = 0;      // so does one above this: no length far beyond what is seen; 0: none
   bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs
                          // a share of them (kCrowd)
   bool lost_rays = true;             // rims without readings count where the kind has such rims (has_edges)
@@ -64,6 +65,8 @@ class PrimitiveEnergy : public optim::Energy {
   };
   // `inverse` of A: slopes as if each had not been fitted to (of few readings; in_double), docs eq. 3.
   Sandwich sandwich(const optim::State& x, const Eigen::MatrixXd* inverse = nullptr) const;
+  // Of the readings alone.
+  double readings_cost(const optim::State& x) const;
   // The clearance (m) of each ray of the edge of the picture that is used.
   std::vector<double> clearances(const optim::State& x) const;
   // Of that edge alone, with the clearances at hand.

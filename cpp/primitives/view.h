@@ -53,9 +53,14 @@ struct FloatRays {
   }
 };
 
+struct Pixel {
+  int x, y;
+};
+
 struct PrimitiveView {
   std::vector<Vec3d> points;  // any first part of them is spread over all
   FloatPoints packed;         // the same; empty: loops go point by point, in double
+  std::vector<Pixel> pixels;  // where each was read; empty: bare points
   bool along_rays = false;    // their noise is along the ray from the camera; false: in all directions
   std::vector<OutlineRay> outline;
   FloatRays packed_outline;

@@ -148,6 +148,31 @@ def test_the_reach_is_that_of_the_farthest_of_many_points_and_so_is_its_derivati
             assert by_size[i] == pytest.approx(slope, abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["box", "ellipsoid"])
+def test_axes_are_named_by_their_lengths_and_a_start_keeps_its_names(kind):
+    """x the longest, z the shortest and towards the camera, x to the right; the same solid all the same."""
+    frame, truth = scene(kind)
+    fit = st.fit_primitive(frame, kind, camera=CAMERA, mask=truth.mask)
+    size = list(fit.size.values())
+    assert size == sorted(size, reverse=True)
+    assert fit.T_cam_obj[0, 0] >= 0 >= fit.T_cam_obj[2, 2]
+    assert np.linalg.det(fit.T_cam_obj[:3, :3]) == pytest.approx(1)
+    names = list(fit.size)
+    turned = fit.T_cam_obj[:, [1, 2, 0, 3]]
+    start = dict(zip(names, (size[1], size[2], size[0]), strict=True))
+    again = st.fit_primitive(frame, kind, camera=CAMERA, mask=truth.mask, initial=(turned, start))
+    assert list(again.size.values()) == pytest.approx(list(start.values()), rel=0.02)
+    points = np.vstack([np.eye(3), -np.eye(3)]) * 0.2
+    for a, b in ((fit.T_cam_obj, size), (again.T_cam_obj, list(again.size.values()))):
+        q = moved(points, np.linalg.inv(a))
+        b = _core.primitive_distances(KIND[kind], b, q)[0]
+        np.testing.assert_allclose(
+            b,
+            _core.primitive_distances(KIND[kind], size, moved(points, np.linalg.inv(fit.T_cam_obj)))[0],
+            atol=2e-3,
+        )
+
+
 # ---- energies ----
 
 
