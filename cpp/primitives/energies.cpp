@@ -24,8 +24,8 @@ constexpr double kLying = 0.7;  // cosine of 45 degrees
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
 constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
-constexpr double kFar =
-    2000;  // nats, twice: of one e times longer than may be; readings that err alike gain hundreds
+// Nats, twice: what a length e times longer than may be costs; readings that err alike gain hundreds by it.
+constexpr double kFar = 2e4;
 constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
