@@ -8,8 +8,8 @@ import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
-from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
 from experiments.primitives.kinds import views
+from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
 from experiments.primitives.patches import _largest_face, patches
 from sdftrack.synth.noise import Gaussian
 from sdftrack.synth.patches import VIEWS
