@@ -51,7 +51,7 @@ def views(frame: Frame, mask: NDArray[np.bool_]) -> Iterator[View]:
         depth, some = (np.ascontiguousarray(a[::n, ::n]) for a in (frame.depth, mask))
         height, width = depth.shape
         small = Camera(camera.fx / n, camera.fy / n, camera.cx / n, camera.cy / n, width, height)
-        yield name, Frame(depth, camera=small), some, "auto"
+        yield name, Frame(depth, camera=small), some != 0, "auto"
 
 
 @experiment(

@@ -59,7 +59,8 @@ def read_depth_image(
         )
     height, width = depth.shape
     if values is not None:
-        pinhole = Camera(*values, width, height)
+        fx, fy, cx, cy = values
+        pinhole = Camera(fx, fy, cx, cy, width, height)
     else:
         assert camera is not None
         size = () if camera.suffix.lower() in SIZED else (width, height)
