@@ -8,6 +8,7 @@
 #include "array.h"
 #include "base/parallel.h"
 #include "primitives/bounds.h"
+#include "primitives/evidence.h"
 #include "primitives/fit.h"
 #include "primitives/outline.h"
 #include "release_gil.h"
@@ -27,7 +28,7 @@ class View {
     std::size_t n;
     const Vec3d* p = borrow_points(points, &n);
     for (const std::size_t i : primitives::spread_order(n)) out.view.points.push_back(p[i]);
-    out.view.bare = primitives::FloatPoints(out.view.points);
+    out.view.pack();
     return out;
   }
   static View of_image(const py::array& depth_m, const py::array& labels, const Camera& camera,
@@ -39,9 +40,11 @@ class View {
     const ReleaseGil release;
     const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const frame::DepthFrame frame{image, nullptr, rays.empty() ? nullptr : rays.data()};
-    out.view.points = primitives::labelled_points(frame, camera, label);
+    primitives::LabelledPoints on = primitives::labelled_points(frame, camera, label);
+    out.view.points = std::move(on.points), out.view.pixels = std::move(on.pixels);
     out.view.outline = primitives::outline_rays(frame, camera, label, reach_px);
     out.view.along_rays = true;
+    out.view.pack();
     return out;
   }
   void set_plane(std::array<double, 3> normal, double offset, bool stands) {
@@ -63,15 +66,16 @@ py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedClo
   const Rigidd T = inverse(fit.x.T_obj_cam[0]);
   const primitives::PrimitiveSize size = fit.size();
   std::vector<double> lengths;
-  std::vector<bool> bounded;
+  std::vector<bool> bounded, far;
   for (int i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    lengths.push_back(size[at]), bounded.push_back(fit.bounded[at]);
+    lengths.push_back(size[at]), bounded.push_back(fit.bounded[at]), far.push_back(fit.far[at]);
   }
   d["kind"] = fit.kind;
   d["T_cam_obj"] = matrix_from(T);
   d["size"] = lengths;
   d["bounded"] = bounded;
+  d["far"] = far;
   d["covariance"] = primitives::camera_covariance(fit);
   d["scale"] = fit.scale_m;
   d["rms"] = fit.rms_m;
@@ -94,7 +98,7 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
     initial = {inverse(rigid_from(py::array(T_cam_obj), "T_cam_obj")), checked_size(kinds[0], *size)};
   }
   std::vector<primitives::PrimitiveFit> fits(kinds.size());
-  std::vector<double> against(kinds.size());
+  std::vector<primitives::KindEvidence> evidence(kinds.size());
   primitives::SeedCloud cloud;
   {
     const ReleaseGil release;
@@ -102,13 +106,7 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
       fits[k] = primitives::fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
     });
-    double scale = 1;  // that all kinds share
-    for (const primitives::PrimitiveFit& fit : fits)
-      if (fit.found) scale = std::min(scale, fit.scale_m);
-    parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      if (fits[k].found && fits.size() > 1)
-        against[k] = primitives::evidence_against(fits[k], self.view, options, scale);
-    });
+    if (fits.size() > 1) evidence = primitives::compare_kinds(fits, self.view, options, threads);
   }
   py::list out;
   for (std::size_t k = 0; k < fits.size(); ++k) {
@@ -117,7 +115,8 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
       continue;
     }
     py::dict d = fit_dict(fits[k], cloud);
-    d["against"] = against[k];
+    d["against"] = evidence[k].against;
+    d["effective"] = evidence[k].effective;
     out.append(d);
   }
   return out;
@@ -139,7 +138,7 @@ py::dict energy_at(const View& self, primitives::PrimitiveKind kind, const py::a
   energy.residuals(x, &residuals);
   py::dict d;
   d["cost"] = eq.cost, d["gradient"] = eq.gradient, d["hessian"] = eq.hessian;
-  d["outline_cost"] = energy.outline_cost(x);
+  d["outline_cost"] = energy.outline_cost(energy.clearances(x));
   const auto n = static_cast<py::ssize_t>(residuals.size());
   d["residuals"] = to_numpy(std::move(residuals), {n});
   return d;

@@ -61,6 +61,7 @@ std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i
 void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, optim::LmWork* work,
                  PrimitiveFit* fit) {
   PrimitiveEnergyOptions part = energy;
+  part.far_m = 0;        // a limit that is set is no evidence either
   part.crowded = false;  // where points end is no evidence of where the thing does
   part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
   PrimitiveEnergy cost(fit->kind, &view, part);

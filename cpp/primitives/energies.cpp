@@ -24,7 +24,9 @@ constexpr double kLying = 0.7;  // cosine of 45 degrees
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
 constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
-constexpr double kThin = 8;           // nats, twice: what a length e times thinner than that costs
+// Nats, twice: what a length e times longer than may be costs; readings that err alike gain hundreds by it.
+constexpr double kFar = 2e4;
+constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
 
 // A patch that is seen close above the table and parallel to it is the top of something: what stands is
 // steep.
@@ -43,6 +45,18 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
   for (int j = 0; j < 6; ++j) out->J[j] = J[j];
   for (int i = 0; i < sdf::kMaxSizes; ++i)
     out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
+}
+
+double with_slack(const OutlineRay& ray, double clearance_m) {
+  return ray.sight == Sight::kBeside ? clearance_m + ray.slack_m : clearance_m;
+}
+
+FloatSolid float_solid(const PrimitiveField& field, Vec3d origin) {
+  const Rigidd& T = field.T_obj_cam;
+  const auto f = [](double v) { return static_cast<float>(v); };
+  return {{T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
+          (T * origin).cast<float>(),
+          {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])}};
 }
 
 // Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
@@ -86,27 +100,58 @@ std::size_t PrimitiveEnergy::points() const {
   return std::min(view_->points.size(), static_cast<std::size_t>(options_.points));
 }
 
+std::size_t PrimitiveEnergy::rays() const {
+  return std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
+}
+
 ReadingTerm PrimitiveEnergy::term(const PrimitiveField& field) const {
-  const FloatPoints& p = view_->bare;
-  const Rigidd& T = field.T_obj_cam;
-  const auto f = [](double v) { return static_cast<float>(v); };
+  const FloatPoints& p = view_->packed;
+  const bool along = view_->along_rays;
   return {p.x_m.data(),
           p.y_m.data(),
           p.z_m.data(),
+          along ? p.ray_x.data() : nullptr,
+          along ? p.ray_y.data() : nullptr,
+          options_.per_noise,
           static_cast<int>(points()),
-          {T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
-          (T * p.origin).cast<float>(),
-          {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])},
-          f(1 / options_.scale_m),
-          f(options_.outlier_floor)};
+          float_solid(field, p.origin),
+          static_cast<float>(1 / options_.scale_m),
+          static_cast<float>(options_.outlier_floor)};
+}
+
+OutlineTerm PrimitiveEnergy::outline_term(const PrimitiveField& field) const {
+  const FloatRays& r = view_->packed_outline;
+  return {r.ray_x.data(),
+          r.ray_y.data(),
+          r.near_m.data(),
+          r.far_m.data(),
+          r.pixel_m.data(),
+          r.slack_m.data(),
+          r.side.data(),
+          r.lost.data(),
+          static_cast<int>(rays()),
+          float_solid(field, {0, 0, 0}),
+          static_cast<float>(options_.outline_scale_px),
+          static_cast<float>(options_.outline_floor),
+          static_cast<float>(kLostBeside),
+          options_.lost_rays && !has_edges(kind_)};
 }
 
 void PrimitiveEnergy::add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const {
   ReadingSums packs;
-  for_isa<ReadingOps>(used_isa()).linearize[static_cast<int>(kind_)](term(field), weighing, &packs);
+  const ReadingOps& ops = for_isa<ReadingOps>(used_isa());
+  const int k = static_cast<int>(kind_);
+  ops.linearize[k](term(field), weighing, &packs);
+  ops.linearize_outline[k](outline_term(field), weighing, &packs);
   sums->cost += packs.cost;
   for (int a = 0; a < P; ++a) sums->gradient[a] += packs.gradient[a];
-  for (int k = 0; k < P * (P + 1) / 2; ++k) sums->hessian[k] += packs.hessian[k];
+  for (int n = 0; n < P * (P + 1) / 2; ++n) sums->hessian[n] += packs.hessian[n];
+}
+
+OutlineCost<double> PrimitiveEnergy::outline_cost_of(const OutlineRay& ray, double clearance_m) const {
+  const double floor = ray.sight == Sight::kLost ? kLostBeside : options_.outline_floor;
+  return primitives::outline_cost(clearance_m, options_.outline_scale_px * ray.pixel_m, floor,
+                                  ray.sight == Sight::kBeside ? -1.0 : 1.0);
 }
 
 // add(curve, second derivative, J, mean squared slope) for every contribution; the last is known of what is
@@ -128,23 +173,25 @@ void PrimitiveEnergy::visit_points(const PrimitiveField& field, const Add& add) 
 }
 
 template <class Add>
+void PrimitiveEnergy::visit_outline(const PrimitiveField& field, const Add& add) const {
+  const PrimitiveEnergyOptions& o = options_;
+  const bool lost = o.lost_rays && !has_edges(kind_);
+  SolidResidual r;
+  for (std::size_t i = 0; i < rays(); ++i) {
+    const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost && !lost) continue;
+    clearance(field, ray, &r);
+    const OutlineCost<double> c = outline_cost_of(ray, with_slack(ray, r.m));
+    add(
+        c.curve, [&] { return c.second; }, r.J, -1.0);
+  }
+}
+
+template <class Add>
 void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, const Add& add) const {
   const PrimitiveEnergyOptions& o = options_;
   SolidResidual r;
-  if (!in_packs()) visit_points(field, add);
-  const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(o.rays));
-  const bool lost = !has_edges(kind_);
-  for (std::size_t i = 0; i < rays; ++i) {
-    const OutlineRay& ray = view_->outline[i];
-    if (ray.sight == Sight::kLost && !(lost && o.lost_rays)) continue;
-    clearance(field, ray, &r);
-    const bool on = ray.sight != Sight::kBeside;
-    if (!on) r.m += ray.slack_m;
-    const double s = o.outline_scale_px * ray.pixel_m;
-    const double floor = ray.sight == Sight::kLost ? kLostBeside : o.outline_floor;
-    add(
-        outline_curve(r.m, s, floor, on), [&] { return outline_second(r.m, s, floor, on); }, r.J, -1.0);
-  }
+  if (!in_packs()) visit_points(field, add), visit_outline(field, add);
   if (view_->has_plane) {
     const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
     const auto pull = [&](const SolidResidual& off, double sigma) {
@@ -166,12 +213,14 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
     J[6 + i] = 1;
     const double log_size = x.log_size[static_cast<std::size_t>(i)];
     const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
+    const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
     const double spread = o.crowded ? kCrowd * static_cast<double>(points()) : 0.0;
     const double pull = o.shrink + spread;
     // The pull is linear here; a curvature as large keeps a step below an e-fold.
     add(
-        energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin, pull + kThin * thin,
-                                spread + (thin < 0 ? kThin : 0)},
+        energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin + 0.5 * kFar * far * far,
+                                pull + kThin * thin + kFar * far,
+                                spread + (thin < 0 ? kThin : 0) + (far > 0 ? kFar : 0)},
         [] { return 0.0; }, J, 0.0);
   }
 }
@@ -180,7 +229,8 @@ void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* o
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums sums;
   const int n = unknowns().size();
-  if (in_packs()) add_packs(field, Weighing::kSolve, &sums), out->count += static_cast<double>(points());
+  if (in_packs())
+    add_packs(field, Weighing::kSolve, &sums), out->count += static_cast<double>(points() + rays());
   visit(field, x, [&](const energies::Curve<double>& c, const auto&, const double(&J)[P], double) {
     sums.add(c.cost, c.slope, c.curvature, J, n);
     out->count += 1;
@@ -191,9 +241,21 @@ void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* o
 double PrimitiveEnergy::cost(const optim::State& x) {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   double cost = 0;
-  if (in_packs()) cost += for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  if (in_packs())
+    cost += readings_cost(x) +
+            for_isa<ReadingOps>(used_isa()).outline_cost[static_cast<int>(kind_)](outline_term(field));
   visit(field, x,
         [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
+  return cost;
+}
+
+double PrimitiveEnergy::readings_cost(const optim::State& x) const {
+  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  double cost = 0;
+  visit_points(field, [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) {
+    cost += c.cost;
+  });
   return cost;
 }
 
@@ -221,33 +283,39 @@ PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const optim::State& x,
   return {a.hessian, b.hessian};
 }
 
-template <class Look>
-void PrimitiveEnergy::visit_edge(const optim::State& x, const Look& look) const {
+std::vector<double> PrimitiveEnergy::clearances(const optim::State& x) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  const std::size_t rays = std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
-  SolidResidual r;
-  for (std::size_t i = 0; i < rays; ++i) {
-    const OutlineRay& ray = view_->outline[i];
-    if (ray.sight == Sight::kLost) continue;
-    const bool on = ray.sight == Sight::kOn;
-    clearance(field, ray, &r);
-    look(ray, on ? r.m : r.m + ray.slack_m, on);
+  std::vector<double> out(rays());
+  if (in_packs()) {
+    std::vector<float> m(out.size());
+    for_isa<ReadingOps>(used_isa()).clearances[static_cast<int>(kind_)](outline_term(field), m.data());
+    out.assign(m.begin(), m.end());
+    return out;
   }
+  SolidResidual r;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    clearance(field, view_->outline[i], &r);
+    out[i] = with_slack(view_->outline[i], r.m);
+  }
+  return out;
 }
 
-double PrimitiveEnergy::outline_cost(const optim::State& x) const {
+double PrimitiveEnergy::outline_cost(const std::vector<double>& clearances_m) const {
   double cost = 0;
-  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
-    cost += outline_curve(d, options_.outline_scale_px * ray.pixel_m, options_.outline_floor, on).cost;
-  });
+  for (std::size_t i = 0; i < clearances_m.size(); ++i)
+    if (view_->outline[i].sight != Sight::kLost)
+      cost += outline_cost_of(view_->outline[i], clearances_m[i]).curve.cost;
   return cost;
 }
 
 double PrimitiveEnergy::outline_agreement(const optim::State& x) const {
+  const std::vector<double> d = clearances(x);
   double agree = 0, all = 0;
-  visit_edge(x, [&](const OutlineRay& ray, double d, bool on) {
-    all += 1, agree += on ? d < ray.pixel_m : d > -ray.pixel_m;
-  });
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    const OutlineRay& ray = view_->outline[i];
+    if (ray.sight == Sight::kLost) continue;
+    all += 1, agree += ray.sight == Sight::kOn ? d[i] < ray.pixel_m : d[i] > -ray.pixel_m;
+  }
   return all > 0 ? agree / all : 1.0;
 }
 

@@ -4,6 +4,7 @@
 
 #include "optim/energy.h"
 #include "primitives/field.h"
+#include "primitives/outline_curve.h"
 #include "primitives/reading_ops.h"
 #include "primitives/view.h"
 
@@ -27,6 +28,7 @@ struct PrimitiveEnergyOptions {
   Rest rest = Rest::kPoint;
   double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
   double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
+  double far_m = 0;      // so does one above this: no length far beyond what is seen; 0: none
   bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs
                          // a share of them (kCrowd)
   bool lost_rays = true;             // rims without readings count where the kind has such rims (has_edges)
@@ -63,8 +65,12 @@ class PrimitiveEnergy : public optim::Energy {
   };
   // `inverse` of A: slopes as if each had not been fitted to (of few readings; in_double), docs eq. 3.
   Sandwich sandwich(const optim::State& x, const Eigen::MatrixXd* inverse = nullptr) const;
-  // Of the edge of the picture alone.
-  double outline_cost(const optim::State& x) const;
+  // Of the readings alone.
+  double readings_cost(const optim::State& x) const;
+  // The clearance (m) of each ray of the edge of the picture that is used.
+  std::vector<double> clearances(const optim::State& x) const;
+  // Of that edge alone, with the clearances at hand.
+  double outline_cost(const std::vector<double>& clearances_m) const;
   // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.
   double outline_agreement(const optim::State& x) const;
   // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
@@ -79,13 +85,18 @@ class PrimitiveEnergy : public optim::Energy {
   void visit(const PrimitiveField& field, const optim::State& x, const Add& add) const;
   template <class Add>
   void visit_points(const PrimitiveField& field, const Add& add) const;
-  template <class Look>  // look(ray, clearance in m, whether the ray hits)
-  void visit_edge(const optim::State& x, const Look& look) const;
+  template <class Add>
+  void visit_outline(const PrimitiveField& field, const Add& add) const;
+  OutlineCost<double> outline_cost_of(const OutlineRay& ray, double clearance_m) const;
   std::size_t points() const;
+  std::size_t rays() const;
+  // A patch meets rays in a closed form of its own, which is in double.
   bool in_packs() const {
-    return !view_->bare.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double;
+    return !view_->packed.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double &&
+           (!view_->along_rays || has_inside(kind_));
   }
   ReadingTerm term(const PrimitiveField& field) const;
+  OutlineTerm outline_term(const PrimitiveField& field) const;
   void add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const;
 
   PrimitiveKind kind_;

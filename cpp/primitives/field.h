@@ -40,14 +40,19 @@ struct PrimitiveField {
     *grad_cam = transpose_times(T_obj_cam.R, s.grad);
   }
 
+  // d phi / d unknowns.
+  void derivative(Vec3d p_obj, const sdf::SolidSample<double>& s, double (&J)[P]) const {
+    const Vec3d m = cross(p_obj, s.grad);
+    const double pose[6] = {s.grad.x, s.grad.y, s.grad.z, m.x, m.y, m.z};
+    for (int j = 0; j < 6; ++j) J[j] = pose[j];
+    for (int i = 0; i < sdf::kMaxSizes; ++i)
+      J[6 + i] = i < size_count(kind) ? size_m[i] * s.size[i] : 0.0;  // by the logarithm
+  }
+
   void row(Vec3d p_cam, Row* out) const {
     const Vec3d p_obj = T_obj_cam * p_cam;
     const sdf::SolidSample<double> s = sample(p_obj);
-    const Vec3d m = cross(p_obj, s.grad);
-    const double J[6] = {s.grad.x, s.grad.y, s.grad.z, m.x, m.y, m.z};
-    for (int j = 0; j < 6; ++j) out->J[j] = J[j];
-    for (int i = 0; i < sdf::kMaxSizes; ++i)
-      out->J[6 + i] = i < size_count(kind) ? size_m[i] * s.size[i] : 0.0;  // by the logarithm
+    derivative(p_obj, s, out->J);
     out->phi_m = s.phi_m;
     out->grad_cam = transpose_times(T_obj_cam.R, s.grad);
   }

@@ -25,6 +25,8 @@ constexpr double kWrongLabels =
     0.05;  // share of pixels beside the edge that are said to be what they are not
 constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost and a clean edge
 constexpr double kThin = 0.08;                              // of the diameter
+constexpr double kFarthest = 2;                             // the same: no length is more
+constexpr double kAtLimit = 0.97;                           // of that limit
 // sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
 // mm.
 constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' scale
@@ -34,8 +36,6 @@ constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' sc
 constexpr double kUpright = 0.985, kLying = 0.174, kFlat = 12;
 constexpr double kRough = 0.3;                  // nats: what a step of an early stage must promise
 constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
-constexpr int kWitnesses = 2000;    // readings, and pixels of the outline, that are asked about the kind
-constexpr double kEffective = 500;  // readings that count as independent witnesses of a kind
 
 struct Candidate {
   optim::State x;
@@ -69,6 +69,7 @@ class Fitter {
     e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = has_inside(kind_) ? kThin * diameter_m_ : 0;  // a strip is a patch like any other
+    e.far_m = kFarthest * diameter_m_;
     e.crowded = !has_inside(kind_) && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
     e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
@@ -141,8 +142,9 @@ class Fitter {
   // cone in, around which there are more pixels beside it than on it.
   double own_outline_px(const optim::State& x) const {
     double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
+    const std::vector<double> d = PrimitiveEnergy(kind_, &view_, energy(1, 1, 0, 600)).clearances(x);
     for (const double px : kOutlines_px) {
-      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(x);
+      const double cost = PrimitiveEnergy(kind_, &view_, energy(1, px, 0, 600)).outline_cost(d);
       if (cost < least) least = cost, best_px = px;
     }
     return best_px;
@@ -250,25 +252,15 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
       last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
-  for (int i = 0; i < size_count(kind); ++i)
-    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kUntold)
-      fit.bounded[static_cast<std::size_t>(i)] = false;
+  for (int i = 0; i < size_count(kind); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    fit.far[at] = fit.x.log_size[at] > std::log(kAtLimit * last.far_m);
+    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kUntold || fit.far[at])
+      fit.bounded[at] = false;
+  }
   count_inliers(view, options, &fit);
   fit.found = std::isfinite(best.cost);
   return fit;
-}
-
-double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
-                        const PrimitiveFitOptions& options, double scale_m) {
-  PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.scale_m = scale_m;
-  e.points = std::min(options.max_points, kWitnesses), e.rays = std::min(options.max_rays, kWitnesses);
-  e.outline_floor = 0.1, e.lost_rays = false;
-  const double cost = PrimitiveEnergy(fit.kind, &view, e).cost(fit.x);
-  const double count = static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)) +
-                                           std::min(view.outline.size(), static_cast<std::size_t>(e.rays)));
-  const double effective = std::min(kEffective, count);
-  return cost * effective / count + 0.5 * free_count(fit.kind) * std::log(effective);
 }
 
 }  // namespace sdftrack::primitives

@@ -27,6 +27,7 @@ struct PrimitiveFit {
   PrimitiveKind kind = PrimitiveKind::kSphere;
   optim::State x;
   std::array<bool, sdf::kMaxSizes> bounded{false, false, false};
+  std::array<bool, sdf::kMaxSizes> far{false, false, false};  // it ends at the limit that is set to it
   Eigen::MatrixXd covariance;  // of v, w (T_obj_cam's increment) and the logarithms of the lengths
   double scale_m = 0;          // s of the readings' residuals
   double rms_m = 0;            // of the readings within the tolerance
@@ -42,10 +43,5 @@ struct PrimitiveFit {
 // From guesses, or from one pose and size.
 PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const SeedCloud& cloud,
                            const PrimitiveFitOptions& options, const PrimitiveGuess* initial);
-
-// What a kind's fit costs at a scale that all kinds share, in nats; half of it is a Bayesian information
-// criterion's -2 log likelihood. docs/math/primitives.md, section 6.
-double evidence_against(const PrimitiveFit& fit, const PrimitiveView& view,
-                        const PrimitiveFitOptions& options, double scale_m);
 
 }  // namespace sdftrack::primitives

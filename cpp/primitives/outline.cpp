@@ -156,17 +156,18 @@ std::vector<std::size_t> spread_order(std::size_t n) {
   return out;
 }
 
-std::vector<Vec3d> labelled_points(const frame::DepthFrame& frame, const Camera& camera,
-                                   const std::uint8_t* labels) {
-  std::vector<Vec3d> found, out;
+LabelledPoints labelled_points(const frame::DepthFrame& frame, const Camera& camera,
+                               const std::uint8_t* labels) {
+  LabelledPoints found, out;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       if (labels[static_cast<std::ptrdiff_t>(y) * camera.width + x] != static_cast<std::uint8_t>(Label::kOn))
         continue;
       const double z = frame.depth_m(x, y);
-      if (z > 0) found.push_back(z * ray_at(frame, camera, x, y));
+      if (z > 0) found.points.push_back(z * ray_at(frame, camera, x, y)), found.pixels.push_back({x, y});
     }
-  for (const std::size_t i : spread_order(found.size())) out.push_back(found[i]);
+  for (const std::size_t i : spread_order(found.points.size()))
+    out.points.push_back(found.points[i]), out.pixels.push_back(found.pixels[i]);
   return out;
 }
 

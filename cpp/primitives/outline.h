@@ -21,8 +21,12 @@ std::vector<OutlineRay> outline_rays(const frame::DepthFrame& frame, const Camer
                                      const std::uint8_t* labels, int reach_px);
 
 // The readings of the object, in such an order too.
-std::vector<Vec3d> labelled_points(const frame::DepthFrame& frame, const Camera& camera,
-                                   const std::uint8_t* labels);
+struct LabelledPoints {
+  std::vector<Vec3d> points;
+  std::vector<Pixel> pixels;
+};
+LabelledPoints labelled_points(const frame::DepthFrame& frame, const Camera& camera,
+                               const std::uint8_t* labels);
 
 // 0 .. n - 1, any first part of them spread over all.
 std::vector<std::size_t> spread_order(std::size_t n);

@@ -2,30 +2,35 @@
 // What a pixel beside the edge of an object's picture costs.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "energies/penalty.h"
 
 namespace sdftrack::primitives {
 
 // A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
-//   -log((1 - e) chance + e / 2), as a majorised quadratic like that of DepthLogistic.
-inline energies::Curve<double> outline_curve(double d, double s, double floor, bool on) {
-  const double x = (on ? d : -d) / s;
-  const double chance = 1 / (1 + std::exp(std::clamp(x, -50.0, 50.0)));
-  const double likelihood = (1 - floor) * chance + 0.5 * floor;
-  const double mine = (1 - floor) * chance / likelihood;
-  const double slope = mine * (1 - chance) / s;
-  const double u = 0.5 * std::abs(x);
-  const double touching = mine * (u > 1e-4 ? std::tanh(u) / u : 1.0) / (4 * s * s);
-  return {-std::log(likelihood), on ? slope : -slope, touching};
-}
+//   C(d) = -log((1 - e) chance + e / 2),
+// as a majorised quadratic like that of DepthLogistic, and its second derivative. `side`: 1 if the object is
+// seen there, -1 if not.
+template <class T>
+struct OutlineCost {
+  energies::Curve<T> curve;
+  T second;
+};
 
-// d^2 cost / d d^2 of it.
-inline double outline_second(double d, double s, double floor, bool on) {
-  const double h = 1e-3 * s;
-  return (outline_curve(d + h, s, floor, on).slope - outline_curve(d - h, s, floor, on).slope) / (2 * h);
+template <class T>
+HD OutlineCost<T> outline_cost(T d, T s, T floor, T side) {
+  using sdftrack::abs;  // primitives has one of its own
+  const T x = side * d / s;
+  const T size = select(abs(x) > T(50), T(50), abs(x));  // beyond it nothing is left of the lesser chance
+  const T small = exp_negative(-size), up = T(1) + small;
+  const auto misses = x > T(0);
+  const T chance = select(misses, small, T(1)) / up, other = select(misses, T(1), small) / up;
+  const T likelihood = (T(1) - floor) * chance + T(0.5) * floor;
+  const T mine = (T(1) - floor) * chance / likelihood, others = T(0.5) * floor / likelihood;
+  const T slope = mine * other / s;
+  const auto near = size < T(2e-4);
+  const T tanh_per_u = select(near, T(1), T(2) * (T(1) - small) / (up * select(near, T(1), abs(x))));
+  return {{-log_positive(likelihood), side * slope, mine * tanh_per_u / (T(4) * s * s)},
+          mine * other * (chance - other * others) / (s * s)};
 }
 
 }  // namespace sdftrack::primitives

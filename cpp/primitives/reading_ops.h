@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bare points against a solid, many at a time: the residual is phi at the point, in float; sums are in
-// double. Compiled once per instruction set (reading_loops.h); all of them compute the same bits.
+// Points, and pixels of the outline, against a solid, many at a time: residuals in float, sums in double.
+// Compiled once per instruction set (reading_loops.h); all of them compute the same bits.
 #pragma once
 
 #include "base/isa.h"
@@ -17,12 +17,28 @@ enum class Weighing {
   kSquare,  // the squared slope
 };
 
-struct ReadingTerm {
-  const float *x_m, *y_m, *z_m;  // from `pose`'s origin on
-  int count;
+struct FloatSolid {
   Vec3f R[3], t_m;  // T_obj_points: rows, translation
   float size_m[sdf::kMaxSizes];
+};
+
+// Bare points, whose residual is phi; with `ray_x` points on rays, whose residual is along them.
+struct ReadingTerm {
+  const float *x_m, *y_m, *z_m;  // from the origin that t_m belongs to
+  const float *ray_x, *ray_y;
+  const float* per_noise;  // nullptr: all are alike
+  int count;
+  FloatSolid solid;
   float per_s, outlier_floor;
+};
+
+struct OutlineTerm {
+  const float *ray_x, *ray_y, *near_m, *far_m, *pixel_m, *slack_m, *side, *lost;  // view.h, FloatRays
+  int count;
+  FloatSolid solid;  // t_m: from the camera
+  float scale_px, floor;
+  float lost_floor;  // of the pixels that show nothing
+  bool lost_counts;
 };
 
 struct ReadingSums {
@@ -35,7 +51,10 @@ struct ReadingOps {
   // One of each per kind.
   void (*linearize[kPrimitiveKinds])(const ReadingTerm&, Weighing, ReadingSums*);
   double (*cost[kPrimitiveKinds])(const ReadingTerm&);
-  void (*residuals[kPrimitiveKinds])(const ReadingTerm&, float* phi_m);
+  void (*residuals[kPrimitiveKinds])(const ReadingTerm&, float* m);
+  void (*linearize_outline[kPrimitiveKinds])(const OutlineTerm&, Weighing, ReadingSums*);
+  double (*outline_cost[kPrimitiveKinds])(const OutlineTerm&);
+  void (*clearances[kPrimitiveKinds])(const OutlineTerm&, float* m);
 
   // Defined in readings_*.cpp.
   static const ReadingOps baseline, avx2, avx512;

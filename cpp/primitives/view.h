@@ -21,28 +21,54 @@ struct OutlineRay {
 };
 
 // Points for loops over many at a time, in float, from an origin among them: they may lie far from their
-// frame's.
+// frame's. With `rays` also the ray (z = 1) that each lies on.
 struct FloatPoints {
   Vec3d origin{0, 0, 0};
-  std::vector<float> x_m, y_m, z_m;
+  std::vector<float> x_m, y_m, z_m, ray_x, ray_y;
 
-  explicit FloatPoints(const std::vector<Vec3d>& points = {}) {
+  explicit FloatPoints(const std::vector<Vec3d>& points = {}, bool rays = false) {
     if (!points.empty()) origin = points.front();
     for (const Vec3d& p : points) {
       const Vec3f d = (p - origin).cast<float>();
       x_m.push_back(d.x), y_m.push_back(d.y), z_m.push_back(d.z);
+      if (!rays) continue;
+      ray_x.push_back(static_cast<float>(p.x / p.z)), ray_y.push_back(static_cast<float>(p.y / p.z));
     }
   }
 };
 
+// The edge of the picture for such loops.
+struct FloatRays {
+  std::vector<float> ray_x, ray_y, near_m, far_m, pixel_m, slack_m;
+  std::vector<float> side;  // 1: the object is seen; -1: something else
+  std::vector<float> lost;  // 1: nothing is seen
+
+  explicit FloatRays(const std::vector<OutlineRay>& rays = {}) {
+    const auto put = [](std::vector<float>* to, double x) { to->push_back(static_cast<float>(x)); };
+    for (const OutlineRay& r : rays) {
+      put(&ray_x, r.ray.x), put(&ray_y, r.ray.y), put(&near_m, r.near_m), put(&far_m, r.far_m);
+      put(&pixel_m, r.pixel_m), put(&slack_m, r.sight == Sight::kBeside ? r.slack_m : 0.0);
+      put(&side, r.sight == Sight::kBeside ? -1 : 1), put(&lost, r.sight == Sight::kLost);
+    }
+  }
+};
+
+struct Pixel {
+  int x, y;
+};
+
 struct PrimitiveView {
   std::vector<Vec3d> points;  // any first part of them is spread over all
-  FloatPoints bare;           // the same, where they are not along rays
+  FloatPoints packed;         // the same; empty: loops go point by point, in double
+  std::vector<Pixel> pixels;  // where each was read; empty: bare points
   bool along_rays = false;    // their noise is along the ray from the camera; false: in all directions
   std::vector<OutlineRay> outline;
+  FloatRays packed_outline;
   bool has_plane = false;  // that the solid cannot reach through
   bool stands = false;     // it touches the plane
   frame::Plane plane{{0, 0, 0}, 0};
+
+  void pack() { packed = FloatPoints(points, along_rays), packed_outline = FloatRays(outline); }
 };
 
 }  // namespace sdftrack::primitives

@@ -3,6 +3,7 @@
 
 import pickle
 
+import cv2
 import numpy as np
 import pytest
 
@@ -148,6 +149,41 @@ def test_the_reach_is_that_of_the_farthest_of_many_points_and_so_is_its_derivati
             assert by_size[i] == pytest.approx(slope, abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["box", "ellipsoid"])
+def test_axes_are_named_by_their_lengths_and_a_start_keeps_its_names(kind):
+    """x the longest, z the shortest and towards the camera, x to the right; the same solid all the same."""
+    frame, truth = scene(kind)
+    fit = st.fit_primitive(frame, kind, camera=CAMERA, mask=truth.mask)
+    size = list(fit.size.values())
+    assert size == sorted(size, reverse=True)
+    assert fit.T_cam_obj[0, 0] >= 0 >= fit.T_cam_obj[2, 2]
+    assert np.linalg.det(fit.T_cam_obj[:3, :3]) == pytest.approx(1)
+    names = list(fit.size)
+    turned = fit.T_cam_obj[:, [1, 2, 0, 3]]
+    start = dict(zip(names, (size[1], size[2], size[0]), strict=True))
+    again = st.fit_primitive(frame, kind, camera=CAMERA, mask=truth.mask, initial=(turned, start))
+    assert list(again.size.values()) == pytest.approx(list(start.values()), rel=0.02)
+    points = np.vstack([np.eye(3), -np.eye(3)]) * 0.2
+    for a, b in ((fit.T_cam_obj, size), (again.T_cam_obj, list(again.size.values()))):
+        q = moved(points, np.linalg.inv(a))
+        b = _core.primitive_distances(KIND[kind], b, q)[0]
+        np.testing.assert_allclose(
+            b,
+            _core.primitive_distances(KIND[kind], size, moved(points, np.linalg.inv(fit.T_cam_obj)))[0],
+            atol=2e-3,
+        )
+
+
+def test_labels_in_a_window_about_the_mask_are_those_of_the_whole_image():
+    frame, truth = scene("cone", Gaussian(NOISE_M))
+    seen = SegmentedFrame.of(frame, CAMERA, "auto", truth.mask)
+    grown = (
+        cv2.dilate(truth.mask.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
+    )  # holds some of the table
+    for mask in (grown, truth.mask, np.zeros_like(truth.mask)):
+        np.testing.assert_array_equal(seen.labels(mask, False), seen._labels(mask, False))
+
+
 # ---- energies ----
 
 
@@ -167,6 +203,7 @@ def test_the_gradient_of_the_energy_is_the_slope_of_its_cost(kind):
     view, truth = view_of(kind, Gaussian(NOISE_M))
     options = _core.PrimitiveEnergyOptions()
     options.scale_m, options.outline_scale_px = 0.004, 2.0
+    options.in_double = True  # differences of a micrometre
     T0 = np.linalg.inv(truth.T_cam_obj)
     T0 = (
         st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ T0
@@ -278,6 +315,27 @@ def test_points_many_at_a_time_cost_and_pull_as_they_do_one_by_one(kind):
     np.testing.assert_allclose(
         packs["hessian"] / np.outer(unit, unit), single["hessian"] / np.outer(unit, unit), atol=10 * PACK_RTOL
     )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_frame_many_at_a_time_costs_and_pulls_as_pixel_by_pixel(kind):
+    """Along the rays, and of the outline; a pixel whose ray just meets the solid in one of both may miss it in the
+    other, so of the residuals all but a few are alike."""
+    view, truth = view_of(kind, Gaussian(NOISE_M))
+    options = _core.PrimitiveEnergyOptions()
+    options.outline_scale_px = 2.0
+    T = st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
+    packs = view.energy(KIND[kind], T, lengths(kind), options)
+    options.in_double = True
+    single = view.energy(KIND[kind], T, lengths(kind), options)
+    apart = np.abs(np.subtract(packs["residuals"], single["residuals"]))
+    assert np.mean(apart < 2e-6) > 0.99  # m; what is left of the surface after the last step, 20 um, squared
+    assert packs["outline_cost"] == pytest.approx(single["outline_cost"], rel=1e-4)
+    assert packs["cost"] == pytest.approx(single["cost"], rel=1e-3)
+    unit = np.sqrt(np.diag(single["hessian"]) + 1)
+    np.testing.assert_allclose(
+        packs["gradient"] / unit, single["gradient"] / unit, atol=0.05
+    )  # a pixel on an edge
 
 
 # ---- points ----

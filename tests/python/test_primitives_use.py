@@ -164,6 +164,61 @@ def test_a_sequence_gives_the_size_of_what_is_in_the_box(tmp_path):
     assert run(["fit", str(folder), "--frame", "1", "--out", str(out), "-q", "--overwrite"]) == 0
 
 
+@pytest.mark.parametrize("suffix", [".png", ".npy"])
+@pytest.mark.parametrize("by", ["--camera", "--intrinsics"])
+def test_a_single_depth_image_gives_the_size_of_what_is_on_the_table(tmp_path, suffix, by):
+    frame, truth = frames(1)[0][0], frames(1)[1]
+    source, camera, mask = tmp_path / f"depth{suffix}", tmp_path / "camera.json", tmp_path / "mask.png"
+    if suffix == ".npy":
+        np.save(source, frame.depth)
+    else:
+        cv2.imwrite(str(source), np.round(1e4 * frame.depth).astype(np.uint16))
+    CAMERA.save(camera)
+    cv2.imwrite(str(mask), 255 * truth.mask.astype(np.uint8))
+    numbers = {"--camera": str(camera), "--intrinsics": f"{CAMERA.fx},{CAMERA.fy},{CAMERA.cx},{CAMERA.cy}"}
+    scale = [] if suffix == ".npy" else ["--depth-scale", "0.0001"]
+    arguments = ["fit", str(source), by, numbers[by], "--kind", "cylinder", *scale, "--mask", str(mask), "-q"]
+    assert run([*arguments, "--out", str(tmp_path / "out")]) == 0
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    np.testing.assert_allclose(list(result["size"].values()), list(SIZE.values()), rtol=RTOL)
+    assert cv2.imread(str(tmp_path / "out" / "fit.png")) is not None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["DEPTH", "--out", "OUT"], 2, "give its intrinsics by --camera FILE or --intrinsics"),
+        (["DEPTH", "--out", "OUT", "--intrinsics", "500,500,3"], 2, "expected fx,fy,cx,cy in pixels"),
+        (["DEPTH", "--out", "OUT", "--intrinsics", "500,500,3,3", "--camera", "c.json"], 2, "got both"),
+        (["DEPTH", "--out", "OUT", "--camera", "nowhere.json"], 1, "no such camera file"),
+        (
+            ["DEPTH", "--out", "OUT", "--intrinsics", "500,500,3,3", "--unit", "mm"],
+            2,
+            "expected --depth-scale",
+        ),
+        (["DEPTH", "--out", "OUT", "--intrinsics", "500,500,3,3", "--depth-scale", "0"], 2, "above 0"),
+        (["EIGHT", "--out", "OUT", "--intrinsics", "500,500,3,3"], 1, "expected 16-bit depth in one channel"),
+        (
+            ["CUBE", "--out", "OUT", "--intrinsics", "500,500,3,3"],
+            1,
+            "expected depth (H, W) or points (N, 3)",
+        ),
+        (["CLOUD", "--out", "OUT", "--intrinsics", "500,500,3,3"], 2, "expected a depth image"),
+    ],
+)
+def test_bad_calls_with_a_depth_image_give_one_line(tmp_path, capsys, arguments, code, told):
+    files = {"DEPTH": tmp_path / "d.png", "EIGHT": tmp_path / "8.png", "CUBE": tmp_path / "cube.npy"}
+    cv2.imwrite(str(files["DEPTH"]), np.full((40, 60), 800, np.uint16))
+    cv2.imwrite(str(files["EIGHT"]), np.full((40, 60), 80, np.uint8))
+    np.save(files["CUBE"], np.zeros((4, 5, 6)))
+    names = {**files, "CLOUD": cloud_file(tmp_path), "OUT": tmp_path / "out"}
+    assert run(["fit", *(str(names.get(a, a)) for a in arguments)]) == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1, err
+    assert told in err
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack fit``: pose and size of a primitive from a recorded sequence or a point cloud."""
+"""``sdftrack fit``: pose and size of a primitive from a recorded sequence, a depth image or a point cloud."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
@@ -28,6 +29,7 @@ from sdftrack.cli.common import (
     opening,
     parse_box,
 )
+from sdftrack.cli.fit_image import is_depth_image, parse_intrinsics, read_depth_image
 from sdftrack.cli.progress import progress
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
@@ -52,7 +54,11 @@ class Unit(str, Enum):
 
 def fit(
     source: Annotated[
-        Path, typer.Argument(metavar="SEQ|CLOUD.ply", help="Recorded sequence, or point cloud in metres.")
+        Path,
+        typer.Argument(
+            metavar="SEQ|CLOUD.ply|DEPTH.png",
+            help="Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
+        ),
     ],
     kind: Annotated[
         Kind,
@@ -76,6 +82,19 @@ def fit(
     no_plane: Annotated[bool, typer.Option("--no-plane", help="There is no supporting plane.")] = False,
     unit: Annotated[
         Unit | None, typer.Option(help="Unit of the point cloud (default: m).", case_sensitive=False)
+    ] = None,
+    camera: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Camera of a depth image: camera.json, .yaml, cam_K.txt."),
+    ] = None,
+    intrinsics: Annotated[
+        str | None, typer.Option(metavar="fx,fy,cx,cy", help="Alternatively, its intrinsics, pixels.")
+    ] = None,
+    depth_scale: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M", help="Metres per unit of a depth image (default: 0.001 of integers, 1 of floats)."
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Random seed of the initial guesses.")] = 0,
     layout: LayoutOption = "auto",
@@ -107,13 +126,32 @@ def fit(
     if not source.exists():
         raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
     refuse_inputs(
-        out, ("result.json", "fit.png", "primitive.ply"), [("SEQ|CLOUD.ply", source), ("--mask", mask)]
+        out,
+        ("result.json", "fit.png", "primitive.ply"),
+        [("SEQ|CLOUD.ply", source), ("--mask", mask), ("--camera", camera)],
     )
+    values = parse_intrinsics(intrinsics, camera)
+    if depth_scale is not None and not 0 < depth_scale < math.inf:
+        raise Usage(f"expected metres per unit, above 0, got {depth_scale:g}", "--depth-scale")
+    alone = is_depth_image(source)
+    if not alone and (camera is not None or values is not None or depth_scale is not None):
+        raise Usage(
+            "expected a depth image (16-bit PNG or TIFF, .npy) with --camera, --intrinsics and --depth-scale, "
+            "got a cloud or a sequence"
+        )
+    window = None if box is None else parse_box(box)
     options: dict[str, Any] = {"seed": seed, "threads": threads}
     if no_plane:
         options["plane"] = None
     part = slice(frame, frame + 1) if frame is not None else slice(start, stop, step)
-    if source.is_file() and source.suffix.lower() in CLOUDS:
+    if alone:
+        if unit is not None or part != slice(0, None, 1):
+            raise Usage(
+                "expected --depth-scale with a single depth image, got --unit, --frame, --start, --stop or --step"
+            )
+        image = read_depth_image(source, camera, values, depth_scale)
+        _fit_image(source, image, kind.value, out, overwrite, (mask, window), options, quiet)
+    elif source.is_file() and source.suffix.lower() in CLOUDS:
         if mask is not None or box is not None or part != slice(0, None, 1):
             raise Usage(
                 "expected a sequence with --mask, --box, --frame, --start, --stop and --step, got a cloud"
@@ -125,7 +163,6 @@ def fit(
     else:
         if unit is not None:
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
-        window = None if box is None else parse_box(box)
         _fit_sequence(source, kind.value, out, overwrite, (mask, window), part, arguments, options, quiet)
 
 
@@ -141,6 +178,26 @@ def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any
         out, overwrite, found, {"cloud": str(source), "kind": kind, "points": len(points), **options}
     )
     plot_cloud(folder / "fit.png", points * unit_scale(options.get("unit")), found)
+    _tell(source, found, out, quiet)
+
+
+def _fit_image(
+    source: Path,
+    frame: Any,
+    kind: str,
+    out: Path,
+    overwrite: bool,
+    place: tuple[Path | None, tuple[float, ...] | None],
+    options: dict[str, Any],
+    quiet: bool,
+) -> None:
+    import sdftrack as st
+    from sdftrack.viz.pictures import save_picture
+    from sdftrack.viz.primitives import draw_primitives
+
+    found = st.fit_primitive(frame, kind, mask=_mask(place, frame, []), **options)
+    folder = _written(out, overwrite, found, {"depth": str(source), "kind": kind, **options})
+    save_picture(folder / "fit.png", draw_primitives(frame, [found], frame.camera))
     _tell(source, found, out, quiet)
 
 
@@ -167,7 +224,7 @@ def _fit_sequence(
                 f"--frame, --start, --stop: expected some of the {len(seq)} frames of {source}, got none"
             )
         first = fitting(seq[numbers[0]], seq.camera)
-        mask = _mask(place, first, seq, numbers[0])
+        mask = _mask(place, first, list(seq.masks(numbers[0]).values()))
 
         def frames() -> Any:
             for i in progress(numbers, len(numbers), source.name or str(source), quiet):
@@ -187,7 +244,8 @@ def _fit_sequence(
     _tell(source, found, out, quiet)
 
 
-def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: Any, first: int) -> Any:
+def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, own: list[Any]) -> Any:
+    """The mask that is asked for; else the only one of the sequence's `own`, or None."""
     import numpy as np
 
     from sdftrack.io.frames import read_mask
@@ -198,7 +256,7 @@ def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, seq: 
             raise FileNotFoundError(f"--mask: no such file: {path}")
         return read_mask(path)
     if box is None:
-        known = [m for m in seq.masks(first).values() if m.any()]
+        known = [m for m in own if m.any()]
         return known[0] if len(known) == 1 else None
     x, y, w, h = (round(v) for v in box)
     mask = np.zeros(frame.shape, bool)

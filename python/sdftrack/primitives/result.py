@@ -32,7 +32,8 @@ class PrimitiveFit(Compared):
         a patch's normal along z and towards the camera.
     size : dict of str to float
         Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
-        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid; ``width`` (along x) and
+        ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid, both in descending order unless an
+        initial value has named the axes; ``width`` (along x) and
         ``height`` (along y) of a plane patch, in either order.
     covariance : (6 + n, 6 + n) float64
         First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then

@@ -92,6 +92,20 @@ class SegmentedFrame:
 
     def labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
         """Label of each pixel for the object in `mask`. `own_foot`: adjacent low measurements may belong to it."""
+        if not own_foot:  # nothing outside the mask: a window is enough
+            rows, columns = _window(mask)
+            labels = np.full(self.depth.shape, OFF, np.uint8)
+            labels[rows, columns] = self._part(rows, columns)._labels(mask[rows, columns], False)
+            return labels
+        return self._labels(mask, True)
+
+    def _part(self, rows: slice, columns: slice) -> SegmentedFrame:
+        """The same of a window, for whatever needs no camera."""
+        return SegmentedFrame(
+            self.frame, self.camera, self.depth[rows, columns], self.points[rows, columns], self.plane
+        )
+
+    def _labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
         height, growth = self.heights(), self.growth
         valid = self.depth > 0
         low = self.low()
@@ -108,10 +122,20 @@ class SegmentedFrame:
         view = _core.PrimitiveView.of_image(self.depth, labels, self.camera._core)
         if self.plane is not None:
             on = labels == ON
-            above = self.heights()[on] / self.growth[on]
+            heights = self.points[on] @ self.plane[0] + self.plane[1]
+            above = heights / np.maximum(1.0, self.depth[on].astype(np.float64) ** 2)
             stands = len(above) > 0 and float(np.quantile(above, 0.01)) < FOOT_M
             view.set_plane(self.plane[0].tolist(), self.plane[1], stands)
         return view
+
+
+def _window(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """The rows and columns about a mask, and the neighbours that decide what is low in it."""
+    ends = [np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)]
+    if not len(ends[0]):
+        return slice(0, 1), slice(0, 1)
+    rows, columns = (slice(max(0, e[0] - BAND_PX), e[-1] + 1 + BAND_PX) for e in ends)
+    return rows, columns
 
 
 def camera_of(frame: Frame, camera: Camera | RGBDCamera | None) -> Camera:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import THREADS, number, of_kind, whole
+from sdftrack.primitives.axis_order import descending
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
@@ -20,6 +21,7 @@ __all__ = ["FitRequest", "solve", "unbounded"]
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
+FARTHEST = 2  # a length is at most so many extents of the measurements (the core's kFarthest)
 UNTOLD = 2  # measurements more than unknowns, up to which their spread tells no variance (the core's kUntold)
 
 
@@ -99,12 +101,27 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
         )
     scores = _scores(found)
     best = next(iter(scores))
-    return _result(best, found[best], scores)
+    answer = found[best]
+    if request.pose is None and len(SIZES[best]) == 3:  # a start has named its axes
+        answer = descending(answer)
+    return _result(best, answer, scores)
 
 
 def unbounded(names: list[str]) -> str:
-    """The reason for a fit in which only these lengths are not bounded."""
-    return f"the observation does not bound {' and '.join(names)}: the value is a lower bound"
+    """The reason for a fit in which only these lengths are not bounded; empty if there are none."""
+    return (
+        ""
+        if not names
+        else f"the observation does not bound {' and '.join(names)}: the value is a lower bound"
+    )
+
+
+def undetermined(names: list[str]) -> str:
+    """The reason for a fit in which these lengths were kept from growing far beyond what is seen."""
+    return (
+        f"{' and '.join(names)} is not determined: it grew to {FARTHEST:g} times the extent of the measurements, where "
+        "it was held"
+    )
 
 
 def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
@@ -123,6 +140,7 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     names, T = SIZES[kind], answer["T_cam_obj"]
     covariance = answer["covariance"].copy()
     loose = [name for name, held in zip(names, answer["bounded"], strict=True) if not held]
+    far = [name for name, ends in zip(names, answer["far"], strict=True) if ends]
     endless = [name for name, length in zip(names, answer["size"], strict=True) if not length < ENDLESS_M]
     if endless:
         covariance = np.diag(np.full(len(covariance), np.inf))
@@ -158,7 +176,9 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         )
     elif loose:
         status = Status.WEAK
-        reason = unbounded(loose)
+        reason = unbounded([name for name in loose if name not in far])
+        if far:
+            reason = "; ".join(filter(None, (undetermined(far), reason)))
     return PrimitiveFit(
         kind=kind,
         T_cam_obj=T,
