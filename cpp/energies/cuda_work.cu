@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <list>
 #include <stdexcept>
 
-#include "base/device_stream.h"
+#include "base/device_volumes.h"
 #include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
 
@@ -15,11 +14,6 @@ constexpr int kMaxSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
 constexpr std::size_t kMostVolumes = 128;
 
-struct SentVolume {
-  std::uint64_t id, frame;  // frame: of the last use
-  DeviceBuffer<float> phi;
-};
-
 }  // namespace
 
 // The pixels are one block of memory, column after column, so that one copy brings them there.
@@ -28,13 +22,12 @@ struct CudaWork::Impl {
 
   int device;
   DeviceStream stream;
-  int count = 0;            // pixels
-  std::uint64_t frame = 0;  // uploads so far
+  int count = 0;  // pixels
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
-  std::list<SentVolume> volumes;  // that of the last use first
+  DeviceVolumes volumes{kMostVolumes};
 
   float* column(int k) { return pixels.data() + static_cast<std::ptrdiff_t>(k) * count; }
 
@@ -44,17 +37,6 @@ struct CudaWork::Impl {
     stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
     stream.wait();
     return sums.data();
-  }
-
-  // Room for one more volume: where the device is full, at the cost of those that this frame has not used.
-  DeviceBuffer<float> room_for(std::size_t voxels) {
-    while (volumes.size() >= kMostVolumes) volumes.pop_back();
-    try {
-      return DeviceBuffer<float>(voxels);
-    } catch (const CudaError&) {
-      volumes.remove_if([this](const SentVolume& v) { return v.frame != frame; });
-      return DeviceBuffer<float>(voxels);
-    }
   }
 };
 
@@ -75,8 +57,7 @@ PixelsView<float> CudaWork::upload(const PixelSet& set) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
   w.stream.wait();  // the last copy may still read the staging buffer
-  ++w.frame;
-  w.volumes.remove_if([](const SentVolume& v) { return v.id == 0; });
+  w.volumes.begin_frame();
   w.count = 0;  // until all of it is there
   const auto n = static_cast<std::size_t>(set.count()), room = (n + n / 2) * kColumns;
   if (w.pixels.size() < n * kColumns) w.pixels.room(room);
@@ -101,23 +82,8 @@ void CudaWork::download(PixelSet* set) {
 }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
-  Impl& w = *impl_;
-  const DeviceScope scope(w.device);
-  const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
-                                  [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
-  if (known != w.volumes.end()) {
-    w.volumes.splice(w.volumes.begin(), w.volumes, known);
-  } else {
-    const std::size_t voxels = static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
-                               static_cast<std::size_t>(sdf.nz);
-    SentVolume made{sdf.id, 0, w.room_for(voxels)};
-    w.stream.upload(sdf.phi, voxels, made.phi.data());
-    w.volumes.push_front(std::move(made));
-  }
-  w.volumes.front().frame = w.frame;
-  SdfView view = sdf;
-  view.phi = w.volumes.front().phi.data();
-  return view;
+  const DeviceScope scope(impl_->device);
+  return impl_->volumes.send(sdf, impl_->stream);
 }
 
 template <class Field, class Penalty>

@@ -51,7 +51,7 @@ class Work:
     waits: int
 
 
-VGA, CELLS = 640 * 480, 200**3
+VGA, CELLS, RAYS = 640 * 480, 200**3, 115_000
 PIXELS, SUMS, COSTS = 10_000, 30, 30  # of one object, and evaluations in a frame
 PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
 WORK = (
@@ -66,6 +66,9 @@ WORK = (
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
+    # A box of 0.12 m at 0.35 m: 115,000 rays of 10 samples each with its root, counted on the CPU; 120 operations and 8
+    # corners a sample, of which a half is cached; 16 bytes out.
+    Work("ray casting, 640 x 480", 1.0, RAYS * (16 + 10 * 16), 0, RAYS * 10 * 120, 1, 1),
 )  # fmt: skip
 
 

@@ -78,6 +78,15 @@ def evolve_call(device: str, voxels: int) -> Call:
     )
 
 
+def render_call(device: str, size: int) -> Call:
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=100),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
+    )
+    return lambda: box.render(camera, pose, device=device)
+
+
 def measure(device: str, quick: bool) -> dict[str, Any]:
     """Times of the CPU and of the device."""
     size, runs = (160, 1) if quick else (640, 20)
@@ -86,6 +95,7 @@ def measure(device: str, quick: bool) -> dict[str, Any]:
         "100 objects, a frame": lambda d: tracker_call(d, 2 if quick else 100, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
+        "ray casting, 640 x 480": lambda d: render_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
     }
     out = {}

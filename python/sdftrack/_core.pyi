@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Estimates the intrinsics from frames of a known object.
@@ -1448,6 +1448,10 @@ def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[num
     """
     4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
     """
+def new_volume_id() -> int:
+    """
+    A number that no other volume has.
+    """
 def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels beside the surface that closes a hole.
@@ -1512,9 +1516,9 @@ def remove_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, start_x
     """
     Mask of what is not on the dominant plane, normal, offset, bend, noise over the law's and share of the readings; or one of "few readings", "no start", "start not flat", "small".
     """
-def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1, id: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
-    -> depth (H, W) float32 m, normals (H, W, 3) float32.
+    -> depth (H, W) float32 m, normals (H, W, 3) float32; id: of values that do not change, 0: unknown.
     """
 def rotation_exp(w_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
     """

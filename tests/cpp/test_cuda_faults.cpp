@@ -11,11 +11,13 @@
 
 #include "base/cuda_probe.h"
 #include "base/device_buffer.h"
+#include "base/volume_id.h"
 #include "contour/steps_cuda.h"
 #include "control.h"
 #include "energies/cuda_work.h"
 #include "levelset/evolve.h"
 #include "lwpr/model.h"
+#include "render/raycast_sdf.h"
 #include "superpixels/slic.h"
 #include "term_fixture.h"
 
@@ -107,6 +109,19 @@ Numbers summed(int device) {
   return sums_of_frames(&work);
 }
 
+Numbers image_of_box(int device) {
+  Camera camera{{60, 62, 20.3, 14.6}, 40, 30, {0.1, -0.05, 0.002, -0.001}};
+  SdfView sdf = kBox.view();
+  static const std::uint64_t id = new_volume_id();
+  sdf.id = id;
+  const Rigidd T_cam_obj{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.3}};
+  const render::SdfImage image = render::raycast_sdf_cuda(sdf, camera, T_cam_obj, device);
+  EXPECT_EQ(image.depth_m, render::raycast_sdf(sdf, camera, T_cam_obj, 1).depth_m);
+  Numbers out(image.depth_m.begin(), image.depth_m.end());
+  out.insert(out.end(), image.normals_cam.begin(), image.normals_cam.end());
+  return out;
+}
+
 struct User {
   const char* name;
   Numbers (*run)(int device);
@@ -187,7 +202,7 @@ TEST_P(CudaFaults, several_host_threads_get_the_same_bits) {
 INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
                                          User{"predictions", &predictions}, User{"contour", &evolved},
-                                         User{"volume", &evolved_volume}),
+                                         User{"volume", &evolved_volume}, User{"image", &image_of_box}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -157,6 +157,50 @@ def test_the_gpu_evolves_a_volume_as_the_cpu_does(shape, regulariser):
     np.testing.assert_allclose(gpu, cpu, rtol=0, atol=EVOLUTION_ATOL * 0.005)
 
 
+RENDERED = {
+    "a box": (lambda: st.SDF.box((0.1, 0.06, 0.08), voxels=50), [0.01, -0.02, 0.4]),
+    "a far cone": (lambda: st.SDF.cone(0.05, 0.15, voxels=60), [0.2, 0.1, 3.0]),
+    "half beside the image": (lambda: st.SDF.sphere(0.08, voxels=40), [0.2, 0.0, 0.4]),
+    "the camera inside": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, 0.01]),
+    "behind the camera": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, -0.5]),
+}
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
+@pytest.mark.parametrize("what", RENDERED)
+def test_the_gpu_renders_the_image_of_the_cpu(what, lens):
+    make, t = RENDERED[what]
+    shape, camera = make(), st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91, lens)
+    for turn in ([0.4, -0.7, 0.2], [0, 0, 0], [2.0, 1.0, -1.0]):
+        T = st.geometry.pose(turn, t)
+        depth, normals = shape.render(camera, T)
+        assert depth.any() == (t[2] > 0.1)
+        for _ in range(2):  # the second time the volume is there
+            for cpu, gpu in zip((depth, normals), shape.render(camera, T, device="cuda"), strict=True):
+                np.testing.assert_array_equal(gpu, cpu)
+        np.testing.assert_array_equal(shape.silhouette(camera, T, device="cuda"), depth > 0)
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_gpu_tells_volumes_apart_and_knows_one_again():
+    camera, T = st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91), st.geometry.pose([0, 0, 0], [0, 0, 0.4])
+    balls = [st.SDF.sphere(0.02 + 0.002 * k, voxels=30) for k in range(12)]  # more than it keeps
+    for ball in balls + balls[::-1]:
+        np.testing.assert_array_equal(ball.render(camera, T, device="cuda")[0], ball.render(camera, T)[0])
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+def test_a_build_without_cuda_refuses_to_render_on_the_gpu():
+    ball, camera = st.SDF.sphere(0.02, voxels=20), st.Camera(14.0, 14.0, 3.5, 3.5, 8, 8)
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        ball.render(camera, np.eye(4), device="cuda")
+    with pytest.raises(ValueError, match="device: expected one of"):
+        ball.silhouette(camera, np.eye(4), device="gpu")
+
+
 @pytest.mark.gpu
 @needs_gpu
 def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):

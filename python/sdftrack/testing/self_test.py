@@ -160,6 +160,12 @@ def _evolution(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu).max() / ball.voxel_size), CELL_ATOL
 
 
+def _image(number: int) -> tuple[float, float]:
+    box, camera, _, pose = _scene()
+    cpu, gpu = (np.dstack(box.render(camera, pose, device=d)) for d in ("cpu", f"cuda:{number}"))
+    return float(np.abs(gpu - cpu).max()), 0.0
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -168,4 +174,5 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "LWPR": _predictions,
     "contour": _contour,
     "level set": _evolution,
+    "ray casting": _image,
 }
