@@ -26,6 +26,8 @@ py::array_t<float> scale_and_add(float a, const py::array& x, const py::array& y
 void bind_device(py::module_& m) {
   m.attr("cuda_build") = cuda_built();
   m.def("cuda_devices", &cuda_devices, "Numbers of the CUDA devices that can be used.");
+  m.def("cuda_least_capability", &cuda_least_capability,
+        "The compute capability that the kernels need, as 10 major + minor.");
   m.def("cuda_device_name", &cuda_device_name, py::arg("device") = 0,
         "Its name; empty where it does not answer.");
   m.def("cuda_fingerprint", &cuda_fingerprint, py::arg("device") = 0,

@@ -8,7 +8,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kLeastCapability = 75;  // what the kernels are compiled for: CMakeLists.txt
+constexpr int kLeastCapability = SDFTRACK_LEAST_CAPABILITY;  // of the kernels: CMakeLists.txt
 
 struct ScaleAndAdd {
   static constexpr const char* kName = "scale_and_add";
@@ -32,6 +32,8 @@ bool properties_of(int device, cudaDeviceProp* out) {
 }  // namespace
 
 bool cuda_built() { return true; }
+
+int cuda_least_capability() { return kLeastCapability; }
 
 std::vector<int> cuda_devices() {
   int count = 0;
@@ -57,8 +59,14 @@ std::string cuda_fingerprint(int device) {
   if (!properties_of(device, &p) || cudaDriverGetVersion(&driver) != cudaSuccess ||
       cudaRuntimeGetVersion(&runtime) != cudaSuccess)
     return {};
-  return std::string(p.name) + ", " + std::to_string(p.major) + "." + std::to_string(p.minor) + ", driver " +
-         std::to_string(driver) + ", runtime " + std::to_string(runtime);
+  std::string uuid;
+  for (const char byte : p.uuid.bytes) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    const auto b = static_cast<unsigned char>(byte);
+    uuid += {kDigits[b / 16], kDigits[b % 16]};
+  }
+  return std::string(p.name) + ", " + uuid + ", " + std::to_string(p.major) + "." + std::to_string(p.minor) +
+         ", driver " + std::to_string(driver) + ", runtime " + std::to_string(runtime);
 }
 
 void copy_from_device(const void* device, std::size_t bytes, void* host) {
@@ -80,6 +88,7 @@ std::vector<float> scale_and_add_cuda(float a, const std::vector<float>& x, cons
   const DeviceScope scope(device);
   const DeviceStream stream;
   DeviceBuffer<float> x_gpu(x.size()), y_gpu(x.size()), out_gpu(x.size());
+  const StreamWaiter inputs(stream);
   stream.upload(x.data(), x.size(), x_gpu.data());
   stream.upload(y.data(), y.size(), y_gpu.data());
   launch(stream, blocks_of(static_cast<std::int64_t>(x.size()), ScaleAndAdd::kThreads),

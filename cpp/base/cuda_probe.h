@@ -18,6 +18,8 @@ HD float scaled_sum(float a, float x, float y) { return a * x + y; }
 bool cuda_built();
 // Numbers of the devices that answer and are new enough for the kernels. Never throws.
 std::vector<int> cuda_devices();
+// The capability that is new enough, as 10 * major + minor.
+int cuda_least_capability();
 // Its name; empty where there is no such device.
 std::string cuda_device_name(int device);
 // What its kernels were compiled from and run by: changes with the device, the driver and the build.

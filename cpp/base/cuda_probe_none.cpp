@@ -7,6 +7,7 @@ namespace sdftrack {
 
 bool cuda_built() { return false; }
 std::vector<int> cuda_devices() { return {}; }
+int cuda_least_capability() { return 0; }
 std::string cuda_device_name(int) { return {}; }
 std::string cuda_fingerprint(int) { return {}; }
 

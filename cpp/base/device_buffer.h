@@ -8,9 +8,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace sdftrack {
 
@@ -26,6 +29,30 @@ inline void check_cuda(cudaError_t code, const char* call) {
                   cudaGetErrorString(code));
 }
 #define SDFTRACK_CHECK_CUDA(call) ::sdftrack::check_cuda((call), #call)
+
+// The memory that nobody uses at present, and that is given up before a device is said to be full.
+class IdleMemory {
+ public:
+  static void on_shortage(std::function<void()> free) {
+    const std::lock_guard lock(mutex());
+    all().push_back(std::move(free));
+  }
+  static void free() {
+    const std::lock_guard lock(mutex());
+    for (const auto& one : all()) one();
+  }
+
+ private:
+  // Never destroyed: at the end of the process CUDA may be gone before it.
+  static std::mutex& mutex() {
+    static auto* const one = new std::mutex;
+    return *one;
+  }
+  static std::vector<std::function<void()>>& all() {
+    static auto* const list = new std::vector<std::function<void()>>;
+    return *list;
+  }
+};
 
 // n values of T that Memory gives and takes back.
 template <class T, class Memory>
@@ -69,12 +96,26 @@ class CudaBuffer {
 };
 
 struct GlobalMemory {  // of the calling thread's current device
-  static void take(void** data, std::size_t bytes) { SDFTRACK_CHECK_CUDA(cudaMalloc(data, bytes)); }
-  static void give_back(void* data) noexcept { static_cast<void>(cudaFree(data)); }
+  static void take(void** data, std::size_t bytes) {
+    cudaError_t code = cudaMalloc(data, bytes);
+    if (code == cudaErrorMemoryAllocation) {
+      static_cast<void>(cudaGetLastError());
+      IdleMemory::free();
+      code = cudaMalloc(data, bytes);
+    }
+    check_cuda(code, "cudaMalloc");
+  }
+  static void give_back(void* data) noexcept {
+    // Not of nothing, which would start CUDA; an error is one of earlier work, which its caller has been
+    // told.
+    if (data && cudaFree(data) != cudaSuccess) static_cast<void>(cudaGetLastError());
+  }
 };
 struct PinnedMemory {  // of the host
   static void take(void** data, std::size_t bytes) { SDFTRACK_CHECK_CUDA(cudaMallocHost(data, bytes)); }
-  static void give_back(void* data) noexcept { static_cast<void>(cudaFreeHost(data)); }
+  static void give_back(void* data) noexcept {
+    if (data && cudaFreeHost(data) != cudaSuccess) static_cast<void>(cudaGetLastError());
+  }
 };
 
 template <class T>

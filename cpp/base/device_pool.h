@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Working memory on a GPU that calls borrow one after another: at most one of each device is kept. Only
-// builds with SDFTRACK_CUDA include this file.
+// Working memory on a GPU that calls borrow one after another: at most one of each device is kept, until
+// memory is short there. Only builds with SDFTRACK_CUDA include this file.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ class DevicePool {
     Borrowed(DevicePool* pool, int device)
         : scope_(device), pool_(pool), device_(device), work_(pool->take(device)) {}
     ~Borrowed() {
-      static_cast<void>(cudaStreamSynchronize(work_->stream.get()));
+      if (cudaStreamSynchronize(work_->stream.get()) != cudaSuccess) static_cast<void>(cudaGetLastError());
       pool_->give_back(device_, std::move(work_));
     }
     Borrowed(const Borrowed&) = delete;
@@ -37,6 +37,14 @@ class DevicePool {
   };
 
   Borrowed borrow(int device) { return Borrowed(this, device); }
+
+  void free_idle() {
+    std::map<int, std::unique_ptr<Work>> idle;
+    {
+      const std::lock_guard lock(mutex_);
+      idle.swap(idle_);
+    }
+  }
 
  private:
   std::unique_ptr<Work> take(int device) {
@@ -58,7 +66,11 @@ class DevicePool {
 // The pool of one kind of work. Never destroyed: at the end of the process CUDA may be gone before it.
 template <class Work>
 DevicePool<Work>& pool_of() {
-  static auto* const pool = new DevicePool<Work>;
+  static auto* const pool = [] {
+    auto* const made = new DevicePool<Work>;
+    IdleMemory::on_shortage([made] { made->free_idle(); });
+    return made;
+  }();
   return *pool;
 }
 

@@ -19,7 +19,8 @@ class DeviceScope {
     changed_ = device != before_;
   }
   ~DeviceScope() {
-    if (changed_) static_cast<void>(cudaSetDevice(before_));  // a destructor cannot throw
+    if (changed_ && cudaSetDevice(before_) != cudaSuccess)
+      static_cast<void>(cudaGetLastError());  // a destructor cannot throw
   }
   DeviceScope(const DeviceScope&) = delete;
   DeviceScope& operator=(const DeviceScope&) = delete;
@@ -33,14 +34,17 @@ class DeviceStream {
  public:
   // On the calling thread's current device.
   DeviceStream() { SDFTRACK_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
-  ~DeviceStream() { static_cast<void>(cudaStreamDestroy(stream_)); }
+  ~DeviceStream() {
+    if (cudaStreamDestroy(stream_) != cudaSuccess) static_cast<void>(cudaGetLastError());
+  }
   DeviceStream(const DeviceStream&) = delete;
   DeviceStream& operator=(const DeviceStream&) = delete;
 
   cudaStream_t get() const { return stream_; }
   void wait() const { SDFTRACK_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
 
-  // Pageable memory of the host may change afterwards, pinned memory not before wait().
+  // The host's memory must stay as it is until wait(): pinned memory is read late, and so may be pageable
+  // memory where the device reads it by itself (cudaDevAttrPageableMemoryAccessUsesHostPageTables).
   template <class T>
   void upload(const T* host, std::size_t count, T* device) const {
     if (count > 0)
@@ -66,7 +70,9 @@ class DeviceStream {
 class StreamWaiter {
  public:
   explicit StreamWaiter(const DeviceStream& stream) : stream_(stream) {}
-  ~StreamWaiter() { static_cast<void>(cudaStreamSynchronize(stream_.get())); }
+  ~StreamWaiter() {
+    if (cudaStreamSynchronize(stream_.get()) != cudaSuccess) static_cast<void>(cudaGetLastError());
+  }
   StreamWaiter(const StreamWaiter&) = delete;
   StreamWaiter& operator=(const StreamWaiter&) = delete;
 

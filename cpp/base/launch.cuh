@@ -25,6 +25,8 @@ __global__ void __launch_bounds__(Kernel::kThreads) run_kernel(Kernel kernel) {
 // After what the stream holds already. `threads` may have two dimensions, kThreads in all.
 template <class Kernel>
 void launch(const DeviceStream& stream, dim3 blocks, const Kernel& kernel, dim3 threads = Kernel::kThreads) {
+  if (const unsigned all = threads.x * threads.y * threads.z; all > Kernel::kThreads)
+    throw CudaError(std::string("CUDA: ") + Kernel::kName + ": more threads than it is compiled for");
   cudaLaunchConfig_t config{};
   config.gridDim = blocks, config.blockDim = threads, config.stream = stream.get();
   check_cuda(cudaLaunchKernelEx(&config, run_kernel<Kernel>, kernel), Kernel::kName);

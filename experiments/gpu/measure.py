@@ -87,10 +87,10 @@ def render_call(device: str, size: int) -> Call:
     return lambda: box.render(camera, pose, device=device)
 
 
-def measure(device: str, quick: bool) -> dict[str, Any]:
-    """Times of the CPU and of the device."""
-    size, runs = (160, 1) if quick else (640, 20)
-    calls: dict[str, Callable[[str], Call]] = {
+def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
+    """Each task by its name: a device to what runs the task there."""
+    size = 160 if quick else 640
+    return {
         "one object, a frame": lambda d: tracker_call(d, 1, size),
         "100 objects, a frame": lambda d: tracker_call(d, 2 if quick else 100, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
@@ -98,8 +98,13 @@ def measure(device: str, quick: bool) -> dict[str, Any]:
         "ray casting, 640 x 480": lambda d: render_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
     }
+
+
+def measure(device: str, quick: bool) -> dict[str, Any]:
+    """Times of the CPU and of the device."""
+    runs = 1 if quick else 20
     out = {}
-    for name, make in calls.items():
+    for name, make in calls(quick).items():
         few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
         out[name] = {
             "cpu_ms": time_ms(make("cpu"), few),

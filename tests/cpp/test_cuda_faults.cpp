@@ -5,6 +5,7 @@
 #ifdef SDFTRACK_CUDA_ON_CPU
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <functional>
 #include <random>
 #include <thread>
@@ -136,13 +137,20 @@ cuda_on_cpu::Settings with_seed(std::uint64_t seed, int devices = 1) {
   cuda_on_cpu::Settings settings;
   settings.seed = seed, settings.devices = devices;
   settings.early = static_cast<double>(seed % 10) / 10;
+  settings.late_pageable = seed % 2 == 1;
   return settings;
+}
+
+// SDFTRACK_ORDERS: how many; more than in CI for a long run.
+std::uint64_t orders() {
+  const char* const given = std::getenv("SDFTRACK_ORDERS");
+  return given ? std::strtoull(given, nullptr, 10) : 200;
 }
 
 TEST_P(CudaFaults, every_order_gives_the_same_bits) {
   cuda_on_cpu::reset(with_seed(0));
   const Numbers wanted = GetParam().run(0);
-  for (std::uint64_t seed = 1; seed < 200; ++seed) {
+  for (std::uint64_t seed = 1; seed < orders(); ++seed) {
     cuda_on_cpu::reset(with_seed(seed));
     ASSERT_EQ(GetParam().run(0), wanted) << "seed " << seed;
   }
@@ -169,8 +177,11 @@ TEST_P(CudaFaults, each_call_may_fail_and_the_next_run_is_right) {
     for (std::int64_t k = 0; k < calls; ++k) {
       cuda_on_cpu::fail_call(k, error);
       try {
-        ASSERT_EQ(GetParam().run(0), wanted);  // memory that was full may be made free
-        EXPECT_NE(cuda_on_cpu::failed_call(), "cudaMemcpyAsync");
+        ASSERT_EQ(GetParam().run(0), wanted);
+        // Memory that was full was made free; or the wait at the end of a scope failed, where all is done.
+        const std::string call = cuda_on_cpu::failed_call();
+        EXPECT_TRUE(call == "cudaMalloc" || call == "cudaStreamSynchronize")
+            << call << " failed, and nobody was told";
       } catch (const CudaError& e) {
         EXPECT_NE(std::string(e.what()).find(cudaGetErrorName(error)), std::string::npos) << e.what();
         EXPECT_EQ(std::string(e.what()).find("CUDA: "), 0u) << e.what();

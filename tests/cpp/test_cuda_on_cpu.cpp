@@ -107,6 +107,67 @@ TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
   EXPECT_DEATH(static_cast<void>(*const_cast<volatile const float*>(there.data())), "");
 }
 
+TEST_F(CudaOnCpu, a_write_into_memory_that_was_freed_is_an_error) {
+  const DeviceStream stream;
+  float* const gone = DeviceBuffer<float>(kCount).data();
+  launch(stream, 1, WriteAt{gone});
+  EXPECT_THROW(stream.wait(), CudaError);
+}
+
+struct ManyShared {
+  static constexpr const char* kName = "many shared";
+  static constexpr int kThreads = 2;
+  void operator()() const {
+    SDFTRACK_SHARED(char[40 << 10], first);
+    SDFTRACK_SHARED(char[9 << 10], second);
+    first[threadIdx.x] = second[threadIdx.x] = 0;
+  }
+};
+
+TEST_F(CudaOnCpu, more_memory_or_threads_than_a_block_may_have_are_errors) {
+  const DeviceStream stream;
+  EXPECT_THROW(launch(stream, 1, ManyShared{}, 3), CudaError);
+  launch(stream, 1, ManyShared{});
+  EXPECT_THROW(stream.wait(), CudaError);
+  EXPECT_NE(cuda_on_cpu::last_message().find("48 KB"), std::string::npos);
+}
+
+TEST_F(CudaOnCpu, a_stream_that_is_destroyed_goes_on) {
+  int late = 0;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    reset_with(seed);
+    DeviceBuffer<float> there(1);
+    float got = 0;
+    {
+      const DeviceStream stream;
+      launch(stream, 1, WriteAt{there.data()});
+      stream.download(there.data(), 1, &got);
+    }
+    late += got == 0;
+    SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());
+    EXPECT_EQ(got, 1);
+  }
+  EXPECT_GT(late, 5);
+}
+
+TEST_F(CudaOnCpu, pageable_memory_is_read_late_on_request) {
+  int seen = 0;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    cuda_on_cpu::Settings settings;
+    settings.seed = seed, settings.late_pageable = true;
+    cuda_on_cpu::reset(settings);
+    const DeviceStream stream;
+    DeviceBuffer<float> there(1);
+    float value = 1, got = 0;
+    stream.upload(&value, 1, there.data());
+    value = 2;
+    stream.download(there.data(), 1, &got);
+    stream.wait();
+    seen += got == 2;
+  }
+  EXPECT_GT(seen, 5);
+}
+
 void write_to_the_other_device() {
   cuda_on_cpu::Settings settings;
   settings.devices = 2;
@@ -179,9 +240,14 @@ TEST_F(CudaOnCpu, events_order_two_streams) {
 TEST_F(CudaOnCpu, memory_ends_and_comes_back) {
   cuda_on_cpu::fail_call(1, cudaErrorMemoryAllocation);
   DeviceBuffer<float> first(kCount), second;
-  EXPECT_THROW(second.room(kCount), CudaError);
-  EXPECT_EQ(second.size(), 0u);
+  static int freed = 0;  // the list outlives this test
+  IdleMemory::on_shortage([] { ++freed; });
+  EXPECT_NE(second.room(kCount), nullptr);  // the second time
   EXPECT_EQ(cuda_on_cpu::failed_call(), "cudaMalloc");
+  EXPECT_EQ(freed, 1);
+  EXPECT_THROW(second.room(std::size_t{1} << 40), CudaError);
+  EXPECT_EQ(freed, 2);
+  EXPECT_EQ(second.size(), 0u);
   EXPECT_NE(second.room(kCount), nullptr);
   EXPECT_THROW(DeviceBuffer<float>(std::size_t{1} << 40), CudaError);
 }

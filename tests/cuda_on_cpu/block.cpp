@@ -21,6 +21,8 @@ namespace cuda_on_cpu {
 
 namespace {
 
+constexpr std::size_t kMostShared = 48 << 10;  // what a kernel may have without asking for more
+
 enum class At { kReady, kBlock, kWarp, kEnd };
 
 struct Thread {
@@ -58,6 +60,7 @@ class Block {
   std::size_t count_ = 0, me_ = 0;
   Index dim_;
   std::map<const void*, std::vector<std::max_align_t>> memory_;
+  std::map<const void*, std::size_t> used_;  // by this block
   std::minstd_rand random_;
   std::exception_ptr error_;
 };
@@ -73,6 +76,7 @@ void Block::run(Index dim, Index index, std::uint64_t seed, const std::function<
   for (auto& [key, memory] : memory_)
     std::memset(memory.data(), 0xff, memory.size() * sizeof(std::max_align_t));
   error_ = nullptr;
+  used_.clear();
   for (std::size_t t = 0; t < count_; ++t) {
     threads_[t]->at = At::kReady;
     threads_[t]->fiber.start([this, t, &as_each_thread] {
@@ -154,6 +158,11 @@ std::uint64_t Block::exchange(unsigned mask, std::uint64_t bits, int from) {
 }
 
 void* Block::shared(const void* key, std::size_t bytes) {
+  if (used_.emplace(key, bytes).second) {
+    std::size_t all = 0;
+    for (const auto& [other, size] : used_) all += size;
+    if (all > kMostShared) throw std::runtime_error("more than 48 KB of memory for a block");
+  }
   auto& memory = memory_[key];
   if (memory.empty()) {
     memory.resize((bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));

@@ -15,6 +15,7 @@ struct Settings {
   int devices = 1;
   std::size_t bytes = std::size_t{1} << 30;  // of each device
   int compute_major = 9;                     // its capability
+  bool late_pageable = false;                // pageable memory is read late, too
   double early = 0.2;                        // part of the calls after which some waiting work runs at once
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 thread_local cudaError_t last = cudaSuccess;
 
-// "seed=7,devices=2,megabytes=512,early=0.5,major=6"
+// "seed=7,devices=2,megabytes=512,early=0.5,late=1,major=6"
 Settings from_environment() {
   Settings out;
   const char* const text = std::getenv("SDFTRACK_CUDA_ON_CPU");
@@ -27,6 +27,7 @@ Settings from_environment() {
     if (name == "devices") out.devices = static_cast<int>(value);
     if (name == "megabytes") out.bytes = static_cast<std::size_t>(value * (1 << 20));
     if (name == "early") out.early = value;
+    if (name == "late") out.late_pageable = value != 0;
     if (name == "major") out.compute_major = static_cast<int>(value);
   }
   return out;
@@ -48,6 +49,7 @@ Machine::Machine() { reset(from_environment()); }
 
 void Machine::reset(const Settings& settings) {
   run_until([] { return false; });
+  forget_streams();
   calls = kernels = 0, fail_after = -1, broken = cudaSuccess, failed_call.clear(), message.clear();
   settings_ = settings;
   random.seed(settings.seed);
@@ -83,8 +85,12 @@ cudaError_t Machine::last_error(bool forget) {
 Stream* Machine::stream(cudaStream_t given) {
   if (!given) return streams[static_cast<std::size_t>(current_device)].get();
   for (const auto& one : streams)
-    if (one.get() == given) return given;
+    if (one.get() == given && !one->destroyed) return given;
   return nullptr;
+}
+
+void Machine::forget_streams() {
+  std::erase_if(streams, [](const auto& s) { return s->destroyed && s->work.empty(); });
 }
 
 void Machine::add(Stream* stream, Work work) {
@@ -111,7 +117,7 @@ bool Machine::run_one() {
     broken = cudaErrorLaunchFailure, message = error.what();
   }
   if (!own.close() && broken == cudaSuccess)
-    broken = cudaErrorIllegalAddress, message = "a write beyond the end of an allocation";
+    broken = cudaErrorIllegalAddress, message = "a write beyond an allocation, or into one that was freed";
   return true;
 }
 

@@ -32,6 +32,7 @@ struct Work {
 
 struct Stream {
   int device = 0;
+  bool destroyed = false;
   std::deque<Work> work;
 };
 
@@ -49,6 +50,7 @@ class Machine {
   cudaError_t last_error(bool forget);
 
   Stream* stream(cudaStream_t given);  // the current device's own for nullptr; nullptr: unknown
+  void forget_streams();               // those that were destroyed and have come to their end
   void add(Stream* stream, Work work);
   // Runs waiting work in an order of its own until `done`; false: nothing can run any more.
   bool run_until(const std::function<bool()>& done);

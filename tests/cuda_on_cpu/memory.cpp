@@ -12,6 +12,7 @@ namespace cuda_on_cpu {
 namespace {
 
 constexpr std::size_t kAlign = 256, kMark = 256;
+constexpr std::size_t kWatched = 4096;                  // of what was freed
 constexpr unsigned char kMarked = 0xa5, kUnset = 0xff;  // floats: NaN
 
 std::size_t rounded(std::size_t bytes) { return (bytes + kAlign - 1) / kAlign * kAlign; }
@@ -39,6 +40,8 @@ void* DeviceMemory::allocate(std::size_t bytes) {
   mprotect(base_, high_, PROT_READ | PROT_WRITE);
   std::memset(base_ + at, kMarked, room);
   std::memset(base_ + at + kMark, kUnset, bytes);
+  std::erase_if(freed_,
+                [&](const auto& one) { return one.first < at + room && one.first + one.second > at; });
   allocated_[at + kMark] = bytes, in_use_ += bytes;
   close();
   return base_ + at + kMark;
@@ -50,6 +53,7 @@ bool DeviceMemory::free(void* pointer) {
   open();
   std::memset(pointer, kUnset, found->second);
   in_use_ -= found->second;
+  freed_[found->first] = std::min(found->second, kWatched);
   allocated_.erase(found);
   close();
   return true;
@@ -81,10 +85,14 @@ bool DeviceMemory::close() {
 }
 
 bool DeviceMemory::marks_hold() const {
-  const auto marked = [&](std::size_t from, std::size_t to) {
+  const auto filled = [&](std::size_t from, std::size_t to, unsigned char with) {
     return std::all_of(base_ + from, base_ + to,
-                       [](char c) { return static_cast<unsigned char>(c) == kMarked; });
+                       [with](char c) { return static_cast<unsigned char>(c) == with; });
   };
+  const auto marked = [&](std::size_t from, std::size_t to) { return filled(from, to, kMarked); };
+  if (!std::all_of(freed_.begin(), freed_.end(),
+                   [&](const auto& one) { return filled(one.first, one.first + one.second, kUnset); }))
+    return false;
   return std::all_of(allocated_.begin(), allocated_.end(), [&](const auto& one) {
     const auto [offset, size] = one;
     return marked(offset - kMark, offset) && marked(offset + size, offset + rounded(size) + kMark);

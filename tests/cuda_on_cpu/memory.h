@@ -33,6 +33,7 @@ class DeviceMemory {
   char* base_ = nullptr;
   std::size_t bytes_, in_use_ = 0, high_ = 0;     // high_: the end of what was ever used
   std::map<std::size_t, std::size_t> allocated_;  // offset: size
+  std::map<std::size_t, std::size_t> freed_;      // the beginnings of what was freed and not given out again
   int open_ = 0;
 };
 

@@ -43,7 +43,7 @@ cudaError_t copy(Machine& m, void* to, const void* from, std::size_t bytes, cuda
   if (!fits(m, to, bytes, to_device) || !fits(m, from, bytes, from_device))
     return m.failed(cudaErrorInvalidValue);
   Machine* const machine = &m;
-  if (!from_device && !is_pinned(m, from)) {  // read at once
+  if (!from_device && !is_pinned(m, from) && !m.settings().late_pageable) {  // read at once
     std::shared_ptr<char[]> held(new char[bytes]);
     std::memcpy(held.get(), from, bytes);
     m.add(s, {[=] { move(machine, to, held.get(), bytes); }, nullptr});

@@ -45,6 +45,22 @@ time.sleep(60)
 """
 
 
+# `sdftrack` that is killed as it records its fourth frame.
+KILLED = """
+import os, signal, sys
+from sdftrack.cli.app import run
+from sdftrack.recorder import Recorder
+add, seen = Recorder.add, []
+def add_three(*given, **named):
+    seen.append(1)
+    if len(seen) > 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return add(*given, **named)
+Recorder.add = add_three
+raise SystemExit(run(sys.argv[1:]))
+"""
+
+
 def names_in(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
@@ -210,7 +226,9 @@ def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "seq"
 
 
-def tracking(seq: Path, out: Path, *more: str) -> subprocess.Popen[str]:
+def tracking(
+    seq: Path, out: Path, *more: str, program: tuple[str, ...] = ("-m", "sdftrack")
+) -> subprocess.Popen[str]:
     model = next(seq.rglob("*.ply"))
     words = [
         "track",
@@ -225,9 +243,7 @@ def tracking(seq: Path, out: Path, *more: str) -> subprocess.Popen[str]:
         "1",
         "-q",
     ]
-    return subprocess.Popen(
-        [sys.executable, "-m", "sdftrack", *words, *more], stderr=subprocess.PIPE, text=True
-    )
+    return subprocess.Popen([sys.executable, *program, *words, *more], stderr=subprocess.PIPE, text=True)
 
 
 def check_whole(out: Path) -> None:
@@ -267,10 +283,10 @@ def test_of_two_runs_into_one_folder_each_is_refused_or_whole(sequence: Path, tm
 @pytest.mark.slow
 def test_a_run_goes_on_after_another_one_was_killed(sequence: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    child = tracking(sequence, out)
-    wait_for(lambda: (out / ".overlay.mp4.part").exists())
-    kill(child)
-    assert LOCK in names_in(out)
+    child = tracking(sequence, out, program=("-c", KILLED))
+    assert child.communicate(timeout=WAIT_S) == (None, "")
+    assert child.returncode == -signal.SIGKILL
+    assert {LOCK, ".poses.csv.part"} <= names_in(out)
     assert not names_in(out) & OWN
     child = tracking(sequence, out)
     assert child.communicate(timeout=WAIT_S) == (None, "")
