@@ -52,6 +52,8 @@ std::unique_ptr<CudaWork::Impl> make_impl(int device) {
 
 CudaWork::CudaWork(int device) : impl_(make_impl(device)) {}
 CudaWork::~CudaWork() = default;
+const DeviceStream& CudaWork::stream() const { return impl_->stream; }
+int CudaWork::device() const { return impl_->device; }
 
 PixelsView<float> CudaWork::upload(const PixelSet& set) {
   Impl& w = *impl_;

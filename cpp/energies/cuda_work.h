@@ -7,6 +7,10 @@
 
 #include "energies/pixel_set.h"
 
+namespace sdftrack {
+class DeviceStream;
+}
+
 namespace sdftrack::energies {
 
 class CudaWork {
@@ -23,6 +27,10 @@ class CudaWork {
   // The volume with its values on the device. One with an id is sent once; those not used for the longest
   // time make room for others. One without is sent anew by each call.
   SdfView volume(const SdfView& sdf);
+
+  // What others queue there finds the volumes that were sent before.
+  const DeviceStream& stream() const;
+  int device() const;
 
   struct Impl;
   Impl& impl() { return *impl_; }

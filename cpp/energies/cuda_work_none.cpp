@@ -12,6 +12,8 @@ CudaWork::~CudaWork() = default;
 PixelsView<float> CudaWork::upload(const PixelSet&) { no_cuda(); }
 void CudaWork::download(PixelSet*) { no_cuda(); }
 SdfView CudaWork::volume(const SdfView&) { no_cuda(); }
+const DeviceStream& CudaWork::stream() const { no_cuda(); }
+int CudaWork::device() const { no_cuda(); }
 
 template <class Field, class Penalty>
 Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork*, const Loop&) {

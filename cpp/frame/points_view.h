@@ -11,7 +11,7 @@ struct PointsView {
   const Vec3f* points = nullptr;
   int n = 0, stride = 1;
 
-  int count() const { return (n + stride - 1) / stride; }
+  HD int count() const { return (n + stride - 1) / stride; }
   template <class T>
   HD Vec3<T> at(IntOf<T> k) const {
     return gather<T>(points, k * stride);

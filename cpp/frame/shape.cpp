@@ -150,6 +150,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   for (const sdf::SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
     shape.contact.push_back(s.p_obj);
   mix_coarse(&shape);
+  shape.coarse_sdf.id = new_volume_id();
   return shape;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/order.h"
 #include "base/pixel_ray.h"
 #include "base/rigid.h"
 #include "base/views.h"
@@ -15,9 +16,6 @@ namespace sdftrack::render {
 constexpr double kMinStepVoxels = 0.1;  // where the ray grazes the surface; thinner slivers may be missed
 constexpr double kRootTolerance_m = 1e-8;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
-
-HD double smaller(double a, double b) { return b < a ? b : a; }
-HD double larger(double a, double b) { return a < b ? b : a; }
 
 struct Ray {
   Vec3d origin, direction;  // object frame; direction has z = 1 in the camera's, so t is the depth

@@ -52,6 +52,7 @@ class Work:
 
 
 VGA, CELLS, RAYS = 640 * 480, 200**3, 115_000
+SEARCHED = 240 * 8 * 250 + 2 * 15 * 11 * 500 + 8 * 4 * 1500
 PIXELS, SUMS, COSTS = 10_000, 30, 30  # of one object, and evaluations in a frame
 PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
 WORK = (
@@ -66,9 +67,14 @@ WORK = (
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 4 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 38, 2),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
+    # Of 240 rotations 7 steps and a cost over 250 points, of 15 fits twice 11 steps over 500, of 8 four over 1,500. A
+    # point as a pixel above, but that its neighbours' corners are cached.
+    Work("pose search in a mask", 5.0, 40 * SEARCHED, PIXEL_OPS * SEARCHED, 0, 32, 32),
     # A box of 0.12 m at 0.35 m: 115,000 rays of 10 samples each with its root, counted on the CPU; 120 operations and 8
     # corners a sample, of which a half is cached; 16 bytes out.
     Work("ray casting, 640 x 480", 1.0, RAYS * (16 + 10 * 16), 0, RAYS * 10 * 120, 1, 1),
+    # As many rays at a mesh of 15,000 faces: about 40 boxes of 25 operations and 6 triangles of 90, mostly cached.
+    Work("ray casting of a mesh, 640 x 480", 1.0, RAYS * (20 + 10 * 56), 0, RAYS * (40 * 25 + 6 * 90), 1, 1),
 )  # fmt: skip
 
 

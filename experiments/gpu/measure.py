@@ -54,6 +54,28 @@ def tracker_call(device: str, objects: int, size: int) -> Call:
     return lambda: [tracker.track(frame) for tracker in trackers]
 
 
+def mesh_call(device: str, size: int) -> Call:
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    mesh, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=80).to_mesh(),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
+    )
+    return lambda: mesh.raycast(camera, pose, device=device)
+
+
+def search_call(device: str, size: int) -> Call:
+    """A start from a mask: the search, and the fits of what it finds."""
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=100),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5]),
+    )
+    depth = box.render(camera, pose)[0]
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    tracker = st.Tracker(box, camera, mode="depth", device=device)
+    return lambda: tracker.start(frame, masks=[depth > 0])
+
+
 def slic_call(device: str, size: int) -> Call:
     y, x = np.mgrid[: 3 * size // 4, :size]
     image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
@@ -95,7 +117,9 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "100 objects, a frame": lambda d: tracker_call(d, 2 if quick else 100, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
+        "pose search in a mask": lambda d: search_call(d, size),
         "ray casting, 640 x 480": lambda d: render_call(d, size),
+        "ray casting of a mesh, 640 x 480": lambda d: mesh_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
     }
 

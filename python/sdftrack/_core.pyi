@@ -106,7 +106,7 @@ class ContourCore:
     """
     A contour tracker; use contour.ContourTracker.
     """
-    def __init__(self, options: dict) -> None:
+    def __init__(self, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
         ...
     def finish(self, judgement: ShapeJudgement, recovered: numpy.ndarray | None = None) -> ContourFrame:
         """
@@ -639,7 +639,7 @@ class MeshCaster:
         """
         (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
         """
-    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> tuple:
         """
         -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
         """
