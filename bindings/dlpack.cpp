@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Arrays of other libraries by DLPack (https://dmlc.github.io/dlpack): copied to the host, wherever they lie.
+#include "dlpack.h"
+
 #include <cstdint>
 #include <cstring>
 
@@ -8,31 +10,7 @@
 
 namespace sdftrack::bindings {
 
-namespace {
-
-// The structures of DLPack's stable C interface, of which only what is read here is named.
-enum DeviceType : std::int32_t { kCpu = 1, kCuda = 2, kCudaHost = 3, kCudaManaged = 13 };
-enum TypeCode : std::uint8_t { kInt = 0, kUInt = 1, kFloat = 2, kBool = 6 };
-
-struct Tensor {
-  void* data;
-  struct {
-    std::int32_t type, id;
-  } device;
-  std::int32_t ndim;
-  struct {
-    std::uint8_t code, bits;
-    std::uint16_t lanes;
-  } dtype;
-  std::int64_t* shape;
-  std::int64_t* strides;  // in elements; nullptr: C-contiguous
-  std::uint64_t byte_offset;
-};
-struct ManagedTensor {
-  Tensor tensor;
-  void* context;
-  void (*deleter)(ManagedTensor*);
-};
+namespace dlpack {
 
 py::dtype dtype_of(const Tensor& t, const std::string& name) {
   const char kind = t.dtype.code == kInt     ? 'i'
@@ -48,16 +26,22 @@ py::dtype dtype_of(const Tensor& t, const std::string& name) {
   return py::dtype(std::string("=") + kind + std::to_string(bits / 8));
 }
 
-void check_contiguous(const Tensor& t, const std::string& name) {
-  if (!t.strides) return;
+bool is_contiguous(const Tensor& t) {
+  if (!t.strides) return true;
   std::int64_t expected = 1;
   for (std::int32_t i = t.ndim - 1; i >= 0; --i) {
-    if (t.shape[i] == 0) return;
-    if (t.shape[i] != 1 && t.strides[i] != expected)
-      throw py::value_error(name + ": expected a C-contiguous array, got strides; make it contiguous first");
+    if (t.shape[i] == 0) return true;
+    if (t.shape[i] != 1 && t.strides[i] != expected) return false;
     expected *= t.shape[i];
   }
+  return true;
 }
+
+}  // namespace dlpack
+
+namespace {
+
+using namespace dlpack;
 
 py::array copy_to_host(const Tensor& t, const std::string& name) {
   const bool host = t.device.type == kCpu || t.device.type == kCudaHost;
@@ -65,7 +49,8 @@ py::array copy_to_host(const Tensor& t, const std::string& name) {
     throw py::value_error(name + ": expected an array on the CPU or a CUDA device, got DLPack device type " +
                           std::to_string(t.device.type) + "; copy it to the host first");
   const py::dtype dtype = dtype_of(t, name);
-  check_contiguous(t, name);
+  if (!is_contiguous(t))
+    throw py::value_error(name + ": expected a C-contiguous array, got strides; make it contiguous first");
   py::array out(dtype, std::vector<py::ssize_t>(t.shape, t.shape + t.ndim));
   if (out.size() == 0) return out;
   const void* from = static_cast<const char*>(t.data) + t.byte_offset;
@@ -82,9 +67,8 @@ py::array copy_to_host(const Tensor& t, const std::string& name) {
 
 // A capsule may be consumed once: it is renamed, and the producer's deleter called.
 py::array copy_from_dlpack(const py::object& capsule, const std::string& name) {
-  auto* managed = static_cast<ManagedTensor*>(PyCapsule_IsValid(capsule.ptr(), "dltensor")
-                                                  ? PyCapsule_GetPointer(capsule.ptr(), "dltensor")
-                                                  : nullptr);
+  auto* managed = static_cast<ManagedTensor*>(
+      PyCapsule_IsValid(capsule.ptr(), kName) ? PyCapsule_GetPointer(capsule.ptr(), kName) : nullptr);
   if (!managed) throw py::type_error(name + ": expected an unused DLPack capsule");
   py::array out = copy_to_host(managed->tensor, name);
   PyCapsule_SetName(capsule.ptr(), "used_dltensor");

@@ -14,6 +14,7 @@ void bind_contour_grid(py::module_& m);
 void bind_contour_options(py::module_& m);
 void bind_device(py::module_& m);
 void bind_dlpack(py::module_& m);
+void bind_device_array(py::module_& m);
 void bind_appearance(py::module_& m);
 void bind_frame_energy(py::module_& m);
 void bind_tracking(py::module_& m);
@@ -43,6 +44,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_base(m);
   sdftrack::bindings::bind_device(m);
   sdftrack::bindings::bind_dlpack(m);
+  sdftrack::bindings::bind_device_array(m);
   sdftrack::bindings::bind_appearance(m);
   sdftrack::bindings::bind_optimizer(m);
   sdftrack::bindings::bind_tracking(m);

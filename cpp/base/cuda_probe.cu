@@ -23,6 +23,16 @@ struct ScaleAndAdd {
   }
 };
 
+// An attribute costs microseconds, all properties a millisecond.
+int capability_of(int device) {
+  int major = 0, minor = 0;
+  if (cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device) == cudaSuccess &&
+      cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device) == cudaSuccess)
+    return 10 * major + minor;
+  static_cast<void>(cudaGetLastError());
+  return 0;
+}
+
 bool properties_of(int device, cudaDeviceProp* out) {
   if (cudaGetDeviceProperties(out, device) == cudaSuccess) return true;
   static_cast<void>(cudaGetLastError());
@@ -43,8 +53,7 @@ std::vector<int> cuda_devices() {
   }
   std::vector<int> out;
   for (int device = 0; device < count; ++device)
-    if (cudaDeviceProp p{}; properties_of(device, &p) && 10 * p.major + p.minor >= kLeastCapability)
-      out.push_back(device);
+    if (capability_of(device) >= kLeastCapability) out.push_back(device);
   return out;
 }
 

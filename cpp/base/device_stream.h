@@ -56,6 +56,15 @@ class DeviceStream {
     if (count > 0)
       SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
   }
+  // Goes on when what `other` has got by now is done; the host does not wait.
+  void follow(cudaStream_t other) const {
+    cudaEvent_t event = nullptr;
+    SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
+    const cudaError_t recorded = cudaEventRecord(event, other);
+    const cudaError_t waits = recorded == cudaSuccess ? cudaStreamWaitEvent(stream_, event, 0) : recorded;
+    static_cast<void>(cudaEventDestroy(event));  // once it is no longer needed
+    check_cuda(waits, "the wait for another stream");
+  }
   template <class T>
   void fill_zero(T* device, std::size_t count) const {
     if (count > 0) SDFTRACK_CHECK_CUDA(cudaMemsetAsync(device, 0, count * sizeof(T), stream_));

@@ -50,20 +50,31 @@ HD T excess_diffusivity(T square, bool printed) {
   return select(square < T(1), within, beyond);
 }
 
+// Of phi along an axis, per voxel.
+template <class T>
+HD T slope_along(const Neighbours& at, const float* phi, int n) {
+  return T(at.per) * (load<T>(phi + at.after, n) - load<T>(phi + at.before, n));
+}
+
 template <class T>
 struct EvolveTerm {
   float inv_sigma_h, mu, dt;  // mu: 1 / sigma_phi^2; lengths in voxels
   bool printed;
 
-  // What flows along x, y and z beside the Laplacian; phi: at the voxel.
-  HD void flux(const Neighbours* at, const float* phi, int n, T* out) const {
+  // What of the slopes along x, y and z flows beside the Laplacian; phi: at the voxel.
+  HD T excess(const Neighbours* at, const float* phi, int n, T* slope) const {
     T square(0);
     for (int k = 0; k < 3; ++k) {
-      out[k] = T(at[k].per) * (load<T>(phi + at[k].after, n) - load<T>(phi + at[k].before, n));
-      square += out[k] * out[k];
+      slope[k] = slope_along<T>(at[k], phi, n);
+      square += slope[k] * slope[k];
     }
-    const T excess = excess_diffusivity(square, printed);
-    for (int k = 0; k < 3; ++k) out[k] = excess * out[k];
+    return excess_diffusivity(square, printed);
+  }
+
+  // The flux along x, y and z.
+  HD void flux(const Neighbours* at, const float* phi, int n, T* out) const {
+    const T flows = excess(at, phi, n, out);
+    for (int k = 0; k < 3; ++k) out[k] = flows * out[k];
   }
 
   // The voxel a step later. flux: along x, y and z, at the voxel.

@@ -1,45 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Superpixels on the GPU: memory and launches for slic_cuda.cuh. Compiled without fused multiply-add, so that
-// colours are the CPU's to the bit.
+// Superpixels on the GPU: what is sent, and the launches: 25 kernels and one wait for an image of few rounds.
+// Compiled without fused multiply-add, so that colours are the CPU's to the bit.
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "base/device_pool.h"
 #include "superpixels/slic.h"
-#include "superpixels/slic_cuda.cuh"
+#include "superpixels/slic_labels.cuh"
+#include "superpixels/slic_memory.h"
 
 namespace sdftrack::superpixels {
 
 namespace {
-
-// Buffers that are kept from call to call, as large as the largest has asked for.
-struct Memory {
-  DeviceStream stream;
-  DeviceBuffer<std::uint8_t> bytes, mask;
-  DeviceBuffer<float> floats, light;
-  DeviceBuffer<int> x_begin, y_begin, x_middle, y_middle, x_place, y_place, z;
-  DeviceBuffer<int> c01, c2x, center, parent, size, labels, block_count, number, joined, segments;
-  DeviceBuffer<Word> best, sums;
-  DeviceBuffer<Center> centers;
-  DeviceBuffer<std::int64_t> moved;
-
-  template <class T>
-  T* zeros(DeviceBuffer<T>* buffer, std::size_t n) {
-    T* const data = buffer->room(n);
-    stream.fill_zero(data, n);
-    return data;
-  }
-  template <class T>
-  const T* copy(DeviceBuffer<T>* buffer, const T* host, std::size_t n) {
-    T* const data = buffer->room(n);
-    stream.upload(host, n, data);
-    return data;
-  }
-  template <class T>
-  const T* copy(DeviceBuffer<T>* buffer, const std::vector<T>& host) {
-    return copy(buffer, host.data(), host.size());
-  }
-};
 
 std::vector<int> places(int length, const std::vector<int>& begin, const std::vector<int>& middle,
                         double unit) {
@@ -65,72 +38,78 @@ int longest(const std::vector<int>& begin) {
 
 // Starts kernels over pixels or cells, and looks at what they count.
 struct Steps {
-  const DeviceStream& stream;
+  SlicMemory& memory;
   SlicPlanes p;
   SlicShape s;
+  int max_rounds, parts;  // of a cell
+  bool connected;
 
   template <class Kernel>
   void by_pixel(const Kernel& kernel) const {
-    launch(stream, blocks_of(s.pixels(), kBlockThreads), kernel);
+    launch(memory.stream, blocks_of(s.pixels(), kBlockThreads), kernel);
   }
   template <class Kernel>
   void by_cell(const Kernel& kernel) const {
-    launch(stream, blocks_of(s.cells(), kBlockThreads), kernel);
+    launch(memory.stream, blocks_of(s.cells(), kBlockThreads), kernel);
   }
 
-  // Moves the centres until nothing moves, or for `rounds`: the way of all centres in each round.
-  std::vector<std::int64_t> assign(int rounds, int parts) const {
-    std::vector<std::int64_t> ways;
-    std::int64_t moved[kRoundsAtOnce];
-    const StreamWaiter waiter(stream);
-    while (static_cast<int>(ways.size()) < rounds) {
-      const int some = std::min(kRoundsAtOnce, rounds - static_cast<int>(ways.size()));
-      stream.fill_zero(p.moved, kRoundsAtOnce);
-      for (int round = 0; round < some; ++round) {
-        by_cell(ClearSums{p, s});
-        launch(stream, static_cast<unsigned>(s.cells() * parts), AssignPixels{p, s, round, parts});
-        by_cell(MoveCenters{p, s, round});
-      }
-      stream.download(p.moved, static_cast<std::size_t>(some), moved);
-      stream.wait();
-      for (int round = 0; round < some; ++round) {
-        ways.push_back(moved[round]);
-        if (moved[round] == 0) return ways;
-      }
+  // Starts the rounds of k-means: all of them where they are few, else until nothing moves. Those after it
+  // change nothing. Returns how many were started.
+  int assign() const {
+    const auto blocks = static_cast<unsigned>(std::int64_t{s.cells()} * parts);
+    for (int round = 0;; ++round) {
+      if (round == max_rounds) return round;
+      if (round > 0 && round % kRoundsAtOnce == 0 && ended(round)) return round;
+      if (round > 0) move(round);
+      launch(memory.stream, blocks, AssignPixels{p, s, round, parts});
     }
-    return ways;
   }
 
-  // Regions of one centre, small ones joined with a neighbour until none is left.
-  void connect() const {
-    by_pixel(StartRegions{p, s});
-    by_pixel(JoinPixels{p, s});
-    int joined[kJoinsAtOnce];
-    const StreamWaiter waiter(stream);
-    do {
-      stream.fill_zero(p.joined, kJoinsAtOnce);
-      for (int round = 0; round < kJoinsAtOnce; ++round) {
-        by_pixel(Flatten{p, s, round});
+  void move(int round) const {
+    launch(memory.stream, blocks_of(s.cells(), MoveCenters::kThreads), MoveCenters{p, s, round});
+  }
+
+  // Regions of one centre, small ones joined with a neighbour until none is left; or centres as they are. The
+  // labels are on their way before it is known whether the joins were enough, which they nearly always are.
+  void label(int rounds, int* labels) const {
+    if (rounds > 0) move(rounds);
+    if (connected) {
+      by_pixel(StartRegions{p, s});
+      by_pixel(JoinPixels{p, s});
+    } else {
+      by_pixel(NumberCenters{p, s});
+    }
+    do {  // again where some were left
+      for (int round = 0; round < kJoinsAtOnce && connected; ++round) {
         by_pixel(CountSizes{p, s, round});
         by_pixel(ChooseNeighbors{p, s, round});
         by_pixel(JoinChoices{p, s, round});
       }
-      stream.download(p.joined, kJoinsAtOnce, joined);
-      stream.wait();
-    } while (joined[kJoinsAtOnce - 1] != 0);
+      if (connected) by_pixel(NumberRoots{p, s});
+      by_pixel(WriteLabels{p, s, connected});
+      memory.fetch(static_cast<std::size_t>(s.pixels()), labels);
+    } while (connected && joins_go_on());
   }
 
-  void number(bool connected) const {
-    if (connected) {
-      by_pixel(CountRoots{p, s});
-      const auto blocks = static_cast<int>(blocks_of(s.pixels(), kBlockThreads));
-      launch(stream, 1, AddUp{p.block_count, blocks, p.segments});
-      by_pixel(NumberRoots{p, s});
-    } else {
-      by_pixel(MarkCenters{p, s});
-      launch(stream, 1, AddUp{p.number, s.cells(), p.segments});
-    }
-    by_pixel(WriteLabels{p, s, connected});
+  // Rounds until nothing moved, and the way of the last: of `rounds`, of which the ring has the latest.
+  std::pair<int, std::int64_t> last_way(int rounds) const {
+    const SlicCounters& read = *memory.counters_host.data();
+    for (int round = std::max(0, rounds - kRoundsAtOnce - 1); round < rounds; ++round)
+      if (read.moved[ring_slot(round)] == 0) return {round + 1, 0};
+    return {rounds, read.moved[ring_slot(rounds - 1)]};
+  }
+
+ private:
+  bool joins_go_on() const {
+    if (memory.counters_host.data()->joined[kJoinsAtOnce - 1] == 0) return false;
+    memory.stream.fill_zero(p.counters->joined, kJoinsAtOnce);
+    return true;
+  }
+  // Whether a round before the last of `rounds`, whose way is not known yet, moved nothing.
+  bool ended(int rounds) const {
+    memory.stream.download(p.counters, 1, memory.counters_host.data());
+    memory.stream.wait();
+    return rounds > 1 && last_way(rounds - 1).second == 0;
   }
 };
 
@@ -154,34 +133,47 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
   const std::vector<float> light = light_of_bytes(options.space);
   const std::vector<int> x_place = places(g.width, g.x_begin, g.x_middle, g.unit);
   const std::vector<int> y_place = places(g.height, g.y_begin, g.y_middle, g.unit);
-  SlicResult result;  // and the labels: outlive what the stream still writes
-  const auto memory = pool_of<Memory>().borrow(device);
-  Memory& m = *memory;
-  const SlicPlanes planes{image.bytes ? m.copy(&m.bytes, image.bytes, channels * pixels) : nullptr,
-                          image.floats ? m.copy(&m.floats, image.floats, channels * pixels) : nullptr,
-                          image.mask ? m.copy(&m.mask, image.mask, pixels) : nullptr,
-                          m.copy(&m.light, light),
-                          m.copy(&m.x_begin, g.x_begin),
-                          m.copy(&m.y_begin, g.y_begin),
-                          m.copy(&m.x_middle, g.x_middle),
-                          m.copy(&m.y_middle, g.y_middle),
-                          m.copy(&m.x_place, x_place),
-                          m.copy(&m.y_place, y_place),
-                          z.empty() ? nullptr : m.copy(&m.z, z),
-                          m.c01.room(pixels),
+  SlicInputs given;
+  const auto optional = [&](const auto* host, std::size_t n) { return host ? given.add(host, n) : 0; };
+  const std::size_t at_bytes = optional(image.bytes, channels * pixels),
+                    at_floats = optional(image.floats, channels * pixels),
+                    at_mask = optional(image.mask, pixels), at_z = given.add(z), at_light = given.add(light),
+                    at_x = given.add(g.x_begin), at_y = given.add(g.y_begin),
+                    at_x_middle = given.add(g.x_middle), at_y_middle = given.add(g.y_middle),
+                    at_x_place = given.add(x_place), at_y_place = given.add(y_place);
+  const auto memory = pool_of<SlicMemory>().borrow(device);
+  SlicMemory& m = *memory;
+  m.send(given, pixels);
+  const auto ints = [&](std::size_t at) { return reinterpret_cast<const int*>(m.inputs.data() + at); };
+  const auto floats = [&](std::size_t at) { return reinterpret_cast<const float*>(m.inputs.data() + at); };
+  const auto bytes = [&](std::size_t at) {
+    return reinterpret_cast<const std::uint8_t*>(m.inputs.data() + at);
+  };
+  int* const c01 = m.c01.room(pixels);
+  const SlicPlanes planes{image.bytes ? bytes(at_bytes) : nullptr,
+                          image.floats ? floats(at_floats) : nullptr,
+                          image.mask ? bytes(at_mask) : nullptr,
+                          floats(at_light),
+                          ints(at_x),
+                          ints(at_y),
+                          ints(at_x_middle),
+                          ints(at_y_middle),
+                          ints(at_x_place),
+                          ints(at_y_place),
+                          z.empty() ? nullptr : ints(at_z),
+                          c01,
                           m.c2x.room(pixels),
                           m.center.room(pixels),
                           m.parent.room(pixels),
                           m.size.room(pixels),
                           m.labels.room(pixels),
+                          c01,
                           m.best.room(pixels),
-                          m.centers.room(cells),
-                          m.sums.room(7 * cells),
+                          m.centers.room(2 * cells),
+                          m.sums.room(3 * kSums * cells),
                           m.block_count.room(pixels / kBlockThreads + 1),
-                          m.zeros(&m.number, cells),
-                          m.moved.room(kRoundsAtOnce),
-                          m.joined.room(kJoinsAtOnce),
-                          m.segments.room(1)};
+                          m.number.room(cells),
+                          m.counters.data()};
   const double mean = static_cast<double>(inside) / options.n_segments;
   const SlicShape shape{image.width,
                         image.height,
@@ -195,18 +187,21 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
                         options.space,
                         options.distance};
   const std::int64_t largest = static_cast<std::int64_t>(longest(g.x_begin)) * longest(g.y_begin);
-  const Steps steps{m.stream, planes, shape};
+  const Steps steps{m,
+                    planes,
+                    shape,
+                    options.max_iterations,
+                    static_cast<int>((largest + kPart - 1) / kPart),
+                    options.connected};
   steps.by_pixel(ConvertPixels{planes, shape});
   steps.by_cell(PlaceCenters{planes, shape});
-  const std::vector<std::int64_t> ways =
-      steps.assign(options.max_iterations, static_cast<int>((largest + kPart - 1) / kPart));
-  if (options.connected) steps.connect();
-  steps.number(options.connected);
-  m.stream.download(planes.labels, pixels, labels);
-  m.stream.download(planes.segments, 1, &result.segments);
-  m.stream.wait();
-  result.iterations = static_cast<int>(ways.size());
-  result.residual = static_cast<double>(ways.back()) / (g.scale * g.cells());
+  const int rounds = steps.assign();
+  steps.label(rounds, labels);
+  const auto [iterations, way] = steps.last_way(rounds);
+  SlicResult result;
+  result.segments = m.counters_host.data()->segments;
+  result.iterations = iterations;
+  result.residual = static_cast<double>(way) / (g.scale * g.cells());
   return result;
 }
 

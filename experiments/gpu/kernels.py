@@ -83,8 +83,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--device", default="cuda:0")
     parser.add_argument("--task", help="run this one twice, and nothing else")
+    parser.add_argument("--only", default="", help="the tasks with this in their name")
     given = parser.parse_args()
-    tasks = calls(quick=False)
+    tasks = {name: make for name, make in calls(quick=False).items() if given.only in name}
     if given.task is not None:
         call = tasks[given.task](given.device)
         call()

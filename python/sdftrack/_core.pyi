@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
+__all__: list[str] = ['BAND_VOXELS', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers']
 class Calibration:
     """
     Estimates the intrinsics from frames of a known object.
@@ -1417,6 +1417,10 @@ def cuda_devices() -> list[int]:
 def cuda_fingerprint(device: typing.SupportsInt | typing.SupportsIndex = 0) -> str:
     """
     Name, capability, driver and runtime of a device; empty where it does not answer.
+    """
+def cuda_least_capability() -> int:
+    """
+    The compute capability that the kernels need, as 10 major + minor.
     """
 def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     ...

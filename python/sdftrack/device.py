@@ -24,7 +24,7 @@ _DLPACK_HOST, _DLPACK_CUDA = (1, 3), (2, 13)  # device types of DLPack: plain or
 
 
 def cuda_available() -> bool:
-    """Whether ``device="cuda"`` can be used: a build with CUDA, a driver, and a device of capability 7.5 or later.
+    """Whether ``device="cuda"`` can be used: a build with CUDA, a driver, and a device that the kernels are built for.
 
     >>> import sdftrack as st
     >>> device = "cuda" if st.cuda_available() else "cpu"
@@ -79,14 +79,19 @@ def device_number(device: str) -> int:
         )
     if not usable:
         raise RuntimeError(
-            f'device="{device}": this build supports CUDA, but no CUDA device of capability 7.5 or later is '
-            'available here (see nvidia-smi); use device="cpu"'
+            f'device="{device}": this build supports CUDA, but no CUDA device of capability {_least()} or later '
+            'is available here (see nvidia-smi); use device="cpu"'
         )
     number = usable[0] if found["number"] is None else int(found["number"])
     if number not in usable:
         known = ", ".join(f"cuda:{k}" for k in usable)
         raise RuntimeError(f'device="{device}": expected one of the devices that are here, {known}')
     return number
+
+
+def _least() -> str:
+    major, minor = divmod(_core.cuda_least_capability(), 10)
+    return f"{major}.{minor}"
 
 
 def host_array(value: Any, name: str) -> NDArray[Any]:

@@ -83,7 +83,8 @@ cudaError_t Machine::last_error(bool forget) {
 }
 
 Stream* Machine::stream(cudaStream_t given) {
-  if (!given) return streams[static_cast<std::size_t>(current_device)].get();
+  if (reinterpret_cast<std::uintptr_t>(given) <= 2)  // the default ones, by name too
+    return streams[static_cast<std::size_t>(current_device)].get();
   for (const auto& one : streams)
     if (one.get() == given && !one->destroyed) return given;
   return nullptr;

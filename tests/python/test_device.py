@@ -55,6 +55,16 @@ def test_where_no_record_can_be_written_none_is_kept(two_gpus, monkeypatch, tmp_
     assert device.resolve_device("auto") == "cpu"
 
 
+def test_a_user_without_a_home_has_no_record(two_gpus, monkeypatch):
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(device_record.Path, "home", no_home)
+    device_record.remember(0, True)
+    assert device.resolve_device("auto") == "cpu"
+
+
 def test_a_self_test_that_cannot_run_has_failed(two_gpus, monkeypatch):
     def fails(number):
         raise RuntimeError("CUDA: cudaMalloc: no memory")

@@ -26,18 +26,18 @@ def has_passed(number: int) -> bool:
 
 def remember(number: int, passed: bool) -> None:
     """Write down the result of a self-test; where the user's folder cannot be written, it is known nowhere."""
-    path = record_path()
     try:
+        path = record_path()
         path.parent.mkdir(parents=True, exist_ok=True)
         write_json(path, {**_known(), _key(number): bool(passed)})
-    except OSError:
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home
         pass
 
 
 def _known() -> dict[str, bool]:
     try:
         found = json.loads(record_path().read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+    except (OSError, ValueError, RuntimeError):
         return {}
     return found if isinstance(found, dict) else {}
 

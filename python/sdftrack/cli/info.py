@@ -37,10 +37,12 @@ def info(
     from sdftrack.cli.common import check_common
     from sdftrack.device import info as collect
 
+    check_common(config, device)
+    tested, passed = _self_test(device) if self_test else ([], True)
+    # After the self-test, which decides what "auto" is.
     facts = {**collect(), "device": check_common(config, device), "threads": int(_core.thread_count(threads))}
-    passed = True
     if self_test:
-        facts["self_test"], passed = _self_test(device)
+        facts["self_test"] = tested
     if out is not None:
         from sdftrack._internal.files import write_json
         from sdftrack.recorder import prepare_folder

@@ -72,20 +72,35 @@ def _scene() -> tuple[Any, Any, Any, Any]:
 
 
 def _sums(number: int) -> tuple[float, float]:
+    """Cost, gradient and Hessian of each set of unknowns, of colours, and of two to four objects that touch."""
     import sdftrack as st
+    from sdftrack.energy.energy import MAX_JOINED
 
     box, camera, frame, pose = _scene()
-    worst = 0.0
-    for unknowns in (("pose",), ("pose", "scale"), ("pose", "intrinsics")):
+    beside = np.tile(pose, (MAX_JOINED, 1, 1))
+    beside[:, 0, 3] += 0.004 * np.arange(MAX_JOINED)  # each has its share of the pixels
+    cases: list[tuple[Any, Any, dict[str, Any]]] = [
+        (box, pose, {"unknowns": unknowns})
+        for unknowns in (("pose",), ("pose", "scale"), ("pose", "intrinsics"))
+    ]
+    cases += [([box] * n, beside[:n], {}) for n in range(2, MAX_JOINED + 1)]
+    cases += [(box, pose, {"penalty": "rgbd"})]
+    worst = []
+    for shapes, poses, more in cases:
         cpu, gpu = (
-            st.Energy(box, camera, frame, pose, unknowns=unknowns, device=d)
-            for d in ("cpu", f"cuda:{number}")
+            st.Energy(shapes, camera, frame, poses, device=d, **more) for d in ("cpu", f"cuda:{number}")
         )
         a, b = cpu.linearize(cpu.start), gpu.linearize(gpu.start)
-        size = np.sqrt(np.outer(np.diag(a.hessian), np.diag(a.hessian)))
-        parts = [worst, abs(b.cost / a.cost - 1), np.abs((b.hessian - a.hessian) / size).max()]
-        worst = float(np.max(parts))  # NaN if one of them is
-    return worst, SUM_RTOL
+        curvature = np.diag(a.hessian)
+        size = np.sqrt(np.outer(curvature, curvature))
+        worst += [
+            abs(b.cost / a.cost - 1),
+            abs(gpu.cost(gpu.start) / cpu.cost(cpu.start) - 1),
+            np.abs((b.hessian - a.hessian) / size).max(),
+            # A gradient may be 0: beside what one standard deviation of each unknown would make of it.
+            (np.abs(b.gradient - a.gradient) / np.sqrt(curvature * a.cost)).max(),
+        ]
+    return float(np.max(worst)), SUM_RTOL  # NaN if one of them is
 
 
 def _poses(number: int) -> tuple[float, float]:

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Every stride-th number below n. In 64 bits: the one after the last may lie beyond an int.
+#pragma once
+
+#include <cstdint>
+
+#include "base/hd.h"
+
+namespace sdftrack {
+
+// work(i), i an int, n at most 2^31 - 1.
+template <class Work>
+HD void strided(std::int64_t first, std::int64_t stride, std::int64_t n, const Work& work) {
+  for (std::int64_t i = first; i < n; i += stride) work(static_cast<int>(i));
+}
+
+}  // namespace sdftrack
