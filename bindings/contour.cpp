@@ -24,7 +24,7 @@ auto unlocked(const Call& call) {
 struct ContourCore {
   contour::ContourTracker tracker;
   std::atomic<bool> busy{false};
-  explicit ContourCore(const py::dict& options) : tracker(options_from(options)) {}
+  ContourCore(const py::dict& options, int device) : tracker(options_from(options), device) {}
 };
 
 constexpr const char* kStatus[] = {"ok", "weak", "lost"};
@@ -86,7 +86,7 @@ void bind_phases(py::module_& m) {
 void bind_contour(py::module_& m) {
   bind_phases(m);
   py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
-      .def(py::init<const py::dict&>(), py::arg("options"))
+      .def(py::init<const py::dict&, int>(), py::arg("options"), py::arg("device") = -1)
       .def(
           "start_mask",
           [](ContourCore& self, const py::array& image, const py::array& mask) {

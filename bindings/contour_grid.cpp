@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "contour/steps_cuda.h"
 #include "contour/template_scores.h"
 #include "contour_options.h"
 
@@ -53,10 +52,8 @@ py::array_t<float> contour_steps(const py::array& phi, const py::array& foregrou
   const contour::ContourOptions options = options_from(given);
   contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
-  if (device >= 0)
-    return to_numpy(contour::contour_steps_cuda(options, steps, grid.nx, grid.ny, grid.phi.data(), p, device),
-                    {grid.ny, grid.nx});
   contour::EvolutionWork work;
+  work.device = device;
   work.foreground.assign(p, p + grid.phi.size());
   contour::find_band(grid, options.band, &work.band);
   contour::evolve_contour(options, steps, &work, &grid);

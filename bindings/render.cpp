@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "array.h"
+#include "base/volume_id.h"
 #include "release_gil.h"
 #include "render/raycast_mesh.h"
 
@@ -32,14 +33,15 @@ class MeshCaster {
   }
 
   py::tuple raycast(const Camera& camera, const py::array& T_cam_obj, const std::optional<py::array>& colors,
-                    int threads) const {
+                    int threads, int device) const {
     const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
     const std::uint8_t* rgb =
         colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
     render::MeshImage image;
     {
       const ReleaseGil release;
-      image = render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads);
+      image = device < 0 ? render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads)
+                         : render::raycast_mesh_cuda(mesh_, *bvh_, id_, rgb, camera, T, device);
     }
     const py::ssize_t h = camera.height, w = camera.width;
     return py::make_tuple(to_numpy(std::move(image.depth_m), {h, w}),
@@ -69,6 +71,7 @@ class MeshCaster {
  private:
   py::array vertices_, faces_;
   sdf::MeshView mesh_;
+  std::uint64_t id_ = new_volume_id();  // no volume has it, and no other mesh
   std::unique_ptr<sdf::Bvh> bvh_;
 };
 
@@ -78,7 +81,7 @@ void bind_render(py::module_& m) {
   py::class_<MeshCaster>(m, "MeshCaster", "Rays and closest points of one mesh. The arrays must not change.")
       .def(py::init<py::array, py::array>(), py::arg("vertices"), py::arg("faces"))
       .def("raycast", &MeshCaster::raycast, py::arg("camera"), py::arg("T_cam_obj"),
-           py::arg("colors") = py::none(), py::arg("threads") = 0,
+           py::arg("colors") = py::none(), py::arg("threads") = 0, py::arg("device") = -1,
            "-> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.")
       .def("closest", &MeshCaster::closest, py::arg("points"),
            "(N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).");

@@ -6,6 +6,7 @@
 
 #include "array.h"
 #include "base/parallel.h"
+#include "base/volume_id.h"
 #include "primitives/solids.h"
 #include "release_gil.h"
 #include "render/raycast_sdf.h"
@@ -165,13 +166,16 @@ py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, 
 }
 
 py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, const Camera& camera,
-                     const py::array& T_cam_obj, int threads) {
+                     const py::array& T_cam_obj, int threads, int device, std::uint64_t id) {
   const Volume volume(values, voxel_size, origin);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
+  SdfView sdf = volume.view();
+  sdf.id = id;
   render::SdfImage image;
   {
     const ReleaseGil release;
-    image = render::raycast_sdf(volume.view(), camera, T, threads);
+    image = device < 0 ? render::raycast_sdf(sdf, camera, T, threads)
+                       : render::raycast_sdf_cuda(sdf, camera, T, device);
   }
   return py::make_tuple(to_numpy(std::move(image.depth_m), {camera.height, camera.width}),
                         to_numpy(std::move(image.normals_cam), {camera.height, camera.width, 3}));
@@ -239,8 +243,11 @@ void bind_sdf(py::module_& m) {
         "threads"_a = 0, "Exact distance of a primitive at every voxel, float32 [z, y, x].");
   m.def("sample_sdf", &sample_sdf, "values"_a, "voxel_size"_a, "origin"_a, "points"_a, "threads"_a = 0,
         "(N, 3) float64 -> phi (N,), gradient (N, 3), of the trilinear interpolant.");
-  m.def("render_sdf", &render_sdf, "values"_a, "voxel_size"_a, "origin"_a, "camera"_a, "T_cam_obj"_a,
-        "threads"_a = 0, "-> depth (H, W) float32 m, normals (H, W, 3) float32.");
+  m.def(
+      "render_sdf", &render_sdf, "values"_a, "voxel_size"_a, "origin"_a, "camera"_a, "T_cam_obj"_a,
+      "threads"_a = 0, "device"_a = -1, "id"_a = 0,
+      "-> depth (H, W) float32 m, normals (H, W, 3) float32; id: of values that do not change, 0: unknown.");
+  m.def("new_volume_id", &new_volume_id, "A number that no other volume has.");
   m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0,
         "Distance field with the same zero set, float32 [z, y, x].");
   m.def("fast_sweep", &sweep, "known"_a, "values"_a, "voxel_size"_a,

@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "base/camera.h"
 
+#include "base/pixel_ray.h"
+
 namespace sdftrack {
 
 Vec2d distort(const Distortion& k, Vec2d xy) { return brown_conrady(k.data(), xy); }
 
-Vec2d undistort(const Distortion& k, Vec2d xy) {
-  Vec2d ideal = xy;
-  for (int i = 0; i < 100; ++i) {
-    const Vec2d d = distort(k, ideal);
-    const double ex = xy.x - d.x, ey = xy.y - d.y;
-    ideal = {ideal.x + ex, ideal.y + ey};
-    if (ex * ex + ey * ey < 1e-24) break;
-  }
-  return ideal;
-}
+Vec2d undistort(const Distortion& k, Vec2d xy) { return undistorted(k.data(), xy); }
 
 bool Camera::distorted() const {
   for (double k : distortion)
@@ -27,12 +20,7 @@ Vec2d Camera::project_point(Vec3d p_cam) const {
   return {K.fx * xy.x + K.cx, K.fy * xy.y + K.cy};
 }
 
-Vec3d Camera::pixel_ray(double u_px, double v_px) const {
-  const Vec3d r = ray(K, u_px, v_px);
-  if (!distorted()) return r;
-  const Vec2d xy = undistort(distortion, {r.x, r.y});
-  return {xy.x, xy.y, 1.0};
-}
+Vec3d Camera::pixel_ray(double u_px, double v_px) const { return LensRays(*this).at(u_px, v_px); }
 
 std::vector<float> ray_table(const Camera& camera) {
   std::vector<float> table;

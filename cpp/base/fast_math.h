@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 // exp and log for per-pixel work: polynomials without tables or branches, so that they inline. In double they
-// are the library's own, which is what the finite-difference tests use.
+// are the library's own, which is what the finite-difference tests use. On a GPU they are CUDA's own, but for
+// the files that are compiled with SDFTRACK_CPU_BITS.
 #pragma once
 
 #include <cmath>
 
 #include "base/lane.h"
+
+#if defined(__CUDA_ARCH__) && !defined(SDFTRACK_CPU_BITS)
+#define SDFTRACK_DEVICE_MATH
+#endif
 
 namespace sdftrack {
 
@@ -13,7 +18,7 @@ namespace sdftrack {
 HD double exp_negative(double x) { return std::exp(x); }
 template <class T>
 HD T exp_negative(T x) {
-#ifdef __CUDA_ARCH__
+#ifdef SDFTRACK_DEVICE_MATH
   return expf(x);
 #else
   const T t = T(1.44269504f) * select(x < T(-87.0f), T(-87.0f), x);
@@ -36,7 +41,7 @@ HD T fast_tanh(T x) {
 // Natural logarithm of a positive normal number; absolute error below 4e-7 for numbers below 3.
 template <class T>
 HD T log_positive(T x) {
-#ifdef __CUDA_ARCH__
+#ifdef SDFTRACK_DEVICE_MATH
   return logf(x);
 #else
   // x = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); log(1 + f) = f - f^2 / 2 + f^3 P(f), where P has the
@@ -54,7 +59,7 @@ HD double log_positive(double x) { return std::log(x); }
 // numbers, which cost a hundred times as much.
 template <class T>
 HD T fast_erf(T x) {
-#ifdef __CUDA_ARCH__
+#ifdef SDFTRACK_DEVICE_MATH
   return erff(x);
 #else
   const T size = select(abs(x) < T(4), abs(x), T(4)), t = T(1) / (T(1) + T(0.3275911f) * size);

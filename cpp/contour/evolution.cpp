@@ -6,6 +6,7 @@
 
 #include "base/to_int.h"
 #include "contour/contour_ops.h"
+#include "contour/steps_cuda.h"
 
 namespace sdftrack::contour {
 
@@ -65,6 +66,7 @@ void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, 
 }
 
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid) {
+  if (work->device >= 0) return evolve_contour_cuda(options, steps, work->device, work, grid);
   const ContourOps& ops = contour_ops_for(used_isa());
   const ContourStep<float> step{1 / options.softness, options.dt, options.mu, options.tension};
   work->next.resize(cells_of(*grid));

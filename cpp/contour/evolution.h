@@ -16,8 +16,10 @@ struct CellRun {
 };
 
 struct EvolutionWork {
+  int device = -1;  // the GPU of evolve_contour, -1: the CPU
   std::vector<CellRun> band, pieces;
   std::vector<float> foreground, next;  // by cell
+  std::vector<unsigned char> in_band;   // likewise, for a GPU
   std::vector<int> parent, area;        // of the runs in `pieces`
   FlatDistanceWork distance;
 };

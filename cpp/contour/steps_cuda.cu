@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "base/device_pool.h"
 #include "base/launch.cuh"
 #include "contour/contour_terms.h"
 #include "contour/steps_cuda.h"
@@ -9,14 +10,13 @@ namespace {
 
 constexpr int kTile = 16;
 
-// `first`: phi before the first step, which says what the band is.
 struct EvolveCells {
   static constexpr const char* kName = "contour step";
   static constexpr int kThreads = kTile * kTile;
   ContourStep<float> term;
-  float band;
   int nx, ny;
-  const float *first, *phi, *foreground;
+  const unsigned char* in_band;  // 1: the cell moves
+  const float *phi, *foreground;
   float* out;
 
   __device__ void operator()() const {
@@ -24,34 +24,44 @@ struct EvolveCells {
               y = static_cast<int>(blockIdx.y * kTile + threadIdx.y);
     if (x >= nx || y >= ny) return;
     const int at = y * nx + x;
-    const bool inner = x > 0 && y > 0 && x + 1 < nx && y + 1 < ny;
-    out[at] = inner && fabsf(first[at]) <= band ? term.step(phi + at, nx, foreground[at], 1) : phi[at];
+    out[at] = in_band[at] ? term.step(phi + at, nx, foreground[at], 1) : phi[at];
   }
+};
+
+struct Work {
+  DeviceStream stream;
+  DeviceBuffer<float> phi, next, foreground;
+  DeviceBuffer<unsigned char> in_band;
 };
 
 }  // namespace
 
-std::vector<float> contour_steps_cuda(const ContourOptions& options, int steps, int nx, int ny,
-                                      const float* phi, const float* foreground, int device) {
-  const DeviceScope scope(device);
-  const DeviceStream stream;
-  const std::size_t cells = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-  DeviceBuffer<float> first(cells), now(cells), next(cells), posterior(cells);
-  for (DeviceBuffer<float>* const to : {&first, &now}) stream.upload(phi, cells, to->data());
-  stream.upload(foreground, cells, posterior.data());
-  const ContourStep<float> term{1 / options.softness, options.dt, options.mu, options.tension};
-  const dim3 tiles(blocks_of(nx, kTile), blocks_of(ny, kTile));
-  for (int k = 0; k < steps; ++k) {
-    launch(stream, tiles,
-           EvolveCells{term, options.band, nx, ny, first.data(), now.data(), posterior.data(), next.data()},
-           dim3(kTile, kTile));
-    std::swap(now, next);
+void evolve_contour_cuda(const ContourOptions& options, int steps, int device, EvolutionWork* work,
+                         ContourGrid* grid) {
+  const std::size_t cells = grid->phi.size();
+  work->next.resize(cells), work->in_band.assign(cells, 0);
+  for (const CellRun& run : work->band) {
+    unsigned char* const row = work->in_band.data() + static_cast<std::ptrdiff_t>(run.row) * grid->nx;
+    std::fill(row + run.first, row + run.last, 1);
   }
-  std::vector<float> out(cells);
-  const StreamWaiter waiter(stream);
-  stream.download(now.data(), cells, out.data());
+  const auto there = pool_of<Work>().borrow(device);
+  const DeviceStream& stream = there->stream;
+  float *phi = there->phi.room(cells), *next = there->next.room(cells);
+  float* const foreground = there->foreground.room(cells);
+  unsigned char* const in_band = there->in_band.room(cells);
+  stream.upload(grid->phi.data(), cells, phi);
+  stream.upload(work->foreground.data(), cells, foreground);
+  stream.upload(work->in_band.data(), cells, in_band);
+  const ContourStep<float> term{1 / options.softness, options.dt, options.mu, options.tension};
+  const dim3 tiles(blocks_of(grid->nx, kTile), blocks_of(grid->ny, kTile));
+  for (int k = 0; k < steps; ++k) {
+    launch(stream, tiles, EvolveCells{term, grid->nx, grid->ny, in_band, phi, foreground, next},
+           dim3(kTile, kTile));
+    std::swap(phi, next);
+  }
+  stream.download(phi, cells, work->next.data());
   stream.wait();
-  return out;
+  std::swap(grid->phi, work->next);
 }
 
 }  // namespace sdftrack::contour

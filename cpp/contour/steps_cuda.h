@@ -2,17 +2,13 @@
 // The evolution of a contour on the GPU: the formula of contour_terms.h, a thread for each cell.
 #pragma once
 
-#include <vector>
-
-#include "contour/options.h"
+#include "contour/evolution.h"
 
 namespace sdftrack::contour {
 
-// phi after `steps` steps at the cells within options.band of the contour, but for the border of the grid:
-// what evolve_contour does on the CPU,
-// but that it does not bridge gaps of the band. std::runtime_error where the build or the machine has no
-// CUDA.
-std::vector<float> contour_steps_cuda(const ContourOptions& options, int steps, int nx, int ny,
-                                      const float* phi, const float* foreground, int device = 0);
+// What evolve_contour does on the CPU, in the same band and to the same bits. std::runtime_error where the
+// build or the machine has no CUDA; the grid is as it was after an exception.
+void evolve_contour_cuda(const ContourOptions& options, int steps, int device, EvolutionWork* work,
+                         ContourGrid* grid);
 
 }  // namespace sdftrack::contour

@@ -5,8 +5,6 @@
 
 namespace sdftrack::contour {
 
-std::vector<float> contour_steps_cuda(const ContourOptions&, int, int, int, const float*, const float*, int) {
-  no_cuda();
-}
+void evolve_contour_cuda(const ContourOptions&, int, int, EvolutionWork*, ContourGrid*) { no_cuda(); }
 
 }  // namespace sdftrack::contour

@@ -25,8 +25,10 @@ constexpr int kPosteriorMargin = 4;  // cells that registration may move the ban
 
 }  // namespace
 
-ContourTracker::ContourTracker(const ContourOptions& options) : options_(options), model_(options) {
+ContourTracker::ContourTracker(const ContourOptions& options, int device)
+    : options_(options), model_(options) {
   options.check();
+  evolution_.device = device;
 }
 
 int ContourTracker::reach_cells() const { return to_int(std::ceil(options_.band + kBeyondBand)); }

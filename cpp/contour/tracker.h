@@ -15,7 +15,7 @@ namespace sdftrack::contour {
 
 class ContourTracker {
  public:
-  explicit ContourTracker(const ContourOptions& options);
+  explicit ContourTracker(const ContourOptions& options, int device = -1);
 
   // Throws std::invalid_argument where the mask (or box) has next to no pixels, or leaves none; what was
   // tracked before is then tracked on.

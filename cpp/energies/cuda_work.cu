@@ -16,24 +16,15 @@ std::unique_ptr<CudaWork::Impl> make_impl(int device) {
 
 }  // namespace
 
-DeviceBuffer<float> CudaWork::Impl::room_for(std::size_t voxels) {
-  while (volumes.size() >= most_volumes) volumes.pop_back();
-  try {
-    return DeviceBuffer<float>(voxels);
-  } catch (const CudaError&) {
-    volumes.remove_if([this](const SentVolume& v) { return v.frame != frame; });
-    return DeviceBuffer<float>(voxels);
-  }
-}
-
 CudaWork::CudaWork(int device) : impl_(make_impl(device)) {}
 CudaWork::~CudaWork() = default;
+const DeviceStream& CudaWork::stream() const { return impl_->stream; }
+int CudaWork::device() const { return impl_->device; }
 
 PixelsView<float> CudaWork::make_room(int count) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
-  ++w.frame;
-  w.volumes.remove_if([](const SentVolume& v) { return v.id == 0; });
+  w.volumes.begin_frame();
   w.count = 0;  // until there is room
   const auto n = static_cast<std::size_t>(count);
   if (w.pixels.size() < n * kColumns) w.pixels.room((n + n / 2) * kColumns);
@@ -70,7 +61,7 @@ void CudaWork::check_uploaded(const PixelSet& set) const {
   if (set.count() != impl_->count) throw std::logic_error("CudaWork: other pixels than were uploaded");
 }
 
-void CudaWork::keep_volumes(std::size_t count) { impl_->most_volumes = std::max(impl_->most_volumes, count); }
+void CudaWork::keep_volumes(std::size_t count) { impl_->volumes.keep(count); }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;
@@ -78,20 +69,7 @@ SdfView CudaWork::volume(const SdfView& sdf) {
   view.phi = DeviceCopies::find(sdf.phi, w.device);
   if (view.phi) return view;
   const DeviceScope scope(w.device);
-  const auto known = std::find_if(w.volumes.begin(), w.volumes.end(),
-                                  [&](const SentVolume& v) { return sdf.id != 0 && v.id == sdf.id; });
-  if (known != w.volumes.end()) {
-    w.volumes.splice(w.volumes.begin(), w.volumes, known);
-  } else {
-    const std::size_t voxels = static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
-                               static_cast<std::size_t>(sdf.nz);
-    SentVolume made{sdf.id, 0, w.room_for(voxels)};
-    w.stream.upload(sdf.phi, voxels, made.phi.data());
-    w.volumes.push_front(std::move(made));
-  }
-  w.volumes.front().frame = w.frame;
-  view.phi = w.volumes.front().phi.data();
-  return view;
+  return w.volumes.send(sdf, w.stream);
 }
 
 template <class Field, class Penalty>

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <list>
 
 #include "base/device_stream.h"
+#include "base/device_volumes.h"
 #include "energies/cuda_work.h"
 #include "energies/reduce_cuda.cuh"
 
@@ -14,11 +14,7 @@ namespace sdftrack::energies {
 
 constexpr int kMaxSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
-
-struct SentVolume {
-  std::uint64_t id, frame;  // frame: of the last use
-  DeviceBuffer<float> phi;
-};
+constexpr std::size_t kMostVolumes = 128;
 
 // The pixels are one block of memory, column after column, so that one copy brings them there.
 struct CudaWork::Impl {
@@ -26,16 +22,14 @@ struct CudaWork::Impl {
 
   int device;
   DeviceStream stream;
-  int count = 0;            // pixels
-  std::uint64_t frame = 0;  // uploads so far
+  int count = 0;  // pixels
   enum Pinned { kStaging, kPlaces, kProblems };
   bool busy[3] = {};  // of pinned memory: a copy from or to it may still be on its way
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
-  std::list<SentVolume> volumes;  // that of the last use first
-  std::size_t most_volumes = 128;
+  DeviceVolumes volumes{kMostVolumes};
 
   // Of searches, and of the choice of their pixels.
   DeviceBuffer<std::byte> problems;
@@ -78,9 +72,6 @@ struct CudaWork::Impl {
     std::copy_n(staging.data(), n, set->hit_m.data());
     std::copy_n(staging.data() + n, n, set->gain.data());
   }
-
-  // Room for one more volume: where the device is full, at the cost of those that this frame has not used.
-  DeviceBuffer<float> room_for(std::size_t voxels);
 };
 
 }  // namespace sdftrack::energies

@@ -7,6 +7,10 @@
 
 #include "energies/pixel_set.h"
 
+namespace sdftrack {
+class DeviceStream;
+}
+
 namespace sdftrack::energies {
 
 class CudaWork {
@@ -31,6 +35,10 @@ class CudaWork {
 
   // logic_error where the device holds another number of pixels.
   void check_uploaded(const PixelSet& pixels) const;
+
+  // What others queue there finds the volumes that were sent before.
+  const DeviceStream& stream() const;
+  int device() const;
 
   struct Impl;
   Impl& impl() { return *impl_; }

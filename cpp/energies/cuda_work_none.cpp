@@ -15,6 +15,8 @@ void CudaWork::download(PixelSet*) { no_cuda(); }
 void CudaWork::check_uploaded(const PixelSet&) const { no_cuda(); }
 SdfView CudaWork::volume(const SdfView&) { no_cuda(); }
 void CudaWork::keep_volumes(std::size_t) { no_cuda(); }
+const DeviceStream& CudaWork::stream() const { no_cuda(); }
+int CudaWork::device() const { no_cuda(); }
 
 template <class Field, class Penalty>
 Sums<double, Field::P> CudaOps<Field, Penalty>::linearize(CudaWork*, const Loop&) {

@@ -16,6 +16,12 @@ struct QuickTerms {
   ReadingTerm<float> readings, solids;
   SurfaceTerm<float> surface;
   OutlineTerm<float> outline;
+
+  HD void move_to(const Rigidf& T_obj_cam) {
+    const Rigidf T_cam_obj = inverse(T_obj_cam);
+    readings.field.T_obj_cam = solids.field.T_obj_cam = outline.T_obj_cam = T_obj_cam;
+    surface.T_cam_obj = outline.T_cam_obj = T_cam_obj;
+  }
 };
 
 struct QuickCost {

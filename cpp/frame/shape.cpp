@@ -2,12 +2,12 @@
 #include "frame/shape.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "base/to_int.h"
+#include "base/volume_id.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
@@ -121,11 +121,6 @@ void choose_outline(int count, Shape* shape) {
   for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
 }
 
-std::uint64_t next_id() {
-  static std::atomic<std::uint64_t> last{0};
-  return ++last;
-}
-
 }  // namespace
 
 Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
@@ -139,7 +134,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
     half[a] = 0.5 * voxel * (box.high[a] - box.low[a]);
   }
   Shape shape{};
-  shape.id = next_id();
+  shape.id = new_volume_id();
   shape.sdf = sdf;
   shape.sdf.id = shape.id;
   shape.centre_obj = {centre[0], centre[1], centre[2]};
@@ -155,12 +150,13 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   for (const sdf::SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))
     shape.contact.push_back(s.p_obj);
   mix_coarse(&shape);
+  shape.coarse_sdf.id = new_volume_id();
   return shape;
 }
 
 Shape make_shape(const PartialShape& known, int point_count, int outline_count) {
   Shape shape{};
-  shape.id = next_id();
+  shape.id = new_volume_id();
   shape.sdf = known.sdf;  // without an id: its values change in place
   shape.seen = known.seen;
   shape.colors = known.colors;

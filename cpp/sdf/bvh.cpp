@@ -15,8 +15,7 @@ namespace {
 
 constexpr int kLeafSize = 4;
 constexpr int kBins = 16;
-constexpr int kStackSize = 256;  // beyond kMaxDepth splits are by the median, so the depth stays below this
-constexpr int kMaxDepth = 64;
+constexpr int kMaxDepth = 64;  // from there on splits are by the median, so that kBvhStack is enough
 
 double axis_of(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 
@@ -164,13 +163,13 @@ Closest Bvh::closest(Vec3d p, double limit2, std::int32_t guess) const {
     if (d2 < best.distance2) best = {d2, q, faces_[i]};
   };
   if (guess >= 0) visit(static_cast<std::size_t>(places_[static_cast<std::size_t>(guess)]));
-  std::array<std::pair<double, std::int32_t>, kStackSize> stack;
+  std::array<std::pair<double, std::int32_t>, kBvhStack> stack;
   int top = 0;
   stack[static_cast<std::size_t>(top++)] = {nodes_[0].box.distance2(p), 0};
   while (top > 0) {
     const auto [near2, index] = stack[static_cast<std::size_t>(--top)];
     if (near2 >= best.distance2) continue;
-    const Node& node = nodes_[static_cast<std::size_t>(index)];
+    const BvhNode& node = nodes_[static_cast<std::size_t>(index)];
     if (node.count) {
       for (std::int32_t i = 0; i < node.count; ++i) visit(static_cast<std::size_t>(node.first + i));
       continue;
@@ -182,54 +181,6 @@ Closest Bvh::closest(Vec3d p, double limit2, std::int32_t guess) const {
     if (left.first < right.first) std::swap(left, right);  // the nearer one is popped first
     if (left.first < best.distance2) stack[static_cast<std::size_t>(top++)] = left;
     if (right.first < best.distance2) stack[static_cast<std::size_t>(top++)] = right;
-  }
-  return best;
-}
-
-namespace {
-
-// Where the ray enters the box, infinity when it misses it. A touch wider than exact, so that rounding never
-// loses a triangle that lies on the box's face.
-double entry(const Box3& box, Vec3d origin, Vec3d inverse) {
-  constexpr double kWiden = 1 + 1e-12;
-  double near = 0, far = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double o = axis_of(origin, axis), inv = axis_of(inverse, axis);
-    double t0 = (axis_of(box.low, axis) - o) * inv, t1 = (axis_of(box.high, axis) - o) * inv;
-    if (t0 > t1) std::swap(t0, t1);
-    near = std::max(near, t0);  // a NaN (0 x infinity: in the plane of the face) changes nothing
-    far = std::min(far, t1 * kWiden);
-  }
-  return near <= far * kWiden ? near : std::numeric_limits<double>::infinity();
-}
-
-}  // namespace
-
-FirstHit Bvh::first_hit(Vec3d origin, Vec3d direction) const {
-  FirstHit best;
-  const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-  std::array<std::pair<double, std::int32_t>, kStackSize> stack;
-  int top = 0;
-  stack[static_cast<std::size_t>(top++)] = {entry(nodes_[0].box, origin, inverse), 0};
-  while (top > 0) {
-    const auto [near, index] = stack[static_cast<std::size_t>(--top)];
-    if (near > best.hit.t || near == std::numeric_limits<double>::infinity()) continue;
-    const Node& node = nodes_[static_cast<std::size_t>(index)];
-    for (std::int32_t i = 0; i < node.count; ++i) {
-      const auto k = static_cast<std::size_t>(node.first + i);
-      RayHit hit;
-      if (intersect(triangles_[k], origin, direction, &hit) &&
-          (hit.t < best.hit.t || (hit.t == best.hit.t && faces_[k] < best.face)))
-        best = {hit, faces_[k]};
-    }
-    if (node.count) continue;
-    std::pair<double, std::int32_t> left{
-        entry(nodes_[static_cast<std::size_t>(node.first)].box, origin, inverse), node.first};
-    std::pair<double, std::int32_t> right{
-        entry(nodes_[static_cast<std::size_t>(node.first) + 1].box, origin, inverse), node.first + 1};
-    if (left.first < right.first) std::swap(left, right);
-    if (left.first <= best.hit.t) stack[static_cast<std::size_t>(top++)] = left;
-    if (right.first <= best.hit.t) stack[static_cast<std::size_t>(top++)] = right;
   }
   return best;
 }

@@ -40,7 +40,7 @@ struct RayHit {
 
 // Where the ray origin + t * direction, t > 0, meets the triangle, seen from either side. The three edge
 // volumes are antisymmetric in their two corners, bit by bit, so a ray cannot slip through a shared edge.
-inline bool intersect(const Triangle& t, Vec3d origin, Vec3d direction, RayHit* hit) {
+HD bool intersect(const Triangle& t, Vec3d origin, Vec3d direction, RayHit* hit) {
   const Vec3d a = t.a - origin, b = t.b - origin, c = t.c - origin;
   const double u = dot(direction, cross(b, c)), v = dot(direction, cross(c, a)),
                w = dot(direction, cross(a, b));

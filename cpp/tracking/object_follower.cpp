@@ -25,7 +25,7 @@ ObjectFollower::ObjectFollower(const TrackerOptions& options, const TrackerSetti
       settings_(settings),
       device_(settings.device >= 0 ? std::make_unique<energies::CudaWork>(settings.device) : nullptr),
       fitter_(options, settings.threads, device_.get()),
-      finder_(options, settings.threads) {}
+      finder_(options, settings.threads, device_.get()) {}
 
 ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object) {
   const bool crowd = object->lost_frames > 0 && context->has_several();

@@ -55,7 +55,8 @@ class Work:
     chain_ops: float = 0
 
 
-VGA, CELLS = 640 * 480, 200**3
+VGA, CELLS, RAYS = 640 * 480, 200**3, 115_000
+SEARCHED = 240 * 8 * 250 + 2 * 15 * 11 * 500 + 8 * 4 * 1500
 PIXELS, LOOKS = 10_000, 10 + 4  # of one object: pixels, sums over them in a fit and steps of their rays
 LAUNCHES = 2 + 2 * 11  # the choice of the pixels, and as many looks as two rounds may ask for
 PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
@@ -76,6 +77,14 @@ WORK = (
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 3 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 20, 1),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.
     Work("LWPR, 10^6 predictions", 5.0, 30e6, 0, 1e6 * 1000 * 12, 1, 1),
+    # Of 240 rotations 7 steps and a cost over 250 points, of 15 fits twice 11 steps over 500, of 8 four over 1,500. A
+    # point as a pixel above, but that its neighbours' corners are cached.
+    Work("pose search in a mask", 5.0, 40 * SEARCHED, PIXEL_OPS * SEARCHED, 0, 32, 32),
+    # A box of 0.12 m at 0.35 m: 115,000 rays of 10 samples each with its root, counted on the CPU; 120 operations and 8
+    # corners a sample, of which a half is cached; 16 bytes out.
+    Work("ray casting, 640 x 480", 1.0, RAYS * (16 + 10 * 16), 0, RAYS * 10 * 120, 1, 1),
+    # As many rays at a mesh of 15,000 faces: about 40 boxes of 25 operations and 6 triangles of 90, mostly cached.
+    Work("ray casting of a mesh, 640 x 480", 1.0, RAYS * (20 + 10 * 56), 0, RAYS * (40 * 25 + 6 * 90), 1, 1),
     # 50 outputs of ten inputs, 30 fields each, of which 10 learn side by side, 1,500 operations after one another.
     Work("LWPR, 10^4 updates of 50 outputs", 500.0, 1e4 * 50 * (30 * 250 + 10 * 2000), 0,
          1e4 * 50 * (30 * 30 + 10 * 400), 1, 1, 1e4 * 1500),

@@ -67,6 +67,28 @@ def fit_call(device: str, objects: int, size: int, pixels: int = 10_000) -> Call
     return lambda: fitter.fit(frame, starts, max_pixels=pixels)
 
 
+def mesh_call(device: str, size: int) -> Call:
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    mesh, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=80).to_mesh(),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
+    )
+    return lambda: mesh.raycast(camera, pose, device=device)
+
+
+def search_call(device: str, size: int) -> Call:
+    """A start from a mask: the search, and the fits of what it finds."""
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=100),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5]),
+    )
+    depth = box.render(camera, pose)[0]
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    tracker = st.Tracker(box, camera, mode="depth", device=device)
+    return lambda: tracker.start(frame, masks=[depth > 0])
+
+
 def slic_call(device: str, size: int) -> Call:
     y, x = np.mgrid[: 3 * size // 4, :size]
     image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
@@ -124,6 +146,15 @@ def fuse_call(device: str, voxels: int) -> Call:
     return fuse
 
 
+def render_call(device: str, size: int) -> Call:
+    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    box, pose = (
+        st.SDF.box((0.12, 0.09, 0.06), voxels=100),
+        st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
+    )
+    return lambda: box.render(camera, pose, device=device)
+
+
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
     size = 160 if quick else 640
@@ -134,6 +165,9 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "reconstruction of 200^3, a frame": lambda d: fuse_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
+        "pose search in a mask": lambda d: search_call(d, size),
+        "ray casting, 640 x 480": lambda d: render_call(d, size),
+        "ray casting of a mesh, 640 x 480": lambda d: mesh_call(d, size),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }

@@ -106,7 +106,7 @@ class ContourCore:
     """
     A contour tracker; use contour.ContourTracker.
     """
-    def __init__(self, options: dict) -> None:
+    def __init__(self, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
         ...
     def finish(self, judgement: ShapeJudgement, recovered: numpy.ndarray | None = None) -> ContourFrame:
         """
@@ -639,7 +639,7 @@ class MeshCaster:
         """
         (N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).
         """
-    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+    def raycast(self, camera: Camera, T_cam_obj: numpy.ndarray, colors: numpy.ndarray | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> tuple:
         """
         -> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.
         """
@@ -1460,6 +1460,10 @@ def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[num
     """
     4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
     """
+def new_volume_id() -> int:
+    """
+    A number that no other volume has.
+    """
 def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels beside the surface that closes a hole.
@@ -1524,9 +1528,9 @@ def remove_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, start_x
     """
     Mask of what is not on the dominant plane, normal, offset, bend, noise over the law's and share of the readings; or one of "few readings", "no start", "start not flat", "small".
     """
-def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
+def render_sdf(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, T_cam_obj: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1, id: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
-    -> depth (H, W) float32 m, normals (H, W, 3) float32.
+    -> depth (H, W) float32 m, normals (H, W, 3) float32; id: of values that do not change, 0: unknown.
     """
 def rotation_exp(w_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
     """

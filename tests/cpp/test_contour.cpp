@@ -260,9 +260,11 @@ TEST(ContourOptions, steps_beyond_the_stable_ones_are_refused) {
 
 #ifndef SDFTRACK_WITH_CUDA
 TEST(ContourCuda, a_build_without_it_says_so) {
-  const contour::ContourGrid grid = disc(9, 9, 4, 4, 2);
-  const std::vector<float> p = posteriors(81);
-  EXPECT_THROW(contour::contour_steps_cuda({}, 1, 9, 9, grid.phi.data(), p.data()), std::runtime_error);
+  contour::ContourGrid grid = disc(9, 9, 4, 4, 2);
+  contour::EvolutionWork work;
+  work.device = 0;
+  work.foreground = posteriors(81);
+  EXPECT_THROW(contour::evolve_contour({}, 1, &work, &grid), std::runtime_error);
 }
 #endif
 

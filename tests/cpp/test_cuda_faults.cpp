@@ -13,12 +13,17 @@
 #include "ball_frames.h"
 #include "base/cuda_probe.h"
 #include "base/device_buffer.h"
+#include "base/volume_id.h"
 #include "box_scene.h"
-#include "contour/steps_cuda.h"
+#include "contour/evolution.h"
 #include "control.h"
 #include "energies/cuda_work.h"
+#include "frame/points_cuda.h"
 #include "levelset/evolve.h"
 #include "lwpr/model.h"
+#include "point_fixture.h"
+#include "render/raycast_mesh.h"
+#include "render/raycast_sdf.h"
 #include "superpixels/slic.h"
 #include "superpixels/slic_memory.h"
 #include "term_fixture.h"
@@ -107,14 +112,20 @@ Numbers learnt(int device) {
 
 Numbers evolved(int device) {
   constexpr int kWidth = 20, kHeight = 18;
-  std::vector<float> phi, foreground;
+  contour::ContourGrid grid;
+  grid.nx = kWidth, grid.ny = kHeight, grid.inside = {0, 0, kWidth - 1, kHeight - 1};
+  contour::EvolutionWork work;
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    phi.push_back(static_cast<float>(std::hypot(i % kWidth - 9, i / kWidth - 8) - 5));
-    foreground.push_back(static_cast<float>(i * 37 % 100) / 100);
+    grid.phi.push_back(static_cast<float>(std::hypot(i % kWidth - 9, i / kWidth - 8) - 5));
+    work.foreground.push_back(static_cast<float>(i * 37 % 100) / 100);
   }
-  const std::vector<float> out =
-      contour::contour_steps_cuda({}, 4, kWidth, kHeight, phi.data(), foreground.data(), device);
-  return {out.begin(), out.end()};
+  contour::find_band(grid, contour::ContourOptions().band, &work.band);
+  contour::ContourGrid other = grid;
+  contour::evolve_contour({}, 4, &work, &other);  // on the CPU
+  work.device = device;
+  contour::evolve_contour({}, 4, &work, &grid);
+  EXPECT_EQ(grid.phi, other.phi);
+  return {grid.phi.begin(), grid.phi.end()};
 }
 
 Numbers evolved_volume(int device) {
@@ -182,6 +193,60 @@ Numbers fitted(int device) {
       out.insert(out.end(), fit.covariance.data(), fit.covariance.data() + 36);
     }
   }
+  return out;
+}
+
+Numbers image_of_box(int device) {
+  Camera camera{{60, 62, 20.3, 14.6}, 40, 30, {0.1, -0.05, 0.002, -0.001}};
+  SdfView sdf = kBox.view();
+  static const std::uint64_t id = new_volume_id();
+  sdf.id = id;
+  const Rigidd T_cam_obj{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.3}};
+  const render::SdfImage image = render::raycast_sdf_cuda(sdf, camera, T_cam_obj, device);
+  EXPECT_EQ(image.depth_m, render::raycast_sdf(sdf, camera, T_cam_obj, 1).depth_m);
+  Numbers out(image.depth_m.begin(), image.depth_m.end());
+  out.insert(out.end(), image.normals_cam.begin(), image.normals_cam.end());
+  return out;
+}
+
+// A PointsOnDevice goes from one scene to the next, as a tracker's does.
+Numbers sums_at_poses(int device) {
+  energies::CudaWork work(device);
+  frame::PointsOnDevice points(&work);
+  Numbers out;
+  for (const int count : {20, 530}) {
+    const PointScene scene(count);
+    std::vector<frame::PoseOf> poses;
+    for (const Rigidf& T : poses_near(3)) poses.push_back({T, 0});
+    std::vector<energies::Sums<double, 6>> sums;
+    std::vector<frame::QuickCost> costs;
+    points.begin();
+    points.linearize({scene.terms()}, poses, &sums);
+    points.cost({scene.terms()}, poses, &costs);
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      out.insert(out.end(), sums[k].gradient, sums[k].gradient + 6);
+      out.insert(out.end(), {costs[k].readings, costs[k].surface, costs[k].outline});
+    }
+  }
+  return out;
+}
+
+Numbers image_of_mesh(int device) {
+  const Camera camera{{60, 62, 20.3, 14.6}, 40, 30, {0.1, -0.05, 0.002, -0.001}};
+  const std::vector<Vec3d> corners{{-0.05, -0.03, 0}, {0.05, -0.03, 0.01}, {0, 0.05, -0.01}, {0, 0, 0.06}};
+  const std::vector<sdf::Face> faces{{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}, {0, 1, 2}};
+  const std::vector<std::uint8_t> colors{250, 10, 20, 30, 240, 50, 60, 70, 230, 90, 100, 110};
+  const sdf::MeshView mesh{corners.data(), corners.size(), faces.data(), faces.size()};
+  const sdf::Bvh bvh(mesh);
+  static const std::uint64_t id = new_volume_id();
+  const Rigidd T_cam_obj{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.3}};
+  const render::MeshImage image =
+      render::raycast_mesh_cuda(mesh, bvh, id, colors.data(), camera, T_cam_obj, device);
+  const render::MeshImage other = render::raycast_mesh(mesh, bvh, colors.data(), camera, T_cam_obj, 1);
+  EXPECT_EQ(image.depth_m, other.depth_m);
+  EXPECT_EQ(image.colors, other.colors);
+  Numbers out(image.depth_m.begin(), image.depth_m.end());
+  out.insert(out.end(), image.normals_cam.begin(), image.normals_cam.end());
   return out;
 }
 
@@ -276,7 +341,9 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
                                          User{"predictions", &predictions}, User{"learning", &learnt},
                                          User{"contour", &evolved}, User{"volume", &evolved_volume},
-                                         User{"fits", &fitted}, User{"reconstruction", &fused}),
+                                         User{"fits", &fitted}, User{"reconstruction", &fused},
+                                         User{"image", &image_of_box}, User{"mesh", &image_of_mesh},
+                                         User{"poses", &sums_at_poses}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -7,67 +7,14 @@
 #include <numbers>
 #include <random>
 
-#include "frame/point_ops.h"
-#include "volume_fixture.h"
+#include "point_fixture.h"
 
 namespace sdftrack {
 namespace {
 
-const Volume kBox = make_volume(40, 0.1, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
-const Rigidd kPose{rotation_exp(Vec3d{0.5, -0.4, 0.3}), {0.01, -0.02, 0.5}};  // T_cam_obj
-const Intrinsics<float> kCamera{525, 520, 160, 120};
-
-// Points on the box's faces with their normals, readings about the pose, an image of depths and a distance
-// grid.
-struct Scene {
-  std::vector<Vec3f> points, normals, readings;
-  std::vector<float> depths, distances;
-
-  Scene() {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<float> u(-1, 1), wide(-0.09f, 0.09f);
-    for (int i = 0; i < 301; ++i) {
-      const float side = i % 2 ? 1.0f : -1.0f, a = u(random), b = u(random);
-      const int axis = i % 3;
-      points.push_back(axis == 0   ? Vec3f{side * 0.05f, a * 0.03f, b * 0.04f}
-                       : axis == 1 ? Vec3f{a * 0.05f, side * 0.03f, b * 0.04f}
-                                   : Vec3f{a * 0.05f, b * 0.03f, side * 0.04f});
-      normals.push_back({axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0});
-      readings.push_back((kPose * Vec3d{wide(random), wide(random), wide(random)}).cast<float>());
-    }
-    for (int i = 0; i < 80 * 60; ++i) {
-      depths.push_back(i % 7 == 0 ? 0.0f : 0.5f + 0.1f * u(random));
-      distances.push_back(8 * std::abs(u(random)));
-    }
-  }
-
-  static frame::PointsView view(const std::vector<Vec3f>& list, int stride) {
-    return {list.data(), static_cast<int>(list.size()), stride};
-  }
-  frame::QuickTerms terms() const {
-    const Rigidf T_cam_obj = kPose.cast<float>(), T_obj_cam = inverse(kPose).cast<float>();
-    const energies::SingleObject<float> field{kBox.view(), T_obj_cam};
-    const energies::DepthLogistic<float> penalty{0.01f, 0.1f, energies::Curvature::kIrls, 0.02f};
-    return {
-        {field, penalty, view(readings, 1), false, 0},
-        {field, penalty, view(readings, 2), true, 0.003f},
-        {T_cam_obj, kCamera, penalty, {depths.data(), 0, 0, 4, 80, 60}, view(points, 2), view(normals, 2)},
-        {T_cam_obj,
-         T_obj_cam,
-         kCamera,
-         {0.005f, 0},
-         {distances.data(), 0, 0, 4, 80, 60},
-         view(points, 1),
-         0.7f}};
-  }
-  frame::SightTerm<float> sight() const {
-    return {kBox.view(), kBox.view(),     kPose.cast<float>(), inverse(kPose).t.cast<float>(),
-            0.15f,       view(points, 1), view(normals, 1)};
-  }
-  frame::BearingTerm<float> bearing() const {
-    return {kPose.cast<float>(), kCamera, project(kCamera, kPose.t.cast<float>()), view(points, 1)};
-  }
-};
+using Scene = PointScene;
+const Rigidd& kPose = kPointPose;
+const Intrinsics<float>& kCamera = kPointCamera;
 
 template <class T>
 void expect_same_bytes(const T& a, const T& b, Isa isa) {

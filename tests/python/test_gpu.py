@@ -116,15 +116,27 @@ def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
     assert radians < POSE_ATOL_RAD
 
 
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("where", ["mask", "box"])
+def test_a_search_on_the_gpu_finds_the_pose_of_the_cpu(where):
+    box, depth = st.SDF.from_mesh(box_mesh(), voxels=60), depth_of()
+    given = {"masks": [depth < 1]} if where == "mask" else {"boxes": [(110, 70, 110, 110)]}
+    cpu, gpu = (
+        st.Tracker(box, CAMERA, mode="depth", device=d, threads=1).start(st.Frame(depth), **given)
+        for d in ("cpu", "cuda")
+    )
+    assert gpu.status == cpu.status
+    metres, radians = metrics.pose_error(cpu.pose, gpu.pose)
+    assert metres < POSE_ATOL_M
+    assert radians < POSE_ATOL_RAD
+
+
 @pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
 def test_a_cpu_build_says_how_to_get_cuda(vectors):
     x, y = vectors
     with pytest.raises(RuntimeError, match="SDFTRACK_CUDA=ON"):
         _core.scale_and_add(1.5, x, y, device=0)
-
-
-# Five steps, each of which rounds once less on the GPU.
-CONTOUR_ATOL = 1e-4
 
 
 @pytest.mark.gpu
@@ -135,8 +147,30 @@ def test_the_gpu_evolves_a_contour_as_the_cpu_does():
     foreground = np.random.default_rng(0).uniform(0.02, 0.98, phi.shape).astype(np.float32)
     cpu = _core.contour_steps(phi, foreground, 5, {})
     gpu = _core.contour_steps(phi, foreground, 5, {}, device=0)
-    near = np.abs(phi) < 5  # the CPU bridges gaps of the band
-    np.testing.assert_allclose(gpu[near], cpu[near], rtol=0, atol=CONTOUR_ATOL)
+    np.testing.assert_array_equal(gpu, cpu)
+    assert np.abs(cpu - phi).max() > 0.1
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_contour_tracker_on_the_gpu_gives_the_masks_of_the_cpu():
+    rng, (y, x) = np.random.default_rng(2), np.mgrid[:120, :160]
+
+    def picture(k):
+        inside = np.hypot(x - 70 - 2 * k, (y - 60) * (1 + 0.02 * k)) < 25
+        clean = np.where(inside[..., None], (200, 60, 40), (60, 110, 130))
+        return np.clip(clean + rng.normal(0, 12, clean.shape), 0, 255).astype(np.uint8)
+
+    pictures = [picture(k) for k in range(5)]
+    trackers = [st.ContourTracker(device=d) for d in ("cpu", "cuda")]
+    cpu, gpu = (
+        [t.start(pictures[0], box=(44, 34, 53, 53)), *(t.track(p) for p in pictures[1:])] for t in trackers
+    )
+    for a, b in zip(cpu, gpu, strict=True):
+        assert a.mask.sum() > 1500
+        np.testing.assert_array_equal(b.phi, a.phi)
+        np.testing.assert_array_equal(b.mask, a.mask)
+        assert (b.status, b.confidence) == (a.status, a.confidence)
 
 
 # Ten steps; voxels.
@@ -157,6 +191,69 @@ def test_the_gpu_evolves_a_volume_as_the_cpu_does(shape, regulariser):
         for d in ("cpu", "cuda")
     )
     np.testing.assert_allclose(gpu, cpu, rtol=0, atol=EVOLUTION_ATOL * 0.005)
+
+
+RENDERED = {
+    "a box": (lambda: st.SDF.box((0.1, 0.06, 0.08), voxels=50), [0.01, -0.02, 0.4]),
+    "a far cone": (lambda: st.SDF.cone(0.05, 0.15, voxels=60), [0.2, 0.1, 3.0]),
+    "half beside the image": (lambda: st.SDF.sphere(0.08, voxels=40), [0.2, 0.0, 0.4]),
+    "the camera inside": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, 0.01]),
+    "behind the camera": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, -0.5]),
+}
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
+@pytest.mark.parametrize("what", RENDERED)
+def test_the_gpu_renders_the_image_of_the_cpu(what, lens):
+    make, t = RENDERED[what]
+    shape, camera = make(), st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91, lens)
+    for turn in ([0.4, -0.7, 0.2], [0, 0, 0], [2.0, 1.0, -1.0]):
+        T = st.geometry.pose(turn, t)
+        depth, normals = shape.render(camera, T)
+        assert depth.any() == (t[2] > 0.1)
+        for _ in range(2):  # the second time the volume is there
+            for cpu, gpu in zip((depth, normals), shape.render(camera, T, device="cuda"), strict=True):
+                np.testing.assert_array_equal(gpu, cpu)
+        np.testing.assert_array_equal(shape.silhouette(camera, T, device="cuda"), depth > 0)
+
+
+@pytest.mark.gpu
+@needs_gpu
+def test_a_gpu_tells_volumes_apart_and_knows_one_again():
+    camera, T = st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91), st.geometry.pose([0, 0, 0], [0, 0, 0.4])
+    balls = [st.SDF.sphere(0.02 + 0.002 * k, voxels=30) for k in range(12)]  # more than it keeps
+    for ball in balls + balls[::-1]:
+        np.testing.assert_array_equal(ball.render(camera, T, device="cuda")[0], ball.render(camera, T)[0])
+
+
+@pytest.mark.gpu
+@needs_gpu
+@pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
+@pytest.mark.parametrize("what", RENDERED)
+def test_the_gpu_casts_rays_at_a_mesh_as_the_cpu_does(what, lens):
+    make, t = RENDERED[what]
+    shape, camera = make().to_mesh(), st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91, lens)
+    rgb = np.random.default_rng(0).integers(0, 256, (len(shape.vertices), 3), dtype=np.uint8)
+    for mesh in (shape, st.Mesh(shape.vertices, shape.faces, rgb), box_mesh()):
+        T = st.geometry.pose([0.4, -0.7, 0.2], t)
+        cpu = mesh.raycast(camera, T)
+        assert cpu[0].any() == (t[2] > 0)
+        for _ in range(2):  # the second time the mesh is there
+            for a, b in zip(cpu, mesh.raycast(camera, T, device="cuda"), strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+def test_a_build_without_cuda_refuses_to_render_on_the_gpu():
+    ball, camera = st.SDF.sphere(0.02, voxels=20), st.Camera(14.0, 14.0, 3.5, 3.5, 8, 8)
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        ball.render(camera, np.eye(4), device="cuda")
+    with pytest.raises(ValueError, match="device: expected one of"):
+        ball.silhouette(camera, np.eye(4), device="gpu")
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        box_mesh().raycast(camera, np.eye(4), device="cuda")
 
 
 @pytest.mark.gpu
@@ -188,6 +285,10 @@ def test_a_build_without_cuda_refuses_a_contour_on_the_gpu():
     phi = np.ones((9, 9), np.float32)
     with pytest.raises(RuntimeError, match="no CUDA path"):
         _core.contour_steps(phi, phi, 1, {}, device=0)
+    with pytest.raises(RuntimeError, match="no CUDA path"):
+        st.ContourTracker(device="cuda")
+    with pytest.raises(ValueError, match="device: expected one of"):
+        st.ContourTracker(device="gpu")
 
 
 def both_learn(n_in, outputs, parts, **options):

@@ -93,12 +93,17 @@ void doubt(double runner_up, Trust* trust) {
 
 }  // namespace
 
+ObjectFinder::ObjectFinder(const TrackerOptions& options, int threads, energies::CudaWork* device)
+    : options_(options),
+      threads_(threads),
+      device_(device ? std::make_unique<frame::PointsOnDevice>(device) : nullptr) {}
+
 std::optional<Found> ObjectFinder::find(const frame::DepthFrame& frame, const Camera& camera,
                                         const frame::Shape& shape, const FitMemory& memory,
                                         const appearance::ColorModel* colors, const SearchQuery& query,
                                         double prior_log_odds, PoseFitter* fitter) {
   std::vector<Hypothesis> hypotheses =
-      search_pose(frame, camera, shape, options_, query, threads_, &scratch_);
+      search_pose(frame, camera, shape, options_, query, threads_, &scratch_, device_.get());
   if (hypotheses.empty()) return std::nullopt;
   if (query.last_rotation) weigh_turns(*query.last_rotation, query.turn_sd_rad, &hypotheses);
   if (query.near) prefer_rotation(query.near->R, &hypotheses);

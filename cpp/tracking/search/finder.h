@@ -2,8 +2,10 @@
 // An object without a pose: the search's best hypotheses, fitted at full resolution and judged.
 #pragma once
 
+#include <memory>
 #include <optional>
 
+#include "frame/points_cuda.h"
 #include "tracking/fit/fit.h"
 #include "tracking/search/search.h"
 
@@ -18,7 +20,8 @@ struct Found {
 
 class ObjectFinder {
  public:
-  ObjectFinder(const TrackerOptions& options, int threads) : options_(options), threads_(threads) {}
+  // device nullptr: the search's fits are made on the CPU.
+  ObjectFinder(const TrackerOptions& options, int threads, energies::CudaWork* device);
 
   // None where nothing in the frame could be the object. A runner-up close to query.near's rotation goes
   // before an equally good one: of the turns of a symmetric body, the one it was last seen in.
@@ -30,6 +33,7 @@ class ObjectFinder {
   TrackerOptions options_;
   int threads_;
   SearchScratch scratch_;
+  std::unique_ptr<frame::PointsOnDevice> device_;
 };
 
 }  // namespace sdftrack::tracking

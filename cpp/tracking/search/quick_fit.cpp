@@ -41,31 +41,6 @@ float outline_weight(const QuickData& data) {
          static_cast<float>(std::max<std::size_t>(1, data.outline_obj->size()));
 }
 
-frame::QuickTerms terms_at(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
-  const energies::SingleObject<float> field{data.sdf, T_obj_cam};
-  const Rigidf T_cam_obj = inverse(T_obj_cam);
-  const Penalty reading{stage.scale_m, stage.outside_floor, energies::Curvature::kIrls, stage.inside_floor};
-  // What stands in front of the place where a surface point should be seen has a good excuse.
-  const Penalty surface{stage.scale_m, kHiddenFloor, energies::Curvature::kIrls, kSeenPastFloor};
-  frame::QuickTerms terms{
-      {field, reading, view_of(*data.readings_cam), false, 0},
-      {field, reading, view_of(*data.solids_cam), true, solid_margin(stage)},
-      {T_cam_obj, data.K, surface, {}, {}, {}},
-      {T_cam_obj, T_obj_cam, data.K, {0.5f * stage.scale_m, 0.0f}, {}, {}, outline_weight(data), 0}};
-  if (data.surface_stride > 0) {
-    const SearchScene& s = *data.scene;
-    terms.surface.nodes = {s.depth_m.data(), s.x0, s.y0, s.step, s.width, s.height};
-    terms.surface.points_obj = view_of(data.shape->search_points, data.surface_stride);
-    terms.surface.normals_obj = view_of(data.shape->search_normals, data.surface_stride);
-  }
-  if (!data.free_space->empty()) {
-    terms.outline.grid = data.free_space->view();
-    terms.outline.dead_px = static_cast<float>(data.free_space->step);
-    terms.outline.points_obj = view_of(*data.outline_obj, data.outline_stride);
-  }
-  return terms;
-}
-
 Vector6d solve(const energies::Sums<double, 6>& sums) {
   Matrix6d H;
   Vector6d g;
@@ -87,21 +62,39 @@ Vec3d bounded(const Vec3d& step, double longest) {
 
 }  // namespace
 
-void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam) {
-  const frame::PointOps& ops = frame::point_ops_for(used_isa());
-  for (int k = 0; k < stage.steps; ++k) {
-    const Vector6d d = solve(ops.linearize(terms_at(data, stage, *T_obj_cam)));
-    if (!d.allFinite()) return;
-    const Vec3d v = bounded({d(0), d(1), d(2)}, kLongestStep_m),
-                w = bounded({d(3), d(4), d(5)}, kLongestStep_rad);
-    *T_obj_cam = increment(v.cast<float>(), w.cast<float>()) * *T_obj_cam;
+frame::QuickTerms quick_terms(const QuickData& data, const QuickStage& stage) {
+  const energies::SingleObject<float> field{data.sdf, {}};
+  const Penalty reading{stage.scale_m, stage.outside_floor, energies::Curvature::kIrls, stage.inside_floor};
+  // What stands in front of the place where a surface point should be seen has a good excuse.
+  const Penalty surface{stage.scale_m, kHiddenFloor, energies::Curvature::kIrls, kSeenPastFloor};
+  frame::QuickTerms terms{{field, reading, view_of(*data.readings_cam), false, 0},
+                          {field, reading, view_of(*data.solids_cam), true, solid_margin(stage)},
+                          {{}, data.K, surface, {}, {}, {}},
+                          {{}, {}, data.K, {0.5f * stage.scale_m, 0.0f}, {}, {}, outline_weight(data), 0}};
+  if (data.surface_stride > 0) {
+    const SearchScene& s = *data.scene;
+    terms.surface.nodes = {s.depth_m.data(), s.x0, s.y0, s.step, s.width, s.height};
+    terms.surface.points_obj = view_of(data.shape->search_points, data.surface_stride);
+    terms.surface.normals_obj = view_of(data.shape->search_normals, data.surface_stride);
   }
+  if (!data.free_space->empty()) {
+    terms.outline.grid = data.free_space->view();
+    terms.outline.dead_px = static_cast<float>(data.free_space->step);
+    terms.outline.points_obj = view_of(*data.outline_obj, data.outline_stride);
+  }
+  return terms;
 }
 
-float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
-  frame::QuickTerms terms = terms_at(data, stage, T_obj_cam);
-  terms.outline.weight = 1;
-  const frame::QuickCost cost = frame::point_ops_for(used_isa()).cost(terms);
+bool quick_step(const energies::Sums<double, 6>& sums, Rigidf* T_obj_cam) {
+  const Vector6d d = solve(sums);
+  if (!d.allFinite()) return false;
+  const Vec3d v = bounded({d(0), d(1), d(2)}, kLongestStep_m),
+              w = bounded({d(3), d(4), d(5)}, kLongestStep_rad);
+  *T_obj_cam = increment(v.cast<float>(), w.cast<float>()) * *T_obj_cam;
+  return true;
+}
+
+float quick_total(const QuickData& data, const frame::QuickCost& cost) {
   const auto mean = [](double sum, double count) { return sum / std::max(1.0, count); };
   const auto readings = static_cast<double>(std::max(data.readings_cam->size(), data.solids_cam->size()));
   double total = mean(cost.readings, readings);
@@ -109,6 +102,22 @@ float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T
   if (!data.free_space->empty())
     total += mean(cost.outline, static_cast<double>(data.outline_obj->size()) / data.outline_stride);
   return static_cast<float>(total);
+}
+
+void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam) {
+  const frame::PointOps& ops = frame::point_ops_for(used_isa());
+  frame::QuickTerms terms = quick_terms(data, stage);
+  for (int k = 0; k < stage.steps; ++k) {
+    terms.move_to(*T_obj_cam);
+    if (!quick_step(ops.linearize(terms), T_obj_cam)) return;
+  }
+}
+
+float quick_cost(const QuickData& data, const QuickStage& stage, const Rigidf& T_obj_cam) {
+  frame::QuickTerms terms = quick_terms(data, stage);
+  terms.outline.weight = 1;
+  terms.move_to(T_obj_cam);
+  return quick_total(data, frame::point_ops_for(used_isa()).cost(terms));
 }
 
 }  // namespace sdftrack::tracking

@@ -8,6 +8,7 @@
 #include "base/rigid.h"
 #include "base/views.h"
 #include "energies/distance_transform.h"
+#include "frame/point_ops.h"
 #include "tracking/search/search_scene.h"
 
 namespace sdftrack::tracking {
@@ -33,6 +34,13 @@ struct QuickStage {
   float outside_floor, inside_floor;
   int steps;
 };
+
+// What is summed, wherever the object is (QuickTerms::move_to).
+frame::QuickTerms quick_terms(const QuickData& data, const QuickStage& stage);
+// One step by these sums; false, and none, where they allow none.
+bool quick_step(const energies::Sums<double, 6>& sums, Rigidf* T_obj_cam);
+// The number that quick_cost returns.
+float quick_total(const QuickData& data, const frame::QuickCost& cost);
 
 // Gauss-Newton steps from T_obj_cam; the steps are damped and bounded, not tested.
 void quick_fit(const QuickData& data, const QuickStage& stage, Rigidf* T_obj_cam);

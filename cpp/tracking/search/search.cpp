@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "frame/points_cuda.h"
 #include "tracking/search/search_stages.h"
 
 namespace sdftrack::tracking {
@@ -35,13 +36,15 @@ SearchScratch& SearchScratch::operator=(SearchScratch&&) noexcept = default;
 
 std::vector<Hypothesis> search_pose(const frame::DepthFrame& frame, const Camera& camera,
                                     const frame::Shape& shape, const TrackerOptions& options,
-                                    const SearchQuery& query, int threads, SearchScratch* scratch) {
+                                    const SearchQuery& query, int threads, SearchScratch* scratch,
+                                    frame::PointsOnDevice* device) {
   SearchScratchData* s = &scratch->data();
   make_search_scene(frame, camera, shape, query, &s->scene);
   make_proposals(s->scene, camera, shape, query, &s->proposal, &s->proposals);
   if (s->proposals.empty()) return {};
   all_candidates(s->scene, camera, kDensePoints, &s->dense);
-  const Search search{frame, camera, shape, options, query, threads, s};
+  const Search search{frame, camera, shape, options, query, threads, s, device};
+  if (device) device->begin();
   s->refined.clear();
   for (int round = 0; round < (query.seeds > 0 ? 1 : kRounds); ++round) {
     search.place_seeds(round);

@@ -9,6 +9,10 @@
 #include "plane/plane.h"
 #include "tracking/trust/trust.h"
 
+namespace sdftrack::frame {
+class PointsOnDevice;
+}
+
 namespace sdftrack::tracking {
 
 struct Hypothesis {
@@ -56,8 +60,10 @@ bool distinct(const Rigidd& a, const Rigidd& b);
 
 // Best first, distinct from one another by 10 mm or 15 degrees: a runner-up that scores nearly as much as the
 // first says that the view does not decide between them. Empty where there are too few readings to look at.
+// device nullptr: all on the CPU; the poses are the same.
 std::vector<Hypothesis> search_pose(const frame::DepthFrame& frame, const Camera& camera,
                                     const frame::Shape& shape, const TrackerOptions& options,
-                                    const SearchQuery& query, int threads, SearchScratch* scratch);
+                                    const SearchQuery& query, int threads, SearchScratch* scratch,
+                                    frame::PointsOnDevice* device = nullptr);
 
 }  // namespace sdftrack::tracking

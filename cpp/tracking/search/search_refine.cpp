@@ -53,16 +53,19 @@ void Search::judge(Hypothesis* h) const {
 void Search::refine() const {
   const std::size_t before = s->refined.size();
   s->refined.resize(before + s->kept.size());
+  s->runs.clear();
+  for (const SearchStart& start : s->kept) s->runs.push_back({start.proposal, start.T_obj_cam});
+  const auto of = [&](const SdfView& sdf) {
+    return [&](int k) { return data(sdf, one_place() ? place(k).fine : kNone, k, 1); };
+  };
+  const SdfView coarse = shape.coarse();
+  run({{{0.010f, kFloor, kInside, 2}}, nullptr}, of(coarse));
+  run({{{0.005f, kFloor, kFloor, 3}, {0.003f, kFloor, kFloor, 3}, {0.002f, kFloor, kFloor, 3}}, nullptr},
+      of(shape.sdf));
   parallel_for(s->kept.size(), threads, [&](std::size_t k) {
     SearchRefined& r = s->refined[before + k];
-    SearchStart start = s->kept[k];
-    const std::vector<Vec3f>& readings = one_place() ? place(start.proposal).fine : kNone;
-    quick_fit(data(shape.coarse(), readings, start.proposal, 1), {0.010f, kFloor, kInside, 2},
-              &start.T_obj_cam);
-    for (const float scale : {0.005f, 0.003f, 0.002f})
-      quick_fit(data(shape.sdf, readings, start.proposal, 1), {scale, kFloor, kFloor, 3}, &start.T_obj_cam);
-    r.proposal = start.proposal;
-    r.h.T_cam_obj = rigid_inverse(start.T_obj_cam);
+    r.proposal = s->kept[k].proposal;
+    r.h.T_cam_obj = rigid_inverse(s->runs[k].T_obj_cam);
     judge(&r.h);
   });
   std::stable_sort(s->refined.begin(), s->refined.end(),
@@ -103,13 +106,14 @@ void Search::break_ties() const {
   while (tied < std::min(kMaxTied, refined.size()) && refined[tied].h.score > kTied * refined[0].h.score)
     ++tied;
   if (!one_place()) near_surface(shape.sdf, refined, tied, &s->dense);
+  s->runs.clear();
+  for (std::size_t k = 0; k < tied; ++k)
+    s->runs.push_back({refined[k].proposal, inverse(refined[k].h.T_cam_obj).cast<float>()});
+  run({{kFinal}, &kFinal}, [&](int k) { return data(shape.sdf, s->dense, k, 1); });
   parallel_for(tied, threads, [&](std::size_t k) {
     SearchRefined& r = refined[k];
-    Rigidf T_obj_cam = inverse(r.h.T_cam_obj).cast<float>();
-    const QuickData dense = data(shape.sdf, s->dense, r.proposal, 1);
-    quick_fit(dense, kFinal, &T_obj_cam);
-    r.cost = quick_cost(dense, kFinal, T_obj_cam);
-    r.h.T_cam_obj = rigid_inverse(T_obj_cam);
+    r.cost = s->runs[k].cost;
+    r.h.T_cam_obj = rigid_inverse(s->runs[k].T_obj_cam);
     judge(&r.h);
   });
   if (tied < 2) return;

@@ -11,7 +11,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kSeedsPerChunk = 8;
+constexpr std::size_t kSeedsPerChunk = 8, kRunsPerChunk = 32;
 constexpr int kBoxSeeds = 3 * kSearchSeeds;  // rotations for a box: a place is cheap to try
 constexpr std::size_t kMaxFitted = 720;      // of these, by the best place of each
 constexpr std::size_t kKept = 15,
@@ -20,6 +20,16 @@ constexpr double kBetween_rad = 0.12;    // from the rotations of one round to t
 // A first stage that must come from far away; readings of a mask are hardly ever something else's.
 constexpr float kFarFloor = 0.01f;
 constexpr QuickStage kFirst{0.020f, kFloor, kInside, 0}, kRank{0.006f, kFloor, kInside, 0};
+
+// body(placer, k) for each start on the threads, with a placer of its own for some of them.
+template <class MakePlacer, class Body>
+void each_seed(std::size_t count, int threads, const MakePlacer& make, const Body& body) {
+  parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
+    Placer placer = make();
+    const std::size_t end = std::min(count, (chunk + 1) * kSeedsPerChunk);
+    for (std::size_t k = chunk * kSeedsPerChunk; k < end; ++k) body(&placer, k);
+  });
+}
 
 }  // namespace
 
@@ -30,33 +40,27 @@ void Search::place_seeds(int round) const {
   const int first = query.first_seed * (all / kSearchSeeds);
   const std::size_t count = s->proposals.size() * static_cast<std::size_t>(seeds);
   s->starts.resize(count);
-  const SdfView sdf = shape.coarse();
   const Mat3d between = rotation_exp(round * kBetween_rad * Vec3d{1, 1, 1});
-  parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(count, (chunk + 1) * kSeedsPerChunk);
-    Placer placer(camera, shape, s->scene);
-    for (std::size_t k = chunk * kSeedsPerChunk; k < end; ++k) {
-      SearchStart& start = s->starts[k];
-      start.proposal = static_cast<int>(k) / seeds;
-      const Proposal& proposal = place(start.proposal);
-      const int seed = static_cast<int>(k) % seeds;
-      placer.turn(query.near && seed == 0 ? query.near->R : between * seed_rotation(first + seed, all),
-                  proposal);
-      if (one_place()) {
-        start = {start.proposal, inverse(placer.on_centroid()).cast<float>(), 0};
-        continue;
-      }
-      const std::vector<Rigidd>& places = query.box ? placer.in_box(*query.box) : placer.about_centroid();
-      QuickData data = surface_data(sdf, start.proposal);
-      start.cost = std::numeric_limits<float>::max();
-      for (const Rigidd& T : places) {
-        const Rigidf T_obj_cam = inverse(T).cast<float>();
-        const float cost = quick_cost(data, kFirst, T_obj_cam) + uncovered_cost(T_obj_cam);
-        if (cost < start.cost) start = {start.proposal, T_obj_cam, cost};
-      }
+  s->places.resize(count);
+  const auto make = [&] { return Placer(camera, shape, s->scene); };
+  each_seed(count, threads, make, [&](Placer* placer, std::size_t k) {
+    SearchStart& start = s->starts[k];
+    std::vector<Rigidf>& places = s->places[k];
+    start.proposal = static_cast<int>(k) / seeds;
+    const int seed = static_cast<int>(k) % seeds;
+    placer->turn(query.near && seed == 0 ? query.near->R : between * seed_rotation(first + seed, all),
+                 place(start.proposal));
+    places.clear();
+    if (one_place()) {
+      start = {start.proposal, inverse(placer->on_centroid()).cast<float>(), 0};
+      return;
     }
+    for (const Rigidd& T : query.box ? placer->in_box(*query.box) : placer->about_centroid())
+      places.push_back(inverse(T).cast<float>());
   });
-  if (one_place() || count <= kMaxFitted) return;
+  if (one_place()) return;
+  choose_places();
+  if (count <= kMaxFitted) return;
   // Costs of different places do not compare: each sends its own best.
   const std::size_t each = kMaxFitted / s->proposals.size();
   std::size_t kept = 0;
@@ -69,23 +73,42 @@ void Search::place_seeds(int round) const {
   s->starts.resize(kept);
 }
 
-void Search::fit_seeds() const {
-  const std::size_t count = s->starts.size();
-  const SdfView sdf = shape.coarse();
-  const QuickStage far{0.020f, one_place() ? kFarFloor : kFloor, kInside, 3},
-      near{0.010f, kFloor, kInside, 2};
-  parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(count, (chunk + 1) * kSeedsPerChunk);
-    for (std::size_t k = chunk * kSeedsPerChunk; k < end; ++k) {
-      SearchStart& start = s->starts[k];
-      const QuickData fitted =
-          data(sdf, one_place() ? place(start.proposal).coarse : kNone, start.proposal, kOutlineStride);
-      quick_fit(fitted, far, &start.T_obj_cam);
-      quick_fit(fitted, near, &start.T_obj_cam);
-      if (!one_place()) quick_fit(fitted, {0.006f, kFloor, kInside, 2}, &start.T_obj_cam);
-      start.cost = quick_cost(fitted, kRank, start.T_obj_cam) + uncovered_cost(start.T_obj_cam);
-    }
+// Of the places of each start the cheapest.
+void Search::choose_places() const {
+  s->runs.clear();
+  for (std::size_t k = 0; k < s->starts.size(); ++k)
+    for (const Rigidf& T_obj_cam : s->places[k]) s->runs.push_back({s->starts[k].proposal, T_obj_cam});
+  run({{}, &kFirst}, [&](int k) { return surface_data(shape.coarse(), k); });
+  add_uncovered();
+  auto at = s->runs.cbegin();
+  for (std::size_t k = 0; k < s->starts.size(); ++k) {
+    SearchStart& start = s->starts[k];
+    start.cost = std::numeric_limits<float>::max();
+    for (std::size_t i = 0; i < s->places[k].size(); ++i, ++at)
+      if (at->cost < start.cost) start = {start.proposal, at->T_obj_cam, at->cost};
+  }
+}
+
+void Search::add_uncovered() const {
+  if (!query.box) return;
+  parallel_for((s->runs.size() + kRunsPerChunk - 1) / kRunsPerChunk, threads, [&](std::size_t chunk) {
+    const std::size_t end = std::min(s->runs.size(), (chunk + 1) * kRunsPerChunk);
+    for (std::size_t k = chunk * kRunsPerChunk; k < end; ++k)
+      s->runs[k].cost += uncovered_cost(s->runs[k].T_obj_cam);
   });
+}
+
+void Search::fit_seeds() const {
+  QuickPlan plan{{{0.020f, one_place() ? kFarFloor : kFloor, kInside, 3}, {0.010f, kFloor, kInside, 2}},
+                 &kRank};
+  if (!one_place()) plan.stages.push_back({0.006f, kFloor, kInside, 2});
+  s->runs.clear();
+  for (const SearchStart& start : s->starts) s->runs.push_back({start.proposal, start.T_obj_cam});
+  run(plan,
+      [&](int k) { return data(shape.coarse(), one_place() ? place(k).coarse : kNone, k, kOutlineStride); });
+  add_uncovered();
+  for (std::size_t k = 0; k < s->starts.size(); ++k)
+    s->starts[k].T_obj_cam = s->runs[k].T_obj_cam, s->starts[k].cost = s->runs[k].cost;
 }
 
 // The cheapest fits that are distinct from one another.

@@ -7,7 +7,7 @@
 
 #include "tracking/search/placement.h"
 #include "tracking/search/proposals.h"
-#include "tracking/search/quick_fit.h"
+#include "tracking/search/quick_runs.h"
 #include "tracking/search/search.h"
 #include "tracking/search/search_score.h"
 
@@ -36,6 +36,8 @@ struct SearchScratchData {
   std::vector<Proposal> proposals;
   std::vector<Vec3f> dense;  // readings of the whole scene
   std::vector<SearchStart> starts, kept;
+  std::vector<std::vector<Rigidf>> places;  // of each start
+  std::vector<QuickRun> runs;
   std::vector<std::size_t> order;
   std::vector<SearchRefined> refined;
 };
@@ -51,6 +53,7 @@ struct Search {
   const SearchQuery& query;
   int threads;
   SearchScratchData* s;
+  frame::PointsOnDevice* device;  // nullptr: the CPU
 
   bool one_place() const { return query.mask != nullptr; }
   const Proposal& place(int k) const { return s->proposals[static_cast<std::size_t>(k)]; }
@@ -71,11 +74,20 @@ struct Search {
     surface.solids_cam = &kNone;
     return surface;
   }
+  // Fits s->runs; of(k): the data of place k.
+  template <class Of>
+  void run(const QuickPlan& plan, const Of& of) const {
+    std::vector<QuickData> all;
+    for (std::size_t k = 0; k < s->proposals.size(); ++k) all.push_back(of(static_cast<int>(k)));
+    quick_runs(all, plan, threads, device, &s->runs);
+  }
   float uncovered_cost(const Rigidf& T_obj_cam) const {
     return query.box ? kUncovered * static_cast<float>(1 - box_coverage(camera, shape, T_obj_cam, *query.box))
                      : 0;
   }
   void place_seeds(int round) const;
+  void choose_places() const;
+  void add_uncovered() const;
   void fit_seeds() const;
   void keep_best() const;
   void refine() const;

@@ -18,6 +18,7 @@ from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
 from sdftrack.contour.options import checked_whole, contour_options
 from sdftrack.contour.record import ArrayRecord, mask_png
+from sdftrack.device import device_number
 from sdftrack.results import Status
 
 __all__ = ["ContourResult", "ContourTracker", "Memory"]
@@ -100,6 +101,9 @@ class ContourTracker:
         tracker's grid.
     burn_in : int
         Number of frames from which the memory learns before it judges; 0 for a trained memory.
+    device : {"cpu", "cuda", "cuda:N", "auto"}
+        Where the outline evolves; the results are the same. The grid of one object is small: its transfer to a GPU
+        takes longer than the steps on the CPU. "auto" selects a GPU if its self-test has passed.
     **options
         Any of ``ContourTracker().options``, which holds the defaults; `sdftrack.contour.options.MEANINGS` and
         ``sdftrack config`` describe each one.
@@ -109,7 +113,9 @@ class ContourTracker:
     TypeError
         An unknown option (the nearest name is suggested) or a value of the wrong type.
     ValueError
-        An option out of range.
+        An option out of range, or an unknown device.
+    RuntimeError
+        ``device="cuda"`` without support in the build or without the device.
 
     >>> tracker = ContourTracker()
     >>> tracker.start(image, box=(40, 30, 120, 90))  # doctest: +SKIP
@@ -117,7 +123,13 @@ class ContourTracker:
     """
 
     def __init__(
-        self, warp: str = "similarity", memory: Memory | None = None, burn_in: int = 60, **options: Any
+        self,
+        warp: str = "similarity",
+        memory: Memory | None = None,
+        burn_in: int = 60,
+        *,
+        device: str = "cpu",
+        **options: Any,
     ) -> None:
         settings = contour_options({"warp": warp, **options})
         for name in ("learn", "judge", "recover"):
@@ -128,7 +140,7 @@ class ContourTracker:
                 )
         self._burn_in = checked_whole(burn_in, BURN_IN)
         self._lock = threading.Lock()
-        self._core = _core.ContourCore(settings)
+        self._core = _core.ContourCore(settings, device_number(device))
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
         self._warp: NDArray[np.float64] = np.eye(3)

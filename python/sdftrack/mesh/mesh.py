@@ -14,6 +14,7 @@ from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.text_files import named
 from sdftrack._internal.validation import numbers, of_kind, whole
+from sdftrack.device import device_number
 from sdftrack.mesh.files import read_mesh, unit_scale
 
 if TYPE_CHECKING:
@@ -224,7 +225,7 @@ class Mesh:
         return Mesh(vertices, triangles, colors, seen=seen)
 
     def raycast(
-        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0
+        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0, *, device: str = "cpu"
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8] | None]:
         """Depth, normals and colours as a noise-free camera would see them.
 
@@ -238,6 +239,9 @@ class Mesh:
             Maps object points (m) to the camera frame.
         threads : int
             0: all cores. The result does not depend on it.
+        device : {"cpu", "cuda", "cuda:N", "auto"}
+            The images are the same. A GPU keeps the last mesh, so that further images of it are not delayed by its
+            transfer. "auto" selects a GPU if its self-test has passed.
 
         Returns
         -------
@@ -250,8 +254,8 @@ class Mesh:
         """
         if len(self.faces) == 0:
             raise ValueError("mesh: expected at least one face to render, got none")
-        T = numbers(T_cam_obj, "T_cam_obj")
-        return self._rays.raycast(core_camera(camera), T, self.colors, threads)
+        T, number = numbers(T_cam_obj, "T_cam_obj"), device_number(device)
+        return self._rays.raycast(core_camera(camera), T, self.colors, threads, number)
 
     @property
     def _rays(self) -> _core.MeshCaster:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import number, numbers, shown, whole
+from sdftrack.device import device_number
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
@@ -55,7 +56,7 @@ class SDF:
     True
     """
 
-    __slots__ = ("_colors", "_origin", "_values", "_voxel_size", "report")
+    __slots__ = ("_colors", "_id", "_origin", "_values", "_voxel_size", "report")
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(
@@ -100,6 +101,7 @@ class SDF:
             if array is not None:
                 array.setflags(write=False)
         self._values, self._voxel_size, self._origin, self._colors = values, voxel_size, origin, colors
+        self._id = _core.new_volume_id()  # by which a GPU knows the values
         self.report: MeshReport | None = None
 
     @classmethod
@@ -368,7 +370,7 @@ class SDF:
         return _core.surface_samples(*self._core_args, whole(count, "count", 0, MOST_SAMPLES))
 
     def render(
-        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0
+        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0, *, device: str = "cpu"
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Depth and normals as a noise-free camera would see them.
 
@@ -379,6 +381,9 @@ class SDF:
             Maps object points (m) to the camera frame.
         threads : int
             0: all cores. The result does not depend on it.
+        device : {"cpu", "cuda", "cuda:N", "auto"}
+            The images are the same. A GPU keeps the last eight volumes, so that further images of one are not delayed
+            by its transfer. "auto" selects a GPU if its self-test has passed.
 
         Returns
         -------
@@ -387,12 +392,14 @@ class SDF:
         normals : (H, W, 3) float32
             Unit gradient of the field at the hit, camera frame; 0 where nothing is hit.
         """
-        T = numbers(T_cam_obj, "T_cam_obj")
-        return _core.render_sdf(*self._core_args, core_camera(camera), T, threads)
+        T, number = numbers(T_cam_obj, "T_cam_obj"), device_number(device)
+        return _core.render_sdf(*self._core_args, core_camera(camera), T, threads, number, self._id)
 
-    def silhouette(self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0) -> NDArray[np.bool_]:
-        """(H, W) bool: the pixels whose ray hits the shape."""
-        return self.render(camera, T_cam_obj, threads)[0] > 0
+    def silhouette(
+        self, camera: Any, T_cam_obj: ArrayLike, threads: int = 0, *, device: str = "cpu"
+    ) -> NDArray[np.bool_]:
+        """(H, W) bool: the pixels whose ray hits the shape. Arguments as of `render`."""
+        return self.render(camera, T_cam_obj, threads, device=device)[0] > 0
 
     # ---- kept ----
 

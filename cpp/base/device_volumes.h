@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// The volumes that were sent to a GPU. Only builds with SDFTRACK_CUDA include this file.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <list>
+
+#include "base/device_stream.h"
+#include "base/views.h"
+
+namespace sdftrack {
+
+// One with an id is sent once, at most `most` are kept, and those not used for the longest time make room for
+// others. A volume without an id is sent anew by each call. On the device that is current when it is used.
+class DeviceVolumes {
+ public:
+  explicit DeviceVolumes(std::size_t most) : most_(most) {}
+
+  // At least `count` from now on.
+  void keep(std::size_t count) { most_ = std::max(most_, count); }
+
+  // Another frame: nothing of the last one is used any more.
+  void begin_frame() {
+    ++frame_;
+    sent_.remove_if([](const Sent& v) { return v.id == 0; });
+  }
+
+  // The volume with its values on the device, once the stream has come to them.
+  SdfView send(const SdfView& sdf, const DeviceStream& stream) {
+    const auto known = std::find_if(sent_.begin(), sent_.end(),
+                                    [&](const Sent& v) { return sdf.id != 0 && v.id == sdf.id; });
+    if (known != sent_.end()) {
+      sent_.splice(sent_.begin(), sent_, known);
+    } else {
+      const std::size_t voxels = static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
+                                 static_cast<std::size_t>(sdf.nz);
+      Sent made{sdf.id, 0, room_for(voxels)};
+      stream.upload(sdf.phi, voxels, made.phi.data());
+      stream.wait();  // the values are the caller's: they may change or go
+      sent_.push_front(std::move(made));
+    }
+    sent_.front().frame = frame_;
+    SdfView view = sdf;
+    view.phi = sent_.front().phi.data();
+    return view;
+  }
+
+ private:
+  struct Sent {
+    std::uint64_t id, frame;  // frame: of the last use
+    DeviceBuffer<float> phi;
+  };
+
+  // Where the device is full, at the cost of those that this frame has not used.
+  DeviceBuffer<float> room_for(std::size_t voxels) {
+    while (sent_.size() >= most_) sent_.pop_back();
+    try {
+      return DeviceBuffer<float>(voxels);
+    } catch (const CudaError&) {
+      sent_.remove_if([this](const Sent& v) { return v.frame != frame_; });
+      return DeviceBuffer<float>(voxels);
+    }
+  }
+
+  std::size_t most_;
+  std::uint64_t frame_ = 0;
+  std::list<Sent> sent_;  // that of the last use first
+};
+
+}  // namespace sdftrack

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// What a build without CUDA has in place of points_cuda.cu: one error.
+#include "base/no_cuda.h"
+#include "frame/points_cuda.h"
+
+namespace sdftrack::frame {
+
+struct PointsOnDevice::Impl {};
+
+PointsOnDevice::PointsOnDevice(energies::CudaWork*) { no_cuda(); }
+PointsOnDevice::~PointsOnDevice() = default;
+void PointsOnDevice::begin() { no_cuda(); }
+void PointsOnDevice::linearize(const std::vector<QuickTerms>&, const std::vector<PoseOf>&,
+                               std::vector<energies::Sums<double, 6>>*) {
+  no_cuda();
+}
+void PointsOnDevice::cost(const std::vector<QuickTerms>&, const std::vector<PoseOf>&,
+                          std::vector<QuickCost>*) {
+  no_cuda();
+}
+
+}  // namespace sdftrack::frame

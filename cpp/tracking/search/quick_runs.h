@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// Rough fits of all poses of a stage at once: on threads of the CPU, or on a GPU to the same bits.
+#pragma once
+
+#include <vector>
+
+#include "tracking/search/quick_fit.h"
+
+namespace sdftrack::frame {
+class PointsOnDevice;
+}
+
+namespace sdftrack::tracking {
+
+struct QuickRun {
+  int data;  // which of the search's places
+  Rigidf T_obj_cam;
+  float cost = 0;
+};
+
+struct QuickPlan {
+  std::vector<QuickStage> stages;  // one fit after another
+  const QuickStage* rank;          // of the costs at the end; nullptr: none are wanted
+};
+
+// device nullptr: the CPU.
+void quick_runs(const std::vector<QuickData>& data, const QuickPlan& plan, int threads,
+                frame::PointsOnDevice* device, std::vector<QuickRun>* runs);
+
+}  // namespace sdftrack::tracking
