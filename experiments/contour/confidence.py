@@ -135,5 +135,14 @@ def contour_confidence(*, data: Path, most: int | None = None, fit: bool = False
         colors = [_follow(v, False, {"confidence": "colors"}) for v in videos]
         rows += [_row(v.name, j, c) for v, j, c in zip(videos, judged, colors, strict=True)]
         rows.append(_row(f"all {group}", _joined(judged), _joined(colors)))
-    head = ["video", "frames", "AUC, colours", "ok", "wrong, ok", "AUC, evidence", "ok", "wrong, ok"]
+    head = [
+        "video",
+        "frames",
+        "colours: AUC",
+        "ok",
+        "wrong",
+        "evidence: AUC",
+        "ok by evidence",
+        "wrong by evidence",
+    ]
     return Table(title, head, rows)

@@ -260,7 +260,7 @@ def contour(
     """
     cv2.setNumThreads(1)
     videos = [open_davis(data / "davis", s, frames, scale) for s in only]
-    columns = HEAD + (["CamShift", "ms", "GrabCut", "ms", "DIS", "ms"] if others else [])
+    columns = HEAD + (["CamShift", "CamShift ms", "GrabCut", "GrabCut ms", "DIS", "DIS ms"] if others else [])
     height, width = videos[0].masks[0].shape
     title = (
         f"Mean IoU, {width} x {height}; AUC of the confidence against IoU < {BAD_IOU}; frames below that called "
