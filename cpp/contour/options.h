@@ -19,7 +19,7 @@ struct ContourOptions {
   float min_posterior = 0.018f;  // no colour proves anything
 
   // Evidence beside the colours, from the optical flow.
-  bool motion = false;   // weighs how a pixel moves: the flow comes with each image
+  bool motion = true;    // weighs how a pixel moves: the flow comes with each image
   bool evidence = true;  // the reported confidence; the caller's, who sees masks and flow (evidence.py)
 
   // Grid.

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.contour.contour import CHOSEN_ON, REPORTED_ON, Davis, box_of, open_davis, separation
+from experiments.contour.contour import CHOSEN_ON, REPORTED_ON, THESIS, Davis, box_of, open_davis, separation
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.evidence import BIAS, SURE, WEIGHTS, Evidence
@@ -114,7 +114,7 @@ def _joined(videos: list[Judged]) -> Judged:
 def contour_confidence(*, data: Path, most: int | None = None, fit: bool = False) -> Table:
     """Does the confidence of the contour tracker tell right outlines from wrong ones, IoU of one half?
 
-    All videos from a mask and from a box, by the colours alone (the thesis) and by evidence.
+    All videos from a mask and from a box, as in the thesis (colours alone, without the flow) and with the defaults.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def contour_confidence(*, data: Path, most: int | None = None, fit: bool = False
     for group, names in {"chosen on": CHOSEN_ON, "reported": REPORTED_ON}.items():
         videos = [open_davis(data / "davis", name, most) for name in names]
         judged = [_follow(v, False, {}) for v in videos]
-        colors = [_follow(v, False, {"confidence": "colors"}) for v in videos]
+        colors = [_follow(v, False, THESIS) for v in videos]
         rows += [_row(v.name, j, c) for v, j, c in zip(videos, judged, colors, strict=True)]
         rows.append(_row(f"all {group}", _joined(judged), _joined(colors)))
     head = [

@@ -54,7 +54,7 @@ class ContourResult(ArrayRecord):
         Reason if the status is not "ok"; else empty.
     confidence : float
         0 to 1. Estimated chance that the mask is right (an IoU of 0.5 or more with the truth), from its agreement with
-        the optical flow, the colours at the start and the last shape; with ``confidence="colors"``, the contrast across
+        the optical flow and with the colours at the start; with ``confidence="colors"``, the contrast across
         the outline relative to the start, times the similarity of the colours inside to those at the start (sum of
         sqrt(p q)).
     judgement : str or None
@@ -253,10 +253,10 @@ class ContourTracker:
             else:
                 frame, judgement = self._track_with(self._memory, rgb, cue)
             self._mask = frame.mask
-            return self._judged(self._result(frame, judgement), rgb, frame.overlap, flow)
+            return self._judged(self._result(frame, judgement), rgb, flow)
 
     def _judged(
-        self, result: ContourResult, rgb: NDArray[np.uint8], overlap: float, flow: BackwardFlow | None
+        self, result: ContourResult, rgb: NDArray[np.uint8], flow: BackwardFlow | None
     ) -> ContourResult:
         """The result with the status that the evidence gives it."""
         if self._evidence is None:
@@ -264,7 +264,7 @@ class ContourTracker:
         if result.status == Status.LOST:
             self._evidence.skip(result.mask)
             return result
-        evidence = self._evidence.gather(rgb, result.mask, overlap, flow)
+        evidence = self._evidence.gather(rgb, result.mask, flow)
         status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
         return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
 
