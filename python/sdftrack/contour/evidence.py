@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Confidence of an outline from evidence that its energy does not contain: the optical flow and the colours at the start
-(docs/math/contour.md, section 8)."""
+"""Confidence of an outline from evidence that its energy does not contain: the optical flow and the colours at the
+start (docs/math/contour.md, section 8)."""
 
 from __future__ import annotations
 
