@@ -178,7 +178,8 @@ def propagated(video: Davis) -> tuple[float, float]:
     dis: Any = cv2
     flow = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_MEDIUM)
     mask, before = video.masks[0].astype(np.float32), cv2.cvtColor(video.images[0], cv2.COLOR_RGB2GRAY)
-    v, u = np.indices(mask.shape, np.float32, sparse=True)
+    height, width = mask.shape
+    v, u = np.indices((height, width), np.float32, sparse=True)
     found, seconds = [], []
     for image, true in zip(video.images[1:], video.masks[1:], strict=True):
         began = time.thread_time()
@@ -192,8 +193,8 @@ def propagated(video: Davis) -> tuple[float, float]:
 
 
 def _row(video: Davis, others: bool) -> list[str]:
-    mask, box = (follow_davis(video, by) for by in ("mask", "box"))
-    former, former_box = (follow_davis(video, by, **THESIS) for by in ("mask", "box"))
+    mask, box = follow_davis(video, "mask"), follow_davis(video, "box")
+    former, former_box = follow_davis(video, "mask", **THESIS), follow_davis(video, "box", **THESIS)
     affine = follow_davis(video, "mask", warp="affine")
     row = [
         video.name,
