@@ -58,6 +58,17 @@ struct Frame : Observation {
       : Observation(of.report, of.shape), mask(frozen<bool>(of.mask, {of.height, of.width})) {}
 };
 
+// The flow of the part of the image whose corner is (x0, y0).
+std::optional<contour::FlowView> flow_view(const std::optional<py::array>& flow, int x0, int y0,
+                                           const contour::RgbView& image) {
+  if (!flow) return std::nullopt;
+  const float* back = borrow<float>(*flow, "flow", {-1, -1, 2});
+  const auto height = static_cast<int>(flow->shape(0)), width = static_cast<int>(flow->shape(1));
+  if (x0 < 0 || y0 < 0 || width > image.width - x0 || height > image.height - y0)
+    throw std::invalid_argument("flow: expected that of a part of the image");
+  return contour::FlowView{back, {x0, y0, x0 + width, y0 + height}};
+}
+
 void bind_phases(py::module_& m) {
   py::native_enum<contour::ShapeJudgement>(m, "ShapeJudgement", "enum.Enum",
                                            "What a memory says of a frame's shape.")
@@ -108,20 +119,26 @@ void bind_contour(py::module_& m) {
           py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
       .def(
           "track",
-          [](ContourCore& self, const py::array& image) {
+          [](ContourCore& self, const py::array& image, const std::optional<py::array>& flow, int x0,
+             int y0) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
-            return Frame(unlocked([&] { return self.tracker.track(view); }));
+            const std::optional<contour::FlowView> back = flow_view(flow, x0, y0, view);
+            return Frame(unlocked([&] { return self.tracker.track(view, back ? &*back : nullptr); }));
           },
-          py::arg("image"), "A frame without a memory.")
+          py::arg("image"), py::arg("flow") = py::none(), py::arg("x0") = 0, py::arg("y0") = 0,
+          "A frame without a memory.")
       .def(
           "observe",
-          [](ContourCore& self, const py::array& image) {
+          [](ContourCore& self, const py::array& image, const std::optional<py::array>& flow, int x0,
+             int y0) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
-            return Observation(unlocked([&] { return self.tracker.observe(view); }));
+            const std::optional<contour::FlowView> back = flow_view(flow, x0, y0, view);
+            return Observation(unlocked([&] { return self.tracker.observe(view, back ? &*back : nullptr); }));
           },
-          py::arg("image"), "Where the object is in the next image; nothing is learned yet.")
+          py::arg("image"), py::arg("flow") = py::none(), py::arg("x0") = 0, py::arg("y0") = 0,
+          "Where the object is in the next image; nothing is learned yet.")
       .def(
           "posterior_on_grid",
           [](ContourCore& self, const py::array& image) {

@@ -10,6 +10,8 @@ namespace sdftrack::contour {
 inline constexpr Choice<bool> kWarps[] = {{false, "similarity"}, {true, "affine"}};
 inline constexpr Choice<OpinionPool> kPools[] = {{OpinionPool::kLinear, "linear"},
                                                  {OpinionPool::kLogarithmic, "log"}};
+inline constexpr Choice<bool> kMotions[] = {{false, "none"}, {true, "flow"}};
+inline constexpr Choice<bool> kConfidences[] = {{false, "colors"}, {true, "evidence"}};
 
 // clang-format off
 template <OptionsOf<ContourOptions> Options, class Visit>
@@ -22,6 +24,8 @@ void visit_options(Options& o, Visit& f) {
   f("object_rate", o.object_rate, from_to(0, 1), "", "learning rate of the object's histograms: weight of a new frame");
   f("background_rate", o.background_rate, from_to(0, 1), "", "learning rate of the background's histograms: weight of a new frame");
   f("least_posterior", o.min_posterior, from_to(1e-6, 0.4), "", "lower bound of the posterior of both classes at a pixel, so that no single colour is decisive");
+  f("motion", o.motion, Choices<bool>(kMotions), "", "second cue of the posterior beside the colours: none, or flow (whether a pixel moves as the object does)");
+  f("confidence", o.evidence, Choices<bool>(kConfidences), "", "confidence and status: from the colours alone, as in the thesis, or from evidence that was not minimised (optical flow, colours at the start)");
   f("ring", o.ring, from_to(0.05, 2), "", "width of the background region around the object, relative to the longer side of its box");
   f("most_cells", o.max_cells, from_to(32, 2048), "", "maximum number of grid cells along the object's longer side; bounds the time per frame");
   f("softness", o.softness, from_to(0.3, 10), "cells", "width of the smoothed Heaviside step across the contour");

@@ -18,6 +18,10 @@ struct ContourOptions {
   float background_rate = 0.2f;
   float min_posterior = 0.018f;  // no colour proves anything
 
+  // Evidence beside the colours, from the optical flow.
+  bool motion = true;    // weighs how a pixel moves: the flow comes with each image
+  bool evidence = true;  // the reported confidence; the caller's, who sees masks and flow (evidence.py)
+
   // Grid.
   float ring = 0.3f;    // width of the background around the object, over the longer side of its box
   int max_cells = 160;  // along the longer side of the object's box

@@ -19,9 +19,10 @@ constexpr double kFoundFar = 0.7;                // the same in the whole image,
 constexpr int kPatience = 2;                     // frames around the last place alone, what hides it may pass
 constexpr double kMaxGrowth = 1.5;               // of the scale in a frame
 constexpr int kJumpStep_px = 6;
-constexpr double kSuspicious = 0.8;  // of the usual contrast
-constexpr int kHiddenMargin = 6;     // cells that what hides a part may move by in a frame
-constexpr int kPosteriorMargin = 4;  // cells that registration may move the band by
+constexpr double kSuspicious = 0.8;      // of the usual contrast
+constexpr double kFullTrust_px2 = 6000;  // a smaller object is blurred in the flow
+constexpr int kHiddenMargin = 6;         // cells that what hides a part may move by in a frame
+constexpr int kPosteriorMargin = 4;      // cells that registration may move the band by
 
 }  // namespace
 
@@ -51,34 +52,36 @@ void ContourTracker::shape(int steps) {
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
-ContourFrame ContourTracker::track(const RgbView& image) {
-  follow(image);
+ContourFrame ContourTracker::track(const RgbView& image, const FlowView* flow) {
+  follow(image, flow);
   return finish(ShapeJudgement::kNone);
 }
 
-ContourObservation ContourTracker::observe(const RgbView& image) {
-  follow(image);
+ContourObservation ContourTracker::observe(const RgbView& image, const FlowView* flow) {
+  follow(image, flow);
   return {report_, shape_now()};
 }
 
-void ContourTracker::follow(const RgbView& image) {
+void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
   width_ = image.width, height_ = image.height;
-  if (report_.status == ContourStatus::kLost && !look_around(image)) return;
+  const bool was_lost = report_.status == ContourStatus::kLost;
+  if (was_lost && !look_around(image)) return;
   before_ = seen_.empty() ? grid_.phi : seen_;
   find_hidden();
   const GridWarp last = grid_.warp;
+  weigh_motion(was_lost ? nullptr : flow);
   place(image);
   // Less convincing than before: it may have jumped.
   if (options_.reach > 0 && report_.contrast < kSuspicious * usual_contrast_) {
     const GridWarp settled = grid_.warp;
     const double contrast = report_.contrast;
     grid_.warp = last;
-    model_.posterior(image, grid_, grid_.all(), &posterior_);
+    see(image, grid_.all());
     search_place(samples_, posterior_, to_int(options_.reach), kJumpStep_px, &grid_.warp);
     place(image);
     if (report_.contrast < contrast + kJumpGain) {
       grid_.warp = settled;
-      model_.posterior(image, grid_, near_cells(), &posterior_);
+      see(image, near_cells());
     }
   }
   if (!seen_.empty()) look_behind();
@@ -117,13 +120,30 @@ void ContourTracker::find_hidden() {
     }
 }
 
+// How much likelier the motion of each pixel is the object's than that of what is around it. What a memory
+// has filled in does not move as what is seen there.
+void ContourTracker::weigh_motion(const FlowView* flow) {
+  flow_odds_.values.clear();
+  Similarity own, others;
+  if (!flow || !seen_.empty() || !fit_motion(*flow, grid_, true, &flow_pairs_, &own) ||
+      !fit_motion(*flow, grid_, false, &flow_pairs_, &others))
+    return;
+  const double pixels = inside_ * std::abs(grid_.warp.determinant());
+  motion_odds(*flow, own, others, std::min(1.0, pixels / kFullTrust_px2), &flow_odds_);
+}
+
+void ContourTracker::see(const RgbView& image, const CellBox& cells) {
+  model_.posterior(image, grid_, cells, &posterior_);
+  if (!flow_odds_.values.empty()) combine_odds(flow_odds_, options_.min_posterior, &posterior_);
+}
+
 CellBox ContourTracker::near_cells() const {
   return grid_.inside.grown(reach_cells() + kPosteriorMargin, grid_.nx, grid_.ny);
 }
 
 // Posterior, registration, and the contrast there.
 void ContourTracker::place(const RgbView& image) {
-  model_.posterior(image, grid_, near_cells(), &posterior_);
+  see(image, near_cells());
   const unsigned char* const hidden = seen_.empty() ? nullptr : hidden_.data();
   choose_pixels(grid_, posterior_, options_.band, hidden, &registration_);
   const GridWarp before = grid_.warp;

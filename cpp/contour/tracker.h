@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contour/evolution.h"
+#include "contour/motion_odds.h"
 #include "contour/redetection.h"
 #include "contour/registration.h"
 #include "contour/results.h"
@@ -23,10 +24,11 @@ class ContourTracker {
   ContourFrame start(const RgbView& image, const ImagePart& box);
 
   // A frame without a memory: observe and finish.
-  ContourFrame track(const RgbView& image);
+  // `flow`: from this image back to the last one, nullptr: none.
+  ContourFrame track(const RgbView& image, const FlowView* flow = nullptr);
 
   // A frame with a memory is three calls. First, where the object is in the next image, and its shape.
-  ContourObservation observe(const RgbView& image);
+  ContourObservation observe(const RgbView& image, const FlowView* flow = nullptr);
   // Second, if the memory asks for it: the posterior at every cell of the grid where it lies now, also far
   // from the outline; one half beyond the image.
   std::span<const float> posterior_on_grid(const RgbView& image);
@@ -63,7 +65,9 @@ class ContourTracker {
   int reach_cells() const;
   CellBox near_cells() const;
   void place(const RgbView& image);
-  void follow(const RgbView& image);
+  void follow(const RgbView& image, const FlowView* flow);
+  void weigh_motion(const FlowView* flow);
+  void see(const RgbView& image, const CellBox& cells);
   void draw_mask();
   ContourShape shape_now() const;
   ContourFrame frame();
@@ -76,6 +80,8 @@ class ContourTracker {
   EvolutionWork evolution_;
   ShapeSamples samples_;
   RedetectionWork redetection_;
+  MotionPairs flow_pairs_;
+  MotionOdds flow_odds_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.common.protocol import say
-from experiments.contour.contour import SEQUENCES, open_davis
+from experiments.contour.contour import SEQUENCES, THESIS, open_davis
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.table import Table
@@ -50,7 +50,7 @@ class Run:
 def follow(video: GaitVideo, memory: ShapeMemory | None, burn_in: int = BURN_IN, told: bool = False) -> Run:
     """Track a video from its first mask; `told`: an ideal memory in place of one."""
     ideal = _Told() if told else None
-    tracker = ContourTracker(memory=ideal or memory, burn_in=0 if told else burn_in)
+    tracker = ContourTracker(memory=ideal or memory, burn_in=0 if told else burn_in, **THESIS)
     tracker.start(video.images[0], mask=video.whole[0])
     found, results, seconds = [], [], []
     for image, whole in zip(video.images[1:], video.whole[1:], strict=True):

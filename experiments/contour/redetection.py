@@ -8,6 +8,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.contour.contour import THESIS
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
@@ -33,7 +34,7 @@ def scene(
 
 
 def _times(size: tuple[int, int], radius: int) -> list[str]:
-    tracker = ContourTracker()
+    tracker = ContourTracker(**THESIS)
     image, mask = scene(size[0] // 2, size[1] // 2, radius, size)
     tracker.start(image, mask=mask)
     empty = scene(0, 0, 0, size)[0]
@@ -53,7 +54,7 @@ def _times(size: tuple[int, int], radius: int) -> list[str]:
 
 def _return(to: tuple[int, int, int]) -> list[str]:
     size = (1280, 720)
-    tracker = ContourTracker()
+    tracker = ContourTracker(**THESIS)
     image, mask = scene(150, 150, 30, size)
     tracker.start(image, mask=mask)
     for _ in range(3):

@@ -112,7 +112,7 @@ class ContourCore:
         """
         The frame with a memory's judgement, and the whole silhouette where it recovered one.
         """
-    def observe(self, image: numpy.ndarray) -> ContourObservation:
+    def observe(self, image: numpy.ndarray, flow: numpy.ndarray | None = None, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0) -> ContourObservation:
         """
         Where the object is in the next image; nothing is learned yet.
         """
@@ -126,7 +126,7 @@ class ContourCore:
         ...
     def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> ContourFrame:
         ...
-    def track(self, image: numpy.ndarray) -> ContourFrame:
+    def track(self, image: numpy.ndarray, flow: numpy.ndarray | None = None, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0) -> ContourFrame:
         """
         A frame without a memory.
         """
@@ -172,6 +172,8 @@ class ContourOptions:
     """
     Options of the contour tracker; see st.contour.ContourTracker.
     """
+    confidence: str
+    motion: str
     pool: str
     warp: str
     def __init__(self) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, get_args
 
 import numpy as np
@@ -14,6 +14,8 @@ from sdftrack import _core
 from sdftrack._internal.option_declarations import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack.contour.assessment import Judgement
+from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
+from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
 from sdftrack.contour.options import checked_whole, contour_options
@@ -47,15 +49,19 @@ class ContourResult(ArrayRecord):
     phi : (ny, nx) float32
         Signed distance to the outline on the object's grid, in cells, negative inside, truncated beyond the band.
     status : Status
-        "ok", "weak" (it is occluded or its colours have changed; nothing is learned) or "lost" (it is searched for in
-        the next frames).
+        "ok", "weak" (the mask may be wrong: it is occluded, its colours have changed, or it does not move as the image
+        does) or "lost" (it is searched for in the next frames).
     reason : str
         Reason if the status is not "ok"; else empty.
     confidence : float
-        0 to 1: contrast across the outline relative to the start, times the similarity of the colours inside to those
-        at the start (sum of sqrt(p q)).
+        0 to 1. Estimated chance that the mask is right (an IoU of 0.5 or more with the truth), from its agreement with
+        the optical flow and with the colours at the start; with ``confidence="colors"``, the contrast across
+        the outline relative to the start, times the similarity of the colours inside to those at the start (sum of
+        sqrt(p q)).
     judgement : str or None
         Judgement of the shape memory: "unoccluded", "occluded" or "novel"; None without a memory or during burn-in.
+    evidence : Evidence or None
+        What the confidence was computed from; None in the first frame, while lost, and with ``confidence="colors"``.
     """
 
     mask: NDArray[np.bool_]
@@ -65,6 +71,7 @@ class ContourResult(ArrayRecord):
     reason: str
     confidence: float
     judgement: str | None = None
+    evidence: Evidence | None = None
 
     @property
     def ok(self) -> bool:
@@ -145,6 +152,11 @@ class ContourTracker:
         self._shape: tuple[int, ...] | None = None
         self._warp: NDArray[np.float64] = np.eye(3)
         self._frames = 0
+        self._judges = self.options["confidence"] == "evidence"
+        self._moves = self.options["motion"] == "flow"
+        self._flow: ImageFlow | None = None
+        self._evidence: EvidenceGatherer | None = None
+        self._mask: NDArray[np.bool_] = np.zeros((0, 0), bool)
         # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
         self._occlusions: OcclusionHandler | None = None
         if isinstance(memory, ShapeMemory) and memory.shapes is not None:
@@ -212,6 +224,9 @@ class ContourTracker:
             self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
             if self._occlusions is not None:
                 self._occlusions.begin(frame.phi < 0, frame.warp)
+            self._mask = frame.mask
+            self._flow = ImageFlow(rgb) if self._judges or self._moves else None
+            self._evidence = EvidenceGatherer(rgb, frame.mask) if self._judges else None
             return self._result(frame, None)
 
     def track(self, image: ArrayLike) -> ContourResult:
@@ -242,15 +257,33 @@ class ContourTracker:
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
         with SingleThreadGuard(self._lock, "tracker"):
+            flow = self._flow.next(rgb, self._mask) if self._flow is not None else None
+            cue = flow if self._moves else None
             if self._memory is None:
-                frame, judgement = self._core.track(rgb), None
+                frame, judgement = self._core.track(rgb, *cue or ()), None
                 self._frames += 1
             else:
-                frame, judgement = self._track_with(self._memory, rgb)
-            return self._result(frame, judgement)
+                frame, judgement = self._track_with(self._memory, rgb, cue)
+            self._mask = frame.mask
+            return self._judged(self._result(frame, judgement), rgb, flow)
 
-    def _track_with(self, memory: Memory, rgb: NDArray[np.uint8]) -> tuple[_core.ContourFrame, str | None]:
-        seen = self._core.observe(rgb)
+    def _judged(
+        self, result: ContourResult, rgb: NDArray[np.uint8], flow: BackwardFlow | None
+    ) -> ContourResult:
+        """The result with the status that the evidence gives it."""
+        if self._evidence is None:
+            return result
+        if result.status == Status.LOST:
+            self._evidence.skip(result.mask)
+            return result
+        evidence = self._evidence.gather(rgb, result.mask, flow)
+        status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
+        return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
+
+    def _track_with(
+        self, memory: Memory, rgb: NDArray[np.uint8], flow: BackwardFlow | None
+    ) -> tuple[_core.ContourFrame, str | None]:
+        seen = self._core.observe(rgb, *flow or ())
         self._warp = seen.warp
         # Should the memory fail, the frame ends and nothing is learned.
         judgement: str | None = "novel"

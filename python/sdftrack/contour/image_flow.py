@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Optical flow around an object, from each image back to the last one."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["BackwardFlow", "ImageFlow", "moved_mask"]
+
+Mask = NDArray[np.bool_]
+MARGIN = 0.4  # of the longer side of the object's box, around it
+MIN_MARGIN_PX = 16
+MIN_SIDE_PX = 32  # of an image whose flow can be computed
+MAX_SIDE_PX = 160  # a larger part is examined at a lower resolution
+
+
+class BackwardFlow(NamedTuple):
+    """How far the place of each pixel in the last image is from it.
+
+    Attributes
+    ----------
+    back : (h, w, 2) float32
+        (x, y), pixels, of a part of the image.
+    x0, y0 : int
+        Corner of that part.
+    """
+
+    back: NDArray[np.float32]
+    x0: int
+    y0: int
+
+
+class ImageFlow:
+    """Dense inverse search (OpenCV's DIS) on the part of each image around the object."""
+
+    def __init__(self, image: NDArray[np.uint8]) -> None:
+        dis: Any = cv2  # OpenCV's stubs lack it
+        self._dis = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_FAST)
+        self._dis.setFinestScale(1)
+        self._last = _gray(image)
+
+    def next(self, image: NDArray[np.uint8], mask: Mask) -> BackwardFlow | None:
+        """Flow from this image to the last one around the last mask; None if that is empty or the part too small."""
+        before, self._last = self._last, _gray(image)
+        if not mask.any():
+            return None
+        rows, columns = _around(mask)
+        a, b = before[rows, columns], self._last[rows, columns]
+        height, width = a.shape
+        scale = min(1.0, MAX_SIDE_PX / max(a.shape))
+        if min(a.shape) * scale < MIN_SIDE_PX:
+            return None
+        small = (round(scale * width), round(scale * height))
+        back = self._dis.calc(_resized(b, small), _resized(a, small), None)
+        if scale < 1:
+            back = cv2.resize(back, (width, height)) * np.array(
+                [width / small[0], height / small[1]], np.float32
+            )
+        return BackwardFlow(np.ascontiguousarray(back, np.float32), columns.start, rows.start)
+
+
+def moved_mask(mask: Mask, flow: BackwardFlow) -> Mask:
+    """The last mask where the flow takes it; pixels beside the flow's part stay."""
+    height, width = flow.back.shape[:2]
+    rows, columns = slice(flow.y0, flow.y0 + height), slice(flow.x0, flow.x0 + width)
+    y, x = np.indices((height, width), np.float32, sparse=True)
+    part = np.ascontiguousarray(mask[rows, columns]).view(np.uint8) * np.uint8(255)
+    there = cv2.remap(
+        part, x + flow.back[..., 0], y + flow.back[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    moved = mask.copy()
+    moved[rows, columns] = there > 127
+    return moved
+
+
+def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def _around(mask: Mask) -> tuple[slice, slice]:
+    """Rows and columns of the mask and its surroundings."""
+    found = [np.flatnonzero(mask.any(axis)) for axis in (1, 0)]
+    margin = max(MIN_MARGIN_PX, round(MARGIN * max(int(np.ptp(at)) + 1 for at in found)))
+    part = [
+        slice(max(0, int(at[0]) - margin), min(size, int(at[-1]) + 1 + margin))
+        for at, size in zip(found, mask.shape, strict=True)
+    ]
+    return part[0], part[1]
+
+
+def _resized(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))

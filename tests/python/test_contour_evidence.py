@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Confidence of an outline by evidence, and the optical flow as a second cue."""
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.contour.evidence import SURE, Evidence, EvidenceGatherer, certainty, status_by_evidence
+from sdftrack.contour.image_flow import ImageFlow, moved_mask
+from sdftrack.metrics import iou
+from sdftrack.results import Status
+from sdftrack.synth.blob import blob_video
+
+SIZE = (240, 180)
+STEP_PX = 6
+FRAMES = 8
+GOOD = Evidence(0.05, 0.05, 0.05)
+
+
+def texture(seed, size=SIZE):
+    noise = np.random.default_rng(seed).uniform(0, 1, (size[1], size[0], 3)).astype(np.float32)
+    smooth = cv2.GaussianBlur(noise, (0, 0), 2)
+    return np.clip(128 + 500 * (smooth - 0.5), 0, 255).astype(np.uint8)
+
+
+def camouflage():
+    """A disc that moves over a ground of the same colours."""
+    ground, object_ = texture(0), texture(1)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    images, masks = [], []
+    for k in range(FRAMES):
+        mask = np.hypot(x - 80 - STEP_PX * k, y - 90) < 45
+        moved = np.roll(object_, STEP_PX * k, axis=1)
+        images.append(np.where(mask[..., None], moved, ground))
+        masks.append(mask)
+    return images, masks
+
+
+def test_a_mask_moves_with_the_image():
+    images, masks = camouflage()
+    flow = ImageFlow(images[0]).next(images[1], masks[0])
+    stayed, moved = iou(masks[0], masks[1]), iou(moved_mask(masks[0], flow), masks[1])
+    assert 1 - moved < 0.6 * (1 - stayed)
+
+
+def test_no_flow_of_an_empty_mask_or_a_tiny_image():
+    image = texture(0)
+    assert ImageFlow(image).next(image, np.zeros(image.shape[:2], bool)) is None
+    tiny = texture(0, (20, 20))
+    assert ImageFlow(tiny).next(tiny, np.ones((20, 20), bool)) is None
+
+
+def test_an_outline_that_goes_its_own_way_disagrees_with_the_flow():
+    images, masks = camouflage()
+    evidence = []
+    away = [np.roll(mask, -2 * STEP_PX * k, axis=1) for k, mask in enumerate(masks)]
+    for outlines in (masks, away):
+        flow, gatherer = ImageFlow(images[0]), EvidenceGatherer(images[0], masks[0])
+        for k in range(1, FRAMES):
+            found = gatherer.gather(images[k], outlines[k], flow.next(images[k], outlines[k - 1]))
+        evidence.append(found)
+    right, wrong = evidence
+    assert wrong.disagreement > 2 * right.disagreement
+    assert wrong.mean_disagreement > 2 * right.mean_disagreement
+    assert certainty(wrong) < certainty(right)
+
+
+@pytest.mark.parametrize("term", range(3))
+def test_each_term_alone_makes_an_outline_doubtful(term):
+    bad = list(GOOD)
+    bad[term] = 1.0
+    status, reason, confidence = status_by_evidence(Evidence(*bad), Status.OK, "")
+    assert certainty(GOOD) >= SURE > confidence
+    assert (status, bool(reason)) == (Status.WEAK, True)
+    assert status_by_evidence(GOOD, Status.OK, "")[:2] == (Status.OK, "")
+
+
+def test_what_the_colours_doubt_is_never_ok():
+    for status in (Status.WEAK, Status.LOST):
+        assert status_by_evidence(GOOD, status, "why")[:2] == (status, "why")
+
+
+def test_the_confidence_changes_no_outline():
+    video = blob_video(frames=12)
+    results = []
+    for confidence in ("colors", "evidence"):
+        tracker = st.contour.ContourTracker(confidence=confidence)
+        tracker.start(video.images[0], mask=video.masks[0])
+        results.append([tracker.track(image) for image in video.images[1:]])
+    for a, b in zip(*results, strict=True):
+        np.testing.assert_array_equal(a.mask, b.mask)
+        assert a.evidence is None
+        assert b.evidence is not None
+        assert b.confidence == certainty(b.evidence) != a.confidence
+
+
+def test_flow_follows_what_has_the_colours_of_its_ground():
+    images, masks = camouflage()
+    found = {}
+    for motion in ("none", "flow"):
+        tracker = st.contour.ContourTracker(motion=motion)
+        tracker.start(images[0], mask=masks[0])
+        found[motion] = np.mean(
+            [iou(tracker.track(i).mask, m) for i, m in zip(images[1:], masks[1:], strict=True)]
+        )
+    assert found["flow"] > 0.9
+    assert 1 - found["flow"] < 0.6 * (1 - found["none"])
