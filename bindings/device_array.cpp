@@ -40,7 +40,7 @@ struct Lent {
   std::vector<std::int64_t> shape;
 };
 
-py::capsule lend(const std::shared_ptr<OnDevice>& array, const py::object& stream) {
+py::object lend(const std::shared_ptr<OnDevice>& array, const py::object& stream) {
   // As the array API has it: None is the legacy default stream, -1 no wait.
   const std::int64_t to = stream.is_none() ? 1 : py::cast<std::int64_t>(stream);
   if (to < -1 || to == 0)
@@ -115,6 +115,16 @@ void bind_device_array(py::module_& m) {
       m, "DeviceArray",
       "An array on a CUDA device, C-contiguous. `torch.from_dlpack`, `cupy.from_dlpack` and "
       "`jax.dlpack.from_dlpack` take it without a copy; `numpy.asarray` copies it to the host.")
+      .def_static(
+          "of",
+          [](const py::array& host, int device) {
+            const py::array given = py::array::ensure(host, py::array::c_style);
+            DeviceArray memory(device, static_cast<std::size_t>(given.nbytes()));
+            memory.upload(given.data());
+            return std::make_shared<OnDevice>(
+                OnDevice{std::move(memory), given.dtype(), {given.shape(), given.shape() + given.ndim()}});
+          },
+          py::arg("array"), py::arg("device"), "A copy of an array of numpy.")
       .def_property_readonly("shape", [](const OnDevice& a) { return py::tuple(py::cast(a.shape)); })
       .def_readonly("dtype", &OnDevice::dtype)
       .def_property_readonly("device",
@@ -129,12 +139,12 @@ void bind_device_array(py::module_& m) {
            [](const OnDevice& a) { return py::make_tuple(kCudaDevice, a.memory.device()); })
       .def(
           "__dlpack__",
-          [](const std::shared_ptr<OnDevice>& a, const py::object& stream, const py::kwargs&) {
-            return lend(a, stream);
-          },
-          py::kw_only(), py::arg("stream") = py::none())
+          [](const std::shared_ptr<OnDevice>& a, const py::object& stream, const py::object&,
+             const py::object&, const py::object&) { return lend(a, stream); },
+          py::kw_only(), py::arg("stream") = py::none(), py::arg("max_version") = py::none(),
+          py::arg("dl_device") = py::none(), py::arg("copy") = py::none())
       .def_property_readonly("__cuda_array_interface__", &interface_of)
-      .def("numpy", &to_host, "A copy on the host.")
+      .def("host", &to_host, "A copy on the host.")
       .def(
           "__array__",
           [](const OnDevice& a, const py::object& dtype, const py::object&) -> py::object {

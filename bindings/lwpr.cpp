@@ -5,6 +5,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "device_array.h"
 #include "lwpr/model.h"
 #include "lwpr/option_schema.h"
 #include "option_binding.h"
@@ -96,6 +97,19 @@ py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int
   py::object means = to_numpy(std::move(mean), {count, m});
   if (!with_sd) return means;
   return py::make_tuple(means, to_numpy(std::move(sd), {count, m}));
+}
+
+// Of samples that lie on the device, to means that stay there.
+std::shared_ptr<OnDevice> predict_there(const SharedLwpr& self, std::uintptr_t address, ForeignStream stream,
+                                        std::size_t count, int device) {
+  const SharedLwpr::Reading turn(self);
+  const ForeignArray x{reinterpret_cast<const void*>(address), stream};
+  DeviceArray mean = [&] {
+    const ReleaseGil release;
+    return self.model.predict_there(x, count, device);
+  }();
+  return std::make_shared<OnDevice>(OnDevice{
+      std::move(mean), py::dtype::of<double>(), {static_cast<py::ssize_t>(count), self.model.n_out()}});
 }
 
 py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int threads) {
@@ -193,6 +207,7 @@ void bind_lwpr(py::module_& m) {
                              })
       .def("update", &update, "x"_a, "y"_a, "threads"_a = 0, "device"_a = -1)
       .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "device"_a = -1)
+      .def("predict_there", &predict_there, "address"_a, "stream"_a, "count"_a, "device"_a)
       .def("activations", &activations, "x"_a, "threads"_a = 0)
       .def("training_error",
            [](const SharedLwpr& s) {

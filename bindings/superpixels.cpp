@@ -8,6 +8,7 @@
 
 #include "array.h"
 #include "busy.h"
+#include "device_array.h"
 #include "release_gil.h"
 #include "superpixels/slic.h"
 
@@ -73,6 +74,24 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::Sl
   return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);
 }
 
+// An image that lies on the device, to labels that stay there.
+std::shared_ptr<OnDevice> slic_there(std::uintptr_t address, ForeignStream stream, int height, int width,
+                                     int channels, const superpixels::SlicOptions& options, int device) {
+  const ForeignArray there{reinterpret_cast<const void*>(address), stream};
+  superpixels::SlicImage image;
+  image.there = &there, image.height = height, image.width = width, image.channels = channels;
+  superpixels::check_slic(image, options);
+  DeviceArray labels = [&] {
+    const ReleaseGil release;
+    DeviceArray made(device,
+                     sizeof(int) * static_cast<std::size_t>(height) * static_cast<std::size_t>(width));
+    superpixels::slic_cuda(image, options, device, nullptr, &made);
+    return made;
+  }();
+  return std::make_shared<OnDevice>(
+      OnDevice{std::move(labels), py::dtype::of<std::int32_t>(), {height, width}});
+}
+
 // One call: with the memory of the last one where no other thread has it.
 py::tuple slic_once(const py::array& image, const superpixels::SlicOptions& options,
                     const std::optional<py::array>& mask, const std::optional<py::array>& depth, int threads,
@@ -119,6 +138,8 @@ void bind_superpixels(py::module_& m) {
       .def_property_readonly("bytes", &SlicWork::bytes)
       .def("run", &run_slic, "image"_a, "options"_a, "mask"_a, "depth"_a, "resume"_a, "threads"_a,
            "device"_a);
+  m.def("slic_there", &slic_there, "address"_a, "stream"_a, "height"_a, "width"_a, "channels"_a, "options"_a,
+        "device"_a);
   m.def("slic", &slic_once, "image"_a, "options"_a, "mask"_a, "depth"_a, "threads"_a, "device"_a);
 }
 

@@ -47,4 +47,13 @@ void DeviceArray::download(void* host) const {
   stream.wait();
 }
 
+void DeviceArray::upload(const void* host) {
+  const DeviceScope scope(impl_->device);
+  const DeviceStream stream;
+  const StreamWaiter waiter(stream);
+  stream.upload(static_cast<const unsigned char*>(host), impl_->memory.size(), impl_->memory.data());
+  written_on(stream.get());
+  stream.wait();
+}
+
 }  // namespace sdftrack

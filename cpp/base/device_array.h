@@ -29,6 +29,7 @@ class DeviceArray {
   // `stream` goes on when the array is written; the host does not wait.
   void ready_for(ForeignStream stream) const;
   void download(void* host) const;  // waits
+  void upload(const void* host);    // waits
 
  private:
   struct Impl;

@@ -17,5 +17,6 @@ std::size_t DeviceArray::bytes() const { return 0; }
 void DeviceArray::written_on(void*) {}
 void DeviceArray::ready_for(ForeignStream) const {}
 void DeviceArray::download(void*) const {}
+void DeviceArray::upload(const void*) {}
 
 }  // namespace sdftrack

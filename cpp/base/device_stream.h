@@ -4,6 +4,7 @@
 // SDFTRACK_CUDA include this file.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "base/device_buffer.h"
@@ -56,8 +57,10 @@ class DeviceStream {
     if (count > 0)
       SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
   }
-  // Goes on when what `other` has got by now is done; the host does not wait.
-  void follow(cudaStream_t other) const {
+  // Goes on when what another stream has got by now is done; the host does not wait. 0: there is none.
+  void follow(std::uintptr_t stream) const {
+    if (stream == 0) return;
+    const auto other = reinterpret_cast<cudaStream_t>(stream);
     cudaEvent_t event = nullptr;
     SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
     const cudaError_t recorded = cudaEventRecord(event, other);

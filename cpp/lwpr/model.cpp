@@ -33,9 +33,6 @@ void check_count(const char* name, int value) {
     throw std::invalid_argument(std::string(name) + ": expected at least 1, got " + std::to_string(value));
 }
 
-// Squares of squares of them must stay finite.
-constexpr double kMaxSize = 1e25;
-
 std::string text_of(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return "inf";

@@ -8,11 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "base/device_array.h"
 #include "lwpr/options.h"
 #include "lwpr/unit.h"
 #include "lwpr/units_on_device.h"
 
 namespace sdftrack::lwpr {
+
+// Of inputs and outputs beside their norms: squares of squares of them must stay finite.
+constexpr double kMaxSize = 1e25;
 
 class LwprModel {
  public:
@@ -46,6 +50,8 @@ class LwprModel {
   void activations(const double* x, std::size_t count, int threads, double* out) const;
   // The same as predict (no sd) on the GPU. std::runtime_error in a build without CUDA.
   void predict_cuda(const double* x, std::size_t count, int device, double* mean) const;
+  // Of samples that lie on the device, to means that stay there.
+  DeviceArray predict_there(const ForeignArray& x, std::size_t count, int device) const;
 
   // In units of the outputs; see LwprUnit.
   std::vector<double> training_error() const;
@@ -61,6 +67,7 @@ class LwprModel {
     if (on_device_) on_device_->fetch(&units_);
     return units_;
   }
+  void say_the_rest(const double* x, std::size_t count, double* mean) const;
   std::vector<double> scaled_rows(const double* x, std::size_t count, const char* name) const;
 
   LwprOptions options_;

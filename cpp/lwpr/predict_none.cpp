@@ -6,5 +6,6 @@
 namespace sdftrack::lwpr {
 
 void LwprModel::predict_cuda(const double*, std::size_t, int, double*) const { no_cuda(); }
+DeviceArray LwprModel::predict_there(const ForeignArray&, std::size_t, int) const { no_cuda(); }
 
 }  // namespace sdftrack::lwpr

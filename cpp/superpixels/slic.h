@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/device_array.h"
 #include "superpixels/center.h"
 #include "superpixels/connect.h"
 #include "superpixels/row_ops.h"
@@ -30,8 +31,9 @@ struct SlicImage {
   const std::uint8_t* bytes = nullptr;
   const float* floats = nullptr;  // one of the two
   int height = 0, width = 0, channels = 3;
-  const std::uint8_t* mask = nullptr;  // may be null: all of it
-  const float* depth_m = nullptr;      // may be null: colour alone
+  const std::uint8_t* mask = nullptr;   // may be null: all of it
+  const float* depth_m = nullptr;       // may be null: colour alone
+  const ForeignArray* there = nullptr;  // of slic_cuda: bytes on the device, in place of those here
 };
 
 struct SlicResult {
@@ -79,8 +81,10 @@ class Slic {
   Connect connect_;
 };
 
-// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp.
-SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels);
+// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp. The labels come to the host, or
+// with `labels_there`, of 4 bytes a pixel, stay on the device.
+SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels,
+                     DeviceArray* labels_there = nullptr);
 
 // std::invalid_argument for options out of range, by name.
 void check_slic(const SlicImage& image, const SlicOptions& options);

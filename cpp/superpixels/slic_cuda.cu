@@ -115,7 +115,8 @@ struct Steps {
 
 }  // namespace
 
-SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels) {
+SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels,
+                     DeviceArray* labels_there) {
   check_slic(image, options);
   const auto pixels = static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.width);
   const auto channels = static_cast<std::size_t>(image.channels);
@@ -143,6 +144,7 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
                     at_x_place = given.add(x_place), at_y_place = given.add(y_place);
   const auto memory = pool_of<SlicMemory>().borrow(device);
   SlicMemory& m = *memory;
+  if (image.there) m.stream.follow(image.there->stream);
   m.send(given, pixels);
   const auto ints = [&](std::size_t at) { return reinterpret_cast<const int*>(m.inputs.data() + at); };
   const auto floats = [&](std::size_t at) { return reinterpret_cast<const float*>(m.inputs.data() + at); };
@@ -150,7 +152,9 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
     return reinterpret_cast<const std::uint8_t*>(m.inputs.data() + at);
   };
   int* const c01 = m.c01.room(pixels);
-  const SlicPlanes planes{image.bytes ? bytes(at_bytes) : nullptr,
+  const SlicPlanes planes{image.there   ? static_cast<const std::uint8_t*>(image.there->data)
+                          : image.bytes ? bytes(at_bytes)
+                                        : nullptr,
                           image.floats ? floats(at_floats) : nullptr,
                           image.mask ? bytes(at_mask) : nullptr,
                           floats(at_light),
@@ -166,7 +170,7 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
                           m.center.room(pixels),
                           m.parent.room(pixels),
                           m.size.room(pixels),
-                          m.labels.room(pixels),
+                          labels_there ? static_cast<int*>(labels_there->data()) : m.labels.room(pixels),
                           c01,
                           m.best.room(pixels),
                           m.centers.room(2 * cells),
@@ -197,6 +201,7 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
   steps.by_cell(PlaceCenters{planes, shape});
   const int rounds = steps.assign();
   steps.label(rounds, labels);
+  if (labels_there) labels_there->written_on(m.stream.get());
   const auto [iterations, way] = steps.last_way(rounds);
   SlicResult result;
   result.segments = m.counters_host.data()->segments;

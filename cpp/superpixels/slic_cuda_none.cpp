@@ -5,6 +5,6 @@
 
 namespace sdftrack::superpixels {
 
-SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int, int*) { no_cuda(); }
+SlicResult slic_cuda(const SlicImage&, const SlicOptions&, int, int*, DeviceArray*) { no_cuda(); }
 
 }  // namespace sdftrack::superpixels

@@ -79,12 +79,13 @@ struct SlicMemory {
     pinned.room(std::min(std::max(given.bytes(), pixels * sizeof(int)), SlicInputs::kPiece));
     given.send(stream, pinned.data(), inputs.room(given.bytes()));
   }
-  // The counters and the labels, after all that the stream holds.
+  // The counters and, unless they stay there, the labels, after all that the stream holds.
   const SlicCounters& fetch(std::size_t pixels, int* to) {
     const std::size_t most = SlicInputs::kPiece / sizeof(int);
     int* const piece = reinterpret_cast<int*>(pinned.data());
     stream.download(counters.data(), 1, counters_host.data());
-    for (std::size_t done = 0; done < pixels; done += most) {
+    if (!to) stream.wait();
+    for (std::size_t done = 0; to && done < pixels; done += most) {
       const std::size_t some = std::min(most, pixels - done);
       stream.download(labels.data() + done, some, piece);
       // Meanwhile the pages of new memory are made.

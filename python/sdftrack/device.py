@@ -8,18 +8,28 @@ import platform
 import re
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
 
-__all__ = ["CPU", "cuda_available", "device_number", "host_array", "info", "resolve_device"]
+__all__ = [
+    "CPU",
+    "DeviceInput",
+    "cuda_available",
+    "device_input",
+    "device_number",
+    "host_array",
+    "info",
+    "resolve_device",
+]
 
 CPU = -1  # in place of the number of a GPU
 _DEVICES = ("cpu", "cuda", "cuda:N", "auto")
 _NAME = re.compile(r"cpu|auto|cuda(:(?P<number>\d{1,4}))?")
+_LEGACY_STREAM = 1  # by the array API's number; its work is done before what is asked of it next
 _DLPACK_HOST, _DLPACK_CUDA = (1, 3), (2, 13)  # device types of DLPack: plain or pinned memory; CUDA
 
 
@@ -131,6 +141,38 @@ def host_array(value: Any, name: str) -> NDArray[Any]:
         if not hasattr(value, "__array__"):
             return np.from_dlpack(value)
     return np.asarray(value)
+
+
+class DeviceInput(NamedTuple):
+    """An array of another library on a GPU: address, shape, type, the stream that is ordered after it, its owner."""
+
+    address: int
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    stream: int
+    owner: Any
+
+
+def device_input(value: Any, name: str, number: int) -> DeviceInput | None:
+    """`value` where it lies, if that is GPU `number` and its library has DLPack; else None.
+
+    Raises
+    ------
+    ValueError
+        An array there that is not C-contiguous.
+    """
+    if number == CPU or not hasattr(value, "__dlpack_device__"):
+        return None
+    place, where = value.__dlpack_device__()
+    if place != _DLPACK_CUDA[0] or where != number:
+        return None
+    _need_cuda_build(name)
+    owner = _core.BorrowedArray(value.__dlpack__(stream=_LEGACY_STREAM))
+    if not owner.contiguous:
+        raise ValueError(
+            f"{name}: expected a C-contiguous array on the GPU, got strides; make it contiguous first"
+        )
+    return DeviceInput(owner.address, owner.shape, owner.dtype, _LEGACY_STREAM, owner)
 
 
 def _copied_from_cuda(interface: dict[str, Any], name: str) -> NDArray[Any]:

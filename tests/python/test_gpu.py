@@ -162,7 +162,7 @@ def test_a_contour_tracker_on_the_gpu_gives_the_masks_of_the_cpu():
         return np.clip(clean + rng.normal(0, 12, clean.shape), 0, 255).astype(np.uint8)
 
     pictures = [picture(k) for k in range(5)]
-    trackers = [st.ContourTracker(device=d) for d in ("cpu", "cuda")]
+    trackers = [st.contour.ContourTracker(device=d) for d in ("cpu", "cuda")]
     cpu, gpu = (
         [t.start(pictures[0], box=(44, 34, 53, 53)), *(t.track(p) for p in pictures[1:])] for t in trackers
     )
@@ -286,9 +286,9 @@ def test_a_build_without_cuda_refuses_a_contour_on_the_gpu():
     with pytest.raises(RuntimeError, match="no CUDA path"):
         _core.contour_steps(phi, phi, 1, {}, device=0)
     with pytest.raises(RuntimeError, match="no CUDA path"):
-        st.ContourTracker(device="cuda")
+        st.contour.ContourTracker(device="cuda")
     with pytest.raises(ValueError, match="device: expected one of"):
-        st.ContourTracker(device="gpu")
+        st.contour.ContourTracker(device="gpu")
 
 
 def both_learn(n_in, outputs, parts, **options):

@@ -19,7 +19,7 @@ from sdftrack.contour.lwpr_auto import AUTO, FIRST, fitted, is_auto, without_aut
 from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples, warn_of_many_fields
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
-from sdftrack.device import CPU, device_number
+from sdftrack.device import CPU, device_input, device_number
 
 __all__ = ["LWPR"]
 
@@ -177,7 +177,8 @@ class LWPR(SklearnParts):
         -------
         mean, or (mean, sd) : float64
             A number or (n_out,) for (n_in,); (N,) or (N, n_out) for (N, n_in), as the outputs were given. If no field
-            is active, the mean is that of all outputs so far, and the standard deviation is infinite.
+            is active, the mean is that of all outputs so far, and the standard deviation is infinite. Of (N, n_in)
+            float64 on the GPU that is used, (N, n_out) there for ``from_dlpack`` of torch, cupy or jax, without a copy.
 
         Raises
         ------
@@ -187,9 +188,12 @@ class LWPR(SklearnParts):
             Another thread is updating the model, or there is no GPU for "cuda".
         """
         model = self._learnt("predict")
-        rows, single = inputs(x, model.n_in)
         with_sd = bool(confidence or return_std)
         number = device_number(device)
+        there = None if with_sd else device_input(x, "x", number)
+        if there is not None and there.dtype == np.float64 and there.shape[1:] == (model.n_in,):
+            return model.predict_there(there.address, there.stream, there.shape[0], number)
+        rows, single = inputs(x, model.n_in)
         if number != CPU and with_sd:
             if device != "auto":
                 raise ValueError(

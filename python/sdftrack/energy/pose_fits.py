@@ -98,6 +98,7 @@ class PoseFitter:
         place = {id(shape): k for k, shape in enumerate(distinct)}
         self._of = [place[id(shape)] for shape in many]
         self._threads = whole(threads, "threads", 0, what=THREADS)
+        self._options: tuple[dict[str, Any], Any] | None = None
         self._core = _core.SingleFitter(
             [shape._core_args for shape in distinct], self.camera._core, device_number(device)
         )
@@ -157,12 +158,18 @@ class PoseFitter:
             self._of if len(self._of) > 1 else self._of * count,
             list(starts),
             float(scale_m),
-            TrackerOptions().replace(**options)._to_core(),
+            self._core_options(options),
             trials,
             looks,
             self._threads,
         )
         return [_pose_fit(one, float(scale_m)) for one in found]
+
+    def _core_options(self, options: dict[str, Any]) -> Any:
+        """Checked once: that takes longer than a fit, and most frames have the same ones."""
+        if self._options is None or self._options[0] != options:
+            self._options = dict(options), TrackerOptions().replace(**options)._to_core()
+        return self._options[1]
 
 
 def _are_rigid(T: Array, count: int) -> bool:

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, whole
-from sdftrack.device import CPU, device_number
+from sdftrack.device import CPU, device_input, device_number
 from sdftrack.superpixels.arguments import (
     checked_depth,
     checked_image,
@@ -93,7 +93,8 @@ def slic(
     -------
     (H, W) int32 array
         `start_label`, `start_label` + 1, ... in raster order of the segments (without connectivity: of the grid); 0
-        outside the mask.
+        outside the mask. Of an image of uint8 on the GPU that is used, without mask and depth, an array there for
+        ``from_dlpack`` of torch, cupy or jax: nothing is copied.
 
     Raises
     ------
@@ -121,6 +122,20 @@ def slic(
         min_size_factor, 0.0,
     )  # fmt: skip
     workers = whole(threads, "threads", 0, MAX_COUNT, THREADS)
+    if mask is None and depth is None and not scikit_image:
+        there = device_input(image, "image", number)
+        if (
+            there is not None
+            and there.dtype == np.uint8
+            and there.shape[2:] in ((), (3,))
+            and len(there.shape) > 1
+        ):
+            height, width = there.shape[:2]
+            channels = 3 if len(there.shape) == 3 else 1
+            found: Any = _core.slic_there(
+                there.address, there.stream, height, width, channels, options, number
+            )
+            return cast(Labels, found)
     pixels, colored = given_image(image, given)
     if is_theirs(pixels, colored, given):
         for name, other in (("depth", depth is not None), ("distance", distance != "slic")):
