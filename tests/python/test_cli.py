@@ -94,7 +94,7 @@ def test_every_command_refuses_an_unknown_device_and_a_negative_number_of_thread
     assert "--threads" in told(capsys)
 
 
-ON_A_GPU = {"batch", "track", "superpixels", "demo", "reproduce", "info"}
+ON_A_GPU = {"batch", "reconstruct", "track", "superpixels", "demo", "reproduce", "info"}
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c not in ON_A_GPU])

@@ -27,7 +27,6 @@ from sdftrack.cli.common import (
     Usage,
     opening,
     reconstructor_settings,
-    refuse_cuda,
 )
 from sdftrack.cli.init import Init
 from sdftrack.cli.reconstruct_place import INIT, SHAPE, find_place, load_shape, parse_place, parse_shape
@@ -201,7 +200,6 @@ def reconstruct(
     from sdftrack.cli.reconstruct_then import parse_further
 
     check_usage(mode, unit, out)
-    refuse_cuda(device)
     if extent is not None and not 0 < extent < 10:
         raise Usage(f"expected metres above 0 and below 10, got {extent:g}", "--extent")
     source = opening(layout, depth_topic, color_topic)
