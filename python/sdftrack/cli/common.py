@@ -120,8 +120,8 @@ def refuse_cuda(device: str) -> None:
     """Usage error for --device cuda in commands that do not support it."""
     if device.startswith("cuda"):
         raise Usage(
-            f"expected auto or cpu, got {device}: this command runs on the CPU (track, reconstruct, superpixels and demo "
-            "use a GPU)",
+            f"expected auto or cpu, got {device}: this command runs on the CPU (track, reconstruct, superpixels and "
+            "demo use a GPU)",
             "--device",
         )
 
