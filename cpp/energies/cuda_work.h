@@ -5,11 +5,8 @@
 
 #include <memory>
 
+#include "base/device_names.h"
 #include "energies/pixel_set.h"
-
-namespace sdftrack {
-class DeviceStream;
-}
 
 namespace sdftrack::energies {
 

@@ -42,9 +42,9 @@ def written(folder, name):
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("empty.npy", "not a readable point cloud"),
-        ("object.npy", "not a readable point cloud"),
-        ("torn.npy", "not a readable point cloud"),
+        ("empty.npy", "not a readable .npy file"),
+        ("object.npy", "not a readable .npy file"),
+        ("torn.npy", "not a readable .npy file"),
         ("flat.npy", r"expected points x, y, z of shape (N, 3)"),
         ("empty.xyz", "expected points, got none"),
         ("words.xyz", "line 1: expected x y z, got 'hello world foo'"),

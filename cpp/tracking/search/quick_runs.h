@@ -4,11 +4,8 @@
 
 #include <vector>
 
+#include "frame/points_cuda.h"
 #include "tracking/search/quick_fit.h"
-
-namespace sdftrack::frame {
-class PointsOnDevice;
-}
 
 namespace sdftrack::tracking {
 

@@ -6,12 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "frame/points_cuda.h"
 #include "plane/plane.h"
 #include "tracking/trust/trust.h"
-
-namespace sdftrack::frame {
-class PointsOnDevice;
-}
 
 namespace sdftrack::tracking {
 

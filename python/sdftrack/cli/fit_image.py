@@ -19,12 +19,13 @@ HOW = "give its intrinsics by --camera FILE or --intrinsics fx,fy,cx,cy"
 
 
 def is_depth_image(source: Path) -> bool:
-    """Whether a file is a depth image: an image file, or a .npy of another shape than points (N, 3)."""
+    """Whether a file is a depth image: an image file, or a .npy of images, not of points (N, 3)."""
     if not source.is_file():
         return False
     if source.suffix.lower() != ".npy":
         return source.suffix.lower() in IMAGES
-    return _array(source).shape[1:] != (3,)
+    shape = _array(source).shape
+    return len(shape) > 1 and shape[1:] != (3,)
 
 
 def parse_intrinsics(text: str | None, camera: Path | None) -> tuple[float, ...] | None:
