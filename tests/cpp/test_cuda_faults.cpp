@@ -372,7 +372,7 @@ TEST(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_o
   const std::size_t before = cuda_on_cpu::bytes_in_use();
   int refused = 0;
   for (int k = 0; k < 30 && refused < 3; ++k) {
-    cuda_on_cpu::fail_call(k, cudaErrorMemoryAllocation);
+    cuda_on_cpu::fail_call(k, cudaErrorMemoryAllocation, 2);
     try {
       static_cast<void>(volume.grown({1, 0, 0}, {0, 0, 0}, 1));
     } catch (const CudaError& e) {

@@ -23,8 +23,9 @@ struct Settings {
 void reset(const Settings& settings);
 Settings settings();
 
-// The call after `calls` others that can fail gives `error`, once.
-void fail_call(std::int64_t calls, cudaError_t error);
+// The call after `calls` others that can fail gives `error`, and so do those after it, `times` in all: memory
+// that has ended is asked for twice.
+void fail_call(std::int64_t calls, cudaError_t error, int times = 1);
 // Calls that can fail, since the last reset.
 std::int64_t calls();
 // The call that has failed on request; empty: none yet.

@@ -68,7 +68,10 @@ cudaError_t Machine::enter(const char* call) {
   if (broken != cudaSuccess) return failed(broken);
   if (current_device >= settings_.devices)
     return failed(settings_.devices == 0 ? cudaErrorNoDevice : cudaErrorInvalidDevice);
-  if (fail_after >= 0 && fail_after-- == 0) {
+  if (fail_after > 0) {
+    --fail_after;
+  } else if (fail_after == 0) {
+    if (--fail_times <= 0) fail_after = -1;
     failed_call = call;
     return failed(fail_with);
   }
@@ -146,10 +149,10 @@ Settings settings() {
   const std::lock_guard lock(Machine::mutex());
   return Machine::one().settings();
 }
-void fail_call(std::int64_t calls, cudaError_t error) {
+void fail_call(std::int64_t calls, cudaError_t error, int times) {
   const std::lock_guard lock(Machine::mutex());
   Machine& m = Machine::one();
-  m.fail_after = calls, m.fail_with = error, m.failed_call.clear();
+  m.fail_after = calls, m.fail_with = error, m.fail_times = times, m.failed_call.clear();
 }
 std::int64_t calls() {
   const std::lock_guard lock(Machine::mutex());

@@ -62,6 +62,7 @@ class Machine {
   std::map<const char*, std::size_t> pinned;
   std::int64_t calls = 0, kernels = 0, waits = 0, bytes_copied = 0;
   std::int64_t fail_after = -1;
+  int fail_times = 0;
   cudaError_t fail_with = cudaSuccess;
   std::string failed_call, message;
   cudaError_t broken = cudaSuccess;  // after a kernel has failed every call says so
