@@ -303,6 +303,7 @@ TEST(PoseFits, objects_of_a_frame_are_fitted_as_on_the_cpu) {
 #endif
 
 #ifdef SDFTRACK_CUDA_ON_CPU
+// And once for a volume that is sent: its values are the caller's, and may change.
 TEST(PoseFits, the_host_waits_once) {
   energies::PixelSet pixels = box_pixels(2000);
   energies::SdfEnergy energy(kBox.view(), &pixels, ray_hits());
@@ -311,11 +312,11 @@ TEST(PoseFits, the_host_waits_once) {
   found.x = start_of(false);
   const std::int64_t before = cuda_on_cpu::waits();
   energy.search(&device, 2, {}, {}, &found);
-  EXPECT_EQ(cuda_on_cpu::waits() - before, 1);
+  EXPECT_EQ(cuda_on_cpu::waits() - before, 1 + 1);
   EXPECT_GT(found.steps.size(), 2u);
   const std::int64_t between = cuda_on_cpu::waits();
   static_cast<void>(fit_boxes(0));
-  EXPECT_EQ(cuda_on_cpu::waits() - between, 1);
+  EXPECT_EQ(cuda_on_cpu::waits() - between, 1 + 1);
 }
 
 // What the frame needs beside the fit runs on the CPU; before, the host waited for each sum.
