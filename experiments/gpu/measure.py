@@ -39,13 +39,23 @@ def time_ms(call: Call, runs: int) -> dict[str, float]:
     return {"median": quarters[1], "lower": quarters[0], "upper": quarters[2]}
 
 
+def camera_of(size: int) -> st.Camera:
+    """A camera of `size` pixels across, at 4:3."""
+    return st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+
+
+def before_wall(box: st.SDF, camera: st.Camera, pose: Any) -> st.Frame:
+    """The depth image of an object before a wall at 1.2 m."""
+    depth = box.render(camera, pose)[0]
+    return st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+
+
 def tracker_call(device: str, objects: int, size: int) -> Call:
     """A frame of an object that fills many pixels; several: one tracker after another."""
-    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    camera = camera_of(size)
     box = st.SDF.box((0.12, 0.09, 0.06), voxels=100)
     pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35])
-    depth = box.render(camera, pose)[0]
-    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    frame = before_wall(box, camera, pose)
     trackers = [
         st.Tracker(box, camera, mode="depth", device=device, max_pixels=10_000) for _ in range(objects)
     ]
@@ -56,11 +66,10 @@ def tracker_call(device: str, objects: int, size: int) -> Call:
 
 def fit_call(device: str, objects: int, size: int, pixels: int = 10_000) -> Call:
     """A frame of objects that are fitted each on its own, all in one call, from a few millimetres off."""
-    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    camera = camera_of(size)
     box = st.SDF.box((0.12, 0.09, 0.06), voxels=100)
     pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35])
-    depth = box.render(camera, pose)[0]
-    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    frame = before_wall(box, camera, pose)
     turns = np.linspace(-0.02, 0.02, objects)
     starts = np.stack([st.geometry.pose([t, 0.01, -t], [0.002, t / 10, 0.002]) @ pose for t in turns])
     fitter = st.PoseFitter(box, camera, device=device)
@@ -68,7 +77,7 @@ def fit_call(device: str, objects: int, size: int, pixels: int = 10_000) -> Call
 
 
 def mesh_call(device: str, size: int) -> Call:
-    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    camera = camera_of(size)
     mesh, pose = (
         st.SDF.box((0.12, 0.09, 0.06), voxels=80).to_mesh(),
         st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
@@ -78,15 +87,15 @@ def mesh_call(device: str, size: int) -> Call:
 
 def search_call(device: str, size: int) -> Call:
     """A start from a mask: the search, and the fits of what it finds."""
-    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    camera = camera_of(size)
     box, pose = (
         st.SDF.box((0.12, 0.09, 0.06), voxels=100),
         st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5]),
     )
-    depth = box.render(camera, pose)[0]
-    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+    frame = before_wall(box, camera, pose)
     tracker = st.Tracker(box, camera, mode="depth", device=device)
-    return lambda: tracker.start(frame, masks=[depth > 0])
+    mask = box.silhouette(camera, pose)
+    return lambda: tracker.start(frame, masks=[mask])
 
 
 def slic_call(device: str, size: int) -> Call:
@@ -147,7 +156,7 @@ def fuse_call(device: str, voxels: int) -> Call:
 
 
 def render_call(device: str, size: int) -> Call:
-    camera = st.Camera(fx=size, fy=size, cx=size / 2, cy=0.375 * size, width=size, height=3 * size // 4)
+    camera = camera_of(size)
     box, pose = (
         st.SDF.box((0.12, 0.09, 0.06), voxels=100),
         st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35]),
