@@ -12,27 +12,6 @@ namespace {
 
 constexpr int kCudaDevice = dlpack::kCuda;
 
-// What another library lends: an array whose owner is told when it is no longer used.
-class Borrowed {
- public:
-  explicit Borrowed(const py::object& capsule) {
-    if (!PyCapsule_IsValid(capsule.ptr(), dlpack::kName))
-      throw py::type_error("expected an unused DLPack capsule");
-    managed_ = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), dlpack::kName));
-    PyCapsule_SetName(capsule.ptr(), "used_dltensor");
-  }
-  ~Borrowed() {
-    if (managed_->deleter) managed_->deleter(managed_);
-  }
-  Borrowed(const Borrowed&) = delete;
-  Borrowed& operator=(const Borrowed&) = delete;
-
-  const dlpack::Tensor& tensor() const { return managed_->tensor; }
-
- private:
-  dlpack::ManagedTensor* managed_;
-};
-
 // The tensor that another library takes over; the array lives as long as it does.
 struct Lent {
   dlpack::ManagedTensor managed{};
@@ -95,8 +74,10 @@ py::array to_host(const OnDevice& array) {
 }  // namespace
 
 void bind_device_array(py::module_& m) {
+  using dlpack::Borrowed;
   py::class_<Borrowed>(m, "BorrowedArray", "An array of another library, by its DLPack capsule.")
-      .def(py::init<py::object>(), py::arg("capsule"))
+      .def(py::init([](const py::object& capsule) { return std::make_unique<Borrowed>(capsule, "array"); }),
+           py::arg("capsule"))
       .def_property_readonly("address",
                              [](const Borrowed& b) {
                                return reinterpret_cast<std::uintptr_t>(b.tensor().data) +

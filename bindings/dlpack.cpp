@@ -37,6 +37,16 @@ bool is_contiguous(const Tensor& t) {
   return true;
 }
 
+Borrowed::Borrowed(const py::object& capsule, const std::string& name) {
+  if (!PyCapsule_IsValid(capsule.ptr(), kName))
+    throw py::type_error(name + ": expected an unused DLPack capsule");
+  managed_ = static_cast<ManagedTensor*>(PyCapsule_GetPointer(capsule.ptr(), kName));
+  PyCapsule_SetName(capsule.ptr(), "used_dltensor");
+}
+Borrowed::~Borrowed() {
+  if (managed_->deleter) managed_->deleter(managed_);
+}
+
 }  // namespace dlpack
 
 namespace {
@@ -65,15 +75,8 @@ py::array copy_to_host(const Tensor& t, const std::string& name) {
   return out;
 }
 
-// A capsule may be consumed once: it is renamed, and the producer's deleter called.
 py::array copy_from_dlpack(const py::object& capsule, const std::string& name) {
-  auto* managed = static_cast<ManagedTensor*>(
-      PyCapsule_IsValid(capsule.ptr(), kName) ? PyCapsule_GetPointer(capsule.ptr(), kName) : nullptr);
-  if (!managed) throw py::type_error(name + ": expected an unused DLPack capsule");
-  py::array out = copy_to_host(managed->tensor, name);
-  PyCapsule_SetName(capsule.ptr(), "used_dltensor");
-  if (managed->deleter) managed->deleter(managed);
-  return out;
+  return copy_to_host(Borrowed(capsule, name).tensor(), name);
 }
 
 }  // namespace

@@ -38,4 +38,19 @@ struct ManagedTensor {
 py::dtype dtype_of(const Tensor& t, const std::string& name);  // TypeError: one that numpy has not
 bool is_contiguous(const Tensor& t);                           // C order
 
+// What another library lends, by its capsule, which may be consumed once: its owner is told when it is no
+// longer used.
+class Borrowed {
+ public:
+  Borrowed(const py::object& capsule, const std::string& name);  // TypeError: a used one, or none
+  ~Borrowed();
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
+
+  const Tensor& tensor() const { return managed_->tensor; }
+
+ private:
+  ManagedTensor* managed_;
+};
+
 }  // namespace sdftrack::bindings::dlpack
