@@ -91,6 +91,7 @@ struct Predict {
 struct Work {
   DeviceStream stream;
   PinnedBuffer<Flags> flags_here{1};
+  std::vector<UnitOnDevice> units_here;  // until the upload is done
   DeviceBuffer<Flags> flags{1};
   DeviceBuffer<UnitOnDevice> units;
   DeviceBuffer<double> blocks, norms, x, columns, mean;
@@ -102,14 +103,14 @@ void queue_means(Work* work, const FieldLayout& at, const std::vector<LwprUnit>&
                  std::size_t count, double* mean) {
   const std::size_t n = norm_in.size(), m = norm_out.size();
   const DeviceStream& stream = work->stream;
-  std::vector<UnitOnDevice> there;
+  std::vector<UnitOnDevice>& there = work->units_here;
+  there.clear();
   std::size_t numbers = 0;
   for (const LwprUnit& unit : units) {
     there.push_back({numbers, unit.size(), unit.q_max()});
     numbers += unit.blocks().size();
   }
   double *const blocks = work->blocks.room(numbers), *const norms = work->norms.room(n + m);
-  const StreamWaiter inputs(stream);  // `there` goes
   for (std::size_t k = 0; k < m; ++k)
     stream.upload(units[k].blocks().data(), units[k].blocks().size(), blocks + there[k].first);
   stream.upload(there.data(), m, work->units.room(m));

@@ -63,11 +63,15 @@ void Machine::reset(const Settings& settings) {
   last = cudaSuccess;
 }
 
-cudaError_t Machine::enter(const char* call) {
+cudaError_t Machine::refused() {
   ++calls;
   if (broken != cudaSuccess) return failed(broken);
   if (current_device >= settings_.devices)
     return failed(settings_.devices == 0 ? cudaErrorNoDevice : cudaErrorInvalidDevice);
+  return cudaSuccess;
+}
+
+cudaError_t Machine::due(const char* call) {
   if (fail_after > 0) {
     --fail_after;
   } else if (fail_after == 0) {

@@ -44,8 +44,9 @@ class Machine {
   void reset(const Settings& settings);
   const Settings& settings() const { return settings_; }
 
-  // The beginning of each call that can fail: an error that is due, or cudaSuccess.
-  cudaError_t enter(const char* call);
+  // The beginning of each call that can fail: why no call is taken, then an error that is due.
+  cudaError_t refused();
+  cudaError_t due(const char* call);
   cudaError_t failed(cudaError_t error);  // remembered until it is asked for
   cudaError_t last_error(bool forget);
 
@@ -79,8 +80,12 @@ extern thread_local int current_device;
 
 }  // namespace cuda_on_cpu
 
-// The beginning of each function of the runtime that can fail.
-#define ENTER(name)                             \
+// The beginning of each function of the runtime that waits: an error is told when the wait is over.
+#define ENTER_WAIT                              \
   const std::lock_guard lock(Machine::mutex()); \
   Machine& m = Machine::one();                  \
-  if (const cudaError_t due = m.enter(name)) return due
+  if (const cudaError_t error = m.refused()) return error
+// The same of each other function that can fail.
+#define ENTER(name) \
+  ENTER_WAIT;       \
+  if (const cudaError_t error = m.due(name)) return error

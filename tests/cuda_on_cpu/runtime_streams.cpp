@@ -13,10 +13,12 @@ namespace {
 
 constexpr unsigned kMostThreads = 1024, kMultiprocessors = 4;
 
-cudaError_t waited(Machine& m, const std::function<bool()>& done) {
+// What was queued has been done when the wait is over, or never will be, whatever error the wait tells: the
+// host may free what the queue has read.
+cudaError_t waited(Machine& m, const char* call, const std::function<bool()>& done) {
   ++m.waits;
   m.run_until(done);
-  return m.broken == cudaSuccess ? cudaSuccess : m.failed(m.broken);
+  return m.broken == cudaSuccess ? m.due(call) : m.failed(m.broken);
 }
 
 }  // namespace
@@ -97,8 +99,8 @@ cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int dev
   return cudaSuccess;
 }
 cudaError_t cudaDeviceSynchronize() {
-  ENTER("cudaDeviceSynchronize");
-  return waited(m, [&m] {
+  ENTER_WAIT;
+  return waited(m, "cudaDeviceSynchronize", [&m] {
     return std::all_of(m.streams.begin(), m.streams.end(),
                        [](const auto& s) { return s->device != current_device || s->work.empty(); });
   });
@@ -123,10 +125,10 @@ cudaError_t cudaStreamDestroy(cudaStream_t stream) {
   return cudaSuccess;
 }
 cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
-  ENTER("cudaStreamSynchronize");
+  ENTER_WAIT;
   Stream* const s = m.stream(stream);
   if (!s) return m.failed(cudaErrorInvalidResourceHandle);
-  return waited(m, [s] { return s->work.empty(); });
+  return waited(m, "cudaStreamSynchronize", [s] { return s->work.empty(); });
 }
 cudaError_t cudaStreamQuery(cudaStream_t stream) {
   ENTER("cudaStreamQuery");
@@ -166,9 +168,9 @@ cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
   return cudaSuccess;
 }
 cudaError_t cudaEventSynchronize(cudaEvent_t event) {
-  ENTER("cudaEventSynchronize");
+  ENTER_WAIT;
   if (!m.events.contains(event)) return m.failed(cudaErrorInvalidResourceHandle);
-  return waited(m, [mark = event->mark] { return mark->done; });
+  return waited(m, "cudaEventSynchronize", [mark = event->mark] { return mark->done; });
 }
 cudaError_t cudaEventQuery(cudaEvent_t event) {
   ENTER("cudaEventQuery");
