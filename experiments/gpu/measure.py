@@ -1,28 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""Times of the GPU path on the device that is here, beside the CPU's and the estimates: one JSON.
+"""Tasks of the GPU path and their times on the device that is here, beside the CPU's.
 
-    python -m experiments.gpu.measure --out FILE.json [--device cuda:0] [--quick]
+    python -m experiments.gpu.measure --out FOLDER
 
---quick: small sizes and single runs, to try the script itself.
+records them after each task: `experiments.gpu.times.main`.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import statistics
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import sdftrack as st
-from experiments.gpu.estimates import GPUS, WORK, seconds
 from sdftrack import _core
 from sdftrack.device import CPU, device_number
-from sdftrack.testing.self_test import run_self_test
 
 Call = Callable[[], Any]
 
@@ -182,10 +177,12 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     }
 
 
-def measure(device: str, quick: bool) -> dict[str, Any]:
-    """Times of the CPU and of the device."""
+def measure(
+    device: str, quick: bool, each: Callable[[dict[str, Any]], object] = lambda _: None
+) -> dict[str, Any]:
+    """Times of the CPU and of the device; `each` is given those so far after each task."""
     runs = 1 if quick else 20
-    out = {}
+    out: dict[str, Any] = {}
     for name, make in calls(quick).items():
         few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
         out[name] = {
@@ -193,30 +190,11 @@ def measure(device: str, quick: bool) -> dict[str, Any]:
             "gpu_ms": time_ms(make(device), runs if few == runs else 5),
         }
         print(name, {k: round(v["median"], 3) for k, v in out[name].items()}, flush=True)
+        each(out)
     return out
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--device", default="cuda")
-    parser.add_argument("--quick", action="store_true")
-    given = parser.parse_args()
-    number = device_number(given.device)
-    checks = run_self_test(number)
-    result = {
-        "device": _core.cuda_fingerprint(number),
-        "quick": given.quick,
-        "info": st.info(),
-        "self_test": [vars(check) for check in checks],
-        "times": measure(f"cuda:{number}", given.quick),
-        "estimates_ms": {
-            work.name: {gpu.name: 1e3 * seconds(work, gpu)[0] for gpu in GPUS} | {"goal": work.goal_ms}
-            for work in WORK
-        },
-    }
-    given.out.write_text(json.dumps(result, indent=1))
-
-
 if __name__ == "__main__":
+    from experiments.gpu.times import main
+
     main()

@@ -1,11 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Measured times of the GPU that is here, beside the CPU's, the goals and the least ones on paper."""
+"""Measured times of the GPU that is here, beside the CPU's, the goals and the least ones on paper.
+
+    python -m experiments.gpu.times --out FOLDER [--device cuda:0] [--quick]
+
+writes the record of the experiment, gpu_times.json, after each task: what a run that is cut off has measured is there.
+--quick: small sizes and single runs, to try the script itself.
+"""
 
 from __future__ import annotations
 
+import argparse
 import shutil
+import time
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from experiments import record
 from experiments.gpu.estimates import GPUS, WORK, seconds
 from experiments.gpu.kernels import measured
 from experiments.gpu.measure import calls, measure
@@ -14,7 +25,7 @@ from experiments.table import Table
 from sdftrack import _core
 from sdftrack.device import device_number
 
-__all__ = ["gpu_times"]
+__all__ = ["gpu_times", "main"]
 
 NOTE = "Medians, with the copies to the GPU and back, and Python."
 
@@ -72,3 +83,27 @@ def _kernels(name: str, device: str) -> Table:
             )
     note = "By Nsight Compute, each kernel alone: the first 300 of a task; percent of what the GPU can do."
     return Table(f"Kernels on an {name}", columns, rows, [note])
+
+
+def main(given: Sequence[str] | None = None) -> None:
+    """The times alone, recorded task by task."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--out", type=Path, metavar="FOLDER", required=True)
+    parser.add_argument("--device", default="cuda")
+    parser.add_argument("--quick", action="store_true")
+    asked = parser.parse_args(given)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    number = device_number(asked.device)
+    name = _core.cuda_device_name(number)
+    settings = {"device": asked.device, "quick": asked.quick}
+    began = time.perf_counter()
+
+    def keep(times: dict[str, Any]) -> None:
+        seconds_so_far = time.perf_counter() - began
+        record.save("gpu_times", settings, [_times(name, times).to_dict()], seconds_so_far, folder=asked.out)
+
+    measure(f"cuda:{number}", asked.quick, keep)
+
+
+if __name__ == "__main__":
+    main()

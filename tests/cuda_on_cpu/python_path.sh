@@ -1,13 +1,18 @@
 #!/usr/bin/env bash
 # Prints a folder for PYTHONPATH with the package and the extension of a build with the stand-in:
-#   PYTHONPATH=$(bash tests/cuda_on_cpu/python_path.sh BUILD) python -m pytest -m gpu tests/python
-# Not for an environment with an editable install: that one comes before PYTHONPATH.
+#   PYTHONPATH=$(bash tests/cuda_on_cpu/python_path.sh BUILD [FOLDER]) python -m pytest -m gpu tests/python
+# BUILD has _core*.so, or bindings/_core*.so. Not for an environment with an editable install: that one comes before
+# PYTHONPATH.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)
 build=$(cd "$1" && pwd)
-site=$build/python_path
+site=${2:-$build/python_path}
+core=$(find "$build" "$build/bindings" -maxdepth 1 -name '_core*.so' -print -quit 2>/dev/null || true)
+[ -n "$core" ] || { echo "$build: expected _core*.so or bindings/_core*.so there, found neither; build the target _core" >&2; exit 1; }
 rm -rf "$site"
 mkdir -p "$site/sdftrack"
-ln -s "$root"/python/sdftrack/* "$site/sdftrack/"
-ln -s "$build"/bindings/_core*.so "$site/sdftrack/"
+for part in "$root"/python/sdftrack/*; do
+  case $part in *_core*.so) ;; *) ln -s "$part" "$site/sdftrack/" ;; esac
+done
+ln -s "$core" "$site/sdftrack/"
 echo "$site"
