@@ -3,7 +3,9 @@
 #ifdef SDFTRACK_CUDA_ON_CPU
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "base/device_stream.h"
@@ -84,7 +86,8 @@ TEST_F(CudaOnCpu, threads_that_wait_at_different_places_are_an_error_not_a_hang)
   const DeviceStream stream;
   launch(stream, 1, HalfWaits{});
   EXPECT_THROW(stream.wait(), CudaError);
-  EXPECT_NE(cuda_on_cpu::last_message().find("wait for each other"), std::string::npos);
+  EXPECT_NE(cuda_on_cpu::last_message().find("kernel 'half waits': threads of a block wait for each other"),
+            std::string::npos);
   EXPECT_THROW(stream.wait(), CudaError);  // the device is broken from then on
 }
 
@@ -95,12 +98,42 @@ struct WriteAt {
   void operator()() const { *at = 1; }
 };
 
-TEST_F(CudaOnCpu, a_write_beyond_an_allocation_is_an_error) {
-  const DeviceStream stream;
-  DeviceBuffer<float> there(kCount);
-  launch(stream, 1, WriteAt{there.data() + kCount});
-  EXPECT_THROW(stream.wait(), CudaError);
+// AddressSanitizer ends the process at the access itself, one that reads as well.
+void expect_an_error(const std::function<void()>& work) {
+#if defined(__SANITIZE_ADDRESS__)
+  EXPECT_DEATH(work(), "use-after-poison");
+#else
+  EXPECT_THROW(work(), CudaError);
+#endif
 }
+
+TEST_F(CudaOnCpu, a_write_beyond_an_allocation_is_an_error) {
+  expect_an_error([] {
+    const DeviceStream stream;
+    DeviceBuffer<float> there(kCount);
+    launch(stream, 1, WriteAt{there.data() + kCount});
+    stream.wait();
+  });
+}
+
+struct ReadAt {
+  static constexpr const char* kName = "read";
+  static constexpr int kThreads = 1;
+  const float* at;
+  float* to;
+  void operator()() const { *to = *at; }
+};
+
+#if defined(__SANITIZE_ADDRESS__)
+TEST_F(CudaOnCpu, a_read_beyond_an_allocation_is_a_report) {
+  expect_an_error([] {
+    const DeviceStream stream;
+    DeviceBuffer<float> there(kCount);
+    launch(stream, 1, ReadAt{there.data() + kCount, there.data()});
+    stream.wait();
+  });
+}
+#endif
 
 TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
   const DeviceBuffer<float> there(kCount);
@@ -108,10 +141,12 @@ TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
 }
 
 TEST_F(CudaOnCpu, a_write_into_memory_that_was_freed_is_an_error) {
-  const DeviceStream stream;
-  float* const gone = DeviceBuffer<float>(kCount).data();
-  launch(stream, 1, WriteAt{gone});
-  EXPECT_THROW(stream.wait(), CudaError);
+  expect_an_error([] {
+    const DeviceStream stream;
+    float* const gone = DeviceBuffer<float>(kCount).data();
+    launch(stream, 1, WriteAt{gone});
+    stream.wait();
+  });
 }
 
 struct ManyShared {
@@ -168,6 +203,14 @@ TEST_F(CudaOnCpu, pageable_memory_is_read_late_on_request) {
   EXPECT_GT(seen, 5);
 }
 
+std::string said_of(const char* kernel) {
+#if defined(__SANITIZE_ADDRESS__)
+  return std::string("AddressSanitizer|") + kernel;
+#else
+  return std::string("CUDA on the CPU: kernel '") + kernel + "' uses .*, which is no memory of its device";
+#endif
+}
+
 void write_to_the_other_device() {
   cuda_on_cpu::Settings settings;
   settings.devices = 2;
@@ -180,7 +223,18 @@ void write_to_the_other_device() {
 }
 
 TEST_F(CudaOnCpu, a_kernel_cannot_use_the_memory_of_another_device) {
-  EXPECT_DEATH(write_to_the_other_device(), "");
+  EXPECT_DEATH(write_to_the_other_device(), said_of("write"));
+}
+
+// The process ends, and says which kernel it was. AddressSanitizer knows of the other devices' memory itself.
+TEST_F(CudaOnCpu, a_kernel_that_reads_what_is_no_memory_is_named) {
+  const auto work = [] {
+    const DeviceStream stream;
+    DeviceBuffer<float> there(1);
+    launch(stream, 1, ReadAt{nullptr, there.data()});
+    stream.wait();
+  };
+  EXPECT_DEATH(work(), said_of("read"));
 }
 
 // A copy outside of the stream does not wait for it, nor the stream for the copy.

@@ -59,8 +59,8 @@ class Block {
   std::vector<std::size_t> order_;
   std::size_t count_ = 0, me_ = 0;
   Index dim_;
-  std::map<const void*, std::vector<std::max_align_t>> memory_;
-  std::map<const void*, std::size_t> used_;  // by this block
+  std::map<const void*, std::vector<char>> memory_;  // no byte more than asked for
+  std::map<const void*, std::size_t> used_;          // by this block
   std::minstd_rand random_;
   std::exception_ptr error_;
 };
@@ -73,8 +73,7 @@ void Block::run(Index dim, Index index, std::uint64_t seed, const std::function<
   while (threads_.size() < count_) threads_.push_back(std::make_unique<Thread>());
   order_.resize(count_);
   std::iota(order_.begin(), order_.end(), std::size_t{0});
-  for (auto& [key, memory] : memory_)
-    std::memset(memory.data(), 0xff, memory.size() * sizeof(std::max_align_t));
+  for (auto& [key, memory] : memory_) std::memset(memory.data(), 0xff, memory.size());
   error_ = nullptr;
   used_.clear();
   for (std::size_t t = 0; t < count_; ++t) {
@@ -165,8 +164,7 @@ void* Block::shared(const void* key, std::size_t bytes) {
   }
   auto& memory = memory_[key];
   if (memory.empty()) {
-    memory.resize((bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
-    std::memset(memory.data(), 0xff, memory.size() * sizeof(std::max_align_t));
+    memory.resize(bytes, '\xff');
   }
   return memory.data();
 }

@@ -43,14 +43,25 @@ struct cudaLaunchConfig_t {
 };
 
 namespace cuda_on_cpu {
-cudaError_t enqueue_grid(const cudaLaunchConfig_t& config, std::function<void()> as_each_thread);
+cudaError_t enqueue_grid(const cudaLaunchConfig_t& config, const char* name,
+                         std::function<void()> as_each_thread);
+
+// As launch.cuh has it of a kernel that is an object.
+template <class First = void, class... Others>
+constexpr const char* kernel_name() {
+  if constexpr (requires { First::kName; })
+    return First::kName;
+  else
+    return "without a name";
 }
+}  // namespace cuda_on_cpu
 
 template <class... Expected, class... Given>
 cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(Expected...),
                                Given&&... given) {
   return cuda_on_cpu::enqueue_grid(
-      *config, [kernel, ... values = Expected(std::forward<Given>(given))] { kernel(values...); });
+      *config, cuda_on_cpu::kernel_name<Expected...>(),
+      [kernel, ... values = Expected(std::forward<Given>(given))] { kernel(values...); });
 }
 
 inline void __syncthreads() { cuda_on_cpu::wait_for_block(); }

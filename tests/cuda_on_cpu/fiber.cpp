@@ -7,7 +7,7 @@
 #include <new>
 
 #if defined(__SANITIZE_ADDRESS__)
-#include <sanitizer/common_interface_defs.h>
+#include <sanitizer/asan_interface.h>
 #endif
 
 // Registers that a function must keep go to its stack, and the stack changes.
@@ -97,9 +97,12 @@ void Fiber::run(Fiber* self) {
 }
 
 void Fiber::start(std::function<void()> body) {
+  Machine& m = *machine_;
+#if defined(__SANITIZE_ADDRESS__)
+  if (!ended_) __asan_unpoison_memory_region(m.stack, kStackBytes);  // frames that were never left
+#endif
   body_ = std::move(body);
   ended_ = false;
-  Machine& m = *machine_;
   void (*const entry)() = [] { run(starting); };
 #if CUDA_ON_CPU_SWITCH
   // As after a call: six registers, the address to go to, and a stack that is 8 off a multiple of 16 there.

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "fault_message.h"
+
 namespace cuda_on_cpu {
 
 thread_local int current_device = 0;
@@ -119,14 +121,17 @@ bool Machine::run_one() {
   s.work.pop_front();
   if (!work.run || broken != cudaSuccess) return true;
   DeviceMemory& own = *memory[static_cast<std::size_t>(s.device)];
+  const std::string in = work.kernel ? std::string("kernel '") + work.kernel + "': " : "";
+  const FaultMessage on_fault(work.kernel);
   own.open();
   try {
     work.run();
   } catch (const std::exception& error) {
-    broken = cudaErrorLaunchFailure, message = error.what();
+    broken = cudaErrorLaunchFailure, message = in + error.what();
   }
   if (!own.close() && broken == cudaSuccess)
-    broken = cudaErrorIllegalAddress, message = "a write beyond an allocation, or into one that was freed";
+    broken = cudaErrorIllegalAddress,
+    message = in + "a write beyond an allocation, or into one that was freed";
   return true;
 }
 

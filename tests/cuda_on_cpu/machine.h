@@ -27,7 +27,8 @@ struct Event {
 // What waits: a copy, a kernel, a mark of an event or the wait for one.
 struct Work {
   std::function<void()> run;
-  std::shared_ptr<Mark> until;  // not before it is done
+  std::shared_ptr<Mark> until = nullptr;  // not before it is done
+  const char* kernel = nullptr;           // its name
 };
 
 struct Stream {

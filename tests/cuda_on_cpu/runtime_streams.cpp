@@ -178,7 +178,7 @@ cudaError_t cudaEventQuery(cudaEvent_t event) {
   return event->mark->done ? cudaSuccess : cudaErrorNotReady;
 }
 
-cudaError_t cuda_on_cpu::enqueue_grid(const cudaLaunchConfig_t& config,
+cudaError_t cuda_on_cpu::enqueue_grid(const cudaLaunchConfig_t& config, const char* name,
                                       std::function<void()> as_each_thread) {
   ENTER("cudaLaunchKernelEx");
   Stream* const s = m.stream(config.stream);
@@ -193,6 +193,6 @@ cudaError_t cuda_on_cpu::enqueue_grid(const cudaLaunchConfig_t& config,
               ++m.kernels;
               run_grid({g.x, g.y, g.z}, {b.x, b.y, b.z}, seed, as_each_thread);
             },
-            nullptr});
+            nullptr, name});
   return cudaSuccess;
 }
