@@ -22,47 +22,44 @@ struct Scale {
   }
 };
 
-// A block has a tile of a slice.
+// A block has a tile of some slices, a thread the voxels of one column of it.
 struct Volume {
-  static constexpr int kWide = 32, kHigh = 8, kDeep = 8;  // kDeep: slices of a thread, at least
+  static constexpr int kWide = 32, kHigh = 8, kDeep = 8;  // kDeep: slices at a time
   int nx, ny, nz;
 
   dim3 tiles() const {
     return {blocks_of(nx, kWide), blocks_of(ny, kHigh), blocks_of(nz, kDeep, kMostBlocks)};
   }
-  // work(its place, its index) for the voxels of a thread. Most lie far from the faces; for them the compiler
-  // knows where their neighbours are.
+  // work(x, y, first z, last z + 1) for the columns of a thread.
   template <class Body>
   __device__ void each_of_mine(const Body& work) const {
     const int x = static_cast<int>(blockIdx.x) * kWide + static_cast<int>(threadIdx.x) % kWide,
               y = static_cast<int>(blockIdx.y) * kHigh + static_cast<int>(threadIdx.x) / kWide;
     if (x >= nx || y >= ny) return;
-    for (int z = static_cast<int>(blockIdx.z); z < nz; z += static_cast<int>(gridDim.z)) {
-      const std::int64_t i = (static_cast<std::int64_t>(z) * ny + y) * nx + x;
-      if (x > 1 && y > 1 && z > 1 && x < nx - 2 && y < ny - 2 && z < nz - 2)
-        work(Within{{1, nx, nx * ny}}, i);
-      else
-        work(Anywhere{{x, y, z}, {nx, ny, nz}, {1, nx, nx * ny}}, i);
-    }
+    for (std::int64_t z = std::int64_t{blockIdx.z} * kDeep; z < nz; z += std::int64_t{gridDim.z} * kDeep)
+      work(x, y, static_cast<int>(z), static_cast<int>(z + kDeep < nz ? z + kDeep : nz));
   }
+  __device__ std::int64_t index(int x, int y, int z) const {
+    return (static_cast<std::int64_t>(z) * ny + y) * nx + x;
+  }
+  __device__ int slice() const { return nx * ny; }
 
  private:
   static constexpr int kMostBlocks = 65535;
-
-  struct Within {
-    int stride[3];
-    // Of the voxel that is `by` further along the axis.
-    __device__ Neighbours along(int axis, int) const { return neighbours(1, 3, stride[axis]); }
-  };
-  struct Anywhere {
-    int place[3], size[3], stride[3];
-    __device__ Neighbours along(int axis, int by) const {
-      return neighbours(place[axis] + by, size[axis], stride[axis]);
-    }
-  };
 };
 
-// The flux is its slope times one number, which alone is kept: 4 bytes of a voxel in place of 12.
+// Two values that a thread holds, where the formulas expect offsets into the volume.
+__device__ inline Neighbours held(Neighbours at, int before, int after) {
+  at.before = at.mirrored_before = before, at.after = at.mirrored_after = after;
+  return at;
+}
+__device__ inline float slope_of(float before, float after, float per) {
+  const float both[2] = {before, after};
+  return slope_along<float>({0, 1, per, 0, 1, 0, 0}, both, 1);
+}
+
+// The flux is its slope times one number, which alone is kept: 4 bytes of a voxel in place of 12. A thread
+// goes along z and keeps what the next voxel needs as well.
 struct Excess {
   static constexpr const char* kName = "level set: excess";
   static constexpr int kThreads = Volume::kWide * Volume::kHigh;
@@ -71,11 +68,52 @@ struct Excess {
   const float* phi;
   float* excess;
   __device__ void operator()() const {
-    volume.each_of_mine([&](const auto& place, std::int64_t i) {
-      const Neighbours at[3] = {place.along(0, 0), place.along(1, 0), place.along(2, 0)};
-      float slope[3];
-      excess[i] = term.excess(at, phi + i, 1, slope);
+    volume.each_of_mine([this](int x, int y, int first, int end) {
+      const int slice = volume.slice();
+      const Neighbours along_x = neighbours(x, volume.nx, 1), along_y = neighbours(y, volume.ny, volume.nx);
+      const Neighbours at[2] = {held(along_x, 1, 2), held(along_y, 3, 4)};
+      const std::int64_t i = volume.index(x, y, first);
+      const float* here = phi + i;
+      float* out = excess + i;
+      float before = here[first > 0 ? -slice : 0], own = here[0];
+      for (int z = first; z < end; ++z, here += slice, out += slice) {
+        const bool top = z == volume.nz - 1;
+        const float after = here[top ? 0 : slice];
+        const float around[7] = {own,
+                                 here[along_x.before],
+                                 here[along_x.after],
+                                 here[along_y.before],
+                                 here[along_y.after],
+                                 before,
+                                 after};
+        const Neighbours all[3] = {at[0], at[1], held(neighbours(z, volume.nz, slice), 5, 6)};
+        float slope[3];
+        *out = term.excess(all, around, 1, slope);
+        before = own, own = after;
+      }
     });
+  }
+};
+
+// What a step reads along x or y, as offsets from the voxel; the same for all voxels of a column.
+struct AcrossColumn {
+  Neighbours own;
+  int far_before, far_after;  // of the two that the slopes of the voxels beside this one are taken between
+  float per_before, per_after;
+
+  __device__ static AcrossColumn at(int i, int n, int stride) {
+    const Neighbours own = neighbours(i, n, stride);
+    const Neighbours before = neighbours(own.before == 0 ? i : i - 1, n, stride),
+                     after = neighbours(own.after == 0 ? i : i + 1, n, stride);
+    return {own, own.before + before.before, own.after + after.after, before.per, after.per};
+  }
+  // The values around the voxel that the Laplacian takes, and the flux of the voxels beside it. At a face of
+  // the volume that is the voxel's own, and its slope the one to the mirrored neighbour.
+  __device__ void read(const float* phi, const float* excess, float value, float* beside, float* flux) const {
+    beside[0] = phi[own.mirrored_before], beside[1] = phi[own.mirrored_after];
+    const float to = own.before == 0 ? beside[0] : value, from = own.after == 0 ? beside[1] : value;
+    flux[0] = excess[own.before] * slope_of(phi[far_before], to, per_before);
+    flux[1] = excess[own.after] * slope_of(from, phi[far_after], per_after);
   }
 };
 
@@ -87,22 +125,50 @@ struct Step {
   const float *phi, *excess, *log_ratio;
   float* next;
   __device__ void operator()() const {
-    volume.each_of_mine([&](const auto& place, std::int64_t i) {
-      Neighbours at[3];
-      float flux[3][2];
-      for (int k = 0; k < 3; ++k) {
-        at[k] = place.along(k, 0);
-        // At a face of the volume it is that of the voxel itself.
-        const auto flux_at = [&](int offset, int by) {
-          return excess[i + offset] *
-                 slope_along<float>(place.along(k, offset == 0 ? 0 : by), phi + i + offset, 1);
-        };
-        flux[k][0] = flux_at(at[k].before, -1), flux[k][1] = flux_at(at[k].after, 1);
-        at[k].before = 0, at[k].after = 1;  // where they now lie
+    volume.each_of_mine([this](int x, int y, int first, int end) { column(x, y, first, end); });
+  }
+
+ private:
+  __device__ void column(int x, int y, int first, int end) const {
+    const AcrossColumn across_x = AcrossColumn::at(x, volume.nx, 1),
+                       across_y = AcrossColumn::at(y, volume.ny, volume.nx);
+    const int nz = volume.nz, slice = volume.slice();
+    const std::int64_t i = volume.index(x, y, first);
+    const float *here = phi + i, *flows = excess + i, *ratio = log_ratio + i;
+    float* out = next + i;
+    const auto per = [nz](int z) { return z == 0 || z == nz - 1 ? 1.f : 0.5f; };
+    // Along z: phi of three voxels, and the flux of two.
+    float before = here[first > 0 ? -slice : 0], own = here[0], after = here[first < nz - 1 ? slice : 0];
+    float flux_own = flows[0] * slope_of(before, after, per(first)), flux_before = flux_own;
+    if (first > 0)
+      flux_before = flows[-slice] * slope_of(here[first > 1 ? -2 * slice : -slice], own, per(first - 1));
+    for (int z = first; z < end; ++z, here += slice, flows += slice, ratio += slice, out += slice) {
+      const auto voxel = [&](const Neighbours& along_z, float far, float flux_after) {
+        float around[7] = {own, 0, 0, 0, 0, 0, 0}, flux[3][2];
+        across_x.read(here, flows, own, around + 1, flux[0]);
+        across_y.read(here, flows, own, around + 3, flux[1]);
+        around[5] = along_z.mirrored_before < 0 ? before : after;
+        around[6] = along_z.mirrored_after > 0 ? after : before;
+        flux[2][0] = flux_before, flux[2][1] = flux_after;
+        const Neighbours at[3] = {beside(across_x.own, 1), beside(across_y.own, 3), beside(along_z, 5)};
+        const float* const from[3] = {flux[0], flux[1], flux[2]};
+        *out = term.step(at, around, ratio, from, 1);
+        before = own, own = after, after = far, flux_before = flux_own, flux_own = flux_after;
+      };
+      if (z > 0 && z < nz - 2) {  // the same for all threads of a block
+        const float far = here[2 * slice];
+        voxel(neighbours(1, 3, slice), far, flows[slice] * slope_of(own, far, 0.5f));
+      } else {
+        const float far = z < nz - 2 ? here[2 * slice] : after;
+        voxel(neighbours(z, nz, slice), far,
+              z < nz - 1 ? flows[slice] * slope_of(own, far, per(z + 1)) : flux_own);
       }
-      const float* const from[3] = {flux[0], flux[1], flux[2]};
-      next[i] = term.step(at, phi + i, log_ratio + i, from, 1);
-    });
+    }
+  }
+  // Of values that are held one behind the other, and of their flux.
+  __device__ static Neighbours beside(Neighbours at, int first) {
+    at.mirrored_before = first, at.mirrored_after = first + 1, at.before = 0, at.after = 1;
+    return at;
   }
 };
 
