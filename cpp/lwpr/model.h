@@ -48,8 +48,10 @@ class LwprModel {
   void predict(const double* x, std::size_t count, int threads, double* mean, double* sd) const;
   // The largest activation of each output's fields, 0 where all are below the cutoff: count x n_out.
   void activations(const double* x, std::size_t count, int threads, double* out) const;
-  // The same as predict (no sd) on the GPU. std::runtime_error in a build without CUDA.
-  void predict_cuda(const double* x, std::size_t count, int device, double* mean) const;
+  // The same as predict (no sd) on the GPU, `at_once` samples of them. std::runtime_error in a build without
+  // CUDA.
+  void predict_cuda(const double* x, std::size_t count, int device, double* mean,
+                    std::size_t at_once = std::size_t{1} << 17) const;
   // Of samples that lie on the device, to means that stay there.
   DeviceArray predict_there(const ForeignArray& x, std::size_t count, int device) const;
 

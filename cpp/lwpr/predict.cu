@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Predictions of many samples on the GPU: one thread for a sample and an output looks at all fields of the
 // output. The formulas are those of the CPU (field_terms.h), sums run in the same order: the same bits.
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/device_pool.h"
@@ -13,6 +15,8 @@
 namespace sdftrack::lwpr {
 
 namespace {
+
+constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20;  // of inputs or outputs of a piece: 8 MB
 
 // Numbers of one sample, which lie `stride` apart: threads side by side read what lies side by side.
 struct Column {
@@ -88,19 +92,35 @@ struct Predict {
   }
 };
 
+// The model there, for all samples of a call.
 struct Work {
   DeviceStream stream;
-  PinnedBuffer<Flags> flags_here{1};
   std::vector<UnitOnDevice> units_here;  // until the upload is done
-  DeviceBuffer<Flags> flags{1};
   DeviceBuffer<UnitOnDevice> units;
-  DeviceBuffer<double> blocks, norms, x, columns, mean;
+  DeviceBuffer<double> blocks, norms;
+
+  // Samples that go there, or lie there, and their means. While one lane computes, the host copies for the
+  // other.
+  struct Lane {
+    DeviceStream stream;
+    PinnedBuffer<double> x_here, mean_here;
+    PinnedBuffer<Flags> flags_here{1};
+    DeviceBuffer<Flags> flags{1};
+    DeviceBuffer<double> x, columns, mean;
+    double* to = nullptr;  // where the host wants what is on its way
+    std::size_t numbers = 0;
+  };
+  Lane lanes[2];
 };
 
-// Queued: the samples' means, (count, outputs), in the units of the caller.
-void queue_means(Work* work, const FieldLayout& at, const std::vector<LwprUnit>& units,
-                 const std::vector<double>& norm_in, const std::vector<double>& norm_out, const double* x,
-                 std::size_t count, double* mean) {
+struct Model {
+  FieldLayout at;
+  int outputs;
+  const double* norm_out;
+};
+
+Model queue_model(Work* work, const FieldLayout& at, const std::vector<LwprUnit>& units,
+                  const std::vector<double>& norm_in, const std::vector<double>& norm_out) {
   const std::size_t n = norm_in.size(), m = norm_out.size();
   const DeviceStream& stream = work->stream;
   std::vector<UnitOnDevice>& there = work->units_here;
@@ -116,29 +136,68 @@ void queue_means(Work* work, const FieldLayout& at, const std::vector<LwprUnit>&
   stream.upload(there.data(), m, work->units.room(m));
   stream.upload(norm_in.data(), n, norms);
   stream.upload(norm_out.data(), m, norms + n);
-  stream.fill_zero(work->flags.data(), 1);
+  return {at, static_cast<int>(m), norms + n};
+}
+
+// Queued: the samples' means, (count, outputs), in the units of the caller.
+void queue_means(Work* work, Work::Lane* lane, const Model& model, const double* x, std::size_t count,
+                 double* mean) {
+  const auto n = static_cast<std::size_t>(model.at.n);
+  const DeviceStream& stream = lane->stream;
+  stream.fill_zero(lane->flags.data(), 1);
   const unsigned rows = blocks_of(static_cast<std::int64_t>(count), Predict::kThreads);
   launch(stream, rows,
-         ScaleSamples{x, norms, count, at.n, work->columns.room(n * count), work->flags.data()});
-  launch(stream, dim3(rows, static_cast<unsigned>(m)),
-         Predict{at, work->units.data(), blocks, work->columns.data(), norms + n, count, mean,
-                 work->flags.data()});
-  stream.download(work->flags.data(), 1, work->flags_here.data());
+         ScaleSamples{x, work->norms.data(), count, model.at.n, lane->columns.room(n * count),
+                      lane->flags.data()});
+  launch(stream, dim3(rows, static_cast<unsigned>(model.outputs)),
+         Predict{model.at, work->units.data(), work->blocks.data(), lane->columns.data(), model.norm_out,
+                 count, mean, lane->flags.data()});
+  stream.download(lane->flags.data(), 1, lane->flags_here.data());
+}
+
+// Waits for what the lane was last given, hands it out, and says what the kernels have seen.
+Flags finish(Work::Lane* lane) {
+  lane->stream.wait();
+  if (!lane->to) return {};
+  std::copy_n(lane->mean_here.data(), lane->numbers, std::exchange(lane->to, nullptr));
+  return *lane->flags_here.data();
 }
 
 }  // namespace
 
-void LwprModel::predict_cuda(const double* x, std::size_t count, int device, double* mean) const {
+// Piece by piece in two lanes, through pinned memory, which is what lets copies run beside kernels.
+void LwprModel::predict_cuda(const double* x, std::size_t count, int device, double* mean,
+                             std::size_t at_once) const {
   if (count == 0) return;
-  const std::size_t inputs = count * norm_in_.size(), outputs = count * norm_out_.size();
-  const auto work = pool_of<Work>().borrow(device);  // its end waits for what is read and written here
-  work->stream.upload(x, inputs, work->x.room(inputs));
-  queue_means(&*work, at_, units(), norm_in_, norm_out_, work->x.data(), count, work->mean.room(outputs));
-  work->stream.download(work->mean.data(), outputs, mean);
-  work->stream.wait();
-  const Flags flags = *work->flags_here.data();
-  if (flags.not_finite) scaled_rows(x, count, "x");  // throws: it knows which sample
-  if (flags.not_said) say_the_rest(x, count, mean);
+  const std::size_t n = norm_in_.size(), m = norm_out_.size();
+  const std::size_t most =
+      std::min(count, std::max<std::size_t>(1, std::min(at_once, kNumbersAtOnce / std::max(n, m))));
+  const auto work = pool_of<Work>().borrow(device);
+  const StreamWaiter first(work->lanes[0].stream), second(work->lanes[1].stream);  // after an exception, too
+  for (Work::Lane& lane : work->lanes) lane.to = nullptr;
+  const Model model = queue_model(&*work, at_, units(), norm_in_, norm_out_);
+  for (const Work::Lane& lane : work->lanes)
+    lane.stream.follow(reinterpret_cast<std::uintptr_t>(work->stream.get()));
+  Flags all;
+  const auto finish_lane = [&all](Work::Lane* lane) {
+    const Flags flags = finish(lane);
+    all.not_finite |= flags.not_finite, all.not_said |= flags.not_said;
+  };
+  std::size_t turn = 0;
+  for (std::size_t done = 0; done < count; done += most, ++turn) {
+    const std::size_t some = std::min(most, count - done);
+    Work::Lane& lane = work->lanes[turn % 2];
+    finish_lane(&lane);
+    double* const here = lane.x_here.room(n * most);
+    std::copy_n(x + done * n, n * some, here);
+    lane.stream.upload(here, n * some, lane.x.room(n * most));
+    queue_means(&*work, &lane, model, lane.x.data(), some, lane.mean.room(m * most));
+    lane.stream.download(lane.mean.data(), m * some, lane.mean_here.room(m * most));
+    lane.to = mean + done * m, lane.numbers = m * some;
+  }
+  for (std::size_t k = 0; k < 2; ++k) finish_lane(&work->lanes[(turn + k) % 2]);
+  if (all.not_finite) scaled_rows(x, count, "x");  // throws: it knows which sample
+  if (all.not_said) say_the_rest(x, count, mean);
 }
 
 DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, int device) const {
@@ -146,13 +205,18 @@ DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, i
   DeviceArray mean(device, outputs * sizeof(double));
   if (count == 0) return mean;
   const auto work = pool_of<Work>().borrow(device);
-  const DeviceStream& stream = work->stream;
+  Work::Lane& lane = work->lanes[0];
+  const DeviceStream& stream = lane.stream;
+  const StreamWaiter at_the_end(stream);
+  lane.to = nullptr;
+  const Model model = queue_model(&*work, at_, units(), norm_in_, norm_out_);
+  stream.follow(reinterpret_cast<std::uintptr_t>(work->stream.get()));
   stream.follow(x.stream);
   const auto* const there = static_cast<const double*>(x.data);
   auto* const means = static_cast<double*>(mean.data());
-  queue_means(&*work, at_, units(), norm_in_, norm_out_, there, count, means);
+  queue_means(&*work, &lane, model, there, count, means);
   stream.wait();
-  const Flags flags = *work->flags_here.data();
+  const Flags flags = *lane.flags_here.data();
   if (flags.not_finite || flags.not_said) {
     std::vector<double> here(inputs), said(outputs);
     stream.download(there, inputs, here.data());

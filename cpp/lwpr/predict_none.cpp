@@ -5,7 +5,7 @@
 
 namespace sdftrack::lwpr {
 
-void LwprModel::predict_cuda(const double*, std::size_t, int, double*) const { no_cuda(); }
+void LwprModel::predict_cuda(const double*, std::size_t, int, double*, std::size_t) const { no_cuda(); }
 DeviceArray LwprModel::predict_there(const ForeignArray&, std::size_t, int) const { no_cuda(); }
 
 }  // namespace sdftrack::lwpr
