@@ -9,7 +9,7 @@
 #include <cstring>
 #include <vector>
 
-#include "base/device_stream.h"
+#include "base/device_event.h"
 #include "superpixels/slic_planes.cuh"
 
 namespace sdftrack::superpixels {
@@ -17,15 +17,16 @@ namespace sdftrack::superpixels {
 // Arrays of the host that are sent as one, through pinned memory, piece by piece where they are large.
 class SlicInputs {
  public:
-  static constexpr std::size_t kPiece = std::size_t{16} << 20, kAlign = 16;
+  static constexpr std::size_t kPiece = std::size_t{16} << 20, kPart = std::size_t{256} << 10, kAlign = 16;
 
-  explicit SlicInputs(std::size_t piece = kPiece) : piece_(piece) {}  // a multiple of kAlign
+  // part: bytes of a piece that are on their way while the host copies the next ones. Multiples of kAlign.
+  explicit SlicInputs(std::size_t piece = kPiece, std::size_t part = kPart) : piece_(piece), part_(part) {}
 
   // Where in the device's memory it will be.
   template <class T>
   std::size_t add(const T* host, std::size_t n) {
     const std::size_t at = (end_ + kAlign - 1) / kAlign * kAlign;
-    parts_.push_back({reinterpret_cast<const std::byte*>(host), at, n * sizeof(T)});
+    arrays_.push_back({reinterpret_cast<const std::byte*>(host), at, n * sizeof(T)});
     end_ = at + n * sizeof(T);
     return at;
   }
@@ -38,36 +39,44 @@ class SlicInputs {
   // `piece`: pinned, for a piece's bytes or all, whichever is less; in use until the stream has come this
   // far.
   void send(const DeviceStream& stream, std::byte* piece, std::byte* device) const {
-    std::size_t begin = 0;  // of the piece
-    for (const Part& part : parts_)
-      for (std::size_t done = 0; done < part.bytes;) {
-        if (part.at + done == begin + piece_ || part.at >= begin + piece_) {
-          stream.upload(piece, piece_, device + begin);
+    std::size_t begin = 0, sent = 0;  // where the piece begins, and how much of it is on its way
+    const auto send_to = [&](std::size_t end) {
+      stream.upload(piece + sent, end - sent, device + begin + sent);
+      sent = end;
+    };
+    for (const Array& array : arrays_)
+      for (std::size_t done = 0; done < array.bytes;) {
+        if (array.at + done >= begin + piece_) {
+          send_to(piece_);
           stream.wait();
-          begin += piece_;
+          begin += piece_, sent = 0;
         }
-        const std::size_t to = part.at + done - begin, some = std::min(part.bytes - done, piece_ - to);
-        std::memcpy(piece + to, part.host + done, some);
+        const std::size_t to = array.at + done - begin,
+                          some = std::min({array.bytes - done, piece_ - to, part_});
+        std::memcpy(piece + to, array.host + done, some);
         done += some;
+        if (to + some >= sent + part_) send_to(to + some);
       }
-    stream.upload(piece, end_ - begin, device + begin);
+    send_to(end_ - begin);
   }
 
  private:
-  struct Part {
+  struct Array {
     const std::byte* host;
     std::size_t at, bytes;
   };
-  std::size_t piece_;
-  std::vector<Part> parts_;
+  std::size_t piece_, part_;
+  std::vector<Array> arrays_;
   std::size_t end_ = 0;
 };
 
 // Buffers that are kept from call to call, as large as the largest has asked for.
 struct SlicMemory {
+  static constexpr std::size_t kParts = 4;  // of the labels: the host copies one while the next is on its way
   DeviceStream stream;
   PinnedBuffer<std::byte> pinned;
   PinnedBuffer<SlicCounters> counters_host{1};
+  DeviceEvent arrived[kParts];
   DeviceBuffer<std::byte> inputs;
   DeviceBuffer<int> c01, c2x, center, parent, size, labels, block_count, number;
   DeviceBuffer<Word> best, sums;
@@ -87,12 +96,22 @@ struct SlicMemory {
     if (!to) stream.wait();
     for (std::size_t done = 0; to && done < pixels; done += most) {
       const std::size_t some = std::min(most, pixels - done);
-      stream.download(labels.data() + done, some, piece);
+      const std::size_t part = (some + kParts - 1) / kParts;
+      const auto each_part = [&](const auto& work) {
+        for (std::size_t k = 0, at = 0; at < some; ++k, at += part)
+          work(arrived[k], at, std::min(part, some - at));
+      };
+      each_part([&](const DeviceEvent& event, std::size_t at, std::size_t n) {
+        stream.download(labels.data() + done + at, n, piece + at);
+        event.record(stream);
+      });
       // Meanwhile the pages of new memory are made.
       constexpr std::size_t kPage = 4096 / sizeof(int);
       for (std::size_t k = 0; k < some; k += kPage) to[done + k] = 0;
-      stream.wait();
-      std::memcpy(to + done, piece, some * sizeof(int));
+      each_part([&](const DeviceEvent& event, std::size_t at, std::size_t n) {
+        event.wait();
+        std::memcpy(to + done + at, piece + at, n * sizeof(int));
+      });
     }
     return *counters_host.data();
   }

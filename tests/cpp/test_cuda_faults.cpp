@@ -456,7 +456,7 @@ TEST(SlicInputs, arrive_where_they_were_said_to_in_any_pieces) {
     for (std::size_t k = 0; k < n; ++k) arrays.back()[k] = static_cast<std::uint8_t>(31 * arrays.size() + k);
   }
   for (const std::size_t piece : {16, 32, 64, 128, 4096}) {
-    superpixels::SlicInputs inputs(piece);
+    superpixels::SlicInputs inputs(piece, 48);
     std::vector<std::size_t> places;
     for (const auto& array : arrays) places.push_back(inputs.add(array));
     const DeviceStream stream;
