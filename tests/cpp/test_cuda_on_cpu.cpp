@@ -12,6 +12,9 @@
 #include "base/launch.cuh"
 #include "control.h"
 #include "cuda_runtime.h"
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/common_interface_defs.h>
+#endif
 
 namespace sdftrack {
 namespace {
@@ -98,10 +101,17 @@ struct WriteAt {
   void operator()() const { *at = 1; }
 };
 
+// What ends a process on purpose reports to where the test reads, not to the file of the reports.
+void report_here() {
+#if defined(__SANITIZE_ADDRESS__)
+  __sanitizer_set_report_path("stderr");
+#endif
+}
+
 // AddressSanitizer ends the process at the access itself, one that reads as well.
 void expect_an_error(const std::function<void()>& work) {
 #if defined(__SANITIZE_ADDRESS__)
-  EXPECT_DEATH(work(), "use-after-poison");
+  EXPECT_DEATH((report_here(), work()), "use-after-poison");
 #else
   EXPECT_THROW(work(), CudaError);
 #endif
@@ -137,7 +147,7 @@ TEST_F(CudaOnCpu, a_read_beyond_an_allocation_is_a_report) {
 
 TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
   const DeviceBuffer<float> there(kCount);
-  EXPECT_DEATH(static_cast<void>(*const_cast<volatile const float*>(there.data())), "");
+  EXPECT_DEATH((report_here(), static_cast<void>(*const_cast<volatile const float*>(there.data()))), "");
 }
 
 TEST_F(CudaOnCpu, a_write_into_memory_that_was_freed_is_an_error) {
@@ -223,7 +233,7 @@ void write_to_the_other_device() {
 }
 
 TEST_F(CudaOnCpu, a_kernel_cannot_use_the_memory_of_another_device) {
-  EXPECT_DEATH(write_to_the_other_device(), said_of("write"));
+  EXPECT_DEATH((report_here(), write_to_the_other_device()), said_of("write"));
 }
 
 // The process ends, and says which kernel it was. AddressSanitizer knows of the other devices' memory itself.
@@ -234,7 +244,7 @@ TEST_F(CudaOnCpu, a_kernel_that_reads_what_is_no_memory_is_named) {
     launch(stream, 1, ReadAt{nullptr, there.data()});
     stream.wait();
   };
-  EXPECT_DEATH(work(), said_of("read"));
+  EXPECT_DEATH((report_here(), work()), said_of("read"));
 }
 
 // A copy outside of the stream does not wait for it, nor the stream for the copy.
