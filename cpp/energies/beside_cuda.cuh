@@ -148,7 +148,8 @@ __device__ inline double common_offset(const OutlineLinesTerm& given, const Rigi
 
 // As OutlineEnergy::linearize.
 __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_obj_cam, double* out) {
-  constexpr int kOwn = kSummed<6>, kBeside = kOwn + 1, N = kBeside + 6;  // the pose's row with the offset
+  constexpr int kWeightAt = kSummed<6>, kRowAt = kWeightAt + 1,
+                N = kRowAt + 6;  // the pose's row with the offset
   SDFTRACK_SHARED(double[N], total);
   const Rigidd T_cam_obj = inverse(T_obj_cam);
   const double common_px = common_offset(given, T_cam_obj);
@@ -162,20 +163,20 @@ __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_
     const double weight = 1 / (1 + 0.5 * r * r);
     OutlineLinesTerm::row(line, T_obj_cam, of_pixel, per_sd, J);
     add_squares<6>(std::log1p(0.5 * r * r), weight, r, J, sums);
-    sums[kOwn] += weight * per_sd * per_sd;
-    for (int a = 0; a < 6; ++a) sums[kBeside + a] += weight * per_sd * J[a];
+    sums[kWeightAt] += weight * per_sd * per_sd;
+    for (int a = 0; a < 6; ++a) sums[kRowAt + a] += weight * per_sd * J[a];
   }
   __syncthreads();
   add_over_block(sums, total);
   __syncthreads();
   if (threadIdx.x != 0) return;
-  const double own = given.hold + total[kOwn], per_own = given.hold > 0 ? 1 / own : 0;
+  const double own = given.hold + total[kWeightAt], per_own = given.hold > 0 ? 1 / own : 0;
   total[0] += 0.5 * given.hold * common_px * common_px;
   for (int k = 0; k < 7; ++k) out[k] = total[k];
   for (int a = 0; a < 6; ++a)
     for (int b = 0; b <= a; ++b) {
       const int k = 7 + optim::lower_at(a, b);
-      out[k] = total[k] - per_own * total[kBeside + a] * total[kBeside + b];
+      out[k] = total[k] - per_own * total[kRowAt + a] * total[kRowAt + b];
     }
 }
 

@@ -40,7 +40,9 @@ struct SummedEntry {
 template <int P>
 __device__ void add_contacts(const Contacts& given, const SdfView* sdfs, const Rigidd* T_obj_cam,
                              ContactRow* tile, double* total) {
-  SDFTRACK_SHARED(Rigidd[Contacts::kPairs], T_other_object);
+  static_assert(std::is_trivially_copyable_v<Rigidd> && alignof(Rigidd) == alignof(double));
+  SDFTRACK_SHARED(double[Contacts::kPairs * sizeof(Rigidd) / sizeof(double)], memory);
+  auto* const T_other_object = reinterpret_cast<Rigidd*>(memory);
   SDFTRACK_SHARED(int, touching);
   const int thread = static_cast<int>(threadIdx.x);
   if (thread < given.pair_count)

@@ -69,7 +69,8 @@ WORK = (
     Work("100 objects, a frame", 10.0, 5200 * PIXELS * LOOKS + 12 * VGA,
          100 * PIXEL_OPS * PIXELS * LOOKS, 0, LAUNCHES, 1),
     # Two objects of 10,000 pixels in four stages (of 500, 3,000, 20,000 and 20,000 pixels, the first on the CPU), each
-    # with up to 20 trials of which five are looked at, 1.5 fields a pixel; 400 points that may touch, 500 operations each.
+    # with up to 20 trials of which five are looked at, 1.5 fields a pixel; 400 points that may touch, 500 operations
+    # each.
     Work("two objects that touch, a frame", 0.5, 52 * JOINT * 1.5, PIXEL_OPS * JOINT * 1.5, 3 * 5 * 400 * 500,
          3 * 21, 3, 3 * 5 * 12**3 / 3),
     # A look beside those of the pixels: 600 hits of 2 x 60 + 400 operations and 120 lines of 400, in double precision,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/cuda_probe.h"
+#include "base/volume_id.h"
 #include "box_scene.h"
 #include "energies/outline_energy.h"
 #include "energies/photometric.h"
@@ -399,6 +400,27 @@ TEST(PoseFits, the_host_waits_once) {
   const std::int64_t between = cuda_on_cpu::waits();
   static_cast<void>(fit_boxes(0));
   EXPECT_EQ(cuda_on_cpu::waits() - between, 1 + 1);
+}
+
+TEST(PoseFits, the_host_waits_once_with_brightness_and_outline_too) {
+  energies::PixelSet pixels = box_pixels(600);
+  SdfView sdf = kBox.view();
+  sdf.id = new_volume_id();
+  energies::SdfEnergy energy(sdf, &pixels, ray_hits());
+  energies::CudaWork device(0);
+  optim::LmResult found;
+  found.x = start_of(false);
+  Painted painted(pixels);
+  energies::OutlineLines lines = lines_of_box(false);
+  energies::Beside sent;
+  for (const int volumes : {2, 0}) {  // distances and colours are sent once
+    sent.brightness = painted.energy(found.x).on_device(), sent.brightness_weight = 0.5;
+    sent.brightness.term.sdf.id = sdf.id;
+    sent.lines = energies::OutlineEnergy(&lines, {1, 0.5, 6}).on_device(), sent.lines_weight = 1;
+    const std::int64_t before = cuda_on_cpu::waits();
+    energy.search(&device, 2, {}, sent, &found);
+    EXPECT_EQ(cuda_on_cpu::waits() - before, 1 + volumes);
+  }
 }
 
 // What the frame needs beside the fit runs on the CPU; before, the host waited for each sum.
