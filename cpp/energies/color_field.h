@@ -20,7 +20,7 @@ struct ColorView {
 
 // Rec. 601 luma of an RGB colour whose parts reach to `full`, 0..1.
 template <class C>
-float brightness(const C* rgb, float full) {
+HD float brightness(const C* rgb, float full) {
   return (0.299f * static_cast<float>(rgb[0]) + 0.587f * static_cast<float>(rgb[1]) +
           0.114f * static_cast<float>(rgb[2])) /
          full;
@@ -31,8 +31,8 @@ constexpr double kMinKnown = 0.5;  // of the eight corners, by their weights
 // Brightness (0..1) at p_obj and its gradient (1/m): the trilinear interpolant of those corners that are
 // known, over the sum of their weights. False where too few are.
 template <class T>
-bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p_obj, T* grey,
-                       Vec3<T>* gradient) {
+HD bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p_obj, T* grey,
+                          Vec3<T>* gradient) {
   const T inv = T(1) / T(sdf.voxel_m);
   const AxisSample<T> x = locate((p_obj.x - T(sdf.origin_obj.x)) * inv, sdf.nx);
   const AxisSample<T> y = locate((p_obj.y - T(sdf.origin_obj.y)) * inv, sdf.ny);

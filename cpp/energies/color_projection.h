@@ -18,29 +18,29 @@ struct ColorProjection {
   Mat3d A = Mat3d::identity();
   Vec3d q{0, 0, 0};
   bool has_first = false, has_lens = false;
-  Distortion first{}, lens{};
+  double first[8] = {}, lens[8] = {};  // as Distortion
   Intrinsics<double> K{1, 1, 0, 0};
   int width = 0, height = 0;
 
   // False behind the camera.
-  bool place(Vec3d p_cam, Vec2d* pixel) const {
+  HD bool place(Vec3d p_cam, Vec2d* pixel) const {
     if (has_first) {
       if (!(p_cam.z > 0)) return false;
-      const Vec2d bent = distort(first, {p_cam.x / p_cam.z, p_cam.y / p_cam.z});
+      const Vec2d bent = brown_conrady(first, Vec2d{p_cam.x / p_cam.z, p_cam.y / p_cam.z});
       p_cam = p_cam.z * Vec3d{bent.x, bent.y, 1};
     }
     const Vec3d y = A * p_cam + q;
     if (!(y.z > 0)) return false;
     *pixel = {y.x / y.z, y.y / y.z};
     if (has_lens) {
-      const Vec2d bent = distort(lens, *pixel);
+      const Vec2d bent = brown_conrady(lens, *pixel);
       *pixel = {K.fx * bent.x + K.cx, K.fy * bent.y + K.cy};
     }
     return true;
   }
 
   // With its derivative: exact without a lens, by central differences of a micrometre with one.
-  bool place(Vec3d p_cam, Vec2d* pixel, PixelJacobian* J) const {
+  HD bool place(Vec3d p_cam, Vec2d* pixel, PixelJacobian* J) const {
     if (!place(p_cam, pixel)) return false;
     if (!has_first && !has_lens) {
       const Vec3d y = A * p_cam + q;

@@ -24,7 +24,7 @@ int CudaWork::device() const { return impl_->device; }
 PixelsView<float> CudaWork::make_room(int count) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
-  w.volumes.begin_frame();
+  w.volumes.begin_frame(), w.colors.begin_frame();
   w.count = 0;  // until there is room
   const auto n = static_cast<std::size_t>(count);
   if (w.pixels.size() < n * kColumns) w.pixels.room((n + n / 2) * kColumns);
@@ -61,7 +61,7 @@ void CudaWork::check_uploaded(const PixelSet& set) const {
   if (set.count() != impl_->count) throw std::logic_error("CudaWork: other pixels than were uploaded");
 }
 
-void CudaWork::keep_volumes(std::size_t count) { impl_->volumes.keep(count); }
+void CudaWork::keep_volumes(std::size_t count) { impl_->volumes.keep(count), impl_->colors.keep(count); }
 
 SdfView CudaWork::volume(const SdfView& sdf) {
   Impl& w = *impl_;
@@ -70,6 +70,18 @@ SdfView CudaWork::volume(const SdfView& sdf) {
   if (view.phi) return view;
   const DeviceScope scope(w.device);
   return w.volumes.send(sdf, w.stream);
+}
+
+// As a volume of two numbers in place of each voxel's one.
+ColorView CudaWork::colors(const SdfView& sdf, const ColorView& colors) {
+  static_assert(4 * sizeof(*colors.rgb_seen) == 2 * sizeof(float));
+  Impl& w = *impl_;
+  const DeviceScope scope(w.device);
+  SdfView wide = sdf;
+  wide.phi = reinterpret_cast<const float*>(colors.rgb_seen), wide.nx = 2 * sdf.nx;
+  ColorView there = colors;
+  there.rgb_seen = reinterpret_cast<const std::uint16_t*>(w.colors.send(wide, w.stream).phi);
+  return there;
 }
 
 template <class Field, class Penalty>

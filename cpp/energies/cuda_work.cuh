@@ -29,7 +29,7 @@ struct CudaWork::Impl {
   PinnedBuffer<float> staging;
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
-  DeviceVolumes volumes{kMostVolumes};
+  DeviceVolumes volumes{kMostVolumes}, colors{kMostVolumes};
 
   // Of searches, and of the choice of their pixels.
   DeviceBuffer<std::byte> problems;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/device_names.h"
+#include "energies/color_field.h"
 #include "energies/pixel_set.h"
 
 namespace sdftrack::energies {
@@ -27,6 +28,8 @@ class CudaWork {
   // time make room for others. One without is sent anew by each call, unless the device has the same values
   // already (device_copies.h).
   SdfView volume(const SdfView& sdf);
+  // The colours beside a volume that has an id, likewise.
+  ColorView colors(const SdfView& sdf, const ColorView& colors);
   // So many are in use at once from now on: none of them makes room for another.
   void keep_volumes(std::size_t count);
 

@@ -14,6 +14,7 @@ PixelsView<float> CudaWork::make_room(int) { no_cuda(); }
 void CudaWork::download(PixelSet*) { no_cuda(); }
 void CudaWork::check_uploaded(const PixelSet&) const { no_cuda(); }
 SdfView CudaWork::volume(const SdfView&) { no_cuda(); }
+ColorView CudaWork::colors(const SdfView&, const ColorView&) { no_cuda(); }
 void CudaWork::keep_volumes(std::size_t) { no_cuda(); }
 const DeviceStream& CudaWork::stream() const { no_cuda(); }
 int CudaWork::device() const { no_cuda(); }

@@ -4,18 +4,10 @@
 
 #include <vector>
 
-#include "energies/color_projection.h"
+#include "energies/outline_lines_term.h"
 #include "optim/energy.h"
 
 namespace sdftrack::energies {
-
-// A point of the surface that is on the outline, and where along the image normal the colours put the
-// outline.
-struct OutlineLine {
-  Vec3d p_obj;
-  Vec2d centre_px, normal;  // of the line: p_obj at the pose it was made for; outwards, unit length
-  double offset_px, sd_px;  // of the true outline from centre_px along normal
-};
 
 // Distance of a line's point from where the colours put the outline, and its derivative by the increment;
 // both over the line's stated sd.
@@ -47,9 +39,9 @@ class OutlineEnergy final : public optim::Energy {
  public:
   OutlineEnergy(OutlineLines* lines, const OutlineErrors& errors)
       : lines_(lines),
-        inv_noise_(1 / errors.noise),
-        hold_(errors.common_sd_px > 0 ? errors.shared_lines / (errors.common_sd_px * errors.common_sd_px)
-                                      : 0) {}
+        term_{lines->view, 1 / errors.noise,
+              errors.common_sd_px > 0 ? errors.shared_lines / (errors.common_sd_px * errors.common_sd_px) : 0,
+              nullptr, 0} {}
 
   optim::Unknowns unknowns() const override { return {1, false, false}; }
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
@@ -57,6 +49,8 @@ class OutlineEnergy final : public optim::Energy {
 
   // Of all lines, in their order; without b.
   void residuals(const Rigidd& T_obj_cam, std::vector<OutlineResidual>* out) const;
+  // For a device, on the host.
+  OutlineLinesTerm on_device() const;
 
  private:
   template <class Visit>
@@ -67,8 +61,7 @@ class OutlineEnergy final : public optim::Energy {
   double common_offset(const Rigidd& T_obj_cam) const;
 
   OutlineLines* lines_;
-  double inv_noise_;
-  double hold_;  // L / s^2; 0: no common offset
+  OutlineLinesTerm term_;  // without its lines
 };
 
 }  // namespace sdftrack::energies

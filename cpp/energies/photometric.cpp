@@ -11,18 +11,15 @@ namespace {
 
 using Tone = PhotometricEnergy::Tone;
 
-constexpr int kSettleSteps = 4, kFollowSteps = 2;
-constexpr double kMinSlant = 0.25;  // of a ray's direction on the surface normal
-constexpr double kNearVoxels = 3;   // a reading farther from the surface shows something else
-constexpr int kFirstRounds = 6, kRounds = 2;
+constexpr int kSettleSteps = 4;
+constexpr double kNearVoxels = 3;  // a reading farther from the surface shows something else
+constexpr int kFirstRounds = 6;
 
-// The residual is linear in the tone: what each of its parts is multiplied by.
 Tone basis(const PhotometricHit& hit) {
-  const Vec3d lit = hit.grey * hit.normal_cam;
-  return (Tone() << hit.grey, lit.x, lit.y, lit.z, 1).finished();
+  Tone out;
+  PhotometricTerm::basis(hit, out.data());
+  return out;
 }
-
-double residual(const Tone& tone, const PhotometricHit& hit) { return tone.dot(basis(hit)) - hit.grey_seen; }
 
 bool same_vector(Vec3d a, Vec3d b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 bool same_pose(const Rigidd& a, const Rigidd& b) {
@@ -30,45 +27,36 @@ bool same_pose(const Rigidd& a, const Rigidd& b) {
          same_vector(a.R.r2, b.R.r2);
 }
 
-// psi(r) / r of log(1 + r^2 / (2 sigma^2)).
-double weight(double r, double inv_sigma2) { return inv_sigma2 / (1 + 0.5 * r * r * inv_sigma2); }
-
 }  // namespace
 
-// From hit->depth_m on; false, and the hit as it was, where the ray leaves the surface or its known colours.
-bool PhotometricEnergy::find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const {
-  const Vec3d along = T_obj_cam.R * hit->ray_cam;
-  double depth_m = hit->depth_m, phi = 0, slope = 0, grey;
-  Vec3d normal{0, 0, 0}, rise;
-  for (int step = 0; step < steps; ++step) {
-    sample(sdf_, T_obj_cam.t + depth_m * along, &phi, &normal);
-    slope = dot(normal, along);
-    if (!(slope < -kMinSlant * norm(along) * norm(normal))) return false;
-    depth_m -= phi / slope;
-  }
-  if (!(std::abs(phi) < static_cast<double>(sdf_.voxel_m))) return false;
-  const Vec3d p = T_obj_cam.t + depth_m * along;
-  if (!sample_brightness(sdf_, colors_, p, &grey, &rise)) return false;
-  // The hit slides along its ray so that it stays on the surface.
-  const Vec3d G = rise - (dot(rise, along) / slope) * normal, turn = cross(p, G);
-  hit->depth_m = depth_m, hit->grey = grey;
-  hit->J << G.x, G.y, G.z, turn.x, turn.y, turn.z;
-  return true;
+PhotometricTerm PhotometricEnergy::term_of(const SdfView& sdf, const ColorView& colors,
+                                           const PhotometricOptions& options) {
+  PhotometricTerm term{sdf, colors, 1 / (options.sigma * options.sigma), {}};
+  const double sd[kTone] = {options.gain_sigma, options.shading_sigma, options.shading_sigma,
+                            options.shading_sigma, options.offset_sigma};
+  for (int k = 0; k < kTone; ++k) term.tone_prior[k] = 1 / (sd[k] * sd[k]);
+  return term;
+}
+
+Brightness PhotometricEnergy::on_device() const {
+  Brightness out{term_, hits_->data(), used(), {}};
+  Eigen::Map<Tone>(out.tone) = tone_;
+  return out;
 }
 
 int PhotometricEnergy::settle(const optim::State& x) {
   const Rigidd& T = x.T_obj_cam[0];
-  const double reach = kNearVoxels * static_cast<double>(sdf_.voxel_m);
+  const double reach = kNearVoxels * static_cast<double>(term_.sdf.voxel_m);
   hits_->clear();
   for (std::size_t k = 0; k < pixels_->depth_m.size(); ++k) {
     const auto depth = static_cast<double>(pixels_->depth_m[k]);
     PhotometricHit hit;
     hit.ray_cam = ray(x.K, static_cast<double>(pixels_->u_px[k]), static_cast<double>(pixels_->v_px[k]));
     hit.depth_m = depth, hit.grey_seen = static_cast<double>(pixels_->grey[k]);
-    if (!find(T, kSettleSteps, &hit) || !(std::abs(hit.depth_m - depth) < reach)) continue;
+    if (!term_.find(T, kSettleSteps, &hit) || !(std::abs(hit.depth_m - depth) < reach)) continue;
     double unused;
     Vec3d normal;
-    sample(sdf_, T * (hit.depth_m * hit.ray_cam), &unused, &normal);
+    sample(term_.sdf, T * (hit.depth_m * hit.ray_cam), &unused, &normal);
     hit.normal_cam = (1 / norm(normal)) * transpose_times(T.R, normal);
     hits_->push_back(hit);
   }
@@ -78,31 +66,24 @@ int PhotometricEnergy::settle(const optim::State& x) {
   return used();
 }
 
-// A pixel whose ray leaves what is known goes on with the brightness that it had, and says no more: were it
-// to cost something, the border of what is known would hold the pose.
 void PhotometricEnergy::follow(const Rigidd& T_obj_cam) {
   if (same_pose(T_obj_cam, followed_)) return;  // an accepted trial is linearised where its cost was taken
   followed_ = T_obj_cam;
   for (PhotometricHit& hit : *hits_)
-    if (!find(T_obj_cam, kFollowSteps, &hit)) hit.J.setZero();
+    if (!term_.find(T_obj_cam, kFollowSteps, &hit)) hit.fall_silent();
 }
 
-Tone PhotometricEnergy::prior_weight() const {
-  Tone sd;
-  sd << options_.gain_sigma, Eigen::Vector3d::Constant(options_.shading_sigma), options_.offset_sigma;
-  return sd.cwiseAbs2().cwiseInverse();
-}
+Tone PhotometricEnergy::prior_weight() const { return Eigen::Map<const Tone>(term_.tone_prior); }
 
 // By reweighted least squares, with a prior about a frame that shows the brightness as it is.
 Tone PhotometricEnergy::toned(Tone tone, int rounds) const {
-  const double inv = 1 / (options_.sigma * options_.sigma);
   const Tone prior = prior_weight();
   for (int round = 0; round < rounds; ++round) {
-    Eigen::Matrix<double, 5, 5> H = prior.asDiagonal();
+    Eigen::Matrix<double, kTone, kTone> H = prior.asDiagonal();
     Tone b = prior.cwiseProduct(Tone::Unit(0));
     for (const PhotometricHit& hit : *hits_) {
       const Tone J = basis(hit);
-      const double w = weight(residual(tone, hit), inv);
+      const double w = term_.weight(PhotometricTerm::residual(tone.data(), J.data(), hit));
       H.noalias() += (w * J) * J.transpose();
       b += w * hit.grey_seen * J;
     }
@@ -112,35 +93,32 @@ Tone PhotometricEnergy::toned(Tone tone, int rounds) const {
 }
 
 double PhotometricEnergy::cost_of(const Tone& tone) const {
-  const double inv = 1 / (options_.sigma * options_.sigma);
   const Tone off = tone - Tone::Unit(0);
   double sum = 0.5 * off.dot(prior_weight().cwiseProduct(off));
-  for (const PhotometricHit& hit : *hits_) {
-    const double r = residual(tone, hit);
-    sum += std::log1p(0.5 * r * r * inv);
-  }
+  for (const PhotometricHit& hit : *hits_)
+    sum += term_.loss(PhotometricTerm::residual(tone.data(), basis(hit).data(), hit));
   return sum;
 }
 
 double PhotometricEnergy::cost(const optim::State& x) {
   follow(x.T_obj_cam[0]);
-  return cost_of(toned(tone_, kRounds));
+  return cost_of(toned(tone_, kToneRounds));
 }
 
 // With the tone eliminated: it follows the pose.
 void PhotometricEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
-  const double inv = 1 / (options_.sigma * options_.sigma);
   follow(x.T_obj_cam[0]);
-  tone_ = toned(tone_, kRounds);
-  using Row = Eigen::Matrix<double, 11, 1>;
-  Eigen::Matrix<double, 11, 11> H = Eigen::Matrix<double, 11, 11>::Zero();
+  tone_ = toned(tone_, kToneRounds);
+  using Row = Eigen::Matrix<double, kToned, 1>;
+  Eigen::Matrix<double, kToned, kToned> H = Eigen::Matrix<double, kToned, kToned>::Zero();
   Row g = Row::Zero();
   H.diagonal().tail<5>() = prior_weight();
   g.tail<5>() = prior_weight().cwiseProduct(tone_ - Tone::Unit(0));
   for (const PhotometricHit& hit : *hits_) {
-    const double r = residual(tone_, hit), w = weight(r, inv);
-    const double light = tone_[0] + dot(Vec3d{tone_[1], tone_[2], tone_[3]}, hit.normal_cam);
-    const Row J = (Row() << light * hit.J, basis(hit)).finished();
+    const Tone B = basis(hit);
+    const double r = PhotometricTerm::residual(tone_.data(), B.data(), hit), w = term_.weight(r);
+    Row J;
+    PhotometricTerm::row(tone_.data(), B.data(), hit, J.data());
     H.noalias() += (w * J) * J.transpose();
     g += w * r * J;
   }

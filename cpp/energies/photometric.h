@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "energies/color_field.h"
+#include "energies/photometric_term.h"
 #include "optim/energy.h"
 
 namespace sdftrack::energies {
@@ -29,25 +29,17 @@ struct PhotometricOptions {
   double offset_sigma = 0.2;   // and of its offset about 0
 };
 
-// A pixel that shows the surface: where its ray meets it, and what is seen there.
-struct PhotometricHit {
-  Vec3d ray_cam, normal_cam;      // the normal as it was where the pixels were chosen
-  double depth_m;                 // of the hit
-  double grey_seen, grey;         // of the pixel, of the surface
-  Eigen::Matrix<double, 6, 1> J;  // d grey / d increment
-};
-
 // E = sum_i log(1 + r_i^2 / (2 sigma^2)), r_i = (gain + shading . n_i) g(hit_i) + offset - grey_i, with the
 // gain, shading and offset of the frame that make it least: light that falls from somewhere else, or another
 // exposure, moves no pose. The hits stay on the surface while the object moves.
 class PhotometricEnergy final : public optim::Energy {
  public:
   // How the frame shows the surface's brightness: gain, shading (3), offset.
-  using Tone = Eigen::Matrix<double, 5, 1>;
+  using Tone = Eigen::Matrix<double, kTone, 1>;
 
   PhotometricEnergy(const SdfView& sdf, const ColorView& colors, const GreyPixels* pixels,
                     const PhotometricOptions& options, std::vector<PhotometricHit>* hits)
-      : sdf_(sdf), colors_(colors), pixels_(pixels), options_(options), hits_(hits) {}
+      : term_(term_of(sdf, colors, options)), pixels_(pixels), hits_(hits) {}
 
   // Which pixels show the surface at x: decided once, so that costs may be compared. Returns how many.
   int settle(const optim::State& x);
@@ -57,18 +49,19 @@ class PhotometricEnergy final : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
   const Tone& tone() const { return tone_; }
+  // For a device, on the host: as it is now.
+  Brightness on_device() const;
 
  private:
-  bool find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const;
+  static PhotometricTerm term_of(const SdfView& sdf, const ColorView& colors,
+                                 const PhotometricOptions& options);
   void follow(const Rigidd& T_obj_cam);
   Tone prior_weight() const;
   Tone toned(Tone tone, int rounds) const;
   double cost_of(const Tone& tone) const;
 
-  SdfView sdf_;
-  ColorView colors_;
+  PhotometricTerm term_;
   const GreyPixels* pixels_;
-  PhotometricOptions options_;
   std::vector<PhotometricHit>* hits_;  // working memory, kept by whoever makes many energies
   Tone tone_ = Tone::Unit(0);
   Rigidd followed_{};  // where the hits are

@@ -45,6 +45,13 @@ struct PixelSet {
     per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
     hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
+  // Those of `other` after these, as they are.
+  void append(const PixelSet& other) {
+    const auto join = [](const auto& from, auto* to) { to->insert(to->end(), from.begin(), from.end()); };
+    join(other.u_px, &u_px), join(other.v_px, &v_px), join(other.depth_m, &depth_m);
+    join(other.per_noise, &per_noise), join(other.foreground, &foreground);
+    join(other.hit_m, &hit_m), join(other.gain, &gain), join(other.at, &at);
+  }
   // All pixels from their measured depths.
   void start_afresh() {
     std::copy(depth_m.begin(), depth_m.end(), hit_m.begin());

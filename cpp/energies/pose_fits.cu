@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <cstring>
-
-#include "energies/cuda_work.cuh"
 #include "energies/pose_fits.h"
+#include "energies/search_parts.cuh"
 
 namespace sdftrack::energies {
 
@@ -14,11 +12,11 @@ constexpr int kAllBlocks = 264;  // of all objects, about: two for each multipro
 template <int P>
 constexpr int kLookSums = kSummed<P> + 1;  // and the rays that meet the model
 
-__device__ void put_at(const optim::PosePoint& at, SingleObject<float>* field) {
-  field->T_obj_cam = at.T_obj_cam.cast<float>();
+__device__ void put_at(const optim::PosePoint<6>& at, SingleObject<float>* field) {
+  field->T_obj_cam = at.T_obj_cam[0].cast<float>();
 }
-__device__ void put_at(const optim::PosePoint& at, ScaledObject<float>* field) {
-  field->T_obj_cam = at.T_obj_cam.cast<float>();
+__device__ void put_at(const optim::PosePoint<7>& at, ScaledObject<float>* field) {
+  field->T_obj_cam = at.T_obj_cam[0].cast<float>();
   field->scale = static_cast<float>(std::exp(at.log_scale));
 }
 
@@ -31,7 +29,7 @@ struct LookAndGoOn {
   static constexpr int kThreads = kBlockThreads;
   static constexpr int P = Field::P, N = kLookSums<P>;
 
-  const Problem* problems;
+  Problem* problems;  // each with what its terms keep from look to look
   PoseFit<P>* fits;
   double* partial;
   int blocks, looks;  // of one object; one after another
@@ -48,22 +46,21 @@ struct LookAndGoOn {
 
  private:
   __device__ void look(int problem, bool first) const {
-    const Problem& given = problems[problem];
+    Problem& given = problems[problem];
     PoseFit<P>& fit = fits[problem];
     const int share = static_cast<int>(blockIdx.x) % blocks;
     double* const of_problem = partial + static_cast<std::size_t>(problem) * blocks * N;
     sum_pixels(given, fit, share, first, of_problem + static_cast<std::size_t>(share) * N);
-    if (!is_last(&fit)) return;
+    if (!is_last_block(&fit.arrived, blocks)) return;
     SDFTRACK_SHARED(double[N], total);
-    SDFTRACK_SHARED(double[kSummed<6>], of_outline);
     add_blocks(of_problem, blocks, N, total);
-    if (given.outline.points_obj.n > 0) sum_outline(given, point_of(fit, first), of_outline);
     __syncthreads();
-    if (threadIdx.x == 0) decide(given, first, total, of_outline, &fit);
+    add_beside(&given.beside, point_of(fit, first).T_obj_cam[0], first, {total, total + 1, total + 1 + P, 0});
+    if (threadIdx.x == 0) decide(given, first, total, &fit);
   }
 
   // Where to look. A search that begins again does so where the last one has ended.
-  __device__ static const optim::PosePoint& point_of(const PoseFit<P>& fit, bool first) {
+  __device__ static const optim::PosePoint<P>& point_of(const PoseFit<P>& fit, bool first) {
     return first ? fit.search.at : fit.search.to;
   }
   __device__ static int count_of(const Problem& given) {
@@ -87,68 +84,18 @@ struct LookAndGoOn {
     add_over_block(sums, sums_of_block);
   }
 
-  __device__ static void sum_outline(const Problem& given, const optim::PosePoint& at, double* out) {
-    OutlineTerm<float> term = given.outline;
-    term.T_obj_cam = at.T_obj_cam.template cast<float>();
-    term.T_cam_obj = inverse(at.T_obj_cam).template cast<float>();
-    float sums[kSummed<6>] = {};
-    for (int k = static_cast<int>(threadIdx.x); k < term.points_obj.count(); k += kBlockThreads)
-      add_contribution(term.linearize(k), sums);
-    add_over_block(sums, out);
-  }
-
-  // Whether the other blocks of the object have their sums written.
-  __device__ bool is_last(PoseFit<P>* fit) const {
-    SDFTRACK_SHARED(int, last);
-    __threadfence();
-    __syncthreads();
-    if (threadIdx.x == 0) last = atomicAdd(&fit->arrived, 1u) == static_cast<unsigned>(blocks - 1);
-    __syncthreads();
-    __threadfence();
-    return last != 0;
-  }
-
-  __device__ static void decide(const Problem& given, bool first, const double* total,
-                                const double* of_outline, PoseFit<P>* fit) {
+  __device__ static void decide(const Problem& given, bool first, const double* total, PoseFit<P>* fit) {
     optim::Quadratic<P> found;
-    found.cost = total[0], found.count = count_of(given);
+    found.cost = total[0], found.count = count_of(given) + given.beside.lines.count;
     for (int a = 0; a < P; ++a) found.gradient[a] = total[1 + a];
     for (int k = 0; k < P * (P + 1) / 2; ++k) found.hessian[k] = total[1 + P + k];
-    if (given.outline.points_obj.n > 0) {
-      const double weight = static_cast<double>(given.outline_weight);
-      found.cost += weight * of_outline[0];
-      for (int a = 0; a < 6; ++a) found.gradient[a] += weight * of_outline[1 + a];
-      for (int k = 0; k < 21; ++k) found.hessian[k] += weight * of_outline[7 + k];
-    }
-    given.prior.add(point_of(*fit, first).T_obj_cam, &found.cost, found.gradient, found.hessian);
     if (first) fit->hits = static_cast<int>(total[N - 1]), fit->pixels = count_of(given);
     fit->arrived = 0;
     fit->search.looked(found, given.rules, first);
   }
 };
 
-// Parts of one block of memory, each at a multiple of 16 bytes.
-class Places {
- public:
-  template <class T>
-  std::size_t add(std::size_t count) {
-    const std::size_t at = (end_ + 15) / 16 * 16;
-    end_ = at + count * sizeof(T);
-    return at;
-  }
-  std::size_t end() const { return end_; }
-
- private:
-  std::size_t end_ = 0;
-};
-
-template <class T>
-void put(const T* from, std::size_t count, std::byte* to) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  if (count > 0) std::memcpy(to, from, count * sizeof(T));
-}
-
-// Searches on the device: [fits | steps | problems | points and grids].
+// Searches on the device: [fits | steps | problems | what is beside them].
 template <class Field, class Penalty>
 class Batch {
  public:
@@ -165,10 +112,7 @@ class Batch {
     steps_at_ = places_.add<optim::LmStep>(n_ * static_cast<std::size_t>(room_));
     results_end_ = places_.end();
     problems_at_ = places_.add<Problem>(n_);
-    for (const Problem& p : problems_) {
-      points_at_.push_back(places_.add<Vec3f>(static_cast<std::size_t>(p.outline.points_obj.n)));
-      grids_at_.push_back(places_.add<float>(grid_size(p)));
-    }
+    for (const Problem& p : problems_) beside_.emplace_back(&places_, p.beside);
   }
 
   int room() const { return room_; }
@@ -184,11 +128,7 @@ class Batch {
       fit.search.kept = there<optim::LmStep>(steps_at_) + k * static_cast<std::size_t>(room_);
       put(&fit, 1, here + fits_at_ + k * sizeof(Fit));
       Problem problem = problems_[k];
-      OutlineTerm<float>& outline = problem.outline;
-      put(outline.points_obj.points, static_cast<std::size_t>(outline.points_obj.n), here + points_at_[k]);
-      put(outline.grid.distance_px, grid_size(problem), here + grids_at_[k]);
-      outline.points_obj.points = there<Vec3f>(points_at_[k]);
-      outline.grid.distance_px = there<float>(grids_at_[k]);
+      beside_[k].put_to(here, w_.problems.data(), &problem.beside);
       put(&problem, 1, here + problems_at_ + k * sizeof(Problem));
     }
     w_.stream.upload(here, places_.end(), w_.problems.data());
@@ -221,11 +161,6 @@ class Batch {
   }
 
  private:
-  static std::size_t grid_size(const Problem& p) {
-    return p.outline.points_obj.n > 0 ? static_cast<std::size_t>(p.outline.grid.width) *
-                                            static_cast<std::size_t>(p.outline.grid.height)
-                                      : 0;
-  }
   template <class T>
   T* there(std::size_t at) {
     return reinterpret_cast<T*>(w_.problems.data() + at);
@@ -238,7 +173,7 @@ class Batch {
   int room_ = 0, most_pixels_ = 0;
   Places places_;
   std::size_t fits_at_ = 0, steps_at_ = 0, results_end_ = 0, problems_at_ = 0;
-  std::vector<std::size_t> points_at_, grids_at_;
+  std::vector<SentBeside> beside_;
 };
 
 }  // namespace
@@ -250,6 +185,7 @@ int CudaPoseFits<Field, Penalty>::run(CudaWork* work, std::vector<Problem>* prob
   CudaWork::Impl& w = work->impl();
   const DeviceScope scope(w.device);
   if (back) work->check_uploaded(*back);
+  for (Problem& problem : *problems) bring_volumes(work, &problem.beside);
   Batch<Field, Penalty> batch(&w, problems, fits);
   batch.upload();
   batch.launch_all(rounds);

@@ -5,9 +5,8 @@
 
 #include <vector>
 
+#include "energies/beside.h"
 #include "energies/cuda_work.h"
-#include "energies/outline_term.h"
-#include "optim/pose_search.h"
 
 namespace sdftrack::energies {
 
@@ -18,9 +17,7 @@ struct PoseProblem {
   const int* pixel_count = nullptr;  // on the device: how many pixels there are; nullptr: as the term says
   int settle_steps = 0;              // of the rays before the first look
   optim::LmRules rules{};
-  optim::PriorTerm prior{};
-  OutlineTerm<float> outline{};  // its points and grid on the host; without points it is left out
-  float outline_weight = 0;
+  Beside beside{};
 };
 
 template <int P>

@@ -21,8 +21,8 @@ constexpr int kSummed = 1 + P + P*(P + 1) / 2;
 constexpr int kMostInRegisters = 128;  // of these a thread keeps for itself, of the 255 registers that it has
 
 // The warps' sums of N numbers, added in their order; `partial` are this block's N.
-template <int N>
-__device__ void add_warps(const float (&of_warp)[kBlockWarps][N], double* partial) {
+template <class T, int N>
+__device__ void add_warps(const T (&of_warp)[kBlockWarps][N], double* partial) {
   __syncthreads();
   for (int k = threadIdx.x; k < N; k += kBlockThreads) {
     double sum = 0;
@@ -35,13 +35,13 @@ __device__ double* of_this_block(double* partial) {
   return partial + static_cast<std::size_t>(blockIdx.x) * N;
 }
 
-template <int N>
-__device__ void add_over_block(const float (&value)[N], double* partial) {
-  SDFTRACK_SHARED(float[kBlockWarps][N], of_warp);
+template <class T, int N>
+__device__ void add_over_block(const T (&value)[N], double* partial) {
+  SDFTRACK_SHARED(T[kBlockWarps][N], of_warp);
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
 #pragma unroll
   for (int k = 0; k < N; ++k) {
-    float sum = value[k];
+    T sum = value[k];
 #pragma unroll
     for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
     if (lane == 0) of_warp[warp][k] = sum;
@@ -83,45 +83,43 @@ struct Linearize {
 // The same for more unknowns than a thread has registers for: the lanes of a warp share the sums, and read
 // what each of them has found for its pixel from the block's memory.
 template <class Loop>
-struct LinearizeShared {
-  static constexpr const char* kName = "linearize several objects";
-  static constexpr int kThreads = kBlockThreads;
-  Loop term;
-  double* partial;
-
+struct SumsOfLanes {
   static constexpr int P = Loop::P, N = kSummed<P>, kShare = (N + 31) / 32;
   static constexpr int kSlope = P, kCurvature = P + 1, kCost = P + 2, kOne = P + 3, kHeld = P + 4;
-  struct Product {  // of three of the held numbers
-    int a, b, c;
-  };
+  using Held = float[kBlockWarps][32][kHeld];
+  using OfWarp = float[kBlockWarps][N];
 
-  __device__ void operator()() const {
-    SDFTRACK_SHARED(float[kBlockWarps][32][kHeld], held);
-    SDFTRACK_SHARED(float[kBlockWarps][N], of_warp);
+  // The block's share: from pixel `first` on, with `stride` to the next ones; `partial` are its N sums. held
+  // and of_warp may be the same memory.
+  __device__ static void add(const Loop& term, int first, int stride, Held& held, OfWarp& of_warp,
+                             double* partial) {
     const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
     float sums[kShare] = {};
-    const int stride = gridDim.x * kBlockThreads;
-    for (int first = blockIdx.x * kBlockThreads + 32 * warp; first < term.pixels.count; first += stride) {
-      hold(first + lane, held[warp][lane]);
+    for (int at = first + 32 * warp; at < term.pixels.count; at += stride) {
+      hold(term, at + lane, held[warp][lane]);
       __syncwarp();
 #pragma unroll
       for (int k = 0; k < kShare; ++k) {
-        const Product at = product_of(32 * k + lane);
+        const Product of = product_of(32 * k + lane);
         for (int p = 0; p < 32; ++p) {
           const float* const v = held[warp][p];
-          sums[k] += v[at.a] * v[at.b] * v[at.c];
+          sums[k] += v[of.a] * v[of.b] * v[of.c];
         }
       }
       __syncwarp();
     }
+    __syncthreads();
 #pragma unroll
     for (int k = 0; k < kShare; ++k)
       if (32 * k + lane < N) of_warp[warp][32 * k + lane] = sums[k];
-    add_warps(of_warp, of_this_block<N>(partial));
+    add_warps(of_warp, partial);
   }
 
  private:
-  __device__ void hold(int i, float* out) const {
+  struct Product {  // of three of the held numbers
+    int a, b, c;
+  };
+  __device__ static void hold(const Loop& term, int i, float* out) {
     for (int k = 0; k < kHeld; ++k) out[k] = 0;
     if (i >= term.pixels.count) return;
     const Contribution<float, P> c = term.linearize(i);
@@ -135,6 +133,22 @@ struct LinearizeShared {
     int a = 0, rest = n - 1 - P;
     while (rest > a) rest -= ++a;
     return {kCurvature, a, rest};
+  }
+};
+
+template <class Loop>
+struct LinearizeShared {
+  static constexpr const char* kName = "linearize several objects";
+  static constexpr int kThreads = kBlockThreads;
+  Loop term;
+  double* partial;
+
+  __device__ void operator()() const {
+    using Sums = SumsOfLanes<Loop>;
+    SDFTRACK_SHARED(typename Sums::Held, held);
+    SDFTRACK_SHARED(typename Sums::OfWarp, of_warp);
+    Sums::add(term, blockIdx.x * kBlockThreads, gridDim.x * kBlockThreads, held, of_warp,
+              of_this_block<Sums::N>(partial));
   }
 };
 

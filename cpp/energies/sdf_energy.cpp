@@ -65,21 +65,10 @@ void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions& opt
 template <int K>
 void make(const SdfView* sdfs, const optim::State& x, const SdfEnergyOptions& options,
           SoftMin<K, float>* field) {
-  float voxel_m = sdfs[0].voxel_m;
-  for (std::size_t k = 0; k < K; ++k) {
-    field->object[k] = {sdfs[k], x.T_obj_cam[k].cast<float>()};
-    voxel_m = std::min(voxel_m, sdfs[k].voxel_m);
-  }
-  field->sharpness_per_m = options.sharpness / voxel_m;
+  constexpr int kAll[kMaxJoined] = {0, 1, 2, 3};
+  for (std::size_t k = 0; k < K; ++k) field->object[k] = {sdfs[k], x.T_obj_cam[k].cast<float>()};
+  field->sharpness_per_m = sharpness_per_m(options, sdfs, kAll, K);
 }
-
-void make(const SdfEnergyOptions& o, DepthLogistic<float>* penalty) {
-  *penalty = {o.scale_m, o.outlier_floor, o.curvature, o.floor_behind};
-}
-void make(const SdfEnergyOptions& o, ColorOdds<float>* penalty) {
-  *penalty = {o.scale_m, o.outlier_floor, o.color_prior, o.curvature, o.floor_behind};
-}
-void make(const SdfEnergyOptions& o, ColorPrinted<float>* penalty) { *penalty = {o.scale_m}; }
 
 // How well the depths fit where the colour is the object's, and whose colours lie on the surface.
 struct ColorSums {
@@ -201,7 +190,7 @@ constexpr bool kOneObject =
     std::is_same_v<Field, SingleObject<float>> || std::is_same_v<Field, ScaledObject<float>>;
 
 void take(const optim::LmStep* steps, const auto& search, optim::LmResult* out) {
-  out->x.T_obj_cam[0] = search.at.T_obj_cam;
+  out->x.T_obj_cam[0] = search.at.T_obj_cam[0];
   if (!out->x.log_scale.empty()) out->x.log_scale[0] = search.at.log_scale;
   out->cost = search.cost, out->count = search.count, out->damping = search.damping;
   out->stop = search.stop, out->steps.assign(steps, steps + search.tried);
@@ -212,10 +201,9 @@ void search_one(CudaWork* device, const Term<Field, Penalty>& term, int settle_s
                 const optim::LmOptions& options, const Beside& beside, PixelSet* pixels,
                 optim::LmResult* out) {
   using Fits = CudaPoseFits<Field, Penalty>;
-  std::vector<typename Fits::Problem> problems{{term, nullptr, settle_steps, options, beside.prior,
-                                                beside.outline, static_cast<float>(beside.outline_weight)}};
+  std::vector<typename Fits::Problem> problems{{term, nullptr, settle_steps, options, beside}};
   std::vector<typename Fits::Fit> fits(1);
-  fits[0].search.at = {out->x.T_obj_cam[0], out->x.log_scale.empty() ? 0.0 : out->x.log_scale[0]};
+  fits[0].search.at = {{out->x.T_obj_cam[0]}, out->x.log_scale.empty() ? 0.0 : out->x.log_scale[0]};
   std::vector<optim::LmStep> steps;
   Fits::run(device, &problems, &fits, &steps, 1, pixels);
   take(steps.data(), fits[0].search, out);

@@ -7,30 +7,14 @@
 #include <vector>
 
 #include "base/views.h"
-#include "energies/outline_term.h"
+#include "energies/beside.h"
+#include "energies/energy_options.h"
 #include "energies/pixel_set.h"
 #include "energies/summary.h"
 #include "optim/energy.h"
 #include "optim/lm.h"
-#include "optim/pose_search.h"
 
 namespace sdftrack::energies {
-
-struct SdfEnergyOptions {
-  Residual residual = Residual::kRayHit;
-  Curvature curvature = Curvature::kIrls;
-  float scale_m = 0.002f;      // s of the logistic density
-  float outlier_floor = 0.1f;  // e; 0: the printed likelihood
-  float floor_behind = -1;     // e of readings behind the surface; negative: the same
-  bool warm_hits = true;       // go on from the last hits; false: cost is a function of the state alone
-  bool scale = false;          // unknown size
-  bool intrinsics = false;     // unknown fx, fy, cx, cy
-  float sharpness = 40;  // of a union, per smallest voxel: it lies below its objects by log(4) / 40 at most
-  bool color = false;    // weigh the pixels by their colours' posteriors
-  ColorLikelihood color_likelihood = ColorLikelihood::kOdds;
-  float color_prior = 0.7f;  // the posterior of a colour that says nothing
-  int threads = 1;
-};
 
 // What became of each pixel at a state.
 struct PixelReadings {
@@ -39,15 +23,6 @@ struct PixelReadings {
 };
 
 class CudaWork;
-
-// What may stand beside the data where a device runs the whole search.
-struct Beside {
-  optim::PriorTerm prior{};
-  OutlineTerm<float> outline{};  // without points it is left out
-  double outline_weight = 0;
-};
-
-constexpr int kMaxJoined = 4;  // objects in a union: of more near one point the nearest count
 
 // Working memory of a summary, for whoever makes one in every frame.
 struct SummaryScratch {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The search for one pose, and perhaps a scale, as a System of lm_rules.h of plain numbers: for kernels.
+// The search for the pose of one object, and perhaps its size, or for the poses of a few, as a System of
+// lm_rules.h of plain numbers: for kernels.
 #pragma once
 
 #include "base/rigid.h"
@@ -17,8 +18,13 @@ struct Quadratic {
 };
 HD constexpr int lower_at(int a, int b) { return a * (a + 1) / 2 + b; }  // b <= a
 
+// How many poses P unknowns are: six each, and a seventh is the size of a single object.
+template <int P>
+constexpr int kPoses = P < 12 ? 1 : P / 6;
+
+template <int P>
 struct PosePoint {
-  Rigidd T_obj_cam;
+  Rigidd T_obj_cam[kPoses<P>];
   double log_scale = 0;
 };
 
@@ -51,7 +57,32 @@ struct PriorTerm {
   }
 };
 
-// The damped step of a quadratic model, by L D L^T; false: it is not finite.
+// x of A x = y by L D L^T, in place of y; entry(a, b), b <= a, are those of A. False: x is not finite.
+template <int P, class Entry>
+HD bool solve_by_ldl(const Entry& entry, double* x) {
+  double L[P][P], D[P];
+  for (int a = 0; a < P; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      double sum = entry(a, b);
+      for (int k = 0; k < b; ++k) sum -= L[a][k] * D[k] * L[b][k];
+      if (a == b)
+        D[a] = sum;
+      else
+        L[a][b] = sum / D[b];
+    }
+  }
+  for (int a = 0; a < P; ++a)
+    for (int k = 0; k < a; ++k) x[a] -= L[a][k] * x[k];
+  bool finite = true;
+  for (int a = P; a-- > 0;) {
+    x[a] /= D[a];
+    for (int k = a + 1; k < P; ++k) x[a] -= L[k][a] * x[k];
+    finite = finite && abs(x[a]) <= 1.7976931348623157e308;  // not NaN, not infinite
+  }
+  return finite;
+}
+
+// The damped step of a quadratic model; false: it is not finite.
 template <int P>
 HD bool find_damped_step(const Quadratic<P>& model, double damping, double* step) {
   double most = model.hessian[0];
@@ -60,35 +91,19 @@ HD bool find_damped_step(const Quadratic<P>& model, double damping, double* step
     most = most < d ? d : most;
   }
   const double floor = damping_floor(most);
-  double L[P][P], D[P];
-  for (int a = 0; a < P; ++a) {
-    for (int b = 0; b <= a; ++b) {
-      double sum = model.hessian[lower_at(a, b)];
-      if (a == b) sum = damped(sum, damping, floor);
-      for (int k = 0; k < b; ++k) sum -= L[a][k] * D[k] * L[b][k];
-      if (a == b)
-        D[a] = sum;
-      else
-        L[a][b] = sum / D[b];
-    }
-  }
-  for (int a = 0; a < P; ++a) {
-    step[a] = -model.gradient[a];
-    for (int k = 0; k < a; ++k) step[a] -= L[a][k] * step[k];
-  }
-  bool finite = true;
-  for (int a = P; a-- > 0;) {
-    step[a] /= D[a];
-    for (int k = a + 1; k < P; ++k) step[a] -= L[k][a] * step[k];
-    finite = finite && abs(step[a]) <= 1.7976931348623157e308;  // not NaN, not infinite
-  }
-  return finite;
+  for (int a = 0; a < P; ++a) step[a] = -model.gradient[a];
+  return solve_by_ldl<P>(
+      [&](int a, int b) {
+        const double value = model.hessian[lower_at(a, b)];
+        return a == b ? damped(value, damping, floor) : value;
+      },
+      step);
 }
 
 // All that is kept from one look to the next. As a Record of lm_rules.h its steps go where `kept` says.
 template <int P>
 struct PoseSearch {
-  PosePoint at, to;  // where it is, and where the next look is
+  PosePoint<P> at, to;  // where it is, and where the next look is
   Quadratic<P> here;
   double step[P] = {};
   LmTrial trial;
@@ -121,28 +136,40 @@ struct PoseSystem {
   }
   HD bool find_step(double damping) { return find_damped_step<P>(search.here, damping, search.step); }
   HD Promise promised() const {
+    double all = 0, most = 0;
+    for (int object = 0; object < kPoses<P>; ++object) {
+      const double own = promised(6 * object, object + 1 < kPoses<P> ? 6 * object + 6 : P);
+      all += own, most = most < own ? own : most;
+    }
+    return {all, rules.block > 0 ? most : all};
+  }
+  // By the unknowns from `first` on.
+  HD double promised(int first, int last) const {
     double linear = 0, bent = 0;
-    for (int a = 0; a < P; ++a) {
+    for (int a = first; a < last; ++a) {
       double curved = 0;
       for (int b = 0; b < P; ++b)
         curved += search.here.hessian[b <= a ? lower_at(a, b) : lower_at(b, a)] * search.step[b];
       linear += search.here.gradient[a] * search.step[a], bent += search.step[a] * curved;
     }
-    const double all = -(linear + 0.5 * bent);
-    return {all, rules.block > 0 && all < 0 ? 0 : all};
+    return -(linear + 0.5 * bent);
   }
   HD bool step_is_small() const {
     bool small = true;
     for (int a = 0; a < P; ++a) {
-      const double limit = a < 3 ? rules.step_m : (a < 6 ? rules.step_rad : rules.step_relative);
+      const int k = P < 12 ? a : a % 6;
+      const double limit = k < 3 ? rules.step_m : (k < 6 ? rules.step_rad : rules.step_relative);
       small = small && abs(search.step[a]) <= limit;
     }
     return small;
   }
   HD void move() {
-    const double* const d = search.step;
-    search.to.T_obj_cam = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * search.at.T_obj_cam;
-    search.to.log_scale = search.at.log_scale + (P > 6 ? d[P - 1] : 0.0);
+    for (int k = 0; k < kPoses<P>; ++k) {
+      const double* const d = search.step + 6 * k;
+      search.to.T_obj_cam[k] =
+          increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * search.at.T_obj_cam[k];
+    }
+    search.to.log_scale = search.at.log_scale + (P == 7 ? search.step[P - 1] : 0.0);
   }
   HD void accept(bool looked) {
     if (!looked) move();

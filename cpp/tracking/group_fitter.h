@@ -12,7 +12,9 @@ class GroupFitter {
  public:
   // The follower makes the single fits, and outlives this.
   GroupFitter(const TrackerOptions& options, const TrackerSettings& settings, ObjectFollower* follower)
-      : options_(options), follower_(follower), joint_(options, settings.collision, settings.threads) {}
+      : options_(options),
+        follower_(follower),
+        joint_(options, settings.collision, settings.threads, follower->device()) {}
 
   // What may touch is fitted: FrameContext::together. Objects that are alone are left.
   void fit(FrameContext* context, const std::vector<TrackedObject>& objects);

@@ -62,6 +62,7 @@ class ObjectFollower {
   std::optional<Fitted> fit_finely(const FrameContext& context, const TrackedObject& object,
                                    const Rigidd& T_cam_obj);
   const TrackerOptions& options() const { return options_; }
+  energies::CudaWork* device() const { return device_.get(); }
   // Records of trials go round: given back, and taken by the next fit.
   std::vector<TrackStep> spare_steps() { return fitter_.spare_steps(); }
   void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }

@@ -59,6 +59,7 @@ VGA, CELLS, RAYS = 640 * 480, 200**3, 115_000
 SEARCHED = 240 * 8 * 250 + 2 * 15 * 11 * 500 + 8 * 4 * 1500
 PIXELS, LOOKS = 10_000, 10 + 4  # of one object: pixels, sums over them in a fit and steps of their rays
 LAUNCHES = 2 + 2 * 11  # the choice of the pixels, and as many looks as two rounds may ask for
+JOINT = 5 * (3_000 + 2 * 20_000)  # pixels of all looks
 PIXEL_OPS = 614  # counted on the CPU: instructions for each pack, so operations for each pixel
 WORK = (
     # A pixel of a look: 28 bytes in, 8 corners of the volume of which a half is cached, 8 bytes out. Depth is sent
@@ -67,6 +68,15 @@ WORK = (
          LAUNCHES, 1),
     Work("100 objects, a frame", 10.0, 5200 * PIXELS * LOOKS + 12 * VGA,
          100 * PIXEL_OPS * PIXELS * LOOKS, 0, LAUNCHES, 1),
+    # Two objects of 10,000 pixels in four stages (of 500, 3,000, 20,000 and 20,000 pixels, the first on the CPU), each
+    # with up to 20 trials of which five are looked at, 1.5 fields a pixel; 400 points that may touch, 500 operations
+    # each.
+    Work("two objects that touch, a frame", 0.5, 52 * JOINT * 1.5, PIXEL_OPS * JOINT * 1.5, 3 * 5 * 400 * 500,
+         3 * 21, 3, 3 * 5 * 12**3 / 3),
+    # A look beside those of the pixels: 600 hits of 2 x 60 + 400 operations and 120 lines of 400, in double precision,
+    # 25 sums over a block one after another.
+    Work("tracker with brightness and outline, a frame", 0.5, 52 * PIXELS * LOOKS, PIXEL_OPS * PIXELS * LOOKS,
+         LOOKS * (600 * 520 + 120 * 400), 3 * 11, 3, LOOKS * 25 * 60),
     # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
     Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
     # 3,000 blocks of 8^3 voxels fused (20 bytes in, 16 out), 1,500 relaxed twice (8 bytes); a part of the distances

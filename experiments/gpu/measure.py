@@ -59,6 +59,36 @@ def tracker_call(device: str, objects: int, size: int) -> Call:
     return lambda: [tracker.track(frame) for tracker in trackers]
 
 
+def painted_call(device: str, size: int) -> Call:
+    """A frame of a tracker that also reads the brightness of a coloured surface, and its outline."""
+    camera = camera_of(size)
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=100)
+    mesh = box.to_mesh()
+    waves = (128 + 100 * np.sin(150 * mesh.vertices)).astype(np.uint8)
+    mesh = st.Mesh(mesh.vertices, mesh.faces, waves)
+    painted = st.SDF.from_mesh(mesh, voxels=100, color=True)
+    pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.35])
+    depth, _, color = mesh.raycast(camera, pose)
+    frame = st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32), color)
+    tracker = st.Tracker(painted, camera, device=device, max_pixels=10_000, outline=True, outline_from_m=0.0)
+    tracker.start(frame, poses=[pose])
+    return lambda: tracker.track(frame)
+
+
+def touching_call(device: str, objects: int, size: int) -> Call:
+    """A frame of boxes side by side, which one tracker fits together."""
+    camera = camera_of(size)
+    box = st.SDF.box((0.06, 0.09, 0.06), voxels=100)
+    first = st.geometry.pose([0.5, -0.6, 0.2], [0.01 - 0.025 * (objects - 1), 0.02, 0.4])
+    poses = [first @ st.geometry.pose([0, 0, 0], [0.0605 * k, 0, 0]) for k in range(objects)]
+    images = [box.render(camera, pose)[0] for pose in poses]
+    nearest = np.min([np.where(image > 0, image, 1.2) for image in images], axis=0)
+    frame = st.Frame(nearest.astype(np.float32))
+    tracker = st.Tracker([box] * objects, camera, mode="depth", device=device, max_pixels=10_000)
+    tracker.start(frame, poses=poses)
+    return lambda: tracker.track(frame)
+
+
 def fit_call(device: str, objects: int, size: int, pixels: int = 10_000) -> Call:
     """A frame of objects that are fitted each on its own, all in one call, from a few millimetres off."""
     camera = camera_of(size)
@@ -166,6 +196,9 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "one object, a frame": lambda d: fit_call(d, 1, size),
         "100 objects, a frame": lambda d: fit_call(d, 2 if quick else 100, size),
         "tracker of one object, a frame": lambda d: tracker_call(d, 1, size),
+        "two objects that touch, a frame": lambda d: touching_call(d, 2, size),
+        "four objects that touch, a frame": lambda d: touching_call(d, 4, size),
+        "tracker with brightness and outline, a frame": lambda d: painted_call(d, size),
         "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
         "reconstruction of 200^3, a frame": lambda d: fuse_call(d, 24 if quick else 200),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),

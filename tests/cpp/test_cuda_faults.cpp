@@ -19,6 +19,7 @@
 #include "control.h"
 #include "energies/cuda_work.h"
 #include "frame/points_cuda.h"
+#include "joint_scene.h"
 #include "levelset/evolve.h"
 #include "lwpr/model.h"
 #include "point_fixture.h"
@@ -199,6 +200,23 @@ Numbers fitted(int device) {
   return out;
 }
 
+// Two groups with one CudaWork: the second is larger.
+Numbers fitted_together(int device) {
+  energies::CudaWork work(device);
+  Numbers out;
+  for (const int objects : {2, 3}) {
+    const JointScene scene(objects, {}, true, 40 * objects);
+    energies::JointTask task = scene.task();
+    task.rules.max_steps = 1;
+    energies::JointFound found;
+    energies::fit_together(&work, task, &found);
+    for (int k = 0; k < objects; ++k)
+      out.insert(out.end(), {found.T_obj_cam[k].t.x, found.T_obj_cam[k].t.z, found.T_obj_cam[k].R.r0.y});
+    out.push_back(found.cost);
+  }
+  return out;
+}
+
 Numbers image_of_box(int device) {
   Camera camera{{60, 62, 20.3, 14.6}, 40, 30, {0.1, -0.05, 0.002, -0.001}};
   SdfView sdf = kBox.view();
@@ -344,9 +362,9 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                          testing::Values(User{"sums", &summed}, User{"labels", &labels_of_picture},
                                          User{"predictions", &predictions}, User{"learning", &learnt},
                                          User{"contour", &evolved}, User{"volume", &evolved_volume},
-                                         User{"fits", &fitted}, User{"reconstruction", &fused},
-                                         User{"image", &image_of_box}, User{"mesh", &image_of_mesh},
-                                         User{"poses", &sums_at_poses}),
+                                         User{"fits", &fitted}, User{"together", &fitted_together},
+                                         User{"reconstruction", &fused}, User{"image", &image_of_box},
+                                         User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "base/cuda_probe.h"
+#include "base/volume_id.h"
 #include "box_scene.h"
+#include "energies/outline_energy.h"
+#include "energies/photometric.h"
 #include "energies/pose_fits.h"
 #include "energies/sdf_energy.h"
 #include "frame/selection_cuda.h"
@@ -78,20 +81,88 @@ struct Beside {
   }
 };
 
-void expect_the_minimum_of_the_cpu(energies::SdfEnergyOptions options, bool with_others, int count = 1500) {
+// The box's colours, and pixels that show them at kPose under another light.
+struct Painted {
+  std::vector<std::uint16_t> rgb_seen;
+  energies::GreyPixels grey;
+  std::vector<energies::PhotometricHit> hits;
+
+  explicit Painted(const energies::PixelSet& pixels) {
+    const SdfView sdf = kBox.view();
+    for (int i = 0; i < sdf.nx * sdf.ny * sdf.nz; ++i) {
+      const int x = i % sdf.nx, y = i / sdf.nx % sdf.ny, z = i / (sdf.nx * sdf.ny);
+      const double level = 0.5 + 0.2 * std::sin(0.9 * x + 0.4 * z) + 0.2 * std::cos(0.7 * y);
+      for (int k = 0; k < 3; ++k) rgb_seen.push_back(static_cast<std::uint16_t>(65280 * level));
+      rgb_seen.push_back(x > 4 ? 9 : 0);  // a border that nobody has seen
+    }
+    std::mt19937 random(3);
+    std::normal_distribution<float> noise(0, 0.02f);
+    for (std::size_t i = 0; i < pixels.depth_m.size(); i += 2) {
+      const Vec3f p = kPose * (pixels.depth_m[i] * ray(kCamera, pixels.u_px[i], pixels.v_px[i]));
+      double level = 0.5;
+      Vec3d unused;
+      energies::sample_brightness(sdf, {rgb_seen.data(), 1}, p.cast<double>(), &level, &unused);
+      grey.push(pixels.u_px[i], pixels.v_px[i], pixels.depth_m[i],
+                0.9f * static_cast<float>(level) + 0.04f + noise(random));
+    }
+  }
+  energies::PhotometricEnergy energy(const optim::State& x) {
+    energies::PhotometricEnergy made(kBox.view(), {rgb_seen.data(), 1}, &grey, {}, &hits);
+    EXPECT_GT(made.settle(x), 50);
+    return made;
+  }
+};
+
+// Lines across the outline of the box at kPose, some of which are wrong.
+energies::OutlineLines lines_of_box(bool lens) {
+  energies::OutlineLines out;
+  out.view.A = {{525, 0, 160}, {0, 520, 120}, {0, 0, 1}};
+  if (lens) {
+    out.view.A = Mat3d::identity(), out.view.K = {525, 520, 160, 120};
+    out.view.has_lens = true, out.view.lens[0] = 0.1, out.view.lens[2] = 0.001;
+  }
+  const Rigidd T_cam_obj = inverse(kPose.cast<double>());
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 0.4);
+  for (int k = 0; k < 300; ++k) {
+    const double turn = 0.021 * k, side = k % 2 ? 0.04 : -0.04;
+    const Vec3d p{0.05 * std::cos(turn), 0.03 * std::sin(turn), side};
+    Vec2d u;
+    out.view.place(T_cam_obj * p, &u);
+    const double error = noise(random);
+    out.lines.push_back({p, u, {std::cos(turn), std::sin(turn)}, 0.3 + (k % 11 ? error : 5.0), 0.5});
+  }
+  return out;
+}
+
+enum Others { kNothing = 0, kFreeSpace = 1, kBrightness = 2, kLines = 4, kLens = 8 };
+
+void expect_the_minimum_of_the_cpu(energies::SdfEnergyOptions options, int others, int count = 1500) {
   energies::PixelSet here = box_pixels(count), there = here;
   energies::SdfEnergy cpu(kBox.view(), &here, options), gpu(kBox.view(), &there, options);
-  Beside beside;
-  tracking::FreeSpaceEnergy free_space(&beside.points, &beside.grid, {});
-  optim::SumEnergy sum;
-  sum.add(&cpu);
-  energies::Beside others;
   optim::LmResult wanted, got;
   wanted.x = got.x = start_of(options.scale);
-  if (with_others) {
+  Beside beside;
+  tracking::FreeSpaceEnergy free_space(&beside.points, &beside.grid, {});
+  Painted painted(here), painted_there(here);
+  energies::PhotometricEnergy brightness = painted.energy(got.x), to_send = painted_there.energy(got.x);
+  energies::OutlineLines lines = lines_of_box(others & kLens);
+  energies::OutlineEnergy outline(&lines, {1.2, others & kLens ? 0.0 : 0.5, 6});
+  optim::SumEnergy sum;
+  sum.add(&cpu);
+  energies::Beside sent;
+  if (others & kFreeSpace) {
     sum.add(&free_space, 3.0);
     sum.add(&beside.prior);
-    others = {beside.prior.term(), free_space.term(got.x), 3.0};
+    sent.prior = beside.prior.term(), sent.outline = free_space.term(got.x), sent.outline_weight = 3.0;
+  }
+  if (others & kBrightness) {
+    sum.add(&brightness, 0.7);
+    sent.brightness = to_send.on_device(), sent.brightness_weight = 0.7;
+  }
+  if (others & kLines) {
+    sum.add(&outline, 2.0);
+    sent.lines = outline.on_device(), sent.lines_weight = 2.0;
   }
   optim::LmOptions lm;
   lm.cost_gain = 1e-3;
@@ -100,7 +171,7 @@ void expect_the_minimum_of_the_cpu(energies::SdfEnergyOptions options, bool with
   optim::minimize(sum, lm, &work, &wanted);
   energies::CudaWork device(cuda_devices().front());
   ASSERT_TRUE(gpu.can_search());
-  gpu.search(&device, 2, lm, others, &got);
+  gpu.search(&device, 2, lm, sent, &got);
   expect_same_pose(got.x.T_obj_cam[0], wanted.x.T_obj_cam[0]);
   if (options.scale) EXPECT_NEAR(got.x.log_scale[0], wanted.x.log_scale[0], 1e-4);
   EXPECT_NEAR(got.cost, wanted.cost, 1e-4 * wanted.cost);
@@ -122,31 +193,43 @@ energies::SdfEnergyOptions ray_hits() {
 
 TEST(PoseFits, the_pose_is_the_cpus) {
   SKIP_WITHOUT_GPU;
-  expect_the_minimum_of_the_cpu(ray_hits(), false);
+  expect_the_minimum_of_the_cpu(ray_hits(), kNothing);
   energies::SdfEnergyOptions points;
   points.residual = energies::Residual::kPoint;
-  expect_the_minimum_of_the_cpu(points, false);
+  expect_the_minimum_of_the_cpu(points, kNothing);
 }
 
 TEST(PoseFits, a_prior_and_free_space_count_as_on_the_cpu) {
   SKIP_WITHOUT_GPU;
-  expect_the_minimum_of_the_cpu(ray_hits(), true);
+  expect_the_minimum_of_the_cpu(ray_hits(), kFreeSpace);
 }
 
 TEST(PoseFits, a_scale_is_found_too) {
   SKIP_WITHOUT_GPU;
   energies::SdfEnergyOptions options = ray_hits();
   options.scale = true;
-  expect_the_minimum_of_the_cpu(options, false);
+  expect_the_minimum_of_the_cpu(options, kNothing);
 }
 
 TEST(PoseFits, colours_weigh_the_pixels) {
   SKIP_WITHOUT_GPU;
   energies::SdfEnergyOptions options = ray_hits();
   options.color = true;
-  expect_the_minimum_of_the_cpu(options, true);
+  expect_the_minimum_of_the_cpu(options, kFreeSpace);
   options.color_likelihood = energies::ColorLikelihood::kPrinted;
-  expect_the_minimum_of_the_cpu(options, false);
+  expect_the_minimum_of_the_cpu(options, kNothing);
+}
+
+TEST(PoseFits, the_brightness_of_the_surface_counts_as_on_the_cpu) {
+  SKIP_WITHOUT_GPU;
+  expect_the_minimum_of_the_cpu(ray_hits(), kBrightness);
+  expect_the_minimum_of_the_cpu(ray_hits(), kFreeSpace | kBrightness | kLines, 300);
+}
+
+TEST(PoseFits, the_outline_counts_as_on_the_cpu) {
+  SKIP_WITHOUT_GPU;
+  expect_the_minimum_of_the_cpu(ray_hits(), kLines);
+  expect_the_minimum_of_the_cpu(ray_hits(), kLines | kLens);
 }
 
 // So many that each has one block, whose looks follow one another in one launch, and few with several blocks.
@@ -175,7 +258,7 @@ TEST(PoseFits, each_of_many_is_as_if_alone) {
                              all.gain + f,    all.foreground + f};
       problem.settle_steps = 2, problem.rules.max_steps = 6 - k % 2;  // not all alike
       problems.push_back(problem);
-      fits[static_cast<std::size_t>(k)].search.at.T_obj_cam =
+      fits[static_cast<std::size_t>(k)].search.at.T_obj_cam[0] =
           increment(Vec3d{0.001 * (k % 3), 0, 0.002}, Vec3d{0, 0.02, 0}) * kPose.cast<double>();
     }
     std::vector<optim::LmStep> steps;
@@ -184,7 +267,7 @@ TEST(PoseFits, each_of_many_is_as_if_alone) {
       EXPECT_GT(fit.search.tried, 1);
       EXPECT_FALSE(fit.search.searching);
       EXPECT_GT(fit.hits, kEach / 4);
-      (n == 3 ? few : many).push_back(fit.search.at.T_obj_cam);
+      (n == 3 ? few : many).push_back(fit.search.at.T_obj_cam[0]);
     }
     EXPECT_EQ(steps.size(), static_cast<std::size_t>(6 * n));
   }
@@ -317,6 +400,27 @@ TEST(PoseFits, the_host_waits_once) {
   const std::int64_t between = cuda_on_cpu::waits();
   static_cast<void>(fit_boxes(0));
   EXPECT_EQ(cuda_on_cpu::waits() - between, 1 + 1);
+}
+
+TEST(PoseFits, the_host_waits_once_with_brightness_and_outline_too) {
+  energies::PixelSet pixels = box_pixels(600);
+  SdfView sdf = kBox.view();
+  sdf.id = new_volume_id();
+  energies::SdfEnergy energy(sdf, &pixels, ray_hits());
+  energies::CudaWork device(0);
+  optim::LmResult found;
+  found.x = start_of(false);
+  Painted painted(pixels);
+  energies::OutlineLines lines = lines_of_box(false);
+  energies::Beside sent;
+  for (const int volumes : {2, 0}) {  // distances and colours are sent once
+    sent.brightness = painted.energy(found.x).on_device(), sent.brightness_weight = 0.5;
+    sent.brightness.term.sdf.id = sdf.id;
+    sent.lines = energies::OutlineEnergy(&lines, {1, 0.5, 6}).on_device(), sent.lines_weight = 1;
+    const std::int64_t before = cuda_on_cpu::waits();
+    energy.search(&device, 2, {}, sent, &found);
+    EXPECT_EQ(cuda_on_cpu::waits() - before, 1 + volumes);
+  }
 }
 
 // What the frame needs beside the fit runs on the CPU; before, the host waited for each sum.

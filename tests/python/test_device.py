@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Choosing a device: what is available is used, what is missing is named."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,46 @@ def test_auto_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, monkeypatch):
     assert device.resolve_device("auto") == "cuda:0"
     monkeypatch.setattr(_core, "cuda_fingerprint", lambda number: f"a GPU {number}, driver 2")
     assert device.resolve_device("auto") == "cpu"
+
+
+BALL = st.SDF.sphere(0.05, voxels=20)
+CAMERA = st.Camera(fx=130, fy=130, cx=79.5, cy=59.5, width=160, height=120)
+
+
+@pytest.fixture
+def made_on(monkeypatch):
+    """Devices that trackers are made on; the core that is made is that of the CPU."""
+    devices, made = [], _core.Tracker
+    monkeypatch.setattr(_core, "Tracker", lambda *a: devices.append(a[6]) or made(*a[:6], -1, *a[7:]))
+    return devices
+
+
+def test_auto_of_a_tracker_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, made_on):
+    tracker = st.Tracker([BALL, BALL], CAMERA)
+    assert tracker.device == "cpu"
+    device_record.remember(0, True)
+    assert st.Tracker([BALL, BALL], CAMERA).device == "cuda:0"
+    assert st.Tracker(BALL, CAMERA, device="cpu").device == "cpu"
+    assert made_on == [-1, 0, -1]
+    assert pickle.loads(pickle.dumps(tracker)).device == "cuda:0"  # a copy takes what is there now
+
+
+def test_auto_of_a_reconstruction_is_a_gpu_once_it_has_passed_its_self_test(two_gpus):
+    star = st.Reconstructor(CAMERA)
+    assert star.device == "cpu"
+    device_record.remember(0, True)
+    assert st.Reconstructor(CAMERA).device == "cuda:0"
+    assert pickle.loads(pickle.dumps(star)).device == "cuda:0"
+    given = st.Reconstructor(CAMERA, device="cpu")
+    assert pickle.loads(pickle.dumps(given)).device == "cpu"
+
+
+def test_auto_of_a_command_is_a_gpu_once_it_has_passed_its_self_test(two_gpus):
+    from sdftrack.cli.common import check_common
+
+    assert check_common(None, "auto") == "cpu"
+    device_record.remember(0, True)
+    assert check_common(None, "auto") == "cuda:0"
 
 
 @pytest.mark.parametrize("text", ["", "[1]", "{", "[" * 100000, "null"])

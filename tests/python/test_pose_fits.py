@@ -102,6 +102,8 @@ def test_an_object_that_the_frame_does_not_show_keeps_its_pose():
         ({"rounds": 0}, ValueError, "rounds: expected a whole number from 1"),
         ({"threads": -1}, ValueError, "threads: expected"),
         ({"poses": np.full((1, 4, 4), np.eye(4)) * 1.1}, ValueError, "poses"),
+        ({"poses": np.diag([1.0, 1, -1, 1])[None]}, ValueError, "poses.*mirror"),
+        ({"poses": np.vstack([np.eye(3, 4), [0, 0, 1, 1]])[None]}, ValueError, "poses.*transposed"),
         ({"no_such": 1}, TypeError, "no_such"),
         ({"device": "gpu"}, ValueError, "device: expected one of"),
     ],
@@ -116,6 +118,15 @@ def test_bad_input_is_refused(change, error, message):
     } | change
     with pytest.raises(error, match=message):
         st.fit_poses(**given)
+
+
+def test_a_pose_of_single_precision_is_taken_as_the_nearest_rigid_one():
+    frame = st.Frame(depth_of())
+    (exact,) = st.fit_poses(BOX, CAMERA, frame, moved(POSE), device="cpu")
+    (rounded,) = st.fit_poses(BOX, CAMERA, frame, moved(POSE).astype(np.float32), device="cpu")
+    R = rounded.pose[:3, :3]
+    assert np.abs(R.T @ R - np.eye(3)).max() < 1e-12
+    assert max(metrics.pose_error(rounded.pose, exact.pose)) < POSE_ATOL
 
 
 def test_a_frame_without_depth_is_refused():

@@ -11,7 +11,6 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kMinOnDevice = 1500;       // pixels; fewer are summed here before a kernel would have started
 constexpr std::size_t kUsualSteps = 64;  // trials of a frame
 constexpr int kOutlineRounds = 3;
 constexpr double kLessWork =
@@ -191,11 +190,15 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   found.x = *x;
   const optim::LmOptions lm =
       stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all);
-  if (device && !(brightness_weight > 0) && !(outline_weight > 0)) {
+  // Colours that change are not sent.
+  if (device && (!(brightness_weight > 0) || shape.sdf.id != 0)) {
     energies::Beside beside;
     if (has_prior) beside.prior = prior.term();
     if (free_space_weight > 0)
       beside.outline = free_space.term(*x), beside.outline_weight = free_space_weight;
+    if (brightness_weight > 0)
+      beside.brightness = brightness.on_device(), beside.brightness_weight = brightness_weight;
+    if (outline_weight > 0) beside.lines = outline.on_device(), beside.lines_weight = outline_weight;
     data.search(device, kSettleSteps, lm, beside, &found);
   } else {
     if (energy_options.residual == energies::Residual::kRayHit)

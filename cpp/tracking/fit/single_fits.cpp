@@ -113,7 +113,7 @@ std::vector<SingleFit> SingleFits::fit_there(const frame::DepthFrame& frame, con
   std::vector<DeviceFits::Problem> problems;
   std::vector<DeviceFits::Fit> fits(n);
   for (std::size_t k = 0; k < n; ++k) {
-    fits[k].search.at.T_obj_cam = inverse(T_cam_obj[k]);
+    fits[k].search.at.T_obj_cam[0] = inverse(T_cam_obj[k]);
     problems.push_back({{Field{device_->volume(shapes[k]->sdf), {}},
                          Penalty{energy.scale_m, energy.outlier_floor, energy.curvature, energy.floor_behind},
                          camera.K.cast<float>(), chosen.of(k), energy.residual, false, 1},
@@ -129,7 +129,8 @@ std::vector<SingleFit> SingleFits::fit_there(const frame::DepthFrame& frame, con
     Matrix6d hessian;
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b <= a; ++b) hessian(a, b) = hessian(b, a) = search.here.hessian[optim::lower_at(a, b)];
-    out.push_back(result_of(search.at.T_obj_cam, hessian, fits[k].pixels, fits[k].hits, *shapes[k], options));
+    out.push_back(
+        result_of(search.at.T_obj_cam[0], hessian, fits[k].pixels, fits[k].hits, *shapes[k], options));
     out.back().cost = search.cost, out.back().stop = search.stop;
     const auto first = steps.begin() + static_cast<std::ptrdiff_t>(k) * room;
     out.back().steps.assign(first, first + search.tried);

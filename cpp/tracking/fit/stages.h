@@ -28,6 +28,7 @@ constexpr int kMaxStages = 64;               // more than any number of pixels a
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
 constexpr int kSummaryPixels = 1000;
+constexpr int kMinOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
 
 // A hand may be in front of the surface; behind it the sensor sees nothing. In all stages but the last: there
 // the unequal tails would draw the surface towards the readings' mean.

@@ -30,9 +30,10 @@ Bounds bounds_of(const frame::Shape& shape, const Rigidd& T_to_other, double pad
   return {(T_to_other.t - extent).cast<float>(), (T_to_other.t + extent).cast<float>()};
 }
 
-double field_at(const frame::Shape& shape, Vec3d p_obj, Vec3d* gradient) {
+double field_at(const frame::Shape& shape, Vec3d p_obj) {
   double phi;
-  sample(shape.sdf, p_obj, &phi, gradient);
+  Vec3d unused;
+  sample(shape.sdf, p_obj, &phi, &unused);
   return phi;
 }
 
@@ -54,7 +55,8 @@ void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, co
                               const optim::State& x, double reach_m, int stride) {
   shapes_ = shapes;
   pixels_.assign(pixels.begin(), pixels.end());
-  pairs_.clear(), near_.clear();
+  pairs_.clear(), T_other_object_.clear(), bounds_.clear();
+  points_.clear(), near_.clear();
   stride_ = stride;
   if (options_.kind == Collision::kNone) return;
   const int count = static_cast<int>(shapes.size());
@@ -68,76 +70,65 @@ void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, co
       const frame::Shape& other = *shapes[static_cast<std::size_t>(j)];
       const Rigidd T = x.T_obj_cam[static_cast<std::size_t>(j)] * T_cam_obj;
       if (norm(T.t) < 0.5 * (shape.diameter_m + other.diameter_m) + reach_m)
-        pairs_.push_back({m, j, T, bounds_of(other, inverse(T), reach_m)});
+        pairs_.push_back({m, j}), T_other_object_.push_back(T),
+            bounds_.push_back(bounds_of(other, inverse(T), reach_m));
     }
     for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride) {
       const Vec3f& C = shape.contact[static_cast<std::size_t>(k)];
+      energies::ContactPoint point{C, static_cast<int>(near_.size()), 0};
       for (int p = first; p < static_cast<int>(pairs_.size()); ++p) {
-        const Pair& pair = pairs_[static_cast<std::size_t>(p)];
-        if (!pair.bounds.holds(C)) continue;
-        const frame::Shape& other = *shapes[static_cast<std::size_t>(pair.other)];
-        const Vec3d at = pair.T_other_object * C.cast<double>();
-        Vec3d unused;
-        if (near_box(other, at, reach_m) && field_at(other, at, &unused) < reach_m) near_.push_back({p, k});
+        const auto i = static_cast<std::size_t>(p);
+        if (!bounds_[i].holds(C)) continue;
+        const frame::Shape& other = *shapes[static_cast<std::size_t>(pairs_[i].other)];
+        const Vec3d at = T_other_object_[i] * C.cast<double>();
+        if (near_box(other, at, reach_m) && field_at(other, at) < reach_m) near_.push_back(p), ++point.count;
       }
+      if (point.count > 0) points_.push_back(point);
     }
   }
 }
 
 void CollisionEnergy::pose_pairs(const optim::State& x) {
-  for (Pair& pair : pairs_)
-    pair.T_other_object = x.T_obj_cam[static_cast<std::size_t>(pair.other)] *
-                          inverse(x.T_obj_cam[static_cast<std::size_t>(pair.object)]);
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    T_other_object_[p] = x.T_obj_cam[static_cast<std::size_t>(pairs_[p].other)] *
+                         inverse(x.T_obj_cam[static_cast<std::size_t>(pairs_[p].object)]);
 }
 
-// For every point the nearest of the others that it may lie in.
+// visit(point, contact) for every point and the nearest of the others that it may lie in.
 template <class Visit>
 void CollisionEnergy::each_contact(const Visit& visit) const {
-  for (std::size_t i = 0; i < near_.size();) {
-    Contact least{nullptr, 0, {}};
-    const Pair& first = pairs_[static_cast<std::size_t>(near_[i].pair)];
-    const int point = near_[i].point;
-    for (; i < near_.size() && near_[i].point == point; ++i) {
-      const Pair& pair = pairs_[static_cast<std::size_t>(near_[i].pair)];
-      if (pair.object != first.object) break;
-      const frame::Shape& own = *shapes_[static_cast<std::size_t>(pair.object)];
-      const Vec3d C = own.contact[static_cast<std::size_t>(point)].cast<double>();
-      Vec3d g;
-      const double phi =
-          field_at(*shapes_[static_cast<std::size_t>(pair.other)], pair.T_other_object * C, &g);
-      if (!least.near || phi < least.phi_m) least = {&near_[i], phi, g};
-    }
-    visit(least);
-  }
+  for (const energies::ContactPoint& point : points_)
+    visit(point, energies::nearest_contact(
+                     point, near_.data(), pairs_.data(), T_other_object_.data(),
+                     [&](int object) { return shapes_[static_cast<std::size_t>(object)]->sdf; }));
 }
 
-// d phi / d unknowns of the object that the point belongs to, and of the one that it lies in: a point moves
-// with the inverse of its object's increment.
-void CollisionEnergy::rows(const Contact& c, double* own, double* other) const {
-  const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
-  const frame::Shape& shape = *shapes_[static_cast<std::size_t>(pair.object)];
-  const Vec3d C = shape.contact[static_cast<std::size_t>(c.near->point)].cast<double>();
-  const Vec3d g = c.grad_other, m = cross(pair.T_other_object * C, g);
-  const Vec3d g_own = transpose_times(pair.T_other_object.R, g), m_own = cross(C, g_own);
-  const double to_other[6] = {g.x, g.y, g.z, m.x, m.y, m.z};
-  const double to_own[6] = {-g_own.x, -g_own.y, -g_own.z, -m_own.x, -m_own.y, -m_own.z};
-  std::copy(to_other, to_other + 6, other);
-  std::copy(to_own, to_own + 6, own);
+double CollisionEnergy::weight_of(std::size_t object) const {
+  const double points = static_cast<double>(shapes_[object]->contact.size()) / stride_;
+  return std::max(kMinPixels, pixels_[object]) / points / (options_.tolerance_m * options_.tolerance_m);
+}
+
+energies::Contacts CollisionEnergy::on_device() const {
+  energies::Contacts out;
+  out.points = points_.data(), out.point_count = static_cast<int>(points_.size());
+  out.near_pairs = near_.data(), out.near_count = static_cast<int>(near_.size());
+  out.pair_count = static_cast<int>(pairs_.size());
+  std::copy(pairs_.begin(), pairs_.end(), out.pairs);
+  for (std::size_t m = 0; m < shapes_.size(); ++m) out.weight[m] = weight_of(m);
+  return out;
 }
 
 double CollisionEnergy::add_contact(optim::NormalEquations* out) const {
   double cost = 0;
-  each_contact([&](const Contact& c) {
+  each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
     if (!(c.phi_m < 0)) return;
-    const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
-    const auto m = static_cast<std::size_t>(pair.object);
-    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
-    const double weight =
-        std::max(kMinPixels, pixels_[m]) / points / (options_.tolerance_m * options_.tolerance_m);
+    const energies::ContactPair& pair = pairs_[static_cast<std::size_t>(c.pair)];
+    const double weight = weight_of(static_cast<std::size_t>(pair.object));
     cost += 0.5 * weight * c.phi_m * c.phi_m;
     if (!out) return;
     double own[6], other[6];
-    rows(c, own, other);
+    energies::contact_rows(T_other_object_[static_cast<std::size_t>(c.pair)], point.p_obj, c.grad_other, own,
+                           other);
     const int a = 6 * pair.object, b = 6 * pair.other;
     for (int i = 0; i < 6; ++i) {
       out->gradient[a + i] += weight * c.phi_m * own[i];
@@ -152,14 +143,15 @@ double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
   std::vector<double> inside(shapes_.size(), 0);  // sum of 1 - H_out
   std::vector<Eigen::VectorXd> slopes;            // of it
   if (out) slopes.assign(shapes_.size(), Eigen::VectorXd::Zero(out->gradient.size()));
-  each_contact([&](const Contact& c) {
-    const Pair& pair = pairs_[static_cast<std::size_t>(c.near->pair)];
+  each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
+    const energies::ContactPair& pair = pairs_[static_cast<std::size_t>(c.pair)];
     const auto m = static_cast<std::size_t>(pair.object);
     const double t = std::tanh(std::max(0.0, c.phi_m) / (2 * options_.scale_m)), sech2 = 1 - t * t;
     inside[m] += sech2;
     if (!out || !(c.phi_m > 0)) return;
     double own[6], other[6];
-    rows(c, own, other);
+    energies::contact_rows(T_other_object_[static_cast<std::size_t>(c.pair)], point.p_obj, c.grad_other, own,
+                           other);
     const double slope = -sech2 * t / options_.scale_m;
     for (int i = 0; i < 6; ++i) {
       slopes[m][6 * pair.object + i] += slope * own[i];

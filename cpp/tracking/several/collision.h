@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "energies/contact_term.h"
 #include "frame/shape.h"
 #include "optim/energy.h"
 #include "tracking/options/options.h"
@@ -33,40 +34,31 @@ class CollisionEnergy final : public optim::Energy {
   void prepare(const std::vector<const frame::Shape*>& shapes, const std::vector<int>& pixels,
                const optim::State& x, double reach_m, int stride = 1);
   void set_tolerance(double tolerance_m) { options_.tolerance_m = tolerance_m; }
-  bool empty() const { return near_.empty(); }
+  bool empty() const { return points_.empty(); }
+  bool runs_on_device() const { return options_.kind != Collision::kPrinted; }
+  // For a device, on the host; of at most Contacts::kObjects.
+  energies::Contacts on_device() const;
 
   optim::Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 
  private:
-  struct Pair {
-    int object, other;
-    Rigidd T_other_object;
-    Bounds bounds;  // of the other, in the object's frame
-  };
-  // A point of pair.object that may lie in pair.other. Those of one point follow one another.
-  struct Near {
-    int pair, point;
-  };
-  struct Contact {
-    const Near* near;
-    double phi_m;      // of the nearest other object
-    Vec3d grad_other;  // of its field, in its frame
-  };
-
   void pose_pairs(const optim::State& x);
   template <class Visit>
   void each_contact(const Visit& visit) const;
-  void rows(const Contact& c, double* own, double* other) const;
+  double weight_of(std::size_t object) const;
   double add_contact(optim::NormalEquations* out) const;
   double add_printed(optim::NormalEquations* out) const;
 
   CollisionOptions options_;
   std::vector<const frame::Shape*> shapes_;
   std::vector<double> pixels_;
-  std::vector<Pair> pairs_;
-  std::vector<Near> near_;
+  std::vector<energies::ContactPair> pairs_;
+  std::vector<Rigidd> T_other_object_;          // of each pair
+  std::vector<Bounds> bounds_;                  // of the other of each pair, in the object's frame
+  std::vector<energies::ContactPoint> points_;  // that may lie in some other object,
+  std::vector<int> near_;                       // and in which: pairs
   int stride_ = 1;
 };
 

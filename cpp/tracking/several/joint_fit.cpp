@@ -150,35 +150,81 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, c
   for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
     const auto i = static_cast<std::size_t>(m);
     const FitTarget& target = (*targets_)[i];
+    energies::Beside beside;
     free_space_.emplace_back(&target.shape.outline, &views_[i]->free_grid(),
                              free_space_options(options_, views_[i]->free_grid()));
-    if (!views_[i]->free_grid().empty())
-      group_.add(&free_space_.back(), free_space_weight(i, pixels.counts()[i]), &m, 1);
-    const energies::PixelSet& own = stage.all ? views_[i]->pixels() : views_[i]->coarse();
     one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[i]);
-    double weight = 0;
+    double weight = views_[i]->free_grid().empty() ? 0 : free_space_weight(i, pixels.counts()[i]);
+    if (weight > 0) {
+      group_.add(&free_space_.back(), weight, &m, 1);
+      beside.outline = free_space_.back().term(one_), beside.outline_weight = weight;
+    }
+    const energies::PixelSet& own = stage.all ? views_[i]->pixels() : views_[i]->coarse();
+    weight = 0;
     if (own.count() > 0) brightness_.push_back(views_[i]->brightness(own, one_, &weight));
-    if (weight > 0) group_.add(&brightness_.back(), weight * pixels.counts()[i] / own.count(), &m, 1);
+    if (weight > 0) {
+      weight = weight * pixels.counts()[i] / own.count();
+      group_.add(&brightness_.back(), weight, &m, 1);
+      beside.brightness = brightness_.back().on_device(), beside.brightness_weight = weight;
+    }
     weight = stage.outlines && views_[i]->pixels().count() > 0
                  ? views_[i]->outline_weight(target.memory) * pixels.counts()[i] / views_[i]->pixels().count()
                  : 0;
     if (weight > 0) {
       outlines_.push_back(views_[i]->outline_energy(target.memory, kCommonBesideDepth_px));
       group_.add(&outlines_.back(), weight, &m, 1);
+      beside.lines = outlines_.back().on_device(), beside.lines_weight = weight;
     }
     priors_.emplace_back(optim::Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
-    if (target.prior.diagonal().maxCoeff() > 0) group_.add(&priors_.back(), 1, &m, 1);
+    if (target.prior.diagonal().maxCoeff() > 0) {
+      group_.add(&priors_.back(), 1, &m, 1);
+      beside.prior = priors_.back().term();
+    }
+    if (m < energies::kMaxJoined) task_.beside[m] = beside;
   }
+}
+
+// Colours that change are not sent.
+bool JointFitter::runs_on_device(const JointPixels& pixels) const {
+  if (!device_ || targets_->size() < 2 || targets_->size() > energies::kMaxJoined) return false;
+  for (const FitTarget& target : *targets_)
+    if (options_.photometric && target.shape.colors.rgb_seen && target.shape.sdf.id == 0) return false;
+  return collision_.runs_on_device() && pixels.count() >= kMinOnDevice;
+}
+
+// From lm_result_.x on.
+void JointFitter::minimize_on_device(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
+                                     const optim::LmOptions& lm) {
+  optim::State& x = lm_result_.x;
+  task_.objects = static_cast<int>(targets_->size()), task_.parts = 0;
+  task_pixels_.clear();
+  for (const auto& part : *pixels) {
+    energies::JointPart& to = task_.part[task_.parts++];
+    to.objects = part->objects, to.pixels = part->pixels.count();
+    std::copy(part->of.begin(), part->of.end(), to.of);
+    task_pixels_.append(part->pixels);
+  }
+  for (std::size_t m = 0; m < targets_->size(); ++m)
+    task_.sdf[m] = shapes_[m]->sdf, task_.T_obj_cam[m] = x.T_obj_cam[m];
+  task_.pixels = &task_pixels_, task_.K = x.K, task_.options = energy, task_.rules = lm;
+  task_.settle_steps = energy.residual == energies::Residual::kRayHit ? kSettleSteps : 0;
+  task_.contacts = collision_.on_device();
+  energies::fit_together(device_, task_, &found_);
+  std::copy_n(found_.T_obj_cam, targets_->size(), x.T_obj_cam.begin());
+  lm_result_.cost = found_.cost, lm_result_.count = found_.count, lm_result_.damping = found_.damping;
+  lm_result_.stop = found_.stop, lm_result_.steps = found_.steps;
 }
 
 void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const Stage& stage,
                             optim::State* x) {
   const std::vector<FitTarget>& targets = *targets_;
-  const int objects = static_cast<int>(targets.size());
-  settle(pixels, energy, *x);
-  group_.clear(objects);
-  std::size_t k = 0;
-  for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
+  const bool on_device = runs_on_device(*pixels);
+  group_.clear(static_cast<int>(targets.size()));
+  if (!on_device) {
+    settle(pixels, energy, *x);
+    std::size_t k = 0;
+    for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
+  }
   make_terms(*pixels, *x, stage);
   if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
     collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
@@ -194,7 +240,10 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
   // edge.
   if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
-  optim::minimize(group_, lm, &lm_work_, &lm_result_);
+  if (on_device)
+    minimize_on_device(pixels, energy, lm);
+  else
+    optim::minimize(group_, lm, &lm_work_, &lm_result_);
   *x = lm_result_.x;
   for (std::size_t m = 0; m < targets.size(); ++m)
     for (const optim::LmStep& step : lm_result_.steps)

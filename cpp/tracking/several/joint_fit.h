@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "energies/joint_fits.h"
 #include "optim/prior.h"
 #include "tracking/fit/fit_view.h"
 #include "tracking/fit/free_space.h"
@@ -24,8 +25,13 @@ struct JointFitted {
 
 class JointFitter {
  public:
-  JointFitter(const TrackerOptions& options, Collision collision, int threads)
-      : options_(options), threads_(threads), collision_({collision, options.collision_tolerance_m}) {}
+  // device: where stages of many pixels run; nullptr: here. It outlives the fitter.
+  JointFitter(const TrackerOptions& options, Collision collision, int threads,
+              energies::CudaWork* device = nullptr)
+      : options_(options),
+        threads_(threads),
+        device_(device),
+        collision_({collision, options.collision_tolerance_m}) {}
 
   // All targets from where they are expected, over padding_m and from scale_m on. One result for each, valid
   // until the next fit, but for what the caller moves out of them.
@@ -48,6 +54,9 @@ class JointFitter {
   };
   void run_stage(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const Stage& stage,
                  optim::State* x);
+  bool runs_on_device(const JointPixels& pixels) const;
+  void minimize_on_device(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
+                          const optim::LmOptions& lm);
   void settle(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const optim::State& x);
   void measure(const optim::State& x, bool last);
   void measure_one(std::size_t m, const optim::State& x, bool last);
@@ -68,6 +77,7 @@ class JointFitter {
 
   TrackerOptions options_;
   int threads_;
+  energies::CudaWork* device_;
 
   // Of the fit in hand.
   const Camera* camera_ = nullptr;
@@ -90,6 +100,9 @@ class JointFitter {
   optim::State state_, one_;
   optim::LmWork lm_work_;
   optim::LmResult lm_result_;
+  energies::JointTask task_;  // of a device
+  energies::JointFound found_;
+  energies::PixelSet task_pixels_;
   std::vector<JointFitted> out_;
 };
 

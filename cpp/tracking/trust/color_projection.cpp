@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/trust/color_projection.h"
 
+#include <algorithm>
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -15,19 +17,22 @@ energies::ColorProjection color_projection(const Camera& camera, const appearanc
   energies::ColorProjection view;
   view.width = map.width, view.height = map.height;
   if (map.aligned) {
-    if (camera.distorted())
-      view.has_lens = true, view.lens = camera.distortion, view.K = camera.K;
-    else
+    if (camera.distorted()) {
+      view.has_lens = true, view.K = camera.K;
+      std::copy(camera.distortion.begin(), camera.distortion.end(), view.lens);
+    } else {
       view.A = camera_matrix(camera.K);
+    }
     return view;
   }
   view.has_first = map.raw_pixel && camera.distorted();
-  view.first = camera.distortion;
+  std::copy(camera.distortion.begin(), camera.distortion.end(), view.first);
   view.A = cast(map.P) * camera_matrix(camera.K);
   view.q = map.q.cast<double>();
   view.has_lens = map.lens;
   view.K = map.K.cast<double>();
-  for (std::size_t i = 0; i < view.lens.size(); ++i) view.lens[i] = static_cast<double>(map.distortion[i]);
+  std::transform(map.distortion, map.distortion + 8, view.lens,
+                 [](float k) { return static_cast<double>(k); });
   return view;
 }
 

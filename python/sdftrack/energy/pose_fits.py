@@ -24,7 +24,6 @@ __all__ = ["PoseFit", "PoseFitter", "fit_poses"]
 
 Array = NDArray[np.float64]
 MOST_STEPS, MOST_ROUNDS = 1000, 100
-EXACT = 1e-12  # of |R^T R - I|: rounding in double precision
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,8 @@ class PoseFitter:
         looks = whole(rounds, "rounds", 1, MOST_ROUNDS)
         T = numbers(poses, "poses")
         count = len(self._of) if len(self._of) > 1 else (len(T) if T.ndim == 3 else 1)
-        starts = T if _are_rigid(T, count) else state_poses(T, count)
+        # The core looks whether they are rigid: here, with numpy, that would take half as long as a fit.
+        starts = T if T.shape == (count, 4, 4) else state_poses(T, count)
         found = self._core.fit(
             frame.depth,
             None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8),
@@ -172,21 +172,15 @@ class PoseFitter:
         return self._options[1]
 
 
-def _are_rigid(T: Array, count: int) -> bool:
-    """Whether all poses are rigid as they are, in one look: one by one, a hundred take longer than their fits."""
-    if T.shape != (count, 4, 4) or not np.isfinite(T).all():
-        return False
-    R = T[:, :3, :3]
-    errors = np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)).max(initial=0)
-    return bool(
-        errors < EXACT and (np.linalg.det(R) > 0).all() and np.array_equal(T[:, 3], [[0, 0, 0, 1]] * count)
-    )
-
-
 def _pose_fit(found: dict[str, Any], scale_m: float) -> PoseFit:
+    """In place of its constructor, which sets one attribute of a frozen object after the other."""
     count = found["pixels"]
-    steps = [Step(cost, damping, accepted, scale_m, count) for cost, damping, accepted in found["steps"]]
-    return PoseFit(**{**found, "steps": steps})
+    found["steps"] = [
+        Step(cost, damping, accepted, scale_m, count) for cost, damping, accepted in found["steps"]
+    ]
+    fit = object.__new__(PoseFit)
+    fit.__dict__.update(found)
+    return fit
 
 
 def fit_poses(

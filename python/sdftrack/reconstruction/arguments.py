@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import number, of_kind, shown
 from sdftrack.camera import Camera
-from sdftrack.device import CPU, device_number
+from sdftrack.device import device_number
 from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
@@ -20,7 +20,6 @@ __all__ = [
     "check_beginning",
     "check_extent",
     "check_settings",
-    "reconstruction_device",
     "voxels_of",
 ]
 
@@ -38,11 +37,6 @@ def voxels_of(voxels: Any) -> Any:
     return VOXELS[voxels]
 
 
-def reconstruction_device(device: str) -> int:
-    """The number of the GPU that reconstructs, or `CPU`, which ``"auto"`` stands for."""
-    return CPU if device == "auto" else device_number(device)
-
-
 def check_settings(initial: Any, voxels: Any, extent: float | None, device: str, mode: str) -> None:
     """Check types and ranges."""
     if initial is not None:
@@ -56,7 +50,7 @@ def check_settings(initial: Any, voxels: Any, extent: float | None, device: str,
         )
     if extent is not None and not 0 < extent < 10:
         raise ValueError(f"extent: expected metres between 0 and 10, got {extent!r}")
-    reconstruction_device(device)
+    device_number(device)
     if mode not in ("auto", "depth", "rgbd"):
         raise ValueError(f"mode: expected 'auto', 'depth' or 'rgbd', got {mode!r}")
 

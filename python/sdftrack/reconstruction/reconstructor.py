@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.thread_guard import one_thread, reentrant_lock
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.device import CPU, device_number
+from sdftrack.device import device_number, resolve_device
 from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
@@ -25,7 +25,6 @@ from sdftrack.reconstruction.arguments import (
     check_beginning,
     check_extent,
     check_settings,
-    reconstruction_device,
     voxels_of,
 )
 from sdftrack.reconstruction.colors import learn_colors
@@ -72,7 +71,8 @@ class Reconstructor:
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows if the shape reaches its border.
     device : {"auto", "cpu", "cuda", "cuda:N"}
         On a GPU the volume stays there (21 bytes for each voxel), and the shape, the mesh and what is saved are copied
-        back. The results are those of the CPU but for rounding. ``"auto"`` is the CPU.
+        back. The results are those of the CPU but for rounding. ``"auto"``: a GPU that has passed its self-test,
+        otherwise the CPU; see `sdftrack.device.resolve_device`.
     mode : {"auto", "depth", "rgbd"}
         Images used for tracking, as in :class:`sdftrack.Tracker`; colours also separate the object from a hand that
         holds it.
@@ -122,8 +122,7 @@ class Reconstructor:
         check_settings(initial, voxels, extent, device, mode)
         self.initial, self.voxels, self.extent = initial, int(voxels), extent
         self.mode, self.threads = mode, threads
-        number = reconstruction_device(device)
-        self.device = "cpu" if number == CPU else f"cuda:{number}"
+        self.device, self._any_device = resolve_device(device), device == "auto"
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or (
@@ -602,15 +601,14 @@ class Reconstructor:
         from sdftrack._internal import earlier_pickle, saved_file
         from sdftrack.reconstruction.saved_content import KIND, state_from
 
-        number = reconstruction_device(device)
-        device_name = "cpu" if number == CPU else f"cuda:{number}"
+        device_number(device)  # before the file is read
         file = saved_file.found(path, KIND)
         if earlier_pickle.is_pickle(file):
             return earlier_pickle.read(file, KIND, Reconstructor, trust_pickle)
         content = saved_file.read(file, KIND)
         star = Reconstructor.__new__(Reconstructor)
         with saved_file.consistent(file, KIND):
-            star.__setstate__({**state_from(content), "device": device_name})
+            star.__setstate__({**state_from(content), "device": device})
         return star
 
     def __getstate__(self) -> dict[str, Any]:

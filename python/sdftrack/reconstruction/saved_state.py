@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sdftrack._internal.thread_guard import reentrant_lock
+from sdftrack.device import resolve_device
 from sdftrack.tracking.interface import TrackerInterface
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
     """Everything except volume and tracker, and the data to rebuild them."""
     state = {**star.__dict__, **NO_REFIT}
     volume, tracker, _ = (state.pop(name) for name in ("_volume", "_tracker", "_lock"))
+    if state.pop("_any_device"):
+        state["device"] = "auto"
     if tracker is not None:
         state["saved"] = volume.lattice, volume.fused, TrackerInterface(tracker).last_poses[0]
     return state
@@ -32,6 +35,8 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     star.__dict__.update(
         {"_later": [], "_next_refit": 0, "device": "cpu", **NO_REFIT, **state}
     )  # version 0.1 had none
+    star._any_device = star.device == "auto"
+    star.device = resolve_device(star.device)
     if "_mask_extent" not in state:
         star._mask_extent = star._extent_of_mask(star._beginning)
     star._volume = star._tracker = None

@@ -135,6 +135,46 @@ def _fits(number: int) -> tuple[float, float]:
     return float(np.max(errors)), POSE_ATOL
 
 
+def _touching(number: int) -> tuple[float, float]:
+    """Two to four boxes side by side, in one tracker."""
+    import sdftrack as st
+
+    box, camera, _, _ = _scene()
+    worst = []
+    for count in (2, 3, 4):
+        first = st.geometry.pose([0.5, -0.6, 0.2], [0.01 - 0.025 * count, 0.02, 0.6])
+        poses = [first @ st.geometry.pose([0, 0, 0], [0, 0, 0.0605 * k]) for k in range(count)]
+        images = [box.render(camera, pose)[0] for pose in poses]
+        clean = np.min([np.where(image > 0, image, 1.2) for image in images], axis=0)
+        noise = np.random.default_rng(0).normal(0, 0.001, clean.shape)
+        frame = st.Frame((clean + noise).astype(np.float32))
+        found = []
+        for device in ("cpu", f"cuda:{number}"):
+            tracker = st.Tracker([box] * count, camera, mode="depth", device=device, threads=1)
+            tracker.start(frame, poses=poses)
+            found.append(tracker.track(frame).poses)
+        worst += [st.metrics.pose_error(a, b) for a, b in zip(*found, strict=True)]
+    return float(np.max(worst)), POSE_ATOL
+
+
+def _painted(number: int) -> tuple[float, float]:
+    """A tracker that also reads the brightness of a coloured surface, and its outline."""
+    import sdftrack as st
+
+    box, camera, frame, pose = _scene()
+    mesh = box.to_mesh()
+    waves = (128 + 100 * np.sin(150 * mesh.vertices)).astype(np.uint8)
+    mesh = st.Mesh(mesh.vertices, mesh.faces, waves)
+    painted = st.SDF.from_mesh(mesh, voxels=60, color=True)
+    seen = st.Frame(frame.depth, mesh.raycast(camera, pose)[2])
+    found = []
+    for device in ("cpu", f"cuda:{number}"):
+        tracker = st.Tracker(painted, camera, device=device, threads=1, outline=True, outline_from_m=0.0)
+        tracker.start(seen, poses=[pose])
+        found.append(tracker.track(seen).pose)
+    return float(np.max(st.metrics.pose_error(*found))), POSE_ATOL
+
+
 def _labels(number: int) -> tuple[float, float]:
     import sdftrack as st
 
@@ -258,6 +298,8 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "sums over pixels": _sums,
     "poses of a frame": _poses,
     "fits at once": _fits,
+    "objects that touch": _touching,
+    "brightness and outline": _painted,
     "pose search": _search,
     "superpixels": _labels,
     "LWPR": _predictions,

@@ -80,8 +80,9 @@ class Tracker:
         starts from poses, does not search, and the status is at best ``"weak"``, because an outline hardly constrains
         the distance (docs/math/outline.md). ``mode_used`` states the mode used in the last frame.
     device : {"auto", "cpu", "cuda", "cuda:N"}
-        Device for the sums over many pixels; with ``"cuda"`` those over 1,500 pixels and more run on the GPU,
-        everything else on the CPU. ``"auto"`` is the CPU: a GPU pays off only with far more pixels than usual.
+        Device for the fits to many pixels; with ``"cuda"`` those to 1,500 pixels and more, and searches, run on the
+        GPU, everything else on the CPU. ``"auto"``: a GPU that has passed its self-test, otherwise the CPU; see
+        `sdftrack.device.resolve_device`.
     threads : int
         0: all cores. The result has the same bits for any number.
     recover : bool
@@ -167,8 +168,7 @@ class Tracker:
         expect("mode", mode, ("auto", "depth", "rgbd", "rgb"))
         expect("motion", motion, tuple(_core.MotionModel.__members__))
         check_switches(collision, membership, threads)
-        # A frame of some thousand measurements finishes on the CPU before a kernel could launch.
-        number = CPU if device == "auto" else device_number(device)
+        number = device_number(device)
         self.mode = mode
         self.mode_used = ["depth"] * len(self.shapes)
         self._color_map: tuple[Any, Any] = (None, None)  # of what camera and size, and the map
@@ -178,6 +178,7 @@ class Tracker:
             always["outline"] = True
         self.threads = threads
         self.device = "cpu" if number == CPU else f"cuda:{number}"
+        self._any_device = device == "auto"  # a copy elsewhere takes what is there
         self.recover_lost = bool(recover)
         self.membership = membership
         self.motion = motion
@@ -539,7 +540,7 @@ class Tracker:
                     "options": self.options,
                     "sensor": self.sensor,
                     "threads": self.threads,
-                    "device": self.device,
+                    "device": "auto" if self._any_device else self.device,
                     "recover": self.recover_lost,
                     "motion": self.motion,
                     "membership": self.membership,

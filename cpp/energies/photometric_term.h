@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// What the brightness of one pixel says of a pose, in plain numbers: for the CPU and for kernels
+// (photometric.h).
+#pragma once
+
+#include <cmath>
+
+#include "base/rigid.h"
+#include "energies/color_field.h"
+
+namespace sdftrack::energies {
+
+constexpr int kTone = 5;           // how a frame shows the surface's brightness: gain, shading (3), offset
+constexpr int kToned = 6 + kTone;  // unknowns of the pose and of the tone
+constexpr int kFollowSteps = 2, kToneRounds = 2;  // of a hit, and of the tone, from one look to the next
+constexpr double kMinSlant = 0.25;                // of a ray's direction on the surface normal
+
+// A pixel that shows the surface: where its ray meets it, and what is seen there.
+struct PhotometricHit {
+  Vec3d ray_cam, normal_cam;  // the normal as it was where the pixels were chosen
+  double depth_m;             // of the hit
+  double grey_seen, grey;     // of the pixel, of the surface
+  double J[6];                // d grey / d increment
+
+  // A pixel whose ray leaves what is known goes on with the brightness that it had, and says no more: were
+  // it to cost something, the border of what is known would hold the pose.
+  HD void fall_silent() {
+    for (double& one : J) one = 0;
+  }
+};
+
+struct PhotometricTerm {
+  SdfView sdf{};
+  ColorView colors{};
+  double inv_sigma2 = 0;
+  double tone_prior[kTone] = {};  // inverse variances, about a frame that shows the brightness as it is
+
+  // From hit->depth_m on; false, and the hit as it was, where the ray leaves the surface or its known
+  // colours.
+  HD bool find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const {
+    const Vec3d along = T_obj_cam.R * hit->ray_cam;
+    double depth_m = hit->depth_m, phi = 0, slope = 0, grey;
+    Vec3d normal{0, 0, 0}, rise;
+    for (int step = 0; step < steps; ++step) {
+      sample(sdf, T_obj_cam.t + depth_m * along, &phi, &normal);
+      slope = dot(normal, along);
+      if (!(slope < -kMinSlant * norm(along) * norm(normal))) return false;
+      depth_m -= phi / slope;
+    }
+    if (!(abs(phi) < static_cast<double>(sdf.voxel_m))) return false;
+    const Vec3d p = T_obj_cam.t + depth_m * along;
+    if (!sample_brightness(sdf, colors, p, &grey, &rise)) return false;
+    // The hit slides along its ray so that it stays on the surface.
+    const Vec3d G = rise - (dot(rise, along) / slope) * normal, turn = cross(p, G);
+    hit->depth_m = depth_m, hit->grey = grey;
+    hit->J[0] = G.x, hit->J[1] = G.y, hit->J[2] = G.z;
+    hit->J[3] = turn.x, hit->J[4] = turn.y, hit->J[5] = turn.z;
+    return true;
+  }
+
+  // The residual is linear in the tone: what each of its parts is multiplied by.
+  HD static void basis(const PhotometricHit& hit, double* out) {
+    out[0] = hit.grey;
+    out[1] = hit.grey * hit.normal_cam.x, out[2] = hit.grey * hit.normal_cam.y;
+    out[3] = hit.grey * hit.normal_cam.z, out[4] = 1;
+  }
+  HD static double residual(const double* tone, const double* basis, const PhotometricHit& hit) {
+    double sum = 0;
+    for (int k = 0; k < kTone; ++k) sum += tone[k] * basis[k];
+    return sum - hit.grey_seen;
+  }
+  // psi(r) / r of log(1 + r^2 / (2 sigma^2)).
+  HD double weight(double r) const { return inv_sigma2 / (1 + 0.5 * r * r * inv_sigma2); }
+  HD double loss(double r) const { return std::log1p(0.5 * r * r * inv_sigma2); }
+  // d residual / d (pose, tone).
+  HD static void row(const double* tone, const double* basis, const PhotometricHit& hit, double* out) {
+    const double light = tone[0] + dot(Vec3d{tone[1], tone[2], tone[3]}, hit.normal_cam);
+    for (int k = 0; k < 6; ++k) out[k] = light * hit.J[k];
+    for (int k = 0; k < kTone; ++k) out[6 + k] = basis[k];
+  }
+  HD static double usual_tone(int k) { return k == 0 ? 1 : 0; }
+};
+
+// An energy as it goes to a device: hits and tone are those of its last look.
+struct Brightness {
+  PhotometricTerm term{};
+  PhotometricHit* hits = nullptr;
+  int count = 0;  // 0: it is left out
+  double tone[kTone] = {};
+};
+
+}  // namespace sdftrack::energies
