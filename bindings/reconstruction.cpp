@@ -17,7 +17,8 @@ namespace sdftrack::bindings {
 
 namespace {
 
-// Arrays that show the volumes as they are now; they keep their owner alive.
+// Arrays that show the volumes as they are now, those of a GPU as they were when they were last asked for;
+// they keep their owner alive.
 template <class T>
 py::array shown(const T* data, const sdf::Grid& grid, py::ssize_t channels, const py::object& owner) {
   const auto n = static_cast<py::ssize_t>(sizeof(T));
@@ -60,8 +61,9 @@ class PyReconstruction {
     if (rgb) frame.rgb = borrow<unsigned char>(*rgb, "rgb", {h, w, 3});
     const ReleaseGil release;
     core_->fuse(frame, camera, T_cam_obj, threads_);
-    core_->show(threads_);  // what arrays and trackers have borrowed is as new as the frame
   }
+  // What arrays and trackers have borrowed of a volume on a GPU is as new as the last frame.
+  void show() { static_cast<void>(phi()), static_cast<void>(colors()); }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
     // Whole blocks; what comes of them is a volume like any other.
@@ -89,9 +91,28 @@ class PyReconstruction {
   }
   const reconstruction::Reconstruction& core() const { return *core_; }
 
+  // The distances, colours and sums, from wherever they are.
+  const LargeArray<float>& phi() {
+    return brought([this]() -> auto& { return core_->phi(threads_); });
+  }
+  const LargeArray<levelset::VoxelColor>& colors() {
+    return brought([this]() -> auto& { return core_->colors(threads_); });
+  }
+  const levelset::EvidenceVolume& evidence() {
+    return brought([this]() -> auto& { return core_->evidence(threads_); });
+  }
+
  private:
   PyReconstruction(std::unique_ptr<reconstruction::Reconstruction> core, int threads)
       : core_(std::move(core)), threads_(threads) {}
+
+  template <class Get>
+  auto brought(const Get& get) -> decltype(get()) {
+    if (core_->device() == reconstruction::Reconstruction::kOnCpu) return get();
+    const Busy busy(&busy_, "reconstruction");
+    const ReleaseGil release;
+    return get();
+  }
 
   std::unique_ptr<reconstruction::Reconstruction> core_;
   std::atomic<bool> busy_{false};
@@ -114,7 +135,7 @@ std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera,
       std::move(below), reconstruction::Place{{middle[0], middle[1], middle[2]}, radius_m});
 }
 
-const PyReconstruction& of(const py::object& self) { return self.cast<const PyReconstruction&>(); }
+PyReconstruction& of(const py::object& self) { return self.cast<PyReconstruction&>(); }
 
 }  // namespace
 
@@ -161,6 +182,8 @@ void bind_reconstruction(py::module_& m) {
       .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
            py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
            py::arg("rgb") = py::none())
+      .def("show", &PyReconstruction::show,
+           "Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.")
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
       .def("continued", &PyReconstruction::continued, py::arg("view"))
       .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })
@@ -178,8 +201,8 @@ void bind_reconstruction(py::module_& m) {
                              })
       .def_property_readonly("phi",
                              [](const py::object& self) {
-                               const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(core.phi().data(), core.grid(), 1, self);
+                               PyReconstruction& own = of(self);
+                               return shown(own.phi().data(), own.core().grid(), 1, self);
                              })
       .def_property_readonly(
           "surface_boxes",
@@ -191,23 +214,23 @@ void bind_reconstruction(py::module_& m) {
           })
       .def_property_readonly("log_ratio",
                              [](const py::object& self) {
-                               const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(core.evidence().log_ratio().data(), core.grid(), 1, self);
+                               PyReconstruction& own = of(self);
+                               return shown(own.evidence().log_ratio().data(), own.core().grid(), 1, self);
                              })
       .def_property_readonly("weight",
                              [](const py::object& self) {
-                               const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(core.evidence().weight().data(), core.grid(), 1, self);
+                               PyReconstruction& own = of(self);
+                               return shown(own.evidence().weight().data(), own.core().grid(), 1, self);
                              })
       .def_property_readonly("seen",
                              [](const py::object& self) {
-                               const reconstruction::Reconstruction& core = of(self).core();
-                               return shown(&core.colors().data()->seen, core.grid(), 4, self);
+                               PyReconstruction& own = of(self);
+                               return shown(&own.colors().data()->seen, own.core().grid(), 4, self);
                              })
       .def_property_readonly("rgb_seen", [](const py::object& self) {
-        const reconstruction::Reconstruction& core = of(self).core();
-        const sdf::Grid& g = core.grid();
-        py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &core.colors().data()->r, self);
+        PyReconstruction& own = of(self);
+        const sdf::Grid& g = own.core().grid();
+        py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &own.colors().data()->r, self);
         out.attr("setflags")(py::arg("write") = false);
         return out;
       });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "base/camera.h"
 
-#include "base/pixel_ray.h"
+#include "base/lens_pixel.h"
 
 namespace sdftrack {
 
@@ -15,10 +15,7 @@ bool Camera::distorted() const {
   return false;
 }
 
-Vec2d Camera::project_point(Vec3d p_cam) const {
-  const Vec2d xy = distort(distortion, {p_cam.x / p_cam.z, p_cam.y / p_cam.z});
-  return {K.fx * xy.x + K.cx, K.fy * xy.y + K.cy};
-}
+Vec2d Camera::project_point(Vec3d p_cam) const { return lens_pixel(K, distortion.data(), p_cam); }
 
 Vec3d Camera::pixel_ray(double u_px, double v_px) const { return LensRays(*this).at(u_px, v_px); }
 

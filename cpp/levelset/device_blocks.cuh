@@ -10,7 +10,8 @@
 namespace sdftrack::levelset {
 
 constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
-constexpr int kThreadsOfList = 1024, kThreadsPerBlocks = 128, kThreadsPerVoxels = 256;
+constexpr int kThreadsOfList = 1024, kThreadsPerBlocks = 128, kThreadsPerVoxels = 256,
+              kThreadsPerPixels = 256;
 
 enum Role : unsigned char { kUntouched, kChanged, kBeside };           // by the last frame
 enum Marked : unsigned char { kNotMarked, kFollows, kFollowsIfNear };  // of blocks whose distances may follow

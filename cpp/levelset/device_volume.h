@@ -19,31 +19,35 @@ class DeviceVolume {
   DeviceVolume(const DeviceVolume&) = delete;
   DeviceVolume& operator=(const DeviceVolume&) = delete;
 
-  // As EvidenceVolume::fuse; `update` knows what has changed.
-  void fuse(const EvidenceImage& image, const FrameColors& colors, const Camera& camera,
-            const Rigidd& T_cam_obj, const EvidenceOptions& options);
+  // A frame's readings; whose each is has then to be found (reconstruction/device_roles.h).
+  void send(const FrameEvidence& frame);
+  // As EvidenceImage::make of what was sent and EvidenceVolume::fuse; `update` knows what has changed.
+  void fuse(const Camera& camera, const Rigidd& T_cam_obj, const EvidenceImageOptions& image_options,
+            const EvidenceOptions& options);
   // As in EvidenceDistance. `all`: of all blocks, whatever was fused.
   void update(int rounds, float band_voxels, bool all = false);
   void sweep_far(float band_voxels);
   void fill_far(float band_voxels, int z0, int z1);
 
-  // Brings what has changed since the last call to phi() and to the evidence's colours.
-  void show(EvidenceVolume* evidence, int threads);
-  // Brings all of the evidence back.
-  void download(EvidenceVolume* evidence);
-
-  // Of each point (NaN: none) the distance, and whether nothing of an object can be there: frames have looked
-  // past it, more than near_m away from the surface.
-  void look_up(const std::vector<Vec3f>& points, float near_m, std::vector<float>* distance_m,
-               std::vector<unsigned char>* looked_past);
-
-  // As `show` left them; they stay where they are in memory.
-  const LargeArray<float>& phi() const;
+  // Waits until all of that is done. A frame ends with it: others may then take the volume where it lies, and
+  // the following two are those of the frame.
+  void settle();
   std::vector<sdf::VoxelBox> surface_boxes() const;
   double change_m() const;
 
+  // The distances as they are there: brings what has changed since the last call. They stay where they are in
+  // memory.
+  const LargeArray<float>& phi(int threads);
+  // The same of the evidence's colours, and of all of the evidence.
+  void bring_colors(EvidenceVolume* evidence, int threads);
+  void download(EvidenceVolume* evidence, int threads);
+
+  struct Impl;  // device_work.cuh
+  Impl& impl() { return *impl_; }
+
  private:
-  struct Impl;
+  void make_image(const Camera& camera, const EvidenceImageOptions& options, float reach_m);
+
   std::unique_ptr<Impl> impl_;
 };
 

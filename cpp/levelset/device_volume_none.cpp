@@ -9,21 +9,18 @@ struct DeviceVolume::Impl {};
 
 DeviceVolume::DeviceVolume(EvidenceVolume*, int) { no_cuda(); }
 DeviceVolume::~DeviceVolume() = default;
-void DeviceVolume::fuse(const EvidenceImage&, const FrameColors&, const Camera&, const Rigidd&,
-                        const EvidenceOptions&) {
+void DeviceVolume::send(const FrameEvidence&) { no_cuda(); }
+void DeviceVolume::fuse(const Camera&, const Rigidd&, const EvidenceImageOptions&, const EvidenceOptions&) {
   no_cuda();
 }
 void DeviceVolume::update(int, float, bool) { no_cuda(); }
 void DeviceVolume::sweep_far(float) { no_cuda(); }
 void DeviceVolume::fill_far(float, int, int) { no_cuda(); }
-void DeviceVolume::show(EvidenceVolume*, int) { no_cuda(); }
-void DeviceVolume::download(EvidenceVolume*) { no_cuda(); }
-void DeviceVolume::look_up(const std::vector<Vec3f>&, float, std::vector<float>*,
-                           std::vector<unsigned char>*) {
-  no_cuda();
-}
-const LargeArray<float>& DeviceVolume::phi() const { no_cuda(); }
+void DeviceVolume::settle() { no_cuda(); }
 std::vector<sdf::VoxelBox> DeviceVolume::surface_boxes() const { no_cuda(); }
 double DeviceVolume::change_m() const { no_cuda(); }
+const LargeArray<float>& DeviceVolume::phi(int) { no_cuda(); }
+void DeviceVolume::bring_colors(EvidenceVolume*, int) { no_cuda(); }
+void DeviceVolume::download(EvidenceVolume*, int) { no_cuda(); }
 
 }  // namespace sdftrack::levelset

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/parallel.h"
 #include "base/to_int.h"
@@ -17,11 +16,11 @@ constexpr int kBlocksAtOnce = 64;
 
 }  // namespace
 
-EvidenceTerm<float> evidence_term(const EvidenceImage& image, const float* pixels, const Camera& camera,
+EvidenceTerm<float> evidence_term(const PixelRect& rect, const float* pixels, const Camera& camera,
                                   const EvidenceOptions& options) {
-  return {pixels,           image.rect().x0, image.rect().y0,
-          image.width(),    image.height(),  camera.K.cast<float>(),
-          options.form,     options.noise,   options.carve_from_m,
+  return {pixels,           rect.x0,       rect.y0,
+          rect.width(),     rect.height(), camera.K.cast<float>(),
+          options.form,     options.noise, options.carve_from_m,
           options.min_slant};
 }
 
@@ -82,19 +81,13 @@ void EvidenceVolume::bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_
 void find_tiles(const EvidenceImage& image, float reach_m, std::vector<Tile>* tiles) {
   const int tiles_x = tiles_along(image.width());
   tiles->assign(static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_along(image.height())),
-                {std::numeric_limits<float>::max(), 0, 0});
+                Tile::empty());
   const EvidencePixel* pixel = image.pixels().data();
   for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x, ++pixel) {
-      if (pixel->slant == 0) continue;
-      Tile& tile = (*tiles)[static_cast<std::size_t>(y / kTile) * static_cast<std::size_t>(tiles_x) +
-                            static_cast<std::size_t>(x / kTile)];
-      tile.last_m = std::max(tile.last_m, pixel->depth_m);
-      if (pixel->slant < 0) continue;
-      const float reach = reach_m / pixel->slant;
-      tile.surface_from_m = std::min(tile.surface_from_m, pixel->depth_m - reach);
-      tile.surface_to_m = std::max(tile.surface_to_m, pixel->depth_m + reach);
-    }
+    for (int x = 0; x < image.width(); ++x, ++pixel)
+      (*tiles)[static_cast<std::size_t>(y / kTile) * static_cast<std::size_t>(tiles_x) +
+               static_cast<std::size_t>(x / kTile)]
+          .add(*pixel, reach_m);
 }
 
 const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const FrameColors& colors,
@@ -102,7 +95,7 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
                                              const EvidenceOptions& options, int threads) {
   find_tiles(image, evidence_reach_m(options), &tiles_);
   const EvidenceTerm<float> term =
-      evidence_term(image, reinterpret_cast<const float*>(image.pixels().data()), camera, options);
+      evidence_term(image.rect(), reinterpret_cast<const float*>(image.pixels().data()), camera, options);
   const BlockSight sight{blocks_,
                          T_cam_obj,
                          camera.K,
@@ -175,8 +168,7 @@ void EvidenceVolume::color_row(const EvidenceTerm<float>& term, const EvidenceIm
     if (!(std::abs(distance_m[k]) < reach_m)) continue;
     const std::size_t j = colored_pixel(term, p_cam + static_cast<float>(k) * step_cam);
     const float slant = image.pixels()[j].slant;
-    colors_[at + static_cast<std::size_t>(k)].add(colors.rgb ? colors.rgb + 3 * image.source()[j] : nullptr,
-                                                  slant * slant);
+    colors_[at + static_cast<std::size_t>(k)].add(color_of(colors.rgb, image.source()[j]), slant * slant);
   }
 }
 

@@ -29,7 +29,7 @@ struct FrameColors {
 };
 
 // A frame's image as the voxels read it. `pixels`: those of the image, here or on a GPU.
-EvidenceTerm<float> evidence_term(const EvidenceImage& image, const float* pixels, const Camera& camera,
+EvidenceTerm<float> evidence_term(const PixelRect& rect, const float* pixels, const Camera& camera,
                                   const EvidenceOptions& options);
 // How far from a reading of the surface, along its normal, something is said.
 float evidence_reach_m(const EvidenceOptions& options);

@@ -3,6 +3,7 @@
 // leaves on the surface.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -65,9 +66,19 @@ struct BlockLattice {
 constexpr int kTile = 4;
 struct Tile {
   float surface_from_m, surface_to_m, last_m;
+
+  static HD Tile empty() { return {kLargest_m, 0, 0}; }
+  // reach_m: how far from a reading, along the normal, it says something.
+  HD void add(const EvidencePixel& pixel, float reach_m) {
+    if (pixel.slant == 0) return;
+    last_m = most(last_m, pixel.depth_m);
+    if (pixel.slant < 0) return;
+    const float reach = reach_m / pixel.slant;
+    surface_from_m = least(surface_from_m, pixel.depth_m - reach);
+    surface_to_m = most(surface_to_m, pixel.depth_m + reach);
+  }
 };
 HD int tiles_along(int pixels) { return (pixels + kTile - 1) / kTile; }
-// reach_m: how far from a reading, along the normal, it says something.
 void find_tiles(const EvidenceImage& image, float reach_m, std::vector<Tile>* tiles);
 
 constexpr int kKnownFrames = 30;  // that have spoken of a block
@@ -147,6 +158,11 @@ struct VoxelColor {
     return static_cast<std::uint16_t>(x + 0.5f);
   }
 };
+
+// The colour of a pixel that was read at `source`; nullptr: none is known.
+HD const unsigned char* color_of(const unsigned char* rgb, int source) {
+  return rgb && source >= 0 ? rgb + 3 * static_cast<std::ptrdiff_t>(source) : nullptr;
+}
 
 // The pixel of an evidence image that a voxel's colour is that of.
 HD std::size_t colored_pixel(const EvidenceTerm<float>& term, Vec3f p_cam) {

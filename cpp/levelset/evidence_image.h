@@ -6,27 +6,17 @@
 
 #include "base/camera.h"
 #include "base/views.h"
-#include "levelset/evidence_terms.h"
+#include "levelset/evidence_image_terms.h"
 
 namespace sdftrack::levelset {
 
-// What a reading belongs to.
-enum class PixelRole : unsigned char {
-  kUnknown,  // nothing is concluded
-  kObject,
-  kBeyond  // not the object's; the space before it is empty
-};
-
-// Half-open rectangle of pixels.
-struct PixelRect {
-  int x0, y0, x1, y1;
-};
-
-struct EvidenceImageOptions {
-  int border_px = 2;     // object pixels nearer than this to others, and those at jumps of depth, say nothing
-  float jump_m = 0.01f;  // between neighbours
-  float min_slant = 0.2f;  // cosine between the ray and the normal below which a surface says nothing
-  bool printed = false;    // every reading of the object speaks, of itself alone; no other does
+// A frame's readings, of a rectangle of pixels.
+struct FrameEvidence {
+  ImageView<float> depth_m;
+  PixelRect rect;
+  const unsigned char* mask = nullptr;  // of the whole image; nullptr: by colour and depth
+  const float* foreground = nullptr;    // of the rectangle: the chance by colour that it is the object's
+  const unsigned char* rgb = nullptr;   // of the rectangle
 };
 
 class EvidenceImage {
@@ -37,8 +27,8 @@ class EvidenceImage {
             const PixelRole* role, const EvidenceImageOptions& options);
 
   const PixelRect& rect() const { return rect_; }
-  int width() const { return rect_.x1 - rect_.x0; }
-  int height() const { return rect_.y1 - rect_.y0; }
+  int width() const { return rect_.width(); }
+  int height() const { return rect_.height(); }
   const std::vector<EvidencePixel>& pixels() const { return pixels_; }
   // Where in the rectangle, row by row, an ideal pixel of it was read; -1: outside.
   const std::vector<int>& source() const { return source_; }
@@ -46,10 +36,8 @@ class EvidenceImage {
  private:
   void read(const ImageView<float>& depth_m, const Camera& camera, const PixelRole* role);
   void find_borders(const EvidenceImageOptions& options);
-  void take_all();
-  void find_slopes(const Camera& camera, const EvidenceImageOptions& options);
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) + static_cast<std::size_t>(x);
+  ImagePlanes planes() {
+    return {pixels_.data(), role_.data(), edge_.data(), border_.data(), width(), height()};
   }
 
   PixelRect rect_{};

@@ -34,7 +34,8 @@ struct FuseBlocks {
   DeviceVoxels voxels;
   DeviceBlocks of;
   BlockList list;
-  const unsigned char* rgb;  // 4 bytes for each of the image's pixels; the last of them unused
+  const unsigned char* rgb;  // of the readings, or nullptr
+  const int* source;         // which of them each of the image's pixels is
   float max_weight, color_reach_m;
   __device__ void operator()() const {
     SDFTRACK_SHARED(int, seen);  // what has happened in the block
@@ -69,7 +70,7 @@ struct FuseBlocks {
       const std::size_t j = colored_pixel(term, p_cam);
       const float slant = term.pixels[4 * j + 1];
       VoxelColor color = voxels.colors[i];
-      color.add(rgb + 4 * j, slant * slant);
+      color.add(color_of(rgb, source[j]), slant * slant);
       voxels.colors[i] = color;
     }
     return (said.distance_m < kNoSurface_m ? kNear : 0) | (now.turned ? kTurned : 0) |

@@ -5,22 +5,9 @@
 
 #include <vector>
 
-#include "base/camera.h"
-#include "base/rigid.h"
+#include "reconstruction/first_view_terms.h"
 
 namespace sdftrack::reconstruction {
-
-struct PlaneBelow {
-  Vec3d normal_cam;
-  double offset_m;  // the plane: normal . p + offset = 0
-  double thick_m;   // readings lower than this are its own
-};
-
-// About where the object is. A plane that a lens bends leaves the one fitted beside the object.
-struct Place {
-  Vec3d middle_cam;
-  double radius_m;
-};
 
 class FirstView {
  public:
@@ -29,32 +16,20 @@ class FirstView {
   FirstView(const Camera& camera, const Rigidd& T_cam_obj, std::vector<float> from_m,
             std::vector<PlaneBelow> planes, const Place& place);
 
-  // Whether a reading there may be the object's.
-  bool may_hold(Vec3d p_obj) const {
-    const Vec3d p = T_cam_obj_ * p_obj;
-    return above(p, 1) && p.z > 0 && p.z >= from(p);
-  }
-  // Whether anything of the object can be there: in (12) and above the planes themselves, not their
-  // thickness.
-  bool leaves_room(Vec3d p_obj) const {
-    const Vec3d p = T_cam_obj_ * p_obj;
-    return above(p, 0) && p.z > 0 && p.z >= from(p);
-  }
-  // Whether a guess of the object may reach there: down to the planes, and nowhere beside the mask.
-  bool may_be_guessed(Vec3d p_obj) const {
-    const Vec3d p = T_cam_obj_ * p_obj;
-    return above(p, 0) && p.z > 0 && !(from(p) > 0);
-  }
+  // Of points of the object: first_view_terms.h.
+  bool may_hold(Vec3d p_obj) const { return term().may_hold(p_obj); }
+  bool leaves_room(Vec3d p_obj) const { return term().leaves_room(p_obj); }
+  bool may_be_guessed(Vec3d p_obj) const { return term().may_be_guessed(p_obj); }
+
+  // Its arrays are this view's.
+  const FirstViewTerm& term() const { return term_; }
+  const std::vector<float>& from_m() const { return from_m_; }
+  const std::vector<PlaneBelow>& planes() const { return planes_; }
 
  private:
-  bool above(Vec3d p_cam, double thicknesses) const;
-  double from(Vec3d p_cam) const;
-
-  Camera camera_;
-  Rigidd T_cam_obj_;
   std::vector<float> from_m_;
   std::vector<PlaneBelow> planes_;
-  Place place_;
+  FirstViewTerm term_;
 };
 
 }  // namespace sdftrack::reconstruction

@@ -70,29 +70,32 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
 }
 
 void Reconstruction::begin_shape() {
-  if (device_ == kOnCpu)
+  if (device_ == kOnCpu) {
     distance_.emplace(evidence_);
-  else
-    on_device_ = std::make_unique<levelset::DeviceVolume>(&evidence_, device_);
+    return;
+  }
+  on_device_ = std::make_unique<levelset::DeviceVolume>(&evidence_, device_);
+  device_roles_ = std::make_unique<DeviceRoles>(on_device_.get(), view_.get());
 }
 
-const levelset::EvidenceVolume& Reconstruction::evidence() const {
+const levelset::EvidenceVolume& Reconstruction::evidence(int threads) const {
   if (evidence_is_older_) {
-    on_device_->download(&evidence_);
+    on_device_->download(&evidence_, threads);
     evidence_is_older_ = false;
   }
   return evidence_;
 }
 
-void Reconstruction::show(int threads) {
-  if (on_device_) on_device_->show(&evidence_, threads);
+const LargeArray<levelset::VoxelColor>& Reconstruction::colors(int threads) const {
+  if (on_device_) on_device_->bring_colors(&evidence_, threads);
+  return evidence_.colors();
 }
 
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
   if (field_) throw std::invalid_argument("grown: a volume with evolution 'printed' cannot be enlarged");
   std::unique_ptr<Reconstruction> larger(
-      new Reconstruction(evidence().padded(before, after), options_, view_, device_));
+      new Reconstruction(evidence(threads).padded(before, after), options_, view_, device_));
   larger->frames_ = frames_;
   larger->begin_shape();
   larger->measure_all(threads);
@@ -102,7 +105,7 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
 std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const FirstView> view,
                                                           int threads) const {
   if (field_) throw std::invalid_argument("continued: evolution 'printed' supports only one recording");
-  levelset::EvidenceVolume evidence = this->evidence().padded({0, 0, 0}, {0, 0, 0});
+  levelset::EvidenceVolume evidence = this->evidence(threads).padded({0, 0, 0}, {0, 0, 0});
   if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
   std::unique_ptr<Reconstruction> next(
       new Reconstruction(std::move(evidence), options_, std::move(view), device_));
@@ -119,7 +122,7 @@ void Reconstruction::measure_all(int threads) {
     on_device_->update(kFirstRounds, band, true);
     on_device_->sweep_far(band);
     on_device_->fill_far(band, 0, grid().nz);
-    show(threads);
+    on_device_->settle();
     return;
   }
   std::vector<int> all(static_cast<std::size_t>(evidence_.blocks().count()));
@@ -139,35 +142,25 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
     roles_ = finder_.from_colors(frame.rect, frame.depth_m, frame.foreground);
     if (roles_) return;  // else no colours are known
   }
-  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
+  const ReadingTerm term{LensRays(camera), inverse(T_cam_obj).cast<float>()};
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   readings_.clear();
   for (int y = frame.rect.y0; y < frame.rect.y1; ++y)
     for (int x = frame.rect.x0; x < frame.rect.x1; ++x) {
       const float z = frame.depth_m(x, y);
-      if (!(z > 0 && std::isfinite(z))) {
-        readings_.push_back({kNone, kNone, kNone});
-        continue;
-      }
-      const Vec3d r = camera.distorted() ? camera.pixel_ray(x, y) : ray(camera.K, 1.0 * x, 1.0 * y);
-      readings_.push_back(T_obj_cam * (z * r.cast<float>()));
+      readings_.push_back(levelset::readable(z) ? term.at(x, y, z) : Vec3f{kNone, kNone, kNone});
     }
-  if (on_device_) {
-    on_device_->look_up(readings_, options_.roles.near_m, &reading_distance_m_, &looked_past_);
-  } else {
-    const SdfView sdf = grid().view(phi().data());
-    Vec3f unused;
-    reading_distance_m_.assign(readings_.size(), kNone);
-    for (std::size_t i = 0; i < readings_.size(); ++i)
-      if (!std::isnan(readings_[i].x)) sample(sdf, readings_[i], &reading_distance_m_[i], &unused);
-  }
+  const SdfView sdf = grid().view(phi().data());
+  Vec3f unused;
+  reading_distance_m_.assign(readings_.size(), kNone);
+  for (std::size_t i = 0; i < readings_.size(); ++i)
+    if (!std::isnan(readings_[i].x)) sample(sdf, readings_[i], &reading_distance_m_[i], &unused);
   // Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
   // looked past.
   const auto has_room = [&](int x, int y) {
-    const auto i =
-        static_cast<std::size_t>((y - frame.rect.y0) * (frame.rect.x1 - frame.rect.x0) + x - frame.rect.x0);
-    const Vec3d p_obj = readings_[i].cast<double>();
-    return !(view_ && !view_->may_hold(p_obj)) && !(on_device_ ? looked_past_[i] != 0 : looked_past(p_obj));
+    const int i = (y - frame.rect.y0) * frame.rect.width() + x - frame.rect.x0;
+    const Vec3d p_obj = readings_[static_cast<std::size_t>(i)].cast<double>();
+    return !(view_ && !view_->may_hold(p_obj)) && !looked_past(p_obj);
   };
   roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles,
                          has_room);
@@ -190,17 +183,19 @@ void Reconstruction::update_far(int threads) {
 
 void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
                           int threads) {
-  if (frame.mask) {
-    roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
-  } else {
-    find_roles(frame, camera, T_cam_obj);
-  }
-  image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
   if (on_device_) {
     evidence_is_older_ = true;
-    on_device_->fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence);
+    on_device_->send(frame);
+    device_roles_->find(camera, T_cam_obj, options_.roles);
+    on_device_->fuse(camera, T_cam_obj, options_.image, options_.evidence);
     follow({}, threads);
+    on_device_->settle();
   } else {
+    if (frame.mask)
+      roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
+    else
+      find_roles(frame, camera, T_cam_obj);
+    image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
     follow(evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads), threads);
   }
   ++frames_;

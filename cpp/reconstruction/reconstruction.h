@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "levelset/device_volume.h"
 #include "levelset/evolved_field.h"
+#include "reconstruction/device_roles.h"
 #include "reconstruction/first_view.h"
 #include "reconstruction/roles.h"
 
@@ -30,14 +30,7 @@ struct ReconstructionOptions {
   int far_every = 10;     // frames from one update of the distances beyond to the next, at first
 };
 
-// A frame, of a rectangle of pixels.
-struct FrameEvidence {
-  ImageView<float> depth_m;
-  levelset::PixelRect rect;
-  const unsigned char* mask = nullptr;  // of the whole image; nullptr: by colour and depth
-  const float* foreground = nullptr;    // of the rectangle
-  const unsigned char* rgb = nullptr;   // of the rectangle
-};
+using levelset::FrameEvidence;
 
 class Reconstruction {
  public:
@@ -60,15 +53,15 @@ class Reconstruction {
 
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
+  int device() const { return device_; }
   const sdf::Grid& grid() const { return evidence_.grid(); }
-  // From a GPU the sums are brought back here, the colours by `show`.
-  const levelset::EvidenceVolume& evidence() const;
-  const LargeArray<levelset::VoxelColor>& colors() const { return evidence_.colors(); }
-  // After `fuse`, what has changed on a GPU is also here, where phi() and colors() were before.
-  void show(int threads);
+  // From a GPU the next three bring back what has changed there since they were last asked for, to the same
+  // place in memory: what was borrowed of them before is as old as that. One thread at a time.
+  const levelset::EvidenceVolume& evidence(int threads = 1) const;
+  const LargeArray<levelset::VoxelColor>& colors(int threads = 1) const;
   // Of the shape, m: negative inside; its zero set is the surface.
-  const LargeArray<float>& phi() const {
-    return field_ ? field_->phi() : on_device_ ? on_device_->phi() : distance_->phi();
+  const LargeArray<float>& phi(int threads = 1) const {
+    return field_ ? field_->phi() : on_device_ ? on_device_->phi(threads) : distance_->phi();
   }
   std::vector<sdf::VoxelBox> surface_boxes() const {
     return field_       ? field_->surface_boxes()
@@ -78,7 +71,6 @@ class Reconstruction {
   double change_m() const {
     return field_ ? field_->change_m() : on_device_ ? on_device_->change_m() : distance_->change_m();
   }
-  const std::vector<levelset::PixelRole>& roles() const { return *roles_; }
 
  private:
   Reconstruction(levelset::EvidenceVolume evidence, const ReconstructionOptions& options,
@@ -95,19 +87,19 @@ class Reconstruction {
   ReconstructionOptions options_;
   std::shared_ptr<const FirstView> view_;
   int device_;
-  // Where a GPU has it, the sums here are older once a frame has been fused.
+  // Where a GPU has it, what is here may be older.
   mutable levelset::EvidenceVolume evidence_;
   mutable bool evidence_is_older_ = false;
   // One of the three: the distances, here or on a GPU with the evidence, or an evolution.
   std::optional<levelset::EvidenceDistance> distance_;
   std::unique_ptr<levelset::DeviceVolume> on_device_;
+  std::unique_ptr<DeviceRoles> device_roles_;
   std::optional<levelset::EvolvedField> field_;
   levelset::EvidenceImage image_;
   RoleFinder finder_;
   const std::vector<levelset::PixelRole>* roles_ = nullptr;
   std::vector<Vec3f> readings_;  // of the rectangle, object frame; NaN where there is none
   std::vector<float> reading_distance_m_;
-  std::vector<unsigned char> looked_past_;  // by a GPU, of each reading
   int frames_ = 0;
 };
 

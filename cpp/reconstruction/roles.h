@@ -6,14 +6,9 @@
 #include <vector>
 
 #include "levelset/evidence_image.h"
+#include "reconstruction/role_terms.h"
 
 namespace sdftrack::reconstruction {
-
-struct RoleOptions {
-  float min_foreground = 0.6f;  // chance by colour
-  float joined_m = 0.01f;       // steps of depth between neighbouring readings of one surface
-  float near_m = 0.006f;        // readings this near to the surface so far are where it goes on from
-};
 
 class RoleFinder {
  public:

@@ -3,6 +3,7 @@
 // later pixel, so that a region's root is its first pixel. Between rounds all of `size` and `best` are 0.
 #pragma once
 
+#include "base/union_find.cuh"
 #include "superpixels/slic_rounds.cuh"
 
 namespace sdftrack::superpixels {
@@ -20,23 +21,6 @@ struct StartRegions {
     });
   }
 };
-
-__device__ inline int root_of(const int* parent, int i) {
-  while (true) {
-    const int up = *const_cast<const volatile int*>(parent + i);
-    if (up == i) return i;
-    i = up;
-  }
-}
-
-__device__ inline void unite(int* parent, int a, int b) {
-  while (true) {
-    a = root_of(parent, a), b = root_of(parent, b);
-    if (a == b) return;
-    const int early = a < b ? a : b, late = a < b ? b : a;
-    if (atomicCAS(&parent[late], late, early) == late) return;  // else another was faster: again from there
-  }
-}
 
 struct JoinPixels {
   static constexpr const char* kName = "superpixels: join pixels";

@@ -55,7 +55,7 @@ class Work:
     chain_ops: float = 0
 
 
-VGA, CELLS, RAYS = 640 * 480, 200**3, 115_000
+VGA, CELLS, RAYS, READINGS = 640 * 480, 200**3, 115_000, 400 * 400
 SEARCHED = 240 * 8 * 250 + 2 * 15 * 11 * 500 + 8 * 4 * 1500
 PIXELS, LOOKS = 10_000, 10 + 4  # of one object: pixels, sums over them in a fit and steps of their rays
 LAUNCHES = 2 + 2 * 11  # the choice of the pixels, and as many looks as two rounds may ask for
@@ -79,10 +79,16 @@ WORK = (
          LOOKS * (600 * 520 + 120 * 400), 3 * 11, 3, LOOKS * 25 * 60),
     # A voxel: phi and log ratio in, phi out, its neighbours from the cache; 7 times the potential's slope.
     Work("level set of 200^3, a step", 0.1, 12 * CELLS, 350 * CELLS, 0, 1, 0),
-    # 3,000 blocks of 8^3 voxels fused (20 bytes in, 16 out), 1,500 relaxed twice (8 bytes); a part of the distances
-    # beyond the band; a sweep of these, 64 launches and 5 waits, in every tenth frame; blocks come back to the host.
-    Work("reconstruction of 200^3, a frame", 2.0, 3000 * 512 * 36 + 2 * 1500 * 512 * 8 + CELLS / 10 * 8,
-         3000 * 512 * 150 + 2 * 1500 * 512 * 60, 3000 * 512 * 20, 45, 4),
+    # 400 x 400 readings of 8 bytes, their roles and image (120 bytes); 3,000 blocks of 8^3 voxels fused (20 bytes in,
+    # 16 out), 1,500 relaxed twice (8 bytes); a part of the distances beyond the band; a sweep of these, 64 launches and
+    # 5 waits, in every tenth frame.
+    Work("reconstruction of 200^3, a frame", 2.0,
+         READINGS * 128 + 3000 * 512 * 36 + 2 * 1500 * 512 * 8 + CELLS / 10 * 8,
+         READINGS * 60 + 3000 * 512 * 150 + 2 * 1500 * 512 * 60, 3000 * 512 * 20, 45, 2),
+    # Four more kernels; each reading's point, distance and evidence there, and its place in a region.
+    Work("reconstruction of 200^3, a frame without a mask", 2.0,
+         READINGS * 220 + 3000 * 512 * 36 + 2 * 1500 * 512 * 8 + CELLS / 10 * 8,
+         READINGS * 200 + 3000 * 512 * 150 + 2 * 1500 * 512 * 60, 3000 * 512 * 20 + READINGS * 60, 49, 2),
     # A pixel: conversion 15 bytes, 5 rounds of 16, 3 rounds of connectivity of 40, labels 12.
     Work("superpixels, 640 x 480", 0.25, (15 + 5 * 16 + 3 * 40 + 12) * VGA, 5 * 9 * 12 * VGA, 0, 20, 1),
     # 1,000 fields of two inputs for each sample; 30 bytes of input and output.

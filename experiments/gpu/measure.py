@@ -159,8 +159,8 @@ def evolve_call(device: str, voxels: int) -> Call:
     )
 
 
-def fuse_call(device: str, voxels: int) -> Call:
-    """A frame fused into a volume that has had some, and what has changed brought to the host."""
+def fuse_call(device: str, voxels: int, by_mask: bool = True, shown: bool = False) -> Call:
+    """A frame fused into a volume that has had some; shown: and what has changed brought to the host."""
     number = CPU if device == "cpu" else device_number(device)
     camera = st.Camera(fx=500, fy=500, cx=319.5, cy=239.5, width=640, height=480)
     ball = st.SDF.sphere(0.06, voxels=64)
@@ -173,8 +173,11 @@ def fuse_call(device: str, voxels: int) -> Call:
 
     def fuse() -> None:
         k = next(at) % len(turns)
-        core.fuse(frames[k], camera._core, turns[k], (120, 40, 520, 440), mask)
+        core.fuse(frames[k], camera._core, turns[k], (120, 40, 520, 440), mask if by_mask else None)
+        if shown:
+            core.show()
 
+    core.fuse(frames[0], camera._core, turns[0], (120, 40, 520, 440), mask)
     for _ in turns:
         fuse()
     return fuse
@@ -191,7 +194,7 @@ def render_call(device: str, size: int) -> Call:
 
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
-    size = 160 if quick else 640
+    size, side = (160, 24) if quick else (640, 200)
     return {
         "one object, a frame": lambda d: fit_call(d, 1, size),
         "100 objects, a frame": lambda d: fit_call(d, 2 if quick else 100, size),
@@ -199,8 +202,10 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "two objects that touch, a frame": lambda d: touching_call(d, 2, size),
         "four objects that touch, a frame": lambda d: touching_call(d, 4, size),
         "tracker with brightness and outline, a frame": lambda d: painted_call(d, size),
-        "level set of 200^3, ten steps": lambda d: evolve_call(d, 24 if quick else 200),
-        "reconstruction of 200^3, a frame": lambda d: fuse_call(d, 24 if quick else 200),
+        "level set of 200^3, ten steps": lambda d: evolve_call(d, side),
+        "reconstruction of 200^3, a frame": lambda d: fuse_call(d, side),
+        "reconstruction of 200^3, a frame without a mask": lambda d: fuse_call(d, side, by_mask=False),
+        "reconstruction of 200^3, a frame and its blocks": lambda d: fuse_call(d, side, shown=True),
         "superpixels, 640 x 480": lambda d: slic_call(d, size),
         "pose search in a mask": lambda d: search_call(d, size),
         "ray casting, 640 x 480": lambda d: render_call(d, size),

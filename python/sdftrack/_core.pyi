@@ -818,6 +818,10 @@ class Reconstruction:
         ...
     def grown(self, before: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], after: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"]) -> Reconstruction:
         ...
+    def show(self) -> None:
+        """
+        Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.
+        """
     @property
     def change_m(self) -> float:
         ...

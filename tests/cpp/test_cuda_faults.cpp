@@ -144,29 +144,41 @@ Numbers evolved_volume(int device) {
   return {out.begin(), out.end()};
 }
 
-// A slope before a volume of a few blocks, parts of blocks among them.
+// A slope before a volume of a few blocks, parts of blocks among them: two frames, one with a mask and one by
+// colour and depth, above a plane.
 Numbers fused(int device) {
   const Camera camera{{30, 30, 7.5, 5.5}, 16, 12, {}};
-  std::vector<float> depth;
+  std::vector<float> depth, foreground;
   std::vector<unsigned char> rgb;
   for (int i = 0; i < 16 * 12; ++i) {
     depth.push_back(0.4f + 0.002f * static_cast<float>(i % 16));
+    foreground.push_back(i % 7 == 0 ? 0.2f : 0.8f);
     for (int k = 0; k < 3; ++k) rgb.push_back(static_cast<unsigned char>(37 * i + 80 * k));
   }
-  const std::vector<levelset::PixelRole> roles(depth.size(), levelset::PixelRole::kObject);
-  levelset::EvidenceImage image;
-  image.make({depth.data(), 16, 12}, camera, {0, 0, 16, 12}, roles.data(), {});
+  const std::vector<unsigned char> mask(depth.size(), 1);
+  const Rigidd T_cam_obj{Mat3d::identity(), {0, 0, 0.4}};
+  const reconstruction::FirstView view(camera, T_cam_obj, std::vector<float>(depth.size()),
+                                       {{{0, -1, 0}, 0.03, 0.002}}, {{0, 0, 0.4}, 0.05});
   levelset::EvidenceVolume evidence({11, 9, 10, 0.01, {-0.05, -0.04, -0.05}}, nullptr);
   levelset::DeviceVolume volume(&evidence, device);
+  reconstruction::DeviceRoles roles(&volume, &view);
   levelset::EvidenceOptions options;
   options.form.sigma_d_m = options.noise.noise_m = options.noise.usual_m = 0.01f;
-  volume.fuse(image, {rgb.data()}, camera, {Mat3d::identity(), {0, 0, 0.4}}, options);
-  volume.update(1, 2, true);
+  levelset::FrameEvidence frame{{depth.data(), 16, 12}, {0, 0, 16, 12}};
+  frame.rgb = rgb.data();
+  for (const bool by_mask : {true, false}) {
+    frame.mask = by_mask ? mask.data() : nullptr, frame.foreground = by_mask ? nullptr : foreground.data();
+    volume.send(frame);
+    roles.find(camera, T_cam_obj, {});
+    volume.fuse(camera, T_cam_obj, {}, options);
+    volume.update(1, 2, by_mask);
+  }
   volume.sweep_far(2);
   volume.fill_far(2, 0, 10);
-  volume.show(&evidence, 1);
-  volume.download(&evidence);
-  Numbers out(volume.phi().begin(), volume.phi().end());
+  volume.settle();
+  const LargeArray<float>& phi = volume.phi(1);
+  Numbers out(phi.begin(), phi.end());
+  volume.download(&evidence, 1);
   out.insert(out.end(), evidence.log_ratio().begin(), evidence.log_ratio().end());
   for (const auto& color : evidence.colors()) out.push_back(color.r), out.push_back(color.seen);
   out.push_back(volume.change_m());

@@ -66,11 +66,71 @@ TEST_F(DeviceVolume, follows_frames_as_the_cpu_does) {
     for (int k = 0; k < 14; ++k) {
       frames.fuse(k, &cpu), frames.fuse(k, &gpu);
       if (k % 3 == 1) continue;  // what two frames have changed is shown at once
-      gpu.show(1);
       expect_same(cpu, gpu);
       if (HasFailure()) FAIL() << "frame " << k << ", " << n << " voxels";
     }
   }
+}
+
+// Whose the readings are, and the image that they make: by colour, above a plane, through a lens, of a part
+// of the image, with wide borders and none, as the thesis has it.
+TEST_F(DeviceVolume, reads_frames_as_the_cpu_does) {
+  const auto compare = [](const BallFrames& frames, const reconstruction::ReconstructionOptions& options,
+                          const char* what) {
+    SCOPED_TRACE(what);
+    Reconstruction cpu = frames.begun(24, 0.007, -1, options),
+                   gpu = frames.begun(24, 0.007, cuda_devices()[0], options);
+    for (int k = 0; k < 4; ++k) frames.fuse(k, &cpu), frames.fuse(k, &gpu);
+    expect_same(cpu, gpu);
+  };
+  BallFrames frames;
+  frames.by_color = true;
+  compare(frames, {}, "by colour");
+  std::vector<float> from_m(80 * 60);
+  for (std::size_t i = 0; i < from_m.size(); i += 3) from_m[i] = 0.39f;
+  frames.view = std::make_shared<reconstruction::FirstView>(
+      frames.camera, Rigidd{rotation_exp(Vec3d{0.3, 0.0, 0.1}), {0, 0, BallFrames::kAway_m}}, from_m,
+      std::vector<reconstruction::PlaneBelow>{{{0, -1, 0}, 0.03, 0.002}, {{0, 0, -1}, 0.5, 0.002}},
+      reconstruction::Place{{0, 0, BallFrames::kAway_m}, 0.03});
+  compare(frames, {}, "above planes");
+  frames.rect = {7, 5, 76, 52};
+  compare(frames, {}, "a part of the image");
+  frames.camera.distortion = {0.1, -0.05, 0.002, -0.001, 0.01};
+  compare(frames, {}, "through a lens");
+  for (const int border_px : {0, 1, 5}) {
+    reconstruction::ReconstructionOptions options;
+    options.image.border_px = border_px;
+    compare(frames, options, "border");
+  }
+  reconstruction::ReconstructionOptions printed;
+  printed.evidence.form.printed = true;
+  compare(frames, printed, "printed");
+}
+
+// Readings of one surface that winds through the image and begins on the object: an object's to its end.
+TEST_F(DeviceVolume, follows_a_winding_surface_to_its_end) {
+  constexpr int kWidth = 601, kHeight = 41;  // rows longer than a block of threads
+  const Camera camera{{400, 400, 300, 20}, kWidth, kHeight, {}};
+  std::vector<float> depth(static_cast<std::size_t>(kWidth) * kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const bool turn = y % 4 == 1 ? x == kWidth - 1 : y % 4 == 3 && x == 0;
+      const bool winds = y % 2 == 0 || turn;
+      depth[static_cast<std::size_t>(y * kWidth + x)] = (winds ? 0.4f : 0.6f) + 1e-5f * static_cast<float>(y);
+    }
+  const sdf::Grid grid{16, 16, 16, 0.004, {-0.03, -0.03, -0.03}};
+  std::vector<unsigned char> mask(depth.size());
+  for (int x = 290; x < 310; ++x) mask[static_cast<std::size_t>(x)] = 1;
+  const Rigidd T_cam_obj{Mat3d::identity(), {0, -0.02, 0.4}};
+  Reconstruction cpu(grid, nullptr, {}), gpu(grid, nullptr, {}, nullptr, 1, nullptr, cuda_devices()[0]);
+  reconstruction::FrameEvidence frame{{depth.data(), kWidth, kHeight}, {0, 0, kWidth, kHeight}};
+  for (Reconstruction* one : {&cpu, &gpu}) {
+    frame.mask = mask.data();
+    one->fuse(frame, camera, T_cam_obj, 1);
+    frame.mask = nullptr;
+    for (int k = 0; k < 2; ++k) one->fuse(frame, camera, T_cam_obj, 1);
+  }
+  expect_same(cpu, gpu);
 }
 
 TEST_F(DeviceVolume, grows_and_goes_on_as_the_cpu_does) {
@@ -81,7 +141,6 @@ TEST_F(DeviceVolume, grows_and_goes_on_as_the_cpu_does) {
   expect_same(*larger_cpu, *larger_gpu);
   const auto next_cpu = larger_cpu->continued(nullptr, 1), next_gpu = larger_gpu->continued(nullptr, 1);
   frames.fuse(2, next_cpu.get()), frames.fuse(2, next_gpu.get());
-  next_gpu->show(1);
   expect_same(*next_cpu, *next_gpu);
 }
 

@@ -498,6 +498,8 @@ class Reconstructor:
         # tracker's shape may be one frame older than the distances and colours, which it borrows.
         if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
             self._reshape()
+        else:
+            self._volume.core.show()
 
     def _begin_refit(self) -> None:
         """Start re-estimating the first poses and the shape on another thread, if due at this frame."""

@@ -259,7 +259,8 @@ def _reconstruction(number: int) -> tuple[float, float]:
         core = _core.Reconstruction([43, 40, 41], voxel_m, [-0.1] * 3, None, options, 1, None, None, device)
         for turn in (0.0, 0.01, 0.02):
             turned = pose @ st.geometry.pose([0, turn, 0], [0, 0, 0])
-            core.fuse(depth, camera._core, turned, (0, 0, width, height), mask)
+            of_object = mask if turn < 0.02 else None  # the last frame's readings by how they hang together
+            core.fuse(depth, camera._core, turned, (0, 0, width, height), of_object)
         means.append(core.log_ratio / np.maximum(core.weight, 1e-6))
         distances.append(np.array(core.phi))
     near = np.abs(distances[0]) < 3 * voxel_m

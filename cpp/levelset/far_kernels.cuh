@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A volume on the GPU: distances beyond the band, and what the host asks for.
+// Distances beyond the band on the GPU.
 #pragma once
 
 #include "levelset/device_blocks.cuh"
 #include "levelset/far_terms.h"
-#include "levelset/free_space_terms.h"
 #include "sdf/sweep_terms.h"
 
 namespace sdftrack::levelset {
@@ -95,64 +94,6 @@ struct FillFar {
     const float there =
         mix(mix_across(nodes, lattice, x.cell, y, z), mix_across(nodes, lattice, x.cell + 1, y, z), x.share);
     phi[i] = far_distance(own, there, band_m);
-  }
-};
-
-// Those of which the host's copy lacks something, distances in list 0 and colours in list 1; of the former
-// also the blocks of layers z0..z1 - 1.
-struct NotShown {
-  static constexpr const char* kName = "volume: list what has changed";
-  BlockLattice blocks;
-  const int* shown;
-  int z0, z1;
-  __device__ bool operator()(int list, int b) const {
-    const int z = blocks.z(b);
-    return list == 0 ? shown[b] & kPhiNotShown || (z >= z0 && z < z1) : (shown[b] & kColorNotShown) != 0;
-  }
-};
-
-// The voxels of blocks first.. of a list, one block after another.
-template <class T>
-struct Gather {
-  static constexpr const char* kName = "volume: gather";
-  static constexpr int kThreads = kBlockVoxels;
-  BlockLattice blocks;
-  const int* list;  // from the first of them on
-  const T* values;
-  T* out;
-  __device__ void operator()() const {
-    const int b = list[blockIdx.x];
-    std::size_t first;
-    const BlockRows rows = blocks.rows(b, &first);
-    const VoxelPlace at(static_cast<int>(threadIdx.x));
-    if (at.x < rows.nx && at.y < rows.ny && at.z < rows.nz)
-      out[static_cast<std::size_t>(blockIdx.x) * kBlockVoxels + threadIdx.x] =
-          values[first + rows.offset(at.z * rows.ny + at.y) + static_cast<std::size_t>(at.x)];
-  }
-};
-
-struct LookUp {
-  static constexpr const char* kName = "volume: look up";
-  static constexpr int kThreads = kThreadsPerVoxels;
-  sdf::Grid grid;
-  SdfView sdf;
-  DeviceVoxels voxels;
-  const Vec3f* points;
-  int n;
-  float near_m;
-  float* distance_m;
-  unsigned char* past;
-  __device__ void operator()() const {
-    const int i = global_thread(kThreads);
-    if (i >= n) return;
-    const Vec3f p = points[i];
-    if (!(p.x == p.x)) {
-      distance_m[i] = p.x, past[i] = 0;
-      return;
-    }
-    Vec3f unused;
-    sample(sdf, p, &distance_m[i], &unused);
-    past[i] = looked_past(grid, voxels.phi, voxels.log_ratio, voxels.weight, p.cast<double>(), near_m);
   }
 };
 

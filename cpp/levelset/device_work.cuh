@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// What a volume on a GPU consists of (device_volume.h). Only .cu files include this.
+#pragma once
+
+#include <algorithm>
+
+#include "levelset/device_blocks.cuh"
+#include "levelset/device_frame.cuh"
+#include "levelset/device_volume.h"
+
+namespace sdftrack::levelset {
+
+constexpr int kLists = 8,
+              kMostListed = 1056;           // blocks of threads: eight for each multiprocessor of a large GPU
+constexpr std::size_t kShownAtOnce = 2048;  // blocks that come to the host in one piece
+
+struct DeviceVolume::Impl {
+  // What the host reads after a frame.
+  struct Report {
+    double change_m;
+    int has_surface, nodes_changed;
+    int listed[kLists];
+  };
+
+  Impl(EvidenceVolume* evidence, int device);
+  ~Impl();
+
+  DeviceVoxels of_voxels() { return {log_ratio.data(), weight.data(), phi.data(), colors.data()}; }
+  DeviceBlocks of_blocks() {
+    unsigned char* const b = bytes.data();
+    const std::size_t n = count;
+    return {b,         b + n,     b + 2 * n, b + 3 * n,    b + 4 * n,    b + 5 * n,
+            b + 6 * n, b + 7 * n, b + 8 * n, shown.data(), moved.data(), change.data()};
+  }
+  // The k-th list, `count` long at most.
+  BlockList list(int k) {
+    return {lists.data() + static_cast<std::size_t>(k) * count, report.data()->listed + k};
+  }
+  template <class Rule>
+  void make_lists(const Rule& rule, unsigned how_many = 1) {
+    launch(stream, how_many, ListBlocks<Rule>{rule, blocks.count(), list(0)});
+  }
+  unsigned for_each_block() const { return blocks_of(blocks.count(), kThreadsPerBlocks); }
+  unsigned for_listed() const { return static_cast<unsigned>(std::min(blocks.count(), kMostListed)); }
+  const Report& read_report() {
+    stream.download(report.data(), 1, host_report.data());
+    stream.wait();
+    return *host_report.data();
+  }
+
+  int device;
+  DeviceStream stream;
+  BlockLattice blocks;
+  std::size_t voxels, count;
+  DeviceBuffer<float> log_ratio, weight, phi;
+  DeviceBuffer<VoxelColor> colors;
+  DeviceBuffer<unsigned char> bytes;
+  DeviceBuffer<int> shown;
+  DeviceBuffer<float> moved;
+  DeviceBuffer<SurfaceChange> change;
+  DeviceBuffer<int> lists;
+  DeviceBuffer<float> nodes, other_nodes;
+  DeviceBuffer<unsigned char> known;
+  DeviceBuffer<Report> report;
+  DeviceFrame readings;
+  int frame = 0;
+
+  // The host's side: blocks on their way, and what it has of the volume.
+  PinnedBuffer<Report> host_report;
+  DeviceBuffer<unsigned char> staged;
+  PinnedBuffer<unsigned char> staging, surface;
+  LargeArray<float> phi_here;
+  std::vector<unsigned char> surface_here;
+  double change_m = 0;
+  bool phi_is_older = false, colors_are_older = false;
+  int filled_from = 0, filled_to = 0;  // layers of blocks that fill_far has gone through, not shown yet
+};
+
+}  // namespace sdftrack::levelset

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Where a first view leaves room for the object (first_view.h), for the CPU and the GPU.
+#pragma once
+
+#include "base/lens_pixel.h"
+#include "base/rigid.h"
+#include "base/to_int.h"
+#include "levelset/eikonal_terms.h"
+
+namespace sdftrack::reconstruction {
+
+struct PlaneBelow {
+  Vec3d normal_cam;
+  double offset_m;  // the plane: normal . p + offset = 0
+  double thick_m;   // readings lower than this are its own
+};
+
+// About where the object is. A plane that a lens bends leaves the one fitted beside the object.
+struct Place {
+  Vec3d middle_cam;
+  double radius_m;
+};
+
+constexpr double kBend = 0.1;  // of a plane, over the distance from the object
+
+struct FirstViewTerm {
+  LensRays lens;
+  int width, height;
+  Rigidd T_cam_obj;
+  Place place;
+  const float* from_m;  // borrowed, as are the planes
+  const PlaneBelow* planes;
+  int plane_count;
+
+  // Whether a reading there may be the object's.
+  HD bool may_hold(Vec3d p_obj) const {
+    const Vec3d p = T_cam_obj * p_obj;
+    return above(p, 1) && p.z > 0 && p.z >= from(p);
+  }
+  // Whether anything of the object can be there: in (12) and above the planes themselves, not their
+  // thickness.
+  HD bool leaves_room(Vec3d p_obj) const {
+    const Vec3d p = T_cam_obj * p_obj;
+    return above(p, 0) && p.z > 0 && p.z >= from(p);
+  }
+  // Whether a guess of the object may reach there: down to the planes, and nowhere beside the mask.
+  HD bool may_be_guessed(Vec3d p_obj) const {
+    const Vec3d p = T_cam_obj * p_obj;
+    return above(p, 0) && p.z > 0 && !(from(p) > 0);
+  }
+
+ private:
+  HD bool above(Vec3d p_cam, double thicknesses) const {
+    const double away_m = levelset::most(0.0, norm(p_cam - place.middle_cam) - place.radius_m);
+    for (int k = 0; k < plane_count; ++k) {
+      const PlaneBelow& plane = planes[k];
+      if (dot(plane.normal_cam, p_cam) + plane.offset_m < thicknesses * plane.thick_m + kBend * away_m)
+        return false;
+    }
+    return true;
+  }
+  // Of an object that the image's border cuts nobody knows how far it reaches beyond.
+  HD double from(Vec3d p_cam) const {
+    const Vec2d u = lens_pixel(lens, p_cam);
+    const int x = to_int_within(u.x + 0.5, 0, width - 1), y = to_int_within(u.y + 0.5, 0, height - 1);
+    return static_cast<double>(from_m[y * width + x]);
+  }
+};
+
+}  // namespace sdftrack::reconstruction
