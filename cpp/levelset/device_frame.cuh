@@ -18,8 +18,9 @@ struct DeviceReadings {
 
 class DeviceFrame {
  public:
-  // After the stream has done all that it had for the frame before.
+  // When the stream has done all that it had to: what it reads of the frame before is pinned memory.
   void send(const FrameEvidence& frame, const DeviceStream& stream) {
+    stream.wait();
     const PixelRect& rect = frame.rect;
     const auto n = static_cast<std::size_t>(rect.count());
     make_room(n, rect);
