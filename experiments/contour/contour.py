@@ -31,7 +31,7 @@ SEQUENCES: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = (
 Sequence = Literal["cows", "camel", "libby", "bmx-trees", "drift-straight", "dance-twirl", "soapbox"]
 CHOSEN_ON: tuple[Sequence, ...] = (*SEQUENCES, "drift-straight")
 REPORTED_ON: tuple[Sequence, ...] = ("dance-twirl", "soapbox")
-THESIS: dict[str, Any] = {"motion": "none", "confidence": "colors"}
+THESIS: dict[str, Any] = {"motion": "none", "confidence": "colors", "box_start": "colors"}
 ORACLE_SIGMA_PX = 2.5
 GRABCUT_DILATED_PX, GRABCUT_ROUNDS = 8, 2
 
