@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
+from sdftrack.contour.masks import overlap
 
-__all__ = ["segment_box"]
+__all__ = ["first_instability", "segment_box", "start_in_box"]
 
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
@@ -28,6 +29,7 @@ EDGE_RADIUS_PX = 3
 EDGE_VARIANCE = 0.01  # of the brightness (0 to 1): across a lesser edge the mean is a plain one
 LEAST_PART = 0.02  # of the largest piece
 MIN_PIXELS = 30
+SHIFTS = (-0.05, 0.05)  # of the box, by which a first mask is tested
 LEAST_POSTERIOR = 0.018
 
 
@@ -52,9 +54,41 @@ def segment_box(
     return out if np.count_nonzero(out) >= MIN_PIXELS else None
 
 
+def first_instability(
+    image: Image, box: tuple[int, int, int, int], first: Mask, options: dict[str, Any]
+) -> float:
+    """1 less the mean IoU of the first mask and those of the box shifted a little: how little it is determined."""
+    core = _core.ContourCore(options)
+    height, width = image.shape[:2]
+    found = []
+    for shift in SHIFTS:
+        dx, dy = round(shift * (box[2] - box[0])), round(shift * (box[3] - box[1]))
+        x0, x1 = np.clip([box[0] + dx, box[2] + dx], 0, width).tolist()
+        y0, y1 = np.clip([box[1] + dy, box[3] + dy], 0, height).tolist()
+        try:
+            found.append(overlap(first, start_in_box(core, image, (x0, y0, x1, y1), options).mask))
+        except ValueError:  # there is no object by its colours
+            found.append(0.0)
+    return 1 - float(np.mean(found))
+
+
+def start_in_box(
+    core: _core.ContourCore, image: Image, box: tuple[int, int, int, int], options: dict[str, Any]
+) -> _core.ContourFrame:
+    """Start with a box; ValueError, and nothing changed, where its colours are those around it."""
+    frame = core.start_box(image, *box)
+    mask = segment_box(image, box, frame.mask, options) if options["box_start"] == "place" else None
+    if mask is None:
+        return frame
+    try:
+        return core.start_mask(image, mask)
+    except ValueError:  # scattered pixels: the start by colours stays
+        return frame
+
+
 def _rounds(image: Image, mask: Mask, box: NDArray[np.float64], options: dict[str, Any]) -> Mask | None:
     prior, within = place_log_odds(image.shape[:2], box)
-    gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32) / 255
+    gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
     height, width = gray.shape
     warp = [1.0, 0.0, 0.0, 1.0, (width - 1) / 2, (height - 1) / 2]
     for _ in range(ROUNDS):

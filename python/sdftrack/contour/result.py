@@ -40,7 +40,8 @@ class ContourResult(ArrayRecord):
     judgement : str or None
         Judgement of the shape memory: "unoccluded", "occluded" or "novel"; None without a memory or during burn-in.
     evidence : Evidence or None
-        What the confidence was computed from; None in the first frame, while lost, and with ``confidence="colors"``.
+        What the confidence was computed from; None at a start from a mask, while lost, and with
+        ``confidence="colors"``.
     """
 
     mask: NDArray[np.bool_]

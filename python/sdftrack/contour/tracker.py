@@ -15,8 +15,8 @@ from sdftrack._internal.option_declarations import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack.contour.arguments import checked_box, checked_image, checked_mask_of
 from sdftrack.contour.assessment import Judgement
-from sdftrack.contour.box_start import segment_box
-from sdftrack.contour.evidence import EvidenceGatherer, status_by_evidence
+from sdftrack.contour.box_start import first_instability, start_in_box
+from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
@@ -167,29 +167,24 @@ class ContourTracker:
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
         with SingleThreadGuard(self._lock, "tracker"):
+            unstable = 0.0
             if mask is not None:
                 frame = self._core.start_mask(rgb, checked_mask_of(mask, rgb.shape[:2]))
             else:
-                frame = self._start_box(rgb, checked_box(box, rgb.shape[1], rgb.shape[0]))
+                place = checked_box(box, rgb.shape[1], rgb.shape[0])
+                frame = start_in_box(self._core, rgb, place, self.options)
+                if self._judges:
+                    unstable = first_instability(rgb, place, frame.mask, self.options)
             self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
             if self._occlusions is not None:
                 self._occlusions.begin(frame.phi < 0, frame.warp)
             self._mask = frame.mask
             self._flow = ImageFlow(rgb) if self._judges or self._moves else None
-            self._evidence = EvidenceGatherer(rgb, frame.mask) if self._judges else None
-            return self._result(frame, None)
-
-    def _start_box(self, rgb: NDArray[np.uint8], box: tuple[int, int, int, int]) -> _core.ContourFrame:
-        frame = self._core.start_box(rgb, *box)
-        if self.options["box_start"] == "colors":
-            return frame
-        mask = segment_box(rgb, box, frame.mask, self.options)
-        if mask is None:
-            return frame
-        try:
-            return self._core.start_mask(rgb, mask)
-        except ValueError:  # scattered pixels: the colours' own mask stays
-            return frame
+            self._evidence = EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
+            result = self._result(frame, None)
+            if box is None or not self._judges:
+                return result
+            return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable))
 
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
@@ -238,9 +233,7 @@ class ContourTracker:
         if result.status == Status.LOST:
             self._evidence.skip(result.mask)
             return result
-        evidence = self._evidence.gather(rgb, result.mask, flow)
-        status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
-        return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
+        return _with_evidence(result, self._evidence.gather(rgb, result.mask, flow))
 
     def _track_with(
         self, memory: Memory, rgb: NDArray[np.uint8], flow: BackwardFlow | None
@@ -288,6 +281,11 @@ class ContourTracker:
             frame.confidence,
             judgement,
         )
+
+
+def _with_evidence(result: ContourResult, evidence: Evidence) -> ContourResult:
+    status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
+    return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
 
 
 def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, NDArray[np.bool_] | None]:
