@@ -19,7 +19,7 @@ from sdftrack.contour.evidence import BIAS, SURE, WEIGHTS, Evidence
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 
-__all__ = ["contour_confidence", "fit_logistic"]
+__all__ = ["contour_confidence", "fit_logistic", "starts"]
 
 RIGHT_IOU = 0.5
 PENALTY = 10.0  # of squared weights of terms of unit variance
@@ -37,7 +37,7 @@ class Judged:
     evidence: NDArray[np.float64]
 
 
-def _ways(video: Davis, more: bool) -> Iterator[tuple[list[Any], list[Any], str]]:
+def starts(video: Davis, more: bool) -> Iterator[tuple[list[Any], list[Any], str]]:
     """Images, masks and the start; `more`: also backwards, and from a third and two thirds of the video on."""
     n = len(video.images)
     for step in (1, -1) if more else (1,):
@@ -51,7 +51,7 @@ def _ways(video: Davis, more: bool) -> Iterator[tuple[list[Any], list[Any], str]
 
 def _follow(video: Davis, more: bool, options: dict[str, Any]) -> Judged:
     frames = []
-    for images, masks, by in _ways(video, more):
+    for images, masks, by in starts(video, more):
         tracker = ContourTracker(**options)
         place: Any = {"mask": masks[0]} if by == "mask" else {"box": box_of(masks[0])}
         tracker.start(images[0], **place)
