@@ -84,7 +84,7 @@ def fit_logistic(
 def _fit(videos: list[Judged]) -> str:
     """Weights from these videos, each with the same influence."""
     seen = [~np.isnan(v.evidence[:, 0]) for v in videos]
-    terms = np.concatenate([v.evidence[s][:, 1:] for v, s in zip(videos, seen, strict=True)])
+    terms = np.concatenate([v.evidence[s] for v, s in zip(videos, seen, strict=True)])
     right = np.concatenate([v.ious[s] >= RIGHT_IOU for v, s in zip(videos, seen, strict=True)])
     weight = np.concatenate([np.full(int(s.sum()), len(terms) / len(videos) / s.sum()) for s in seen])
     bias, weights = fit_logistic(terms, right, weight)

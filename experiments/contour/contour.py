@@ -272,5 +272,6 @@ def contour(
     videos = [open_davis(data / "davis", s, frames, scale) for s in only]
     columns = HEAD + (["CamShift", "CamShift ms", "GrabCut", "GrabCut ms", "DIS", "DIS ms"] if others else [])
     height, width = videos[0].masks[0].shape
-    title = f"Mean IoU, {width} x {height}; processor time of a frame on one thread"
+    whose = "" if others else " of the tracker alone"
+    title = f"Mean IoU{whose}, {width} x {height}; processor time of a frame on one thread"
     return Table(title, columns, [_row(video, others) for video in videos])

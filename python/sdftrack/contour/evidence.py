@@ -20,10 +20,9 @@ Mask = NDArray[np.bool_]
 BITS = 3  # of each colour channel that are compared
 MEMORY = 0.8  # weight of the past in the mean disagreement with the flow
 
-# Logistic regression of "IoU >= 0.5" on all terms but the disagreement of the one frame, which says nothing beside its
-# mean: `python -m experiments run contour_confidence --fit` prints these.
-BIAS = 3.9
-WEIGHTS = (-10.4, -4.0, -5.3)
+# Logistic regression of "IoU >= 0.5": `python -m experiments run contour_confidence --fit` prints these.
+BIAS = 4.17
+WEIGHTS = (-2.19, -8.9, -3.98, -5.05)
 SURE = 0.9  # `ok` from here on
 MOST_INSTABILITY = 0.2  # of a first mask: what is followed from there may be anything, however well
 
@@ -74,7 +73,7 @@ class EvidenceGatherer:
 
 def certainty(evidence: Evidence) -> float:
     """Estimated chance that the outline's IoU with the truth is one half or more."""
-    chance = float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence[1:]))))
+    chance = float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence))))
     return chance if evidence.first_instability <= MOST_INSTABILITY else SURE * chance
 
 
@@ -84,16 +83,17 @@ def status_by_evidence(evidence: Evidence, status: Status, reason: str) -> tuple
     if status != Status.OK or confidence >= SURE:
         return status, reason, confidence
     unstable = evidence.first_instability > MOST_INSTABILITY
-    term = FIRST_TERM if unstable else int(np.argmin(np.multiply(WEIGHTS, evidence[1:])))
+    term = FIRST_TERM if unstable else int(np.argmin(np.multiply(WEIGHTS, evidence)))
     return Status.WEAK, REASONS[term], confidence
 
 
 REASONS = (
+    "the outline does not move as the image inside it does",
     "the outline has not moved as the image inside it did in the last frames",
     "the colours inside the outline differ from those at the start",
     "the first mask changes with the box; draw the box as tight as possible, or start from a mask",
 )
-FIRST_TERM = 2
+FIRST_TERM = 3
 
 
 def colors_inside(image: NDArray[np.uint8], mask: Mask) -> NDArray[np.float64]:

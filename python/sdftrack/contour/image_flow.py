@@ -16,9 +16,6 @@ MARGIN = 0.4  # of the longer side of the object's box, around it
 MIN_MARGIN_PX = 16
 MIN_SIDE_PX = 32  # of an image whose flow can be computed
 MAX_SIDE_PX = 160  # a larger part is examined at a lower resolution
-FINEST_SCALE = (
-    2  # flow at a quarter of that resolution: a finer one costs time and follows details that are not rigid
-)
 
 
 class BackwardFlow(NamedTuple):
@@ -43,7 +40,7 @@ class ImageFlow:
     def __init__(self, image: NDArray[np.uint8]) -> None:
         dis: Any = cv2  # OpenCV's stubs lack it
         self._dis = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_FAST)
-        self._dis.setFinestScale(FINEST_SCALE)
+        self._dis.setFinestScale(1)
         self._last = _gray(image)
 
     def next(self, image: NDArray[np.uint8], mask: Mask) -> BackwardFlow | None:
