@@ -11,6 +11,7 @@ inline constexpr Choice<bool> kWarps[] = {{false, "similarity"}, {true, "affine"
 inline constexpr Choice<OpinionPool> kPools[] = {{OpinionPool::kLinear, "linear"},
                                                  {OpinionPool::kLogarithmic, "log"}};
 inline constexpr Choice<bool> kMotions[] = {{false, "none"}, {true, "flow"}};
+inline constexpr Choice<bool> kBoxStarts[] = {{false, "colors"}, {true, "place"}};
 inline constexpr Choice<bool> kConfidences[] = {{false, "colors"}, {true, "evidence"}};
 
 // clang-format off
@@ -38,6 +39,7 @@ void visit_options(Options& o, Visit& f) {
   f("tension", o.tension, from_to(0, 4), "", "contour tension; 0: the regulariser as printed, 1: a Laplacian");
   f("least_part", o.min_part, from_to(0, 1), "", "connected components smaller than this share of the largest are removed");
   f("box_rounds", o.box_rounds, from_to(1, 100), "", "alternations of colour estimation and segmentation at a start from a box");
+  f("box_start", o.box_prior, Choices<bool>(kBoxStarts), "", "first segmentation of a box: by its colors alone, or also by the place in the box and the edges of the image");
   f("drift_cells", o.drift_cells, from_to(0, 64), "cells", "the grid is re-centred once the centre of the shape is this far from the grid's");
   f("drift_log_scale", o.drift_log_scale, from_to(0, 1), "", "the grid is re-scaled once the log ratio of the current size to the initial size exceeds this");
 }

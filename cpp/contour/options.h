@@ -39,6 +39,7 @@ struct ContourOptions {
 
   // Start from a box.
   int box_rounds = 8;
+  bool box_prior = true;  // segmented once more by place and edges; the caller's (box_start.py)
 
   // Drift correction, when the shape is so far from the middle or so much larger.
   float drift_cells = 3, drift_log_scale = 0.05f;

@@ -20,7 +20,8 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.masks import align
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.tracker import ContourResult, ContourTracker
+from sdftrack.contour.result import ContourResult
+from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 from sdftrack.synth.gait import FIGURES
 from sdftrack.synth.gait_video import GaitVideo, gait_video, occluder

@@ -19,11 +19,12 @@ from sdftrack.contour.evidence import BIAS, SURE, WEIGHTS, Evidence
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 
-__all__ = ["contour_confidence", "fit_logistic"]
+__all__ = ["contour_confidence", "fit_logistic", "starts"]
 
 RIGHT_IOU = 0.5
 PENALTY = 10.0  # of squared weights of terms of unit variance
 NEWTON_STEPS = 30
+MIN_FIRST_PX = 200
 
 
 @dataclass(frozen=True)
@@ -36,16 +37,21 @@ class Judged:
     evidence: NDArray[np.float64]
 
 
-def _ways(video: Davis, more: bool) -> Iterator[tuple[list[Any], list[Any], str]]:
-    """Images, masks and the start; `more`: also backwards."""
+def starts(video: Davis, more: bool) -> Iterator[tuple[list[Any], list[Any], str]]:
+    """Images, masks and the start; `more`: also backwards, and from a third and two thirds of the video on."""
+    n = len(video.images)
     for step in (1, -1) if more else (1,):
-        for by in ("mask", "box"):
-            yield video.images[::step], video.masks[::step], by
+        for first in dict.fromkeys((0, n // 3, 2 * n // 3) if more else (0,)):
+            at = n - 1 if first == 0 and step < 0 else first
+            if min(n, n - at if step > 0 else at + 1) < 2 or video.masks[at].sum() < MIN_FIRST_PX:
+                continue
+            for by in ("mask", "box"):
+                yield video.images[at::step], video.masks[at::step], by
 
 
 def _follow(video: Davis, more: bool, options: dict[str, Any]) -> Judged:
     frames = []
-    for images, masks, by in _ways(video, more):
+    for images, masks, by in starts(video, more):
         tracker = ContourTracker(**options)
         place: Any = {"mask": masks[0]} if by == "mask" else {"box": box_of(masks[0])}
         tracker.start(images[0], **place)
@@ -121,7 +127,7 @@ def contour_confidence(*, data: Path, most: int | None = None, fit: bool = False
     most
         images of each video, at most
     fit
-        fit the weights of the evidence to the videos of the choice, each forwards and backwards
+        fit the weights of the evidence to the videos of the choice, each forwards and backwards from three frames
     """
     cv2.setNumThreads(1)
     title = f"ok from {SURE}, weights {BIAS}; {', '.join(str(w) for w in WEIGHTS)}"

@@ -193,6 +193,7 @@ class ContourOptions:
     """
     Options of the contour tracker; see st.contour.ContourTracker.
     """
+    box_start: str
     confidence: str
     motion: str
     pool: str

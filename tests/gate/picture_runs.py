@@ -14,7 +14,7 @@ import sdftrack as st
 
 
 def _outlines(images, memory=None, **start) -> tuple[str, str]:
-    options = {"confidence": "colors", "motion": "none", **start.pop("options", {})}
+    options = {"confidence": "colors", "motion": "none", "box_start": "colors", **start.pop("options", {})}
     tracker = st.contour.ContourTracker(memory=memory, burn_in=12, **options)
     results = [tracker.start(images[0], **start)] + [tracker.track(image) for image in images[1:]]
     said = [(str(r.status), r.judgement) for r in results]

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour.evidence import SURE, Evidence, EvidenceGatherer, certainty, status_by_evidence
+from sdftrack.contour.evidence import (
+    MOST_INSTABILITY,
+    SURE,
+    Evidence,
+    EvidenceGatherer,
+    certainty,
+    colors_inside,
+    status_by_evidence,
+)
 from sdftrack.contour.image_flow import ImageFlow, moved_mask
 from sdftrack.metrics import iou
 from sdftrack.results import Status
@@ -66,7 +74,7 @@ def test_an_outline_that_goes_its_own_way_disagrees_with_the_flow():
     assert certainty(wrong) < certainty(right)
 
 
-@pytest.mark.parametrize("term", range(3))
+@pytest.mark.parametrize("term", range(len(Evidence._fields)))
 def test_each_term_alone_makes_an_outline_doubtful(term):
     bad = list(GOOD)
     bad[term] = 1.0
@@ -106,3 +114,52 @@ def test_flow_follows_what_has_the_colours_of_its_ground():
         )
     assert found["flow"] > 0.9
     assert 1 - found["flow"] < 0.6 * (1 - found["none"])
+
+
+def two_grounds(left_right):
+    """A disc of one colour, and a ground whose colour beside it depends on which side is looked at."""
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    mask = np.hypot(x - 120, y - 90) < 40
+    rng = np.random.default_rng(0)
+    ground = np.where((x < 120)[..., None], *left_right)
+    image = np.where(mask[..., None], [170, 60, 60], ground) + rng.normal(0, 8, (*mask.shape, 3))
+    return np.clip(image, 0, 255).astype(np.uint8), mask
+
+
+CLEAR = ([60, 120, 60], [60, 60, 140])
+
+
+def test_a_clear_box_is_sure_and_a_mask_is_not_doubted():
+    image, mask = two_grounds(CLEAR)
+    box = cv2.boundingRect(mask.astype(np.uint8))
+    start = st.contour.ContourTracker().start(image, box=box)
+    assert start.ok
+    assert 0 < start.evidence.first_instability < MOST_INSTABILITY
+    tracker = st.contour.ContourTracker()
+    assert tracker.start(image, mask=mask).evidence is None
+    assert tracker.track(image).evidence.first_instability == 0
+
+
+def test_a_first_mask_that_changes_with_the_box_is_never_ok():
+    ground, object_ = (
+        texture(0),
+        np.clip(texture(1) + np.array([10.0, 0, 0]), 0, 255),
+    )  # of nearly the same colours
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    mask = np.hypot(x - 120, y - 90) < 40
+    image = np.where((mask & (x < 120))[..., None], object_, ground).astype(np.uint8)
+    tracker = st.contour.ContourTracker()
+    start = tracker.start(image, box=cv2.boundingRect(mask.astype(np.uint8)))
+    assert start.evidence.first_instability > MOST_INSTABILITY
+    for result in (start, tracker.track(image), tracker.track(image)):
+        assert result.status == Status.WEAK
+        assert result.confidence < SURE
+        assert "the first mask changes with the box" in result.reason
+
+
+def test_the_colours_of_a_mask_are_counted():
+    image, mask = two_grounds(CLEAR)
+    bins = (image[mask] >> 5).astype(int) @ [64, 8, 1]
+    expected = np.bincount(bins, minlength=512) / mask.sum()
+    np.testing.assert_allclose(colors_inside(image, mask).ravel(), expected, rtol=1e-12)
+    assert not colors_inside(image, np.zeros_like(mask)).any()

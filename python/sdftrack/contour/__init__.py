@@ -7,7 +7,8 @@ from sdftrack.contour.drawing import draw_outline
 from sdftrack.contour.lwpr import LWPR
 from sdftrack.contour.masks import align, signed_distances
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.tracker import ContourResult, ContourTracker
+from sdftrack.contour.result import ContourResult
+from sdftrack.contour.tracker import ContourTracker
 
 __all__ = [
     "LWPR",

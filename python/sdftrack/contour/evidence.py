@@ -6,22 +6,25 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.contour.image_flow import BackwardFlow, moved_mask
+from sdftrack.contour.masks import overlap
 from sdftrack.results import Status
 
-__all__ = ["Evidence", "EvidenceGatherer", "certainty", "status_by_evidence"]
+__all__ = ["Evidence", "EvidenceGatherer", "certainty", "colors_inside", "status_by_evidence"]
 
 Mask = NDArray[np.bool_]
 BITS = 3  # of each colour channel that are compared
 MEMORY = 0.8  # weight of the past in the mean disagreement with the flow
 
 # Logistic regression of "IoU >= 0.5": `python -m experiments run contour_confidence --fit` prints these.
-BIAS = 4.177
-WEIGHTS = (-3.818, -9.196, -3.118)
+BIAS = 4.17
+WEIGHTS = (-2.19, -8.9, -3.98, -5.05)
 SURE = 0.9  # `ok` from here on
+MOST_INSTABILITY = 0.2  # of a first mask: what is followed from there may be anything, however well
 
 
 class Evidence(NamedTuple):
@@ -35,30 +38,33 @@ class Evidence(NamedTuple):
         The same, averaged over the last frames.
     strangeness : float
         1 less the affinity (sum of sqrt(p q)) of the colours inside and those at the start.
+    first_instability : float
+        1 less the mean IoU of the first mask and those of the box shifted a little; 0 for a start from a mask.
     """
 
     disagreement: float
     mean_disagreement: float
     strangeness: float
+    first_instability: float = 0.0
 
 
 class EvidenceGatherer:
     """Compare each frame's mask with the first one, and with the last one moved by the optical flow."""
 
-    def __init__(self, image: NDArray[np.uint8], mask: Mask) -> None:
+    def __init__(self, image: NDArray[np.uint8], mask: Mask, first_instability: float = 0.0) -> None:
         self._mask = mask
-        self._first = _colors(image, mask)
+        self._first_instability = first_instability
+        self._first = colors_inside(image, mask)
         self._mean = 0.0
 
     def gather(self, image: NDArray[np.uint8], mask: Mask, flow: BackwardFlow | None) -> Evidence:
         """Evidence about the mask in the next image, given the flow from there to the last image."""
         expected = self._mask if flow is None else moved_mask(self._mask, flow)
         self._mask = mask
-        either = int((expected | mask).sum())
-        disagreement = 1 - int((expected & mask).sum()) / either if either else 1.0
+        disagreement = 1 - overlap(expected, mask)
         self._mean = MEMORY * self._mean + (1 - MEMORY) * disagreement
-        strangeness = 1 - float(np.sqrt(_colors(image, mask) * self._first).sum())
-        return Evidence(disagreement, self._mean, strangeness)
+        strangeness = 1 - float(np.sqrt(colors_inside(image, mask) * self._first).sum())
+        return Evidence(disagreement, self._mean, strangeness, self._first_instability)
 
     def skip(self, mask: Mask) -> None:
         """A frame without an outline."""
@@ -67,7 +73,8 @@ class EvidenceGatherer:
 
 def certainty(evidence: Evidence) -> float:
     """Estimated chance that the outline's IoU with the truth is one half or more."""
-    return float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence))))
+    chance = float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence))))
+    return chance if evidence.first_instability <= MOST_INSTABILITY else SURE * chance
 
 
 def status_by_evidence(evidence: Evidence, status: Status, reason: str) -> tuple[Status, str, float]:
@@ -75,18 +82,26 @@ def status_by_evidence(evidence: Evidence, status: Status, reason: str) -> tuple
     confidence = certainty(evidence)
     if status != Status.OK or confidence >= SURE:
         return status, reason, confidence
-    return Status.WEAK, REASONS[int(np.argmin(np.multiply(WEIGHTS, evidence)))], confidence
+    unstable = evidence.first_instability > MOST_INSTABILITY
+    term = FIRST_TERM if unstable else int(np.argmin(np.multiply(WEIGHTS, evidence)))
+    return Status.WEAK, REASONS[term], confidence
 
 
 REASONS = (
     "the outline does not move as the image inside it does",
     "the outline has not moved as the image inside it did in the last frames",
     "the colours inside the outline differ from those at the start",
+    "the first mask changes with the box; draw the box as tight as possible, or start from a mask",
 )
+FIRST_TERM = 3
 
 
-def _colors(image: NDArray[np.uint8], mask: Mask) -> NDArray[np.float64]:
+def colors_inside(image: NDArray[np.uint8], mask: Mask) -> NDArray[np.float64]:
     """Shares of the colours inside."""
-    chosen = image[mask] >> (8 - BITS)
-    bins = (chosen[:, 0].astype(np.intp) << 2 * BITS) | (chosen[:, 1].astype(np.intp) << BITS) | chosen[:, 2]
-    return np.bincount(bins, minlength=1 << 3 * BITS) / max(len(bins), 1)
+    bins = [1 << BITS] * 3
+    x, y, w, h = cv2.boundingRect(mask.view(np.uint8))
+    part = np.ascontiguousarray(mask[y : y + h, x : x + w]).view(np.uint8)
+    if not w:
+        return np.zeros(bins)
+    counts = cv2.calcHist([image[y : y + h, x : x + w]], [0, 1, 2], part, bins, [0, 256] * 3)
+    return np.asarray(counts, np.float64) / np.count_nonzero(part)

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["align", "checked_mask", "resampled", "signed_distances", "transformed"]
+__all__ = ["align", "checked_mask", "overlap", "resampled", "signed_distances", "transformed"]
 
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
@@ -44,6 +44,12 @@ def resampled(mask: Mask, size: int) -> NDArray[np.float32]:
     shrinks = mask.shape[0] >= size and mask.shape[1] >= size
     way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(mask.astype(np.float32), (size, size), interpolation=way), np.float32)
+
+
+def overlap(a: Mask, b: Mask) -> float:
+    """Intersection over union; 0 where both are empty."""
+    either = np.count_nonzero(a | b)
+    return np.count_nonzero(a & b) / either if either else 0.0
 
 
 def signed_distances(mask: Mask) -> NDArray[np.float32]:

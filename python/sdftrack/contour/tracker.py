@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol, get_args
 
 import numpy as np
@@ -13,17 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_declarations import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack.contour.arguments import checked_box, checked_image, checked_mask_of
 from sdftrack.contour.assessment import Judgement
+from sdftrack.contour.box_start import first_instability, start_in_box
 from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
 from sdftrack.contour.options import checked_whole, contour_options
-from sdftrack.contour.record import ArrayRecord, mask_png
+from sdftrack.contour.result import ContourResult
 from sdftrack.device import device_number
 from sdftrack.results import Status
 
-__all__ = ["ContourResult", "ContourTracker", "Memory"]
+__all__ = ["ContourTracker", "Memory"]
 
 JUDGEMENTS = get_args(Judgement)
 
@@ -34,58 +36,6 @@ class Memory(Protocol):
     def learn(self, mask: NDArray[np.bool_]) -> Any: ...
     def judge(self, mask: NDArray[np.bool_]) -> str: ...
     def recover(self, mask: NDArray[np.bool_]) -> NDArray[Any]: ...
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ContourResult(ArrayRecord):
-    """Result of one frame.
-
-    Attributes
-    ----------
-    mask : (H, W) bool
-        Pixels of the object; empty if it is lost.
-    warp : (3, 3) float64
-        Maps the object's grid, (column, row) from its first cell, to pixels (x, y) of the image.
-    phi : (ny, nx) float32
-        Signed distance to the outline on the object's grid, in cells, negative inside, truncated beyond the band.
-    status : Status
-        "ok", "weak" (the mask may be wrong: it is occluded, its colours have changed, or it does not move as the image
-        does) or "lost" (it is searched for in the next frames).
-    reason : str
-        Reason if the status is not "ok"; else empty.
-    confidence : float
-        0 to 1. Estimated chance that the mask is right (an IoU of 0.5 or more with the truth), from its agreement with
-        the optical flow and with the colours at the start; with ``confidence="colors"``, the contrast across
-        the outline relative to the start, times the similarity of the colours inside to those at the start (sum of
-        sqrt(p q)).
-    judgement : str or None
-        Judgement of the shape memory: "unoccluded", "occluded" or "novel"; None without a memory or during burn-in.
-    evidence : Evidence or None
-        What the confidence was computed from; None in the first frame, while lost, and with ``confidence="colors"``.
-    """
-
-    mask: NDArray[np.bool_]
-    warp: NDArray[np.float64]
-    phi: NDArray[np.float32]
-    status: Status
-    reason: str
-    confidence: float
-    judgement: str | None = None
-    evidence: Evidence | None = None
-
-    @property
-    def ok(self) -> bool:
-        """Whether the status is "ok"."""
-        return self.status == Status.OK
-
-    def __repr__(self) -> str:
-        said = f", {self.judgement}" if self.judgement else ""
-        return (
-            f"ContourResult({self.status}, confidence {self.confidence:.2f}{said}, {int(self.mask.sum())} px)"
-        )
-
-    def _repr_png_(self) -> bytes:
-        return mask_png(self.mask)
 
 
 class ContourTracker:
@@ -213,21 +163,28 @@ class ContourTracker:
             Neither or both of box and mask; a box or mask without object or without background; an image without
             colour.
         """
-        rgb = _image(image)
+        rgb = checked_image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
         with SingleThreadGuard(self._lock, "tracker"):
+            unstable = 0.0
             if mask is not None:
-                frame = self._core.start_mask(rgb, _mask(mask, rgb.shape[:2]))
+                frame = self._core.start_mask(rgb, checked_mask_of(mask, rgb.shape[:2]))
             else:
-                frame = self._core.start_box(rgb, *_box(box, rgb.shape[1], rgb.shape[0]))
+                place = checked_box(box, rgb.shape[1], rgb.shape[0])
+                frame = start_in_box(self._core, rgb, place, self.options)
+                if self._judges:
+                    unstable = first_instability(rgb, place, frame.mask, self.options)
             self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
             if self._occlusions is not None:
                 self._occlusions.begin(frame.phi < 0, frame.warp)
             self._mask = frame.mask
             self._flow = ImageFlow(rgb) if self._judges or self._moves else None
-            self._evidence = EvidenceGatherer(rgb, frame.mask) if self._judges else None
-            return self._result(frame, None)
+            self._evidence = EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
+            result = self._result(frame, None)
+            if box is None or not self._judges:
+                return result
+            return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable))
 
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
@@ -250,7 +207,7 @@ class ContourTracker:
         """
         if self._shape is None:
             raise RuntimeError("track: expected start(image, box=...) first, got no start yet")
-        rgb = _image(image)
+        rgb = checked_image(image)
         if rgb.shape != self._shape:
             raise ValueError(
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
@@ -276,9 +233,7 @@ class ContourTracker:
         if result.status == Status.LOST:
             self._evidence.skip(result.mask)
             return result
-        evidence = self._evidence.gather(rgb, result.mask, flow)
-        status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
-        return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
+        return _with_evidence(result, self._evidence.gather(rgb, result.mask, flow))
 
     def _track_with(
         self, memory: Memory, rgb: NDArray[np.uint8], flow: BackwardFlow | None
@@ -328,6 +283,11 @@ class ContourTracker:
         )
 
 
+def _with_evidence(result: ContourResult, evidence: Evidence) -> ContourResult:
+    status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
+    return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
+
+
 def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, NDArray[np.bool_] | None]:
     """Query a memory: judgement of a mask on the tracker's grid, and the recovered mask if it is occluded."""
     judgement = str(memory.judge(mask))
@@ -345,55 +305,3 @@ def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, ND
             f"memory: expected a recovered mask of {mask.shape}, got {recovered.shape} from recover()"
         )
     return judgement, np.ascontiguousarray(recovered > 0)
-
-
-def _image(image: ArrayLike) -> NDArray[np.uint8]:
-    given = np.asarray(image)
-    if given.dtype.kind not in "biuf":
-        raise TypeError(f"image: expected (H, W, 3) uint8, got {type(image).__name__}")
-    if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
-        raise ValueError(
-            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; this tracker is based on colour "
-            "histograms; repeat grey three times if brightness alone distinguishes the object"
-        )
-    if given.ndim != 3 or given.shape[2] != 3:
-        raise ValueError(
-            f"image: expected (H, W, 3), got {given.shape}; drop an alpha channel with image[..., :3]"
-        )
-    if given.dtype != np.uint8:
-        way = {
-            "u": "image >> 8 where it fills 16 bits, then image",
-            "f": "(255 * image) where it is 0..1, then image",
-        }
-        raise TypeError(
-            f"image: expected uint8, got {given.dtype}; use {way.get(given.dtype.kind, 'image')}.astype(np.uint8)"
-        )
-    if min(given.shape[:2]) < 8:
-        raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")
-    return np.ascontiguousarray(given)
-
-
-def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    given = np.asarray(mask)
-    if given.dtype not in (np.bool_, np.uint8):
-        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}; use mask > 0")
-    given = given != 0
-    if given.shape != shape:
-        raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
-    if given.all():
-        raise ValueError("mask: expected background around the object, got a full mask; mark only the object")
-    return np.ascontiguousarray(given)
-
-
-def _box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:
-    """(x0, y0, x1, y1), clipped to the image."""
-    try:
-        x, y, w, h = (float(v) for v in box)
-    except (TypeError, ValueError):
-        raise TypeError(f"box: expected four numbers (x, y, w, h), got {box!r}") from None
-    if not np.isfinite([x, y, w, h]).all() or w <= 0 or h <= 0:
-        raise ValueError(f"box: expected (x, y, w, h) with w and h > 0, got {box!r}")
-    x0, y0, x1, y1 = max(0, round(x)), max(0, round(y)), min(width, round(x + w)), min(height, round(y + h))
-    if x0 >= x1 or y0 >= y1:
-        raise ValueError(f"box: expected a box in the {width} x {height} image, got {box!r}")
-    return x0, y0, x1, y1

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""The first segmentation of a box."""
+
+import cv2
+import numpy as np
+import pytest
+
+import sdftrack as st
+from sdftrack.contour import box_start
+from sdftrack.metrics import iou
+
+SIZE = (240, 180)
+OWN_SHARE = 0.5  # of the object, in blots; the rest has the colours of the ground
+RIGHT_IOU = 0.65
+LARGE_IOU = 0.97
+
+
+def blotched(seed):
+    """An ellipse half of which has the colours of its ground."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    mask = np.hypot((x - 120) / 50, (y - 90) / 40) < 1
+    chance = cv2.GaussianBlur(rng.uniform(0, 1, mask.shape), (0, 0), 4)
+    own = mask & (chance > np.quantile(chance, 1 - OWN_SHARE))
+    ground = rng.normal([90, 120, 60], 12, (*mask.shape, 3))
+    image = np.where(own[..., None], rng.normal([120, 110, 60], 12, ground.shape), ground)
+    return np.clip(image, 0, 255).astype(np.uint8), mask
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_place_in_the_box_closes_what_has_the_colours_of_the_ground(seed):
+    image, mask = blotched(seed)
+    box = cv2.boundingRect(mask.astype(np.uint8))
+    found = {
+        way: iou(st.contour.ContourTracker(box_start=way).start(image, box=box).mask, mask)
+        for way in ("colors", "place")
+    }
+    assert found["place"] > RIGHT_IOU > found["colors"]
+
+
+def test_nothing_is_found_beside_the_box():
+    image, mask = blotched(0)
+    x, y, w, h = cv2.boundingRect(mask.astype(np.uint8))
+    result = st.contour.ContourTracker().start(image, box=(x, y, w, h // 2))
+    beside = np.ones_like(mask)
+    beside[y - 1 : y + h // 2 + 1, x - 1 : x + w + 1] = False  # the soft outline may move by a pixel
+    assert not (result.mask & beside).any()
+
+
+def test_a_large_box_is_segmented_at_a_lower_resolution():
+    y, x = np.mgrid[:480, :640]
+    mask = np.hypot((x - 320) / 200, (y - 240) / 150) < 1
+    image = np.where(mask[..., None], [150, 90, 60], [90, 120, 60])
+    image = np.clip(image + np.random.default_rng(0).normal(0, 12, image.shape), 0, 255).astype(np.uint8)
+    box = cv2.boundingRect(mask.astype(np.uint8))
+    assert max(box[2:]) > box_start.MOST_PX
+    assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > LARGE_IOU
+
+
+def test_what_leaves_next_to_nothing_keeps_the_guess(monkeypatch):
+    image, mask = blotched(0)
+    box = cv2.boundingRect(mask.astype(np.uint8))
+    guess = st.contour.ContourTracker(box_start="colors").start(image, box=box)
+    monkeypatch.setattr(box_start, "PRIOR_RADIUS", -10.0)
+    np.testing.assert_array_equal(st.contour.ContourTracker().start(image, box=box).mask, guess.mask)
+
+
+def test_the_mean_does_not_cross_an_edge():
+    gray = np.zeros((20, 40), np.float32)
+    gray[:, 20:] = 1
+    mean = box_start.edge_aware_mean(gray, gray.copy())
+    np.testing.assert_allclose(mean, gray, atol=0.15)
+    assert np.abs(cv2.blur(gray, (7, 7)) - gray).max() > 0.4
