@@ -14,6 +14,10 @@ namespace {
 constexpr double kStep = 1e-6;      // m, of central differences
 constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
 
+// Where steps end, they are within 2e-5 m of the surface, on radii of 3 cm and more.
+constexpr double kMeetingTol_m = 1e-6, kMeetingSlopeTol = 1e-9;
+constexpr double kClearanceTol_m = 2e-6;  // a secant that would gain less is the last
+
 const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {
     {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
 
@@ -62,6 +66,63 @@ TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
     EXPECT_STREQ(primitives::visit_solid(kind, [](auto solid) { return solid.kName; }),
                  primitives::facts(kind).name);
     EXPECT_EQ(primitives::is_round(kind), primitives::free_count(kind) == 7) << "all but the turn about z";
+  }
+}
+
+// An ellipsoid has ways of its own; a sample of it, and the solids without such ways, are met step by step.
+TEST(Solids, an_ellipsoid_is_met_where_steps_along_the_ray_meet_it) {
+  using Ellipsoid = primitives::SolidTraits<primitives::PrimitiveKind::kEllipsoid>;
+  const auto& radii = kSize[static_cast<int>(primitives::PrimitiveKind::kEllipsoid)];
+  const auto sample = [&](const Vec3d& p) { return Ellipsoid::sample(p, radii); };
+  int met = 0;
+  for (int i = 1; i < 400; ++i) {
+    // Near the side of the surface that is towards the camera, or anywhere.
+    const Vec3d d = point(i), u{d.x / radii[0], d.y / radii[1], d.z / radii[2]};
+    const Vec3d p = i % 4 == 0 ? d : -std::copysign(1.0, d.z) / norm(u) * d + 0.1 * point(i + 7);
+    const Vec3d way = Vec3d{0, 0, 1} + 2.0 * point(i + 1000);
+    const primitives::RayMeeting<double> own = Ellipsoid::meet(p, way, radii),
+                                         steps = primitives::meet(p, way, sample);
+    if (steps.factor == 1 || own.factor == 1) {
+      // At the limits of both, five steps are too few or lead elsewhere.
+      EXPECT_TRUE(own.factor != 1 || own.m == sample(p).phi_m);
+      continue;
+    }
+    ++met;
+    EXPECT_NEAR(own.m, steps.m, kMeetingTol_m) << i;
+    const sdf::SolidSample<double> there = sample(p + own.m * way);
+    EXPECT_NEAR(own.factor, -1 / dot(there.grad, way), kMeetingSlopeTol) << i;
+    EXPECT_NEAR(norm(own.at.s.grad - there.grad), 0, kMeetingSlopeTol) << i;
+    for (int j = 0; j < sdf::kMaxSizes; ++j)
+      EXPECT_NEAR(own.at.s.size[j], there.size[j], kMeetingSlopeTol) << i;
+    EXPECT_NEAR(there.phi_m, 0, 1e-12) << i;
+  }
+  EXPECT_GT(met, 100);
+}
+
+TEST(Solids, the_clearance_of_an_ellipsoid_is_the_least_distance_along_the_ray) {
+  using Ellipsoid = primitives::SolidTraits<primitives::PrimitiveKind::kEllipsoid>;
+  const auto kind = primitives::PrimitiveKind::kEllipsoid;
+  const double flat[sdf::kMaxSizes] = {0.15, 0.12, 0.003};
+  const double* shapes[] = {kSize[static_cast<int>(kind)], flat};
+  for (const double* radii_of : shapes) {
+    const double radii[sdf::kMaxSizes] = {radii_of[0], radii_of[1], radii_of[2]};
+    for (int i = 1; i < 200; ++i) {
+      const Vec3d from{0, 0, -0.8}, way = (1 / 0.8) * (1.5 * point(i) - from);
+      const double a = i % 5 == 0 ? 0.85 : 0.5, b = i % 7 == 0 ? 0.75 : 1.1;  // some do not reach the middle
+      if (a > b) continue;
+      const auto at = [&](double depth) { return phi(kind, from + depth * way, radii); };
+      double low = a, high = b;  // by thirds: phi is convex
+      while (high - low > 1e-7) {
+        const double third = (high - low) / 3;
+        (at(low + third) < at(high - third) ? high : low) +=
+            at(low + third) < at(high - third) ? -third : third;
+      }
+      const double least = at(0.5 * (low + high));
+      const primitives::RayClearance<double> own = Ellipsoid::least_along(from, way, a, b, radii);
+      if (least < -0.2 * radii[2]) continue;  // through the middle, where phi has a kink
+      EXPECT_NEAR(own.m, least, kClearanceTol_m) << i;
+      EXPECT_EQ(own.m, own.low.s.phi_m);
+    }
   }
 }
 
