@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An ellipsoid along a ray, as in along_ray.h: g = sum (p_i / a_i)^2 is quadratic along it. Where it is 1 the
-// ray meets the surface, and its least value lies next to the least distance.
+// A ball or an ellipsoid along a ray, as in along_ray.h: g = sum (p_i / a_i)^2 is quadratic along it. Where
+// it is 1 the ray meets the surface, and its least value lies next to the least distance.
 #pragma once
 
 #include "primitives/along_ray.h"
@@ -24,8 +24,10 @@ HD sdf::SolidSample<T> on_ellipsoid(const Vec3<T>& q, const T (&radii)[sdf::kMax
   return {T(0), n, {-u.x * n.x, -u.y * n.y, -u.z * n.z}};
 }
 
-template <class T>
-HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T (&radii)[sdf::kMaxSizes]) {
+// `sample`: of what is not met.
+template <class T, class Sample>
+HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T (&radii)[sdf::kMaxSizes],
+                                const Sample& sample) {
   using sdftrack::sqrt;
   const Vec3<T> u = over(from, radii), v = over(way, radii), m = over(u, radii);
   const T a = dot(v, v), b = dot(u, v), c = dot(u, u) - T(1), square = b * b - a * c;
@@ -39,7 +41,7 @@ HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T
   const T least = select(c > T(0), T(0), select(b < T(kGrazing) * sqrt(dot(m, m)), T(-1e9), T(-kStepBack)));
   const auto met = hits & (cosine < T(kGrazing)) & (depth >= least);
   if (all(met)) return {depth, T(-1) / cosine, hit};
-  const RayPlace<T> here{from, sdf::ellipsoid_sample(from, radii)};
+  const RayPlace<T> here{from, sample(from)};
   return {select(met, depth, here.s.phi_m), select(met, T(-1) / cosine, T(1)), select_place(met, hit, here)};
 }
 

@@ -24,7 +24,10 @@ struct SolidTraits<PrimitiveKind::kEllipsoid> : SolidDefaults {
   }
   template <class T>
   static HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
-    return meet_ellipsoid(from, way, size);
+    return meet_ellipsoid(
+        from, way, size, [&](const Vec3<T>& p) __attribute__((always_inline)) {
+          return sdf::ellipsoid_sample(p, size);
+        });
   }
   template <class T>
   static HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
