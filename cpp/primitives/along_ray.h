@@ -122,4 +122,24 @@ HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T
   return {select(inside, met, end), select(inside, slope_b / (slope_b - slope_a), of_low), low, high};
 }
 
+// The same of a solid with these lengths, in its own way where it has one.
+template <class Solid, class T>
+HD RayMeeting<T> meet_solid(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
+  if constexpr (requires { Solid::meet(from, way, size); })
+    return Solid::meet(from, way, size);
+  else
+    return meet(
+        from, way, [&](const Vec3<T>& p) __attribute__((always_inline)) { return Solid::sample(p, size); });
+}
+template <class Solid, class T>
+HD RayClearance<T> least_along_solid(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
+                                     const T (&size)[sdf::kMaxSizes]) {
+  if constexpr (requires { Solid::least_along(origin, way, a, b, size); })
+    return Solid::least_along(origin, way, a, b, size);
+  else
+    return least_along(
+        origin, way, a,
+        b, [&](const Vec3<T>& p) __attribute__((always_inline)) { return Solid::sample(p, size); });
+}
+
 }  // namespace sdftrack::primitives

@@ -6,8 +6,10 @@
 
 #include "energies/penalty.h"
 #include "primitives/outline_curve.h"
+#include "primitives/packed_terms.h"
 #include "primitives/residuals.h"
 #include "primitives/solids.h"
+#include "primitives/standing.h"
 
 namespace sdftrack::primitives {
 
@@ -19,7 +21,6 @@ constexpr double kMinSay = 0.1;
 // Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
 // half of what is behind it is lost too.
 constexpr double kLostBeside = 0.65;
-constexpr double kLying = 0.7;  // cosine of 45 degrees
 // Nats per reading. 1 would be the density of an even crowd, under which all are given up for outliers; at
 // 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
@@ -27,25 +28,6 @@ constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
 // Nats, twice: what a length e times longer than may be costs; readings that err alike gain hundreds by it.
 constexpr double kFar = 2e4;
 constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
-
-// A patch that is seen close above the table and parallel to it is the top of something: what stands is
-// steep.
-bool may_stand(const PrimitiveField& field, const frame::Plane& plane) {
-  return has_inside(field.kind) || std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
-}
-
-// The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
-void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
-                       SolidResidual* out) {
-  const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
-  const Reach reach = reach_of(field.kind, -m, size);
-  out->m = plane.offset_m - dot(m, field.T_obj_cam.t) - reach.reach_m;
-  const Vec3d turn = cross(m, reach.at);
-  const double J[6] = {-m.x, -m.y, -m.z, turn.x, turn.y, turn.z};
-  for (int j = 0; j < 6; ++j) out->J[j] = J[j];
-  for (int i = 0; i < sdf::kMaxSizes; ++i)
-    out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
-}
 
 double with_slack(const OutlineRay& ray, double clearance_m) {
   return ray.sight == Sight::kBeside ? clearance_m + ray.slack_m : clearance_m;
@@ -59,41 +41,6 @@ FloatSolid float_solid(const PrimitiveField& field, Vec3d origin) {
           {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])}};
 }
 
-// Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
-// then the turns away from lying flat (their sines). Free of the kink that the lowest point's gap has where
-// the base is level or the line lies. Returns how many of `out` there are.
-int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
-                      Rest rest, SolidResidual (&out)[3]) {
-  const Vec3d m = field.T_obj_cam.R * plane.normal_cam;
-  const double radius = size[0], half = 0.5 * size[1];
-  const auto set = [&](int i, double value, const Vec3d& at) {
-    SolidResidual& r = out[i];
-    const Vec3d turn = cross(m, at);
-    r.m = value;
-    for (double& j : r.J) j = 0;
-    r.J[3] = turn.x, r.J[4] = turn.y, r.J[5] = turn.z;
-  };
-  SolidResidual& gap = out[0];
-  const double middle = plane.offset_m - dot(m, field.T_obj_cam.t);
-  const auto set_gap = [&](const Vec3d& at) {
-    set(0, middle + dot(m, at), at);
-    gap.J[0] = -m.x, gap.J[1] = -m.y, gap.J[2] = -m.z;
-  };
-  if (rest == Rest::kSide) {
-    const double across = std::max(1e-12, std::hypot(m.x, m.y));
-    set_gap({-radius * m.x / across, -radius * m.y / across, 0});
-    gap.J[6] = -radius * across;
-    set(1, m.z, {0, 0, 1});
-    return 2;
-  }
-  const double down = has_apex(field.kind) ? -half : -std::copysign(half, m.z);
-  set_gap({0, 0, down});
-  gap.J[7] = down * m.z;
-  set(1, m.x, {1, 0, 0});
-  set(2, m.y, {0, 1, 0});
-  return 3;
-}
-
 }  // namespace
 
 std::size_t PrimitiveEnergy::points() const {
@@ -105,36 +52,14 @@ std::size_t PrimitiveEnergy::rays() const {
 }
 
 ReadingTerm PrimitiveEnergy::term(const PrimitiveField& field) const {
-  const FloatPoints& p = view_->packed;
-  const bool along = view_->along_rays;
-  return {p.x_m.data(),
-          p.y_m.data(),
-          p.z_m.data(),
-          along ? p.ray_x.data() : nullptr,
-          along ? p.ray_y.data() : nullptr,
-          options_.per_noise,
-          static_cast<int>(points()),
-          float_solid(field, p.origin),
-          static_cast<float>(1 / options_.scale_m),
-          static_cast<float>(options_.outlier_floor)};
+  return reading_term(view_->packed, view_->along_rays, options_.per_noise, points(),
+                      float_solid(field, view_->packed.origin), 1 / options_.scale_m, options_.outlier_floor);
 }
 
 OutlineTerm PrimitiveEnergy::outline_term(const PrimitiveField& field) const {
-  const FloatRays& r = view_->packed_outline;
-  return {r.ray_x.data(),
-          r.ray_y.data(),
-          r.near_m.data(),
-          r.far_m.data(),
-          r.pixel_m.data(),
-          r.slack_m.data(),
-          r.side.data(),
-          r.lost.data(),
-          static_cast<int>(rays()),
-          float_solid(field, {0, 0, 0}),
-          static_cast<float>(options_.outline_scale_px),
-          static_cast<float>(options_.outline_floor),
-          static_cast<float>(kLostBeside),
-          options_.lost_rays && !has_edges(kind_)};
+  return primitives::outline_term(view_->packed_outline, rays(), float_solid(field, {0, 0, 0}),
+                                  options_.outline_scale_px, options_.outline_floor, kLostBeside,
+                                  options_.lost_rays && !has_edges(kind_));
 }
 
 void PrimitiveEnergy::add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const {

@@ -6,16 +6,10 @@
 #include "primitives/field.h"
 #include "primitives/outline_curve.h"
 #include "primitives/reading_ops.h"
+#include "primitives/standing.h"
 #include "primitives/view.h"
 
 namespace sdftrack::primitives {
-
-// What of a solid lies on the plane that it stands on.
-enum class Rest {
-  kPoint,  // its lowest point
-  kBase,   // all of a cone's base, or of the end of a cylinder that is lower
-  kSide,   // a line of a cylinder's side
-};
 
 struct PrimitiveEnergyOptions {
   Scaling scaling = Scaling::kExact;

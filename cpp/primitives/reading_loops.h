@@ -56,8 +56,8 @@ struct Readings {
         solid.R * Vec3<L>{load<L>(given.x_m + i, n), load<L>(given.y_m + i, n), load<L>(given.z_m + i, n)} +
         solid.t;
     if (given.ray_x)
-      return meet(p, solid.R * Vec3<L>{load<L>(given.ray_x + i, n), load<L>(given.ray_y + i, n), L(1)},
-                  solid);
+      return meet_solid<SolidTraits<kKind>>(
+          p, solid.R * Vec3<L>{load<L>(given.ray_x + i, n), load<L>(given.ray_y + i, n), L(1)}, solid.size);
     const RayPlace<L> at{p, solid(p)};
     return {at.s.phi_m, L(1), at};
   }
@@ -95,8 +95,8 @@ struct Outline {
 
   HD RayClearance<L> look(int i, int n) const {
     const Vec3<L> ray{load<L>(given.ray_x + i, n), load<L>(given.ray_y + i, n), L(1)};
-    RayClearance<L> out =
-        least_along(solid.t, solid.R * ray, load<L>(given.near_m + i, n), load<L>(given.far_m + i, n), solid);
+    RayClearance<L> out = least_along_solid<SolidTraits<kKind>>(
+        solid.t, solid.R * ray, load<L>(given.near_m + i, n), load<L>(given.far_m + i, n), solid.size);
     out.m = out.m + load<L>(given.slack_m + i, n);
     return out;
   }

@@ -32,7 +32,12 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
   });
   if (in_closed_form) return;
   const Vec3d way = field.T_obj_cam.R * ((1 / p_cam.z) * p_cam);
-  const RayMeeting<double> met = meet(field.T_obj_cam * p_cam, way, sample_of(field));
+  const Vec3d from = field.T_obj_cam * p_cam;
+  const RayMeeting<double> met =
+      field.scaling == Scaling::kExact
+          ? visit_solid(field.kind,
+                        [&](auto solid) { return meet_solid<decltype(solid)>(from, way, field.size_m); })
+          : meet(from, way, sample_of(field));
   field.derivative(met.at.p, met.at.s, out->J);
   out->m = met.m;
   for (double& j : out->J) j *= met.factor;
@@ -45,8 +50,14 @@ void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual
     return kOwnTerm;
   });
   if (in_closed_form) return;
-  const RayClearance<double> least =
-      least_along(field.T_obj_cam.t, field.T_obj_cam.R * ray.ray, ray.near_m, ray.far_m, sample_of(field));
+  const Vec3d from = field.T_obj_cam.t, way = field.T_obj_cam.R * ray.ray;
+  const RayClearance<double> least = field.scaling == Scaling::kExact
+                                         ? visit_solid(field.kind,
+                                                       [&](auto solid) {
+                                                         return least_along_solid<decltype(solid)>(
+                                                             from, way, ray.near_m, ray.far_m, field.size_m);
+                                                       })
+                                         : least_along(from, way, ray.near_m, ray.far_m, sample_of(field));
   double low[PrimitiveField::P], high[PrimitiveField::P];
   field.derivative(least.low.p, least.low.s, low);
   field.derivative(least.high.p, least.high.s, high);

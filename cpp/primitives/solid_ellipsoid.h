@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "primitives/ellipsoid_ray.h"
 #include "primitives/solid_traits.h"
 #include "sdf/solid_ellipsoid.h"
 #include "sdf/solids.h"
@@ -20,6 +21,18 @@ struct SolidTraits<PrimitiveKind::kEllipsoid> : SolidDefaults {
   template <class T>
   static HD sdf::SolidSample<T> sample(Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
     return sdf::ellipsoid_sample(p, size);
+  }
+  template <class T>
+  static HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
+    return meet_ellipsoid(
+        from, way, size, [&](const Vec3<T>& p) __attribute__((always_inline)) {
+          return sdf::ellipsoid_sample(p, size);
+        });
+  }
+  template <class T>
+  static HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
+                                        const T (&size)[sdf::kMaxSizes]) {
+    return least_along_ellipsoid(origin, way, a, b, size);
   }
   // A scaled ball.
   template <class T>

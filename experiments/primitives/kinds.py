@@ -98,11 +98,12 @@ def _table(name: str, folder: Path, scenes: tuple[str, ...]) -> Table:
                     said = ", ".join(f"{k} {s:.2f}" for k, s in list(fit.scores.items())[:2])
                     wrong.append(f"learn{scene} {number}, a {kind}, {view}: {said}")
     names = list(dict.fromkeys(view for view, _ in seen))
-    rows = [[v, *(_of(right[v, k], seen[v, k]) for k in COLUMNS)] for v in names]
-    rows.append(
-        ["all", *(_of(sum(right[v, k] for v in names), sum(seen[v, k] for v in names)) for k in COLUMNS)]
-    )
-    return Table(f"Right kind by auto, {name} scenes", ["view", *COLUMNS], rows, wrong)
+    rows = []
+    for view, of in [*((v, [v]) for v in names), ("all", names)]:
+        counts = [(sum(right[v, k] for v in of), sum(seen[v, k] for v in of)) for k in COLUMNS]
+        share = 100 * sum(n for n, _ in counts) / sum(n for _, n in counts)
+        rows.append([view, *(_of(*c) for c in counts), f"{share:.1f}"])
+    return Table(f"Right kind by auto, {name} scenes", ["view", *COLUMNS, "right, %"], rows, wrong)
 
 
 def _of(right: int, count: int) -> str:

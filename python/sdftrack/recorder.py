@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack._internal.background import Background
-from sdftrack._internal.closing import ClosedByWith, reason_of
+from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.text_files import reason_of
 from sdftrack.io.out_folder import OutFolder, cannot_write, prepare_folder, refuse_folder
 from sdftrack.io.result_rows import (
     BOP_HEADER,

@@ -6,6 +6,7 @@
 #include "primitives/energies.h"
 #include "primitives/evidence.h"
 #include "primitives/outline.h"
+#include "primitives/packed_terms.h"
 #include "primitives/residuals.h"
 
 namespace sdftrack {
@@ -13,6 +14,10 @@ namespace {
 
 constexpr double kStep = 1e-6;      // m, of central differences
 constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
+
+// Where steps end, they are within 2e-5 m of the surface, on radii of 3 cm and more.
+constexpr double kMeetingTol_m = 1e-6, kMeetingSlopeTol = 1e-9;
+constexpr double kClearanceTol_m = 2e-6;  // a secant that would gain less is the last
 
 const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {
     {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
@@ -65,6 +70,73 @@ TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
   }
 }
 
+// Balls and ellipsoids have ways of their own; solids without such ways are met step by step.
+template <primitives::PrimitiveKind kKind>
+void expect_to_be_met_as_by_steps() {
+  using Solid = primitives::SolidTraits<kKind>;
+  const auto& size = kSize[static_cast<int>(kKind)];
+  const auto sample = [&](const Vec3d& p) { return Solid::sample(p, size); };
+  int met = 0;
+  for (int i = 1; i < 400; ++i) {
+    // Near the surface on the side towards the camera, or anywhere.
+    const Vec3d d = point(i), on = -std::copysign((sample(d).phi_m < 0 ? 2.0 : 0.5), d.z) * d;
+    const Vec3d p = i % 4 == 0 ? d : on - sample(on).phi_m * sample(on).grad + 0.1 * point(i + 7);
+    const Vec3d way = Vec3d{0, 0, 1} + 2.0 * point(i + 1000);
+    const primitives::RayMeeting<double> own = Solid::meet(p, way, size),
+                                         steps = primitives::meet(p, way, sample);
+    if (steps.factor == 1 || own.factor == 1) {
+      // At the limits of both, five steps are too few or lead elsewhere.
+      EXPECT_TRUE(own.factor != 1 || own.m == sample(p).phi_m);
+      continue;
+    }
+    ++met;
+    EXPECT_NEAR(own.m, steps.m, kMeetingTol_m) << i;
+    const sdf::SolidSample<double> there = sample(p + own.m * way);
+    EXPECT_NEAR(there.phi_m, 0, 1e-12) << i;
+    EXPECT_NEAR(own.factor, -1 / dot(there.grad, way), kMeetingSlopeTol) << i;
+    EXPECT_NEAR(norm(own.at.s.grad - there.grad), 0, kMeetingSlopeTol) << i;
+    for (int j = 0; j < primitives::size_count(kKind); ++j)
+      EXPECT_NEAR(own.at.s.size[j], there.size[j], kMeetingSlopeTol) << i;
+  }
+  EXPECT_GT(met, 80);
+}
+
+TEST(Solids, balls_and_ellipsoids_are_met_where_steps_along_the_ray_meet_them) {
+  expect_to_be_met_as_by_steps<primitives::PrimitiveKind::kSphere>();
+  expect_to_be_met_as_by_steps<primitives::PrimitiveKind::kEllipsoid>();
+}
+
+template <primitives::PrimitiveKind kKind>
+void expect_the_least_distance(const double (&size)[sdf::kMaxSizes], double deepest_m) {
+  for (int i = 1; i < 200; ++i) {
+    const Vec3d from{0, 0, -0.8}, way = (1 / 0.8) * (1.5 * point(i) - from);
+    const double a = i % 5 == 0 ? 0.85 : 0.5, b = i % 7 == 0 ? 0.75 : 1.1;  // some do not reach the middle
+    if (a > b) continue;
+    const auto at = [&](double depth) { return phi(kKind, from + depth * way, size); };
+    double low = a, high = b;  // by thirds: phi is convex
+    while (high - low > 1e-7) {
+      const double third = (high - low) / 3;
+      if (at(low + third) < at(high - third))
+        high -= third;
+      else
+        low += third;
+    }
+    const double least = at(0.5 * (low + high));
+    const auto own = primitives::SolidTraits<kKind>::least_along(from, way, a, b, size);
+    if (least < -deepest_m) continue;  // through the middle, where phi has a kink
+    EXPECT_NEAR(own.m, least, kClearanceTol_m) << i;
+    EXPECT_EQ(own.m, own.low.s.phi_m);
+  }
+}
+
+TEST(Solids, the_clearance_of_balls_and_ellipsoids_is_the_least_distance_along_the_ray) {
+  constexpr auto kSphere = primitives::PrimitiveKind::kSphere,
+                 kEllipsoid = primitives::PrimitiveKind::kEllipsoid;
+  expect_the_least_distance<kSphere>(kSize[static_cast<int>(kSphere)], 1);
+  expect_the_least_distance<kEllipsoid>(kSize[static_cast<int>(kEllipsoid)], 0.007);
+  expect_the_least_distance<kEllipsoid>({0.15, 0.12, 0.003}, 0.0006);
+}
+
 TEST(Solids, reach_as_far_as_their_axes_say_and_touch_there) {
   for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
     const auto kind = static_cast<primitives::PrimitiveKind>(k);
@@ -112,16 +184,9 @@ TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
   const std::vector<float> per_noise(kCount, 0.7f);
   for (int k = 0; k < primitives::kPrimitiveKinds; ++k)
     for (const bool rays : {false, true}) {
-      const primitives::ReadingTerm term{p.x_m.data(),
-                                         p.y_m.data(),
-                                         p.z_m.data(),
-                                         rays ? p.ray_x.data() : nullptr,
-                                         rays ? p.ray_y.data() : nullptr,
-                                         rays ? per_noise.data() : nullptr,
-                                         kCount,
-                                         float_solid(k, p.origin - Vec3d{0, 0, 0.8}),
-                                         500.0f,
-                                         0.1f};
+      const primitives::ReadingTerm term =
+          primitives::reading_term(p, rays, rays ? per_noise.data() : nullptr, kCount,
+                                   float_solid(k, p.origin - Vec3d{0, 0, 0.8}), 500, 0.1);
       expect_the_same_bits(term, k, &Ops::linearize, &Ops::cost);
     }
 }
@@ -137,20 +202,8 @@ TEST(Primitives, an_outline_in_packs_gives_the_same_bits_on_every_instruction_se
   const primitives::FloatRays r(rays);
   for (int k = 0; k < primitives::kPrimitiveKinds; ++k)
     for (const bool lost_counts : {false, true}) {
-      const primitives::OutlineTerm term{r.ray_x.data(),
-                                         r.ray_y.data(),
-                                         r.near_m.data(),
-                                         r.far_m.data(),
-                                         r.pixel_m.data(),
-                                         r.slack_m.data(),
-                                         r.side.data(),
-                                         r.lost.data(),
-                                         kCount,
-                                         float_solid(k, {0, 0, -0.8}),
-                                         0.5f,
-                                         0.05f,
-                                         0.65f,
-                                         lost_counts};
+      const primitives::OutlineTerm term =
+          primitives::outline_term(r, kCount, float_solid(k, {0, 0, -0.8}), 0.5, 0.05, 0.65, lost_counts);
       expect_the_same_bits(term, k, &Ops::linearize_outline, &Ops::outline_cost);
     }
 }

@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
-from experiments.primitives.kinds import views
+from experiments.primitives.kinds import kinds, views
 from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
 from experiments.primitives.patches import _largest_face, patches
+from experiments.primitives.times import primitive_times
+from sdftrack.primitives.kinds import SOLIDS
 from sdftrack.synth.noise import Gaussian
 from sdftrack.synth.patches import VIEWS
 
@@ -88,3 +92,24 @@ def test_the_face_of_a_real_box_has_the_edges_of_the_box(data_dir):
     edges = np.delete(list(box.size.values()), axis)
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(edges), atol=FACE_ATOL_M)
     assert abs(fit.T_cam_obj[:3, 2] @ box.T_cam_obj[:3, axis]) > np.cos(np.radians(FACE_ATOL_DEG))
+
+
+def test_the_time_of_each_kind_is_a_row_and_the_slowest_is_named(data_dir):
+    tables = primitive_times(data=data_dir, turns=1)
+    points, frames = tables
+    assert [row[0] for row in points.rows] == list(SOLIDS)
+    for row in frames.rows:
+        named = dict(zip(frames.columns, row, strict=True))
+        assert float(named["slowest kind"]) == max(float(named[kind]) for kind in SOLIDS)
+        assert float(named["auto"]) < float(named["all of auto"])
+
+
+def test_the_share_of_right_kinds_is_that_of_all_columns(data_dir):
+    folder = data_dir / "osd"
+    if not (folder / "camera.json").is_file():
+        pytest.skip(f"recorded data absent: {folder}")
+    (table,) = kinds(data=data_dir, scenes=1, which="reporting")
+    for row in table.rows:
+        counts = [re.findall(r"\d+", cell) for cell in row[1:-1] if cell != "-"]
+        right, seen = (sum(int(count[i]) for count in counts) for i in (0, 1))
+        assert row[-1] == f"{100 * right / seen:.1f}"

@@ -61,6 +61,9 @@ COMMANDS = {
     "synth": Writing("synth --model {made}/box.ply --frames 2 --around none --to tum -q", grows=True),
     "calibrate depth": Writing("calibrate depth {made}/walls -q", name="sensor.toml"),
     "calibrate color": Writing("calibrate color {made}/wand --ball-radius 0.05 --ball-color 225,60,30 -q"),
+    "calibrate intrinsics": Writing(
+        "calibrate intrinsics {made}/walk --model {made}/box.ply --init gt --free cx,cy --voxels 24 --threads 1 -q"
+    ),
     "config": Writing("config -q"),
 }
 
@@ -84,6 +87,8 @@ def make_inputs(made: Path) -> None:
     path = st.synth.random_walk(step_m=0.002, step_rad=0.01)
     seq = st.synth.sequence(mesh, FRAMES, path, 0.001, seed=2, camera=CAMERA, threads=1)
     st.save_sequence(made / "seq", seq)
+    walk = st.synth.sequence(mesh, 6, path, 0.001, seed=2, camera=CAMERA, threads=1)  # as many as it wants
+    st.save_sequence(made / "walk", walk)
     tracked = ["track", str(made / "seq"), "--model", str(made / "box.ply"), "--init", "gt", "--voxels", "24"]
     assert run([*tracked, "--out", str(made / "tracked"), "-q", "--no-video"]) == 0
     points = np.random.default_rng(0).normal(size=(400, 3))

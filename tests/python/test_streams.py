@@ -72,7 +72,7 @@ def pose_of(position, quaternion):
     return T
 
 
-def eventually(condition, seconds=10.0):
+def eventually(condition, seconds=60.0):
     """Whether it becomes true within so many seconds."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -215,10 +215,15 @@ def test_a_client_that_vanishes_is_forgotten(server):
     )  # a reset, as of a killed program
     raw.close()
     assert eventually(lambda: server._receiver.clients == 0)
-    server.send(frame(), result())
+    server.send(
+        frame(), result()
+    )  # to nobody, unless the next client is faster than the thread that delivers
     with client(server) as connection:
         server.send(frame(1), result(1))
-        assert json.loads(connection.recv(timeout=10))["index"] == 1
+        received = [json.loads(connection.recv(timeout=60))["index"]]
+        if received == [0]:
+            received.append(json.loads(connection.recv(timeout=60))["index"])
+        assert received[-1] == 1
 
 
 def test_a_hundred_clients_come_and_go_without_leaving_threads(server):

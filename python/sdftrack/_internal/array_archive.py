@@ -16,6 +16,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.text_files import reason_of
+
 __all__ = ["ArrayArchive", "may_hold", "read_array", "write_archive"]
 
 # What a file may expand to, so that a small one cannot take all memory.
@@ -160,4 +162,4 @@ def _told() -> Iterator[None]:
             raise
         raise ValueError("an offset outside the file") from None
     except Exception as error:
-        raise ValueError(" ".join(str(error).split())[:200] or type(error).__name__) from None
+        raise ValueError(reason_of(error)[:200]) from None

@@ -6,7 +6,7 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Self
 
-__all__ = ["ClosedByWith", "reason_of"]
+__all__ = ["ClosedByWith"]
 
 
 class ClosedByWith:
@@ -24,10 +24,3 @@ class ClosedByWith:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def reason_of(error: BaseException) -> str:
-    """Why a run ended early, in one line for its files."""
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted"
-    return " ".join(str(error).split()) or type(error).__name__

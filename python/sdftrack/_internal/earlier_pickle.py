@@ -8,14 +8,17 @@ anything is called.
 from __future__ import annotations
 
 import importlib
+import os
 import pickle
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
+from sdftrack._internal import saved_file
 from sdftrack._internal.saved_file import FileKind, first_bytes
 from sdftrack._internal.text_files import reason
 
-__all__ = ["is_pickle", "read"]
+__all__ = ["is_pickle", "loaded", "read"]
 
 T = TypeVar("T")
 
@@ -69,6 +72,24 @@ def read(file: Path, file_kind: FileKind, kind: type[T], trust_pickle: bool) -> 
     if not isinstance(thing, kind):
         raise ValueError(f"{file}: expected a saved {kind.__name__}, got {type(thing).__name__}")
     return thing
+
+
+def loaded(
+    path: str | os.PathLike[str],
+    file_kind: FileKind,
+    kind: type[T],
+    trust_pickle: bool,
+    state_from: Callable[[Any], dict[str, Any]],
+) -> T:
+    """An object of type `kind` with the state that `state_from` makes of a file's content, or of an earlier pickle."""
+    file = saved_file.found(path, file_kind)
+    if is_pickle(file):
+        return read(file, file_kind, kind, trust_pickle)
+    content = saved_file.read(file, file_kind)
+    thing: Any = kind.__new__(kind)
+    with saved_file.consistent(file, file_kind):
+        thing.__setstate__(state_from(content))
+    return cast(T, thing)
 
 
 class _Restricted(pickle.Unpickler):

@@ -10,7 +10,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = ["WRONG", "contents", "named", "parsed_json", "read_json", "read_text", "read_toml", "reason"]
+__all__ = [
+    "WRONG",
+    "contents",
+    "named",
+    "parsed_json",
+    "read_json",
+    "read_text",
+    "read_toml",
+    "reason",
+    "reason_of",
+]
 
 # What contents of another form raise: a list in the place of a table, numbers beyond a float or an int, ...
 WRONG = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -44,12 +54,19 @@ def named(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def reason(error: BaseException) -> str:
-    """An exception in one line."""
+    """What is wrong with contents that raised this, in one line."""
     if isinstance(error, KeyError):
         return f"the field {error} is missing"
     if isinstance(error, RecursionError):
         return "nested too deeply"
-    return " ".join(str(error).split())[:SHOWN] or type(error).__name__
+    return reason_of(error)[:SHOWN]
+
+
+def reason_of(error: BaseException) -> str:
+    """Why a run ended early, in one line."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def read_text(path: str | os.PathLike[str], encoding: str = "utf-8") -> str:

@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.text_files import reason_of
 
 __all__ = ["expanded", "fetched", "is_address", "name_of"]
 
@@ -70,7 +71,7 @@ def _listed(pattern: str) -> list[str]:
             return [pattern] if fs.exists(path) else []
         return [_with_protocol(fs, pattern, found) for found in sorted(fs.glob(path))]
     except Exception as error:  # each service has its own
-        raise OSError(f"{pattern}: cannot list it ({_line(error)})") from error
+        raise OSError(f"{pattern}: cannot list it ({reason_of(error)})") from error
 
 
 def _with_protocol(fs: Any, pattern: str, path: str) -> str:
@@ -152,7 +153,7 @@ def _copy(fs: Any, path: str, place: str, target: Path) -> None:
         try:
             fs.get_file(name, str(to))
         except Exception as error:  # each service has its own
-            raise OSError(f"{place}: cannot read {name} ({_line(error)})") from error
+            raise OSError(f"{place}: cannot read {name} ({reason_of(error)})") from error
         size = info.get("size")
         if size is not None and to.stat().st_size != size:
             raise OSError(f"{place}: {name} came with {to.stat().st_size} of {size} bytes")
@@ -165,7 +166,7 @@ def _files(fs: Any, path: str, place: str) -> dict[str, Any]:
     except FileNotFoundError:
         found = {}
     except Exception as error:  # each service has its own
-        raise OSError(f"{place}: cannot list it ({_line(error)})") from error
+        raise OSError(f"{place}: cannot list it ({reason_of(error)})") from error
     if not found:
         raise FileNotFoundError(f"{place}: nothing is there")
     return dict(found)
@@ -177,11 +178,7 @@ def _opened(place: str) -> tuple[Any, str]:
     try:
         fs, path = fsspec.core.url_to_fs(place)
     except ImportError as error:
-        raise ImportError(f"{place}: {_line(error)}; {PACKAGES}") from error
+        raise ImportError(f"{place}: {reason_of(error)}; {PACKAGES}") from error
     except Exception as error:  # each service has its own
-        raise ValueError(f"{place}: expected an address that fsspec reads ({_line(error)})") from error
+        raise ValueError(f"{place}: expected an address that fsspec reads ({reason_of(error)})") from error
     return fs, path
-
-
-def _line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.text_files import reason_of
 from sdftrack.batch.cluster import cluster
 from sdftrack.batch.scheduling import Task, outcomes
 from sdftrack.cli.batch_files import JOURNAL, Journal, counts, read_items, read_journal, write_items
@@ -188,7 +189,7 @@ def _result(outcome: Any, out: Path, task: Task) -> Result:
         return _skipped(task.after)
     if isinstance(outcome, Result):
         return outcome
-    told = _reason_of_death(out, task.name) or " ".join(str(outcome).split()) or type(outcome).__name__
+    told = _reason_of_death(out, task.name) or reason_of(outcome)
     return Result("refused" if told.startswith(TIMED_OUT) else "died", told)
 
 

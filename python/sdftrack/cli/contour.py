@@ -158,7 +158,7 @@ def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: A
 
 def _keep(files: Any, error: BaseException) -> None:
     """Keep the results obtained so far, unless the disk is full."""
-    from sdftrack._internal.closing import reason_of
+    from sdftrack._internal.text_files import reason_of
 
     if not files.rows or isinstance(error, OSError):
         files.drop()

@@ -1,161 +1,38 @@
 # SPDX-License-Identifier: MIT
-"""Comparison of recorded results with ground truth: numbers, tables, plots."""
+"""Comparison of recorded results with ground truth."""
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.bop_scores import BopErrors, bop_errors
+from sdftrack.evaluation.bop_scores import bop_errors
+from sdftrack.evaluation.object_score import ObjectScore
+from sdftrack.evaluation.report_matching import (
+    check_frames,
+    check_object,
+    instances_of,
+    known_symmetries,
+    true_frame,
+)
+from sdftrack.evaluation.report_shown import HEAD, plot_errors, plot_trajectories, table_rows
 from sdftrack.io.report_file import read_results
-from sdftrack.metrics import add, adds, auc, mssd, pose_error
+from sdftrack.metrics import add, adds, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["ObjectScore", "compare", "plot_errors", "read_results", "table_rows"]
-
-Array = NDArray[np.float64]
-HEAD = [
-    "object",
-    "frames",
-    "with truth",
-    "lost",
-    "mean mm",
-    "median mm",
-    "max mm",
-    "mean deg",
-    "median deg",
-    "max deg",
-    "ADD mm",
-    "ADD auc",
-    "ADD-S mm",
-    "MSSD mm",
-    "MSPD px",
-    "VSD",
-    "AR",
+__all__ = [
+    "HEAD",
+    "ObjectScore",
+    "compare",
+    "plot_errors",
+    "plot_trajectories",
+    "read_results",
+    "table_rows",
 ]
 
-
-@dataclass
-class ObjectScore:
-    """Errors of one object over the frames with ground truth.
-
-    Attributes
-    ----------
-    images : (N,) int64
-        Numbers of the tracked images with ground truth.
-    translation_m, rotation_rad, add_m : (N,) float64
-        ``add_m`` is NaN without a model.
-    poses, truth : (N, 4, 4) float64
-    bop : BopErrors or None
-        MSPD and VSD; None without a model.
-    adds_m, mssd_m : (N,) float64
-        ADD-S and MSSD, the latter over the symmetries of the results or the data set; NaN without a model.
-    frames, compared, lost : int
-        Number of all frames; of those with ground truth; of those without a pose (lost, bad frame).
-    """
-
-    name: str
-    obj_id: int
-    images: NDArray[np.int64]
-    translation_m: Array
-    rotation_rad: Array
-    add_m: Array
-    poses: Array
-    truth: Array
-    frames: int
-    compared: int
-    lost: int
-    adds_m: Array
-    mssd_m: Array
-    instance: int | None = None
-    symmetry: Symmetry | None = None
-    bop: BopErrors | None = None
-
-    def told(self) -> str:
-        """Description of the object and the images compared."""
-        n = len(self.images)
-        which = f"images {self.images.min()} to {self.images.max()}" if n else "no image"
-        alike = "" if not self.symmetry else ", with its symmetries"
-        return (
-            f"{self.name} (obj_id {self.obj_id}) against instance {self.instance}{alike}: {n} of {self.frames} frames "
-            f"compared, {which}"
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Summary and errors per frame in mm and degrees, ready for JSON."""
-        from sdftrack.recorder import plain
-
-        mm, deg, add_mm = 1e3 * self.translation_m, np.rad2deg(self.rotation_rad), 1e3 * self.add_m
-
-        def three(a: Array) -> dict[str, float | None]:
-            if not len(a) or not np.isfinite(a).any():
-                return {"mean": None, "median": None, "max": None}
-            return {"mean": float(a.mean()), "median": float(np.median(a)), "max": float(a.max())}
-
-        # A lost frame with known truth counts against the area as an infinite error.
-        missing = np.full(max(0, self.compared - len(self.images)), np.inf)
-        area = auc(np.concatenate([self.add_m, missing])) if np.isfinite(self.add_m).any() else None
-        out: dict[str, Any] = plain(
-            {
-                "name": self.name,
-                "obj_id": self.obj_id,
-                "frames": self.frames,
-                "frames_with_truth": self.compared,
-                "lost": self.lost,
-                "translation_mm": three(mm),
-                "rotation_deg": three(deg),
-                "add_mm": three(add_mm),
-                "add_auc": area,
-                "instance": self.instance,
-                "compared_images": [int(self.images.min()), int(self.images.max())]
-                if len(self.images)
-                else None,
-                "adds_mm": three(1e3 * self.adds_m),
-                "mssd_mm": three(1e3 * self.mssd_m),
-                **self._bop(three),
-                "per_frame": {
-                    "im_id": self.images,
-                    "translation_mm": mm,
-                    "rotation_deg": deg,
-                    "add_mm": add_mm,
-                    "adds_mm": 1e3 * self.adds_m,
-                    "mssd_mm": 1e3 * self.mssd_m,
-                    "mspd_px": None if self.bop is None else self.bop.mspd_px,
-                    "vsd": None if self.bop is None else self.bop.vsd.mean(axis=1),
-                },
-            }
-        )
-        return out
-
-    def _bop(self, three: Callable[[Array], dict[str, float | None]]) -> dict[str, Any]:
-        """MSPD, VSD (its mean over BOP's tolerances) and the average recall; None without a model."""
-        if self.bop is None:
-            return {"mspd_px": three(np.zeros(0)), "vsd": three(np.zeros(0)), "average_recall": None}
-        discrepancy = self.bop.vsd.mean(axis=1)
-        return {
-            "mspd_px": three(self.bop.mspd_px),
-            "vsd": three(discrepancy[np.isfinite(discrepancy)]),
-            "average_recall": self.bop.recall(self.mssd_m, self.compared),
-        }
-
-
-def _true_frame(report: dict[str, Any], k: int, truth: Array | None) -> Array:
-    """From the truth's object frame to that of the results: one for models that are tracked, chosen for an object that
-    was reconstructed, so that the two agree in the first image."""
-    if report["settings"].get("command") != "reconstruct":
-        return np.eye(4)
-    first = report["frames"][0]
-    if truth is None:
-        raise ValueError(
-            f"ground truth: a reconstruction is compared from its first image on, and image {first['im_id']} has none"
-        )
-    return np.asarray(np.linalg.solve(np.asarray(first["objects"][k]["pose"], np.float64), truth), np.float64)
+Array = NDArray[np.float64]
 
 
 def compare(
@@ -172,18 +49,18 @@ def compare(
     frames = report["frames"]
     if not frames:
         raise ValueError("results: the report has no frame")
-    _check_frames(frames, number)
+    check_frames(frames, number)
     scores = []
-    instances = _instances(report, seq)
-    known = _known_symmetries(report, seq)
+    instances = instances_of(report, seq)
+    known = known_symmetries(report, seq)
     if symmetries is not None:
         known = [symmetries.get(int(e["obj_id"])) for e in frames[0]["objects"]]
     for k, entry in enumerate(frames[0]["objects"]):
-        _check_object(report, seq, k, instances[k])
+        check_object(report, seq, k, instances[k])
         mesh = seq.models.get(entry["obj_id"])
         rows: list[tuple[int, float, float, float, Array, Array]] = []
         compared = lost = 0
-        T_obj_true = _true_frame(
+        T_obj_true = true_frame(
             report, k, seq.ground_truth.get(number.get(frames[0]["im_id"], -1), {}).get(instances[k])
         )
         for frame in frames:
@@ -244,116 +121,3 @@ def _symmetric_errors(rows: list[Any], mesh: Any, symmetry: Symmetry | None) -> 
     poses, truth = np.array([r[4] for r in rows]), np.array([r[5] for r in rows])
     worst = [mssd(T, B, points, symmetry) for T, B in zip(poses, truth, strict=True)]
     return np.asarray(adds(poses, truth, points)), np.array(worst)
-
-
-def _known_symmetries(report: dict[str, Any], seq: Any) -> list[Symmetry | None]:
-    """Symmetries of each object: those used for tracking, else those of the data set."""
-    entries = report["frames"][0]["objects"]
-    recorded = report["settings"].get("symmetries")
-    if isinstance(recorded, list) and len(recorded) == len(entries):
-        return [None if s is None else Symmetry.from_bop(s) for s in recorded]
-    return [getattr(seq, "symmetries", {}).get(e["obj_id"]) for e in entries]
-
-
-def _check_frames(frames: list[Any], number: dict[int, int]) -> None:
-    """Check that the images of the results belong to the sequence."""
-    ids = [f["im_id"] for f in frames]
-    foreign = [i for i in ids if i not in number]
-    if len(foreign) == len(ids):
-        raise ValueError(
-            f"results: none of their images ({min(ids)} to {max(ids)}) is one of the sequence's ({min(number)} to "
-            f"{max(number)}); is this the sequence that was tracked?"
-        )
-    if foreign:
-        warnings.warn(
-            f"results: {len(foreign)} of their {len(ids)} images are not in the sequence and are not compared",
-            stacklevel=3,
-        )
-
-
-def _check_object(report: dict[str, Any], seq: Any, k: int, instance: int | None) -> None:
-    """Check that an object of the results matches its ground truth."""
-    settings, entry = report["settings"], report["frames"][0]["objects"][k]
-    known = settings.get("known_models")
-    if settings.get("command") == "reconstruct" or not seq.models:
-        return
-    if isinstance(known, list) and len(known) > k and not known[k]:
-        return  # tracked by a mesh of the user's own, which has no number in the data set
-    own = None if instance is None or instance >= len(seq.objects) else seq.objects[instance]
-    if own != entry["obj_id"]:
-        has = "no instance" if own is None else f"obj_id {own} as instance {instance}"
-        raise ValueError(
-            f"results: object {k} ({entry['name']}) has obj_id {entry['obj_id']}, the sequence has {has} (objects "
-            f"{sorted(set(seq.objects))}); is this the sequence that was tracked?"
-        )
-
-
-def _instances(report: dict[str, Any], seq: Any) -> list[int | None]:
-    """Instance of the ground truth for each object: as recorded, else the next unused one of its obj_id."""
-    recorded = report["settings"].get("instances")
-    entries = report["frames"][0]["objects"]
-    if isinstance(recorded, list) and len(recorded) == len(entries):
-        return recorded
-    used: set[int] = set()
-    out: list[int | None] = []
-    for entry in entries:
-        free = [k for k in range(len(seq.objects)) if k not in used]
-        same = [k for k in free if seq.objects[k] == entry["obj_id"]]
-        out.append((same or free or [None])[0])  # type: ignore[list-item]
-        if out[-1] is not None:
-            used.add(out[-1])
-    return out
-
-
-def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
-    """Rows under `HEAD`."""
-    rows = []
-    for score in scores:
-        d = score.to_dict()
-
-        def shown(part: str, key: str, d: dict[str, Any] = d) -> str:
-            value = d[part][key]
-            return "-" if value is None else f"{value:.3f}"
-
-        rows.append(
-            [score.name, str(score.frames), str(score.compared), str(score.lost)]
-            + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
-            + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
-            + [shown("adds_mm", "mean"), shown("mssd_mm", "mean")]
-            + [shown("mspd_px", "mean"), shown("vsd", "mean")]
-            + ["-" if d["average_recall"] is None else f"{d['average_recall']['AR']:.3f}"]
-        )
-    return rows
-
-
-def plot_errors(scores: list[ObjectScore], path: Path) -> None:
-    """Translation and rotation error over the images, one curve per object."""
-    from sdftrack.viz.plots import figure, save_figure
-
-    fig, axes = figure(2, 1, size=(8.0, 5.0), sharex=True)
-    for score in scores:
-        marker = "o" if len(score.images) < 20 else None
-        axes[0].plot(score.images, 1e3 * score.translation_m, label=score.name, marker=marker)
-        axes[1].plot(score.images, np.rad2deg(score.rotation_rad), label=score.name, marker=marker)
-    axes[0].set_ylabel("translation error (mm)")
-    axes[1].set_ylabel("rotation error (deg)")
-    axes[1].set_xlabel("image")
-    for a in axes:
-        a.set_ylim(bottom=0)
-    axes[0].legend()
-    save_figure(fig, path)
-
-
-def plot_trajectories(scores: list[ObjectScore], path: Path) -> None:
-    """Position over the images, truth as a dashed line."""
-    from sdftrack.viz.plots import figure, save_figure
-
-    fig, axes = figure(3, 1, size=(8.0, 6.0), sharex=True)
-    for score in scores:
-        for j, a in enumerate(axes):
-            line = a.plot(score.images, 1e3 * score.poses[:, j, 3], label=score.name)[0]
-            a.plot(score.images, 1e3 * score.truth[:, j, 3], "--", color=line.get_color(), alpha=0.6)
-            a.set_ylabel(f"{'xyz'[j]} (mm)")
-    axes[0].legend(title="dashed: truth")
-    axes[-1].set_xlabel("image")
-    save_figure(fig, path)

@@ -600,18 +600,13 @@ class Reconstructor:
         FileNotFoundError, ValueError
             No such file; a file of another kind, of a later version, truncated or damaged.
         """
-        from sdftrack._internal import earlier_pickle, saved_file
+        from sdftrack._internal.earlier_pickle import loaded
         from sdftrack.reconstruction.saved_content import KIND, state_from
 
         device_number(device)  # before the file is read
-        file = saved_file.found(path, KIND)
-        if earlier_pickle.is_pickle(file):
-            return earlier_pickle.read(file, KIND, Reconstructor, trust_pickle)
-        content = saved_file.read(file, KIND)
-        star = Reconstructor.__new__(Reconstructor)
-        with saved_file.consistent(file, KIND):
-            star.__setstate__({**state_from(content), "device": device})
-        return star
+        return loaded(
+            path, KIND, Reconstructor, trust_pickle, lambda content: {**state_from(content), "device": device}
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         return saved_state.state_of(self)

@@ -500,17 +500,10 @@ class Tracker:
         FileNotFoundError, ValueError
             No such file; a file of another kind, of a later version, truncated or damaged.
         """
-        from sdftrack._internal import earlier_pickle, saved_file
+        from sdftrack._internal.earlier_pickle import loaded
         from sdftrack.tracking.saved_state import KIND, state_from
 
-        file = saved_file.found(path, KIND)
-        if earlier_pickle.is_pickle(file):
-            return earlier_pickle.read(file, KIND, Tracker, trust_pickle)
-        content = saved_file.read(file, KIND)
-        tracker = Tracker.__new__(Tracker)
-        with saved_file.consistent(file, KIND):
-            tracker.__setstate__(state_from(content))
-        return tracker
+        return loaded(path, KIND, Tracker, trust_pickle, state_from)
 
     @property
     def color_delay(self) -> ColorDelay | None:

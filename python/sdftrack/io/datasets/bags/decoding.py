@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.text_files import reason_of
 from sdftrack.io.datasets.bags.parts import Channel
 
 __all__ = [
@@ -106,7 +107,7 @@ class Decoder:
         except (
             Exception
         ) as error:  # of many kinds: each library has its own, and messages may be damaged anywhere
-            told = " ".join(str(error).split()) or type(error).__name__
+            told = reason_of(error)
             raise ValueError(
                 f"{channel.topic}: a message of type {channel.type} cannot be decoded ({told})"
             ) from None

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// The packed points and rays of a view as what the loops read; they must outlive it. Not in reading_ops.h:
+// the files that are compiled for one instruction set share no vectors.
+#pragma once
+
+#include "primitives/reading_ops.h"
+#include "primitives/view.h"
+
+namespace sdftrack::primitives {
+
+// Of the first `count`; bare points if they are not `along_rays`.
+inline ReadingTerm reading_term(const FloatPoints& p, bool along_rays, const float* per_noise,
+                                std::size_t count, const FloatSolid& solid, double per_s,
+                                double outlier_floor) {
+  return {p.x_m.data(),
+          p.y_m.data(),
+          p.z_m.data(),
+          along_rays ? p.ray_x.data() : nullptr,
+          along_rays ? p.ray_y.data() : nullptr,
+          per_noise,
+          static_cast<int>(count),
+          solid,
+          static_cast<float>(per_s),
+          static_cast<float>(outlier_floor)};
+}
+
+inline OutlineTerm outline_term(const FloatRays& r, std::size_t count, const FloatSolid& solid,
+                                double scale_px, double floor, double lost_floor, bool lost_counts) {
+  return {r.ray_x.data(),
+          r.ray_y.data(),
+          r.near_m.data(),
+          r.far_m.data(),
+          r.pixel_m.data(),
+          r.slack_m.data(),
+          r.side.data(),
+          r.lost.data(),
+          static_cast<int>(count),
+          solid,
+          static_cast<float>(scale_px),
+          static_cast<float>(floor),
+          static_cast<float>(lost_floor),
+          lost_counts};
+}
+
+}  // namespace sdftrack::primitives
