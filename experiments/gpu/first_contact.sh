@@ -65,7 +65,7 @@ cd "$root" || exit 1
 export PYTHONPATH=$site:$root PYTHONDONTWRITEBYTECODE=1
 step extension 60 "$python" -c 'from sdftrack import _core; print(_core.__file__); assert _core.cuda_devices()' || exit 1
 step info 30 "$python" -m sdftrack info
-step cpp_tests 60 "$tests" --gtest_filter='*Cuda*:*OnDevice*:*DeviceVolume*:*PoseFits*:*GroupFitter*-*Faults*:CudaOnCpu*'
+step cpp_tests 60 "$tests" --gtest_filter='*Cuda*:*OnDevice*:*DeviceVolume*:*PoseFits*:*JointFits*:*GroupFitter*-*Faults*:CudaOnCpu*'
 step python_tests 120 "$python" -m pytest -q -p no:cacheprovider -m gpu tests/python
 step self_test 60 "$python" -m sdftrack info --self-test
 step times 150 "$python" -m experiments.gpu.times --out "$out" "${quick[@]}"
@@ -73,8 +73,8 @@ if command -v compute-sanitizer >/dev/null; then
   # Not the errors of calls: a test asks for more memory than there is. Not the largest sums, which take long under it.
   check=(compute-sanitizer --report-api-errors no --error-exitcode 9)
   for tool in memcheck racecheck initcheck synccheck; do
-    step "$tool" 45 "${check[@]}" --tool "$tool" "$tests" \
-      --gtest_filter='*SlicOnDevice*:CudaProbe*:CudaWork.kPose_*:CudaWork.kFour_*'
+    step "$tool" 75 "${check[@]}" --tool "$tool" "$tests" \
+      --gtest_filter='*OnDevice*:CudaProbe*:CudaWork.kPose_*:CudaWork.kFour_*:PoseFits*:JointFits*:*DeviceVolume*'
     if [ "$tool" = memcheck ]; then
       step memcheck_self_test 90 "${check[@]}" --tool memcheck "$python" -m sdftrack info --self-test
     fi
