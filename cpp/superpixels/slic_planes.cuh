@@ -28,7 +28,9 @@ struct SlicCounters {
   int joined[kJoinsAtOnce] = {};
   int segments = 0;
   unsigned blocks_done = 0;
+  int unused = 0;  // no byte of what comes back is one that nobody has written
 };
+static_assert(sizeof(SlicCounters) == kRing * 8 + kJoinsAtOnce * 4 + 12);
 
 // Everything on the device. Borrowed. Of centres there are two arrays and of sums three, that a round may
 // read the last one's while it writes its own.

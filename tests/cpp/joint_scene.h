@@ -15,7 +15,7 @@ namespace sdftrack {
 
 class JointScene {
  public:
-  JointScene(int objects, const energies::SdfEnergyOptions& options, bool contact, int pixels = 700)
+  JointScene(int objects, const energies::SdfEnergyOptions& options, bool contact, int pixels = 4000)
       : count_(objects), options_(options) {
     static const Volume box = make_volume(30, 0.09, [](Vec3d p) { return box_distance(p, kHalf); });
     static const frame::Shape shape = frame::make_shape(box.view(), 1, 30);
@@ -54,7 +54,8 @@ class JointScene {
     }
     task_.pixels = &all_, task_.K = x_.K, task_.options = options_, task_.settle_steps = 2;
     task_.contacts = collision_.on_device();
-    lm_.cost_gain = 1e-3, lm_.block = 6;
+    // Above what rounding does to the cost, which would decide about the last steps otherwise.
+    lm_.cost_gain = 1e-5, lm_.block = 6;
     task_.rules = lm_;
   }
   JointScene(const JointScene&) = delete;

@@ -136,23 +136,31 @@ def _fits(number: int) -> tuple[float, float]:
 
 
 def _touching(number: int) -> tuple[float, float]:
-    """Two to four boxes side by side, in one tracker."""
+    """Two to four boxes side by side, in one tracker; each is seen well enough for its own pose."""
     import sdftrack as st
 
     box, camera, _, _ = _scene()
-    worst = []
-    for count in (2, 3, 4):
-        first = st.geometry.pose([0.5, -0.6, 0.2], [0.01 - 0.025 * count, 0.02, 0.6])
-        poses = [first @ st.geometry.pose([0, 0, 0], [0, 0, 0.0605 * k]) for k in range(count)]
+    random = np.random.default_rng(0)
+
+    def frame_of(poses: list[Any]) -> Any:
         images = [box.render(camera, pose)[0] for pose in poses]
         clean = np.min([np.where(image > 0, image, 1.2) for image in images], axis=0)
-        noise = np.random.default_rng(0).normal(0, 0.001, clean.shape)
-        frame = st.Frame((clean + noise).astype(np.float32))
+        return st.Frame((clean + random.normal(0, 0.001, clean.shape)).astype(np.float32))
+
+    move = st.geometry.pose([0.01, 0, 0.01], [0.002, 0.001, 0.001])
+    worst = []
+    for count in (2, 3, 4):
+        first = st.geometry.pose(
+            [0.5, -0.6, 0.2], [-0.05 * (count - 1), -0.02 * (count - 1), 0.65 - 0.02 * count]
+        )
+        beside = [st.geometry.pose([0, 0, 0], [0.1205 * k, 0.02 * (k % 2), 0]) for k in range(count)]
+        poses = [first @ place for place in beside]
+        frames = frame_of(poses), frame_of([move @ pose for pose in poses])
         found = []
         for device in ("cpu", f"cuda:{number}"):
             tracker = st.Tracker([box] * count, camera, mode="depth", device=device, threads=1)
-            tracker.start(frame, poses=poses)
-            found.append(tracker.track(frame).poses)
+            tracker.start(frames[0], poses=poses)
+            found.append(tracker.track(frames[1]).poses)
         worst += [st.metrics.pose_error(a, b) for a, b in zip(*found, strict=True)]
     return float(np.max(worst)), POSE_ATOL
 
