@@ -192,6 +192,12 @@ def render_call(device: str, size: int) -> Call:
     return lambda: box.render(camera, pose, device=device)
 
 
+def march_call(device: str, voxels: int) -> Call:
+    """The mesh of a ball, with its volume's way to the device and the mesh's back."""
+    ball = st.SDF.sphere(0.05, voxels=voxels)
+    return lambda: ball.to_mesh(device=device)
+
+
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
     size, side = (160, 24) if quick else (640, 200)
@@ -210,6 +216,7 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "pose search in a mask": lambda d: search_call(d, size),
         "ray casting, 640 x 480": lambda d: render_call(d, size),
         "ray casting of a mesh, 640 x 480": lambda d: mesh_call(d, size),
+        "mesh of a volume of 200^3": lambda d: march_call(d, side),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }

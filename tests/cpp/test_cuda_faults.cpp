@@ -21,6 +21,7 @@
 #include "frame/points_cuda.h"
 #include "joint_scene.h"
 #include "levelset/evolve.h"
+#include "levelset/zero_mesh.h"
 #include "lwpr/model.h"
 #include "point_fixture.h"
 #include "render/raycast_mesh.h"
@@ -283,6 +284,22 @@ Numbers image_of_mesh(int device) {
   return out;
 }
 
+// Two volumes, the second larger: blocks of voxels and parts of blocks, each of which has some of the
+// surface.
+Numbers zero_set(int device) {
+  Numbers out;
+  for (const int side : {5, 9}) {
+    const sdf::Grid grid{side, side - 2, side + 1, 1, {0, 0, 0}};
+    std::vector<float> phi;
+    for (std::size_t i = 0; i < grid.size(); ++i) phi.push_back(static_cast<float>(i * 37 % 101) - 40);
+    const levelset::ZeroMesh mesh = levelset::zero_mesh_cuda(grid, phi.data(), device);
+    EXPECT_GT(mesh.faces.size(), 0u);
+    out.insert(out.end(), mesh.vertices.begin(), mesh.vertices.end());
+    out.insert(out.end(), mesh.faces.begin(), mesh.faces.end());
+  }
+  return out;
+}
+
 struct User {
   const char* name;
   Numbers (*run)(int device);
@@ -376,7 +393,8 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                                          User{"contour", &evolved}, User{"volume", &evolved_volume},
                                          User{"fits", &fitted}, User{"together", &fitted_together},
                                          User{"reconstruction", &fused}, User{"image", &image_of_box},
-                                         User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses}),
+                                         User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses},
+                                         User{"surface", &zero_set}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -302,6 +302,20 @@ def _mesh_image(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu).max()), 0.0
 
 
+def _mesh(number: int) -> tuple[float, float]:
+    """Vertices of a ball, of which each cell has one piece of the surface, in voxels."""
+    import sdftrack as st
+
+    ball = st.SDF.sphere(0.05, voxels=30)
+    cpu, gpu = (ball.to_mesh(device=d) for d in ("cpu", f"cuda:{number}"))
+    if gpu.faces.shape != cpu.faces.shape:
+        return float("nan"), CELL_ATOL
+    sorted_cpu, sorted_gpu = (
+        m.vertices[np.lexsort(np.round(m.vertices / ball.voxel_size, 3).T)] for m in (cpu, gpu)
+    )
+    return float(np.abs(sorted_gpu - sorted_cpu).max() / ball.voxel_size), CELL_ATOL
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -318,4 +332,5 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "reconstruction": _reconstruction,
     "ray casting": _image,
     "ray casting of a mesh": _mesh_image,
+    "marching cubes": _mesh,
 }
