@@ -8,16 +8,10 @@ namespace sdftrack::levelset {
 
 namespace {
 
-enum Total { kVertices, kFaces, kSlots, kTotals };
-
 struct Work {
   Work() {
     static const std::array<CubeCase, kCubeCases> made = make_cube_cases();
     stream.upload(made.data(), made.size(), cases.data());
-  }
-  BlockPlaces places_of(std::size_t blocks) {
-    int* const b = by_block.room(4 * blocks);
-    return {b, b + blocks, b + 2 * blocks, b + 3 * blocks, totals.data()};
   }
 
   DeviceStream stream;
@@ -48,7 +42,7 @@ ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi_here, int device
   const DeviceStream& stream = work->stream;
   const float* const phi = values_there(grid, phi_here, device, &*work);
   const CubeCase* const cases = work->cases.data();
-  const BlockPlaces places = work->places_of(count);
+  const BlockPlaces places = BlockPlaces::in(work->by_block.room(4 * count), count, work->totals.data());
   int* const counts = work->counts.room(count);
   launch(stream, static_cast<unsigned>(count), CountVertices{blocks, phi, cases, counts});
   launch(stream, 1, PlaceBlocks{blocks.count(), counts, places});

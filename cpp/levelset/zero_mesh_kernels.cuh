@@ -22,10 +22,16 @@ HD int cut_edges_before(int edges, int axis) {
 }
 
 // A block's vertices and faces before it, and its place among the blocks that have some.
+enum Total { kVertices, kFaces, kSlots, kTotals };
 struct BlockPlaces {
   int *vertex, *face, *slot;
   int* blocks;  // by slot
-  int* totals;  // vertices, faces, slots
+  int* totals;  // Total
+
+  // memory: four numbers for each block.
+  static BlockPlaces in(int* memory, std::size_t blocks, int* totals) {
+    return {memory, memory + blocks, memory + 2 * blocks, memory + 3 * blocks, totals};
+  }
 };
 
 // The voxel of a thread, in a tile of its block and the voxels behind it.

@@ -198,6 +198,11 @@ def march_call(device: str, voxels: int) -> Call:
     return lambda: ball.to_mesh(device=device)
 
 
+def redistance_call(device: str, voxels: int) -> Call:
+    ball = st.SDF.sphere(0.05, voxels=voxels)
+    return lambda: st.levelset.redistance(2 * ball.values, ball.voxel_size, device=device)
+
+
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
     size, side = (160, 24) if quick else (640, 200)
@@ -217,6 +222,7 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "ray casting, 640 x 480": lambda d: render_call(d, size),
         "ray casting of a mesh, 640 x 480": lambda d: mesh_call(d, size),
         "mesh of a volume of 200^3": lambda d: march_call(d, side),
+        "distances of a field of 200^3": lambda d: redistance_call(d, side),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }

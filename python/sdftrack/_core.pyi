@@ -1585,7 +1585,7 @@ def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat
     """
     Exact distance of a primitive at every voxel, float32 [z, y, x].
     """
-def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
+def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
     Distance field with the same zero set, float32 [z, y, x].
     """

@@ -21,11 +21,13 @@
 #include "frame/points_cuda.h"
 #include "joint_scene.h"
 #include "levelset/evolve.h"
+#include "levelset/redistance.h"
 #include "levelset/zero_mesh.h"
 #include "lwpr/model.h"
 #include "point_fixture.h"
 #include "render/raycast_mesh.h"
 #include "render/raycast_sdf.h"
+#include "sdf/redistance.h"
 #include "superpixels/slic.h"
 #include "superpixels/slic_memory.h"
 #include "term_fixture.h"
@@ -300,6 +302,20 @@ Numbers zero_set(int device) {
   return out;
 }
 
+Numbers redistanced(int device) {
+  Numbers out;
+  for (const int side : {4, 9}) {
+    const sdf::Grid grid{side, side - 1, 4, 0.01, {0.1, 0, -0.2}};
+    std::vector<float> phi;
+    for (int i = 0; i < static_cast<int>(grid.size()); ++i)
+      phi.push_back(static_cast<float>(i % side) - 0.3f + static_cast<float>(i * 37 % 101) / 300);
+    const std::vector<float> u = levelset::redistance_cuda(grid, phi.data(), device);
+    EXPECT_EQ(u, sdf::redistance(grid, phi.data(), 1));
+    out.insert(out.end(), u.begin(), u.end());
+  }
+  return out;
+}
+
 struct User {
   const char* name;
   Numbers (*run)(int device);
@@ -394,7 +410,7 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                                          User{"fits", &fitted}, User{"together", &fitted_together},
                                          User{"reconstruction", &fused}, User{"image", &image_of_box},
                                          User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses},
-                                         User{"surface", &zero_set}),
+                                         User{"surface", &zero_set}, User{"redistance", &redistanced}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -341,13 +341,13 @@ class SDF:
         origin = self._origin + self._voxel_size * low[::-1]
         return SDF._own(np.ascontiguousarray(self._values[part]), self._voxel_size, origin, colors)
 
-    def redistanced(self, threads: int = 0) -> SDF:
+    def redistanced(self, threads: int = 0, *, device: str = "cpu") -> SDF:
         """Distance field with the same zero set: restores |gradient| = 1 after blending or evolution.
 
-        Raises ValueError if the field has only one sign.
+        `threads`, `device` as of `render`. Raises ValueError if the field has only one sign.
         """
         return SDF._own(
-            _core.redistance(self._values, self._voxel_size, threads),
+            _core.redistance(self._values, self._voxel_size, threads, device_number(device)),
             self._voxel_size,
             self._origin,
             self._colors,

@@ -316,6 +316,17 @@ def _mesh(number: int) -> tuple[float, float]:
     return float(np.abs(sorted_gpu - sorted_cpu).max() / ball.voxel_size), CELL_ATOL
 
 
+def _redistanced(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=30)
+    bent = st.SDF(
+        (box.values * (1.5 + np.cos(80 * box.values))).astype(np.float32), box.voxel_size, box.origin
+    )
+    cpu, gpu = (bent.redistanced(1, device=d).values for d in ("cpu", f"cuda:{number}"))
+    return float(np.abs(gpu - cpu).max() / box.voxel_size), CELL_ATOL
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -333,4 +344,5 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "ray casting": _image,
     "ray casting of a mesh": _mesh_image,
     "marching cubes": _mesh,
+    "distances of a field": _redistanced,
 }
