@@ -20,6 +20,13 @@ from sdftrack import _core
 from sdftrack.device import CPU, device_number
 
 Call = Callable[[], Any]
+SLOW = (
+    "100",
+    "LWPR",
+    "level",
+    "mesh of a volume",
+    "distances of a field",
+)  # parts of names: a second on a CPU
 
 
 def time_ms(call: Call, runs: int) -> dict[str, float]:
@@ -235,7 +242,7 @@ def measure(
     runs = 1 if quick else 20
     out: dict[str, Any] = {}
     for name, make in calls(quick).items():
-        few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
+        few = 1 if quick else 3 if any(part in name for part in SLOW) else runs
         out[name] = {
             "cpu_ms": time_ms(make("cpu"), few),
             "gpu_ms": time_ms(make(device), runs if few == runs else 5),
