@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "array.h"
 #include "levelset/evolve.h"
+#include "levelset/zero_mesh.h"
 #include "release_gil.h"
 #include "volume.h"
 
@@ -24,6 +25,19 @@ py::array_t<float> evolve_values(const py::array& phi, const py::array& log_rati
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});
 }
 
+py::tuple zero_mesh(const py::array& phi, int device) {
+  const SdfView volume = volume_view(phi, 1, {0, 0, 0});
+  levelset::ZeroMesh mesh;
+  {
+    const ReleaseGil release;
+    mesh = levelset::zero_mesh_cuda({volume.nx, volume.ny, volume.nz, 1, {0, 0, 0}}, volume.phi, device);
+  }
+  const auto vertices = static_cast<py::ssize_t>(mesh.vertices.size() / 3),
+             faces = static_cast<py::ssize_t>(mesh.faces.size() / 3);
+  return py::make_tuple(to_numpy(std::move(mesh.vertices), {vertices, 3}),
+                        to_numpy(std::move(mesh.faces), {faces, 3}));
+}
+
 }  // namespace
 
 void bind_levelset(py::module_& m) {
@@ -36,6 +50,9 @@ void bind_levelset(py::module_& m) {
       .def_property_readonly("longest_step", &levelset::longest_step);
   m.def("evolve", &evolve_values, "phi"_a, "log_ratio"_a, "voxel_size"_a, "steps"_a, "options"_a,
         "threads"_a = 0, "device"_a = -1);
+  m.def("zero_mesh", &zero_mesh, "phi"_a, "device"_a,
+        "The zero set by marching cubes on a GPU -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) "
+        "int32.");
 }
 
 }  // namespace sdftrack::bindings

@@ -7,6 +7,7 @@
 #include "array.h"
 #include "base/parallel.h"
 #include "base/volume_id.h"
+#include "levelset/redistance.h"
 #include "primitives/solids.h"
 #include "release_gil.h"
 #include "render/raycast_sdf.h"
@@ -181,12 +182,13 @@ py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, 
                         to_numpy(std::move(image.normals_cam), {camera.height, camera.width, 3}));
 }
 
-py::array_t<float> redistance_values(const py::array& values, double voxel_size, int threads) {
+py::array_t<float> redistance_values(const py::array& values, double voxel_size, int threads, int device) {
   const Volume volume(values, voxel_size, {0, 0, 0});
   std::vector<float> out;
   {
     const ReleaseGil release;
-    out = sdf::redistance(volume.grid, volume.phi, threads);
+    out = device < 0 ? sdf::redistance(volume.grid, volume.phi, threads)
+                     : levelset::redistance_cuda(volume.grid, volume.phi, device);
   }
   return to_numpy(std::move(out), volume.shape());
 }
@@ -248,7 +250,7 @@ void bind_sdf(py::module_& m) {
       "threads"_a = 0, "device"_a = -1, "id"_a = 0,
       "-> depth (H, W) float32 m, normals (H, W, 3) float32; id: of values that do not change, 0: unknown.");
   m.def("new_volume_id", &new_volume_id, "A number that no other volume has.");
-  m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0,
+  m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0, "device"_a = -1,
         "Distance field with the same zero set, float32 [z, y, x].");
   m.def("fast_sweep", &sweep, "known"_a, "values"_a, "voxel_size"_a,
         "|grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].");

@@ -10,22 +10,18 @@
 
 namespace sdftrack::sdf {
 
-namespace {
-
-constexpr double kBandRedistanced = 4;  // voxels of exact distance; beyond, sweeping
-
-}  // namespace
+void refuse_one_sign() {
+  throw std::invalid_argument(
+      "values: expected a field with negative (inside) and positive (outside) values, got one sign only; "
+      "there is no surface to measure from");
+}
 
 std::vector<float> redistance(const Grid& grid, const float* phi, int threads) {
   std::vector<Vec3d> vertices;
   for_each_zero_triangle(grid.view(phi), [&](const Triangle& t) {
     for (const Vec3d& p : {t.a, t.b, t.c}) vertices.push_back(grid.origin_obj + grid.voxel_m * p);
   });
-  if (vertices.empty())
-    throw std::invalid_argument(
-        "values: expected a field with negative (inside) and positive (outside) values, got one sign only; "
-        "there "
-        "is no surface to measure from");
+  if (vertices.empty()) refuse_one_sign();
   std::vector<Face> faces(vertices.size() / 3);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const auto k = static_cast<std::int32_t>(3 * i);

@@ -12,7 +12,7 @@ struct Triangle {
 
 // Closest point of the triangle to p, by the Voronoi regions of its corners and edges (Ericson, Real-Time
 // Collision Detection, 2005, section 5.1.5). A triangle without area answers with its nearest edge.
-inline Vec3d closest_point(const Triangle& t, Vec3d p) {
+HD Vec3d closest_point(const Triangle& t, Vec3d p) {
   const Vec3d ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return t.a;

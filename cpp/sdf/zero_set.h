@@ -3,7 +3,6 @@
 // field is linear in each. Closed wherever the volume's border is outside, in any configuration of signs.
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "base/views.h"
@@ -18,15 +17,13 @@ struct Corner {
   double phi;
 };
 
-inline Vec3d crossing(const Corner& a, const Corner& b) {
-  return a.p + (a.phi / (a.phi - b.phi)) * (b.p - a.p);
-}
+HD Vec3d crossing(const Corner& a, const Corner& b) { return a.p + (a.phi / (a.phi - b.phi)) * (b.p - a.p); }
 
 // The zero set of the linear field in a tetrahedron: nothing, one triangle, or two.
 template <class Visit>
-void cut(const std::array<Corner, 4>& corners, const Visit& visit) {
-  std::array<Corner, 4> in, out;
-  std::size_t inside = 0, outside = 0;
+HD void cut(const Corner (&corners)[4], const Visit& visit) {
+  Corner in[4], out[4];
+  int inside = 0, outside = 0;
   for (const Corner& c : corners) (c.phi < 0 ? in[inside++] : out[outside++]) = c;
   if (inside == 0 || outside == 0) return;
   if (inside == 2) {
@@ -36,9 +33,21 @@ void cut(const std::array<Corner, 4>& corners, const Visit& visit) {
     visit(Triangle{a, c, d});
     return;
   }
-  const auto& one = inside == 1 ? in[0] : out[0];
-  const auto& three = inside == 1 ? out : in;
+  const Corner& one = inside == 1 ? in[0] : out[0];
+  const Corner* const three = inside == 1 ? out : in;
   visit(Triangle{crossing(one, three[0]), crossing(one, three[1]), crossing(one, three[2])});
+}
+
+// Of the cell that begins at voxel (x, y, z); phi: at its corners, x fastest.
+template <class Visit>
+HD void cut_cell(int x, int y, int z, const float (&phi)[8], const Visit& visit) {
+  constexpr int kPaths[6][2] = {{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}};
+  Corner corners[8];
+  for (int k = 0; k < 8; ++k)
+    corners[k] = {{static_cast<double>(x + (k & 1)), static_cast<double>(y + (k >> 1 & 1)),
+                   static_cast<double>(z + (k >> 2))},
+                  phi[k]};
+  for (const auto& path : kPaths) cut({corners[0], corners[path[0]], corners[path[1]], corners[7]}, visit);
 }
 
 }  // namespace zero_set
@@ -47,7 +56,6 @@ void cut(const std::array<Corner, 4>& corners, const Visit& visit) {
 // visit(Triangle) for each, corners in voxels.
 template <class Visit>
 void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
-  constexpr int kPaths[6][2] = {{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}};
   const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
   for (int iz = 0; iz + 1 < sdf.nz; ++iz)
     for (int iy = 0; iy + 1 < sdf.ny; ++iy)
@@ -60,19 +68,8 @@ void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
             (d[0] < 0) == inside && (d[1] < 0) == inside && (d[row] < 0) == inside &&
             (d[row + 1] < 0) == inside)
           continue;
-        std::array<zero_set::Corner, 8> corners;
-        for (int k = 0; k < 8; ++k) {
-          const int dx = k & 1, dy = (k >> 1) & 1, dz = k >> 2;
-          const double phi = c[static_cast<std::size_t>(dz) * slice + static_cast<std::size_t>(dy) * row +
-                               static_cast<std::size_t>(dx)];
-          corners[static_cast<std::size_t>(k)] = {
-              {static_cast<double>(ix + dx), static_cast<double>(iy + dy), static_cast<double>(iz + dz)},
-              phi};
-        }
-        for (const auto& path : kPaths)
-          zero_set::cut({corners[0], corners[static_cast<std::size_t>(path[0])],
-                         corners[static_cast<std::size_t>(path[1])], corners[7]},
-                        visit);
+        zero_set::cut_cell(ix, iy, iz, {c[0], c[1], c[row], c[row + 1], d[0], d[1], d[row], d[row + 1]},
+                           visit);
       }
 }
 

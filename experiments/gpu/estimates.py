@@ -101,6 +101,14 @@ WORK = (
     Work("ray casting, 640 x 480", 1.0, RAYS * (16 + 10 * 16), 0, RAYS * 10 * 120, 1, 1),
     # As many rays at a mesh of 15,000 faces: about 40 boxes of 25 operations and 6 triangles of 90, mostly cached.
     Work("ray casting of a mesh, 640 x 480", 1.0, RAYS * (20 + 10 * 56), 0, RAYS * (40 * 25 + 6 * 90), 1, 1),
+    # Each voxel read once; a ball with a radius of 80 voxels has 120,000 vertices of 24 bytes, 240,000 faces of 12, in
+    # 3,000 blocks that are read twice more, with two bytes a voxel; vertices and faces once again for the copy back.
+    Work("mesh of a volume of 200^3", 5.0, 4 * CELLS + 3000 * 512 * 12 + 2 * (120e3 * 24 + 240e3 * 12), 40 * CELLS, 0,
+         4, 2),
+    # Of the same ball 560,000 triangles of 80 bytes; 640,000 voxels within 4 of it ask 250 cells each, and 40 triangles
+    # for their distance (100 operations); 150 rounds of sweeps of 9 bytes a voxel, a wait for 16 rounds.
+    Work("distances of a field of 200^3", 10.0, 2 * 560e3 * 80 + 150 * 9 * CELLS, 640e3 * 250 * 20 + 150 * 15 * CELLS,
+         640e3 * 40 * 100, 155, 12),
     # 50 outputs of ten inputs, 30 fields each, of which 10 learn side by side, 1,500 operations after one another.
     Work("LWPR, 10^4 updates of 50 outputs", 500.0, 1e4 * 50 * (30 * 250 + 10 * 2000), 0,
          1e4 * 50 * (30 * 30 + 10 * 400), 1, 1, 1e4 * 1500),

@@ -20,6 +20,13 @@ from sdftrack import _core
 from sdftrack.device import CPU, device_number
 
 Call = Callable[[], Any]
+SLOW = (
+    "100",
+    "LWPR",
+    "level",
+    "mesh of a volume",
+    "distances of a field",
+)  # parts of names: a second on a CPU
 
 
 def time_ms(call: Call, runs: int) -> dict[str, float]:
@@ -192,6 +199,17 @@ def render_call(device: str, size: int) -> Call:
     return lambda: box.render(camera, pose, device=device)
 
 
+def march_call(device: str, voxels: int) -> Call:
+    """The mesh of a ball, with its volume's way to the device and the mesh's back."""
+    ball = st.SDF.sphere(0.05, voxels=voxels)
+    return lambda: ball.to_mesh(device=device)
+
+
+def redistance_call(device: str, voxels: int) -> Call:
+    ball = st.SDF.sphere(0.05, voxels=voxels)
+    return lambda: st.levelset.redistance(2 * ball.values, ball.voxel_size, device=device)
+
+
 def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
     """Each task by its name: a device to what runs the task there."""
     size, side = (160, 24) if quick else (640, 200)
@@ -210,6 +228,8 @@ def calls(quick: bool) -> dict[str, Callable[[str], Call]]:
         "pose search in a mask": lambda d: search_call(d, size),
         "ray casting, 640 x 480": lambda d: render_call(d, size),
         "ray casting of a mesh, 640 x 480": lambda d: mesh_call(d, size),
+        "mesh of a volume of 200^3": lambda d: march_call(d, side),
+        "distances of a field of 200^3": lambda d: redistance_call(d, side),
         "LWPR, 10^6 predictions": lambda d: lwpr_call(d, 1000 if quick else 10**6),
         "LWPR, 10^4 updates of 50 outputs": lambda d: lwpr_update_call(d, 50 if quick else 10**4),
     }
@@ -222,7 +242,7 @@ def measure(
     runs = 1 if quick else 20
     out: dict[str, Any] = {}
     for name, make in calls(quick).items():
-        few = 1 if quick else 3 if "100" in name or "LWPR" in name or "level" in name else runs
+        few = 1 if quick else 3 if any(part in name for part in SLOW) else runs
         out[name] = {
             "cpu_ms": time_ms(make("cpu"), few),
             "gpu_ms": time_ms(make(device), runs if few == runs else 5),

@@ -21,10 +21,13 @@
 #include "frame/points_cuda.h"
 #include "joint_scene.h"
 #include "levelset/evolve.h"
+#include "levelset/redistance.h"
+#include "levelset/zero_mesh.h"
 #include "lwpr/model.h"
 #include "point_fixture.h"
 #include "render/raycast_mesh.h"
 #include "render/raycast_sdf.h"
+#include "sdf/redistance.h"
 #include "superpixels/slic.h"
 #include "superpixels/slic_memory.h"
 #include "term_fixture.h"
@@ -283,6 +286,36 @@ Numbers image_of_mesh(int device) {
   return out;
 }
 
+// Two volumes, the second larger: blocks of voxels and parts of blocks, each of which has some of the
+// surface.
+Numbers zero_set(int device) {
+  Numbers out;
+  for (const int side : {5, 9}) {
+    const sdf::Grid grid{side, side - 2, side + 1, 1, {0, 0, 0}};
+    std::vector<float> phi;
+    for (std::size_t i = 0; i < grid.size(); ++i) phi.push_back(static_cast<float>(i * 37 % 101) - 40);
+    const levelset::ZeroMesh mesh = levelset::zero_mesh_cuda(grid, phi.data(), device);
+    EXPECT_GT(mesh.faces.size(), 0u);
+    out.insert(out.end(), mesh.vertices.begin(), mesh.vertices.end());
+    out.insert(out.end(), mesh.faces.begin(), mesh.faces.end());
+  }
+  return out;
+}
+
+Numbers redistanced(int device) {
+  Numbers out;
+  for (const int side : {4, 9}) {
+    const sdf::Grid grid{side, side - 1, 4, 0.01, {0.1, 0, -0.2}};
+    std::vector<float> phi;
+    for (int i = 0; i < static_cast<int>(grid.size()); ++i)
+      phi.push_back(static_cast<float>(i % side) - 0.3f + static_cast<float>(i * 37 % 101) / 300);
+    const std::vector<float> u = levelset::redistance_cuda(grid, phi.data(), device);
+    EXPECT_EQ(u, sdf::redistance(grid, phi.data(), 1));
+    out.insert(out.end(), u.begin(), u.end());
+  }
+  return out;
+}
+
 struct User {
   const char* name;
   Numbers (*run)(int device);
@@ -376,7 +409,8 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                                          User{"contour", &evolved}, User{"volume", &evolved_volume},
                                          User{"fits", &fitted}, User{"together", &fitted_together},
                                          User{"reconstruction", &fused}, User{"image", &image_of_box},
-                                         User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses}),
+                                         User{"mesh", &image_of_mesh}, User{"poses", &sums_at_poses},
+                                         User{"surface", &zero_set}, User{"redistance", &redistanced}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // One CudaWork goes on after each failure, as a tracker's does.

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.array_equality import Compared
+from sdftrack.device import CPU
 from sdftrack.mesh import Mesh
+from sdftrack.sdf.zero_mesh import zero_mesh
 
 __all__ = ["Quality", "bodies", "expected_error", "largest_body", "quality_of", "seen_part", "surface_mesh"]
 
@@ -106,10 +108,11 @@ def _smoothed_where_unseen(
     return out
 
 
-def surface_mesh(core: Any) -> Mesh:
-    """Watertight mesh of the zero set with mean observed colours; `seen` in equivalent frontal views."""
-    from skimage.measure import marching_cubes
+def surface_mesh(core: Any, number: int = CPU) -> Mesh:
+    """Watertight mesh of the zero set with mean observed colours; `seen` in equivalent frontal views.
 
+    Marching cubes on GPU `number`.
+    """
     boxes = core.surface_boxes
     if not len(boxes):
         raise RuntimeError("mesh: no surface is left, the frames contradict the whole shape; start again")
@@ -121,16 +124,16 @@ def surface_mesh(core: Any) -> Mesh:
     phi = largest_body(_smoothed_where_unseen(whole, amount, core.voxel_m))
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
-    zyx, faces, _, _ = marching_cubes(phi, 0.0, gradient_direction="ascent")
-    at = tuple(np.round(zyx).astype(np.intp).T)
+    voxels, faces = zero_mesh(phi, number)
+    at = tuple(np.round(voxels[:, ::-1]).astype(np.intp).T)
     seen = (amount[at] / SEEN_SCALE).astype(np.float32)
     colors = (core.rgb_seen[part][at][..., :3] / 256.0 + 0.5).astype(np.uint8)
     known = colors[seen > 0]
     colored = known.any()  # else no frame had any
     if colored:
         colors[seen == 0] = np.median(known, axis=0).astype(np.uint8)
-    vertices = (zyx[:, ::-1].astype(np.float64) + low) * core.voxel_m + np.array(core.origin)
-    return Mesh(vertices, faces.astype(np.int32), colors if colored else None, seen=seen)
+    vertices = (voxels + low) * core.voxel_m + np.array(core.origin)
+    return Mesh(vertices, faces, colors if colored else None, seen=seen)
 
 
 def seen_part(mesh: Mesh, least_seen: float) -> Mesh:

@@ -327,7 +327,7 @@ class Reconstructor:
             Maximum number of faces, by :meth:`Mesh.decimated`, which requires the extra ``sdftrack[export]``.
         """
         self._started("mesh")
-        mesh = quality.surface_mesh(self._volume.core)
+        mesh = quality.surface_mesh(self._volume.core, device_number(self.device))
         if seen_only:
             mesh = quality.seen_part(mesh, self.options.least_seen)
         return mesh if faces is None else mesh.decimated(faces)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import number, numbers, shown, whole
-from sdftrack.device import device_number
+from sdftrack.device import CPU, device_number
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
@@ -20,6 +20,7 @@ from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
 from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx, voxels_between
 from sdftrack.sdf.mesh_report import MeshReport
 from sdftrack.sdf.solids import distances_of_solid, three_lengths
+from sdftrack.sdf.zero_mesh import zero_mesh
 
 if TYPE_CHECKING:
     import trimesh
@@ -340,27 +341,37 @@ class SDF:
         origin = self._origin + self._voxel_size * low[::-1]
         return SDF._own(np.ascontiguousarray(self._values[part]), self._voxel_size, origin, colors)
 
-    def redistanced(self, threads: int = 0) -> SDF:
+    def redistanced(self, threads: int = 0, *, device: str = "cpu") -> SDF:
         """Distance field with the same zero set: restores |gradient| = 1 after blending or evolution.
 
-        Raises ValueError if the field has only one sign.
+        `threads`, `device` as of `render`. Raises ValueError if the field has only one sign.
         """
         return SDF._own(
-            _core.redistance(self._values, self._voxel_size, threads),
+            _core.redistance(self._values, self._voxel_size, threads, device_number(device)),
             self._voxel_size,
             self._origin,
             self._colors,
         )
 
-    def to_mesh(self) -> Mesh:
-        """Surface mesh by marching cubes, faces outwards, m, object frame. ValueError without a surface."""
-        from skimage.measure import marching_cubes
+    def to_mesh(self, *, device: str = "cpu") -> Mesh:
+        """Surface mesh by marching cubes, faces outwards, m, object frame.
 
+        Parameters
+        ----------
+        device : {"cpu", "cuda", "cuda:N", "auto"}
+            A GPU has the same vertices in another order, and may connect them otherwise in cells that the surface
+            crosses more than once.
+
+        Raises
+        ------
+        ValueError
+            No surface: all values have one sign.
+        """
+        number = device_number(device)
         if not (self._values.min() < 0 < self._values.max()):
             raise ValueError("sdf: no surface (all values have one sign)")
-        zyx, faces, _, _ = marching_cubes(self._values.copy(), 0.0, gradient_direction="ascent")
-        vertices = zyx[:, ::-1].astype(np.float64) * self._voxel_size + self._origin
-        return Mesh(vertices, faces.astype(np.int32))
+        voxels, faces = zero_mesh(self._values.copy() if number == CPU else self._values, number)
+        return Mesh(voxels * self._voxel_size + self._origin, faces)
 
     def surface_samples(self, count: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Points (N, 3) float32, m, evenly distributed over the surface, and outward unit normals; deterministic.

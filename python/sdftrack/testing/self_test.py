@@ -302,6 +302,31 @@ def _mesh_image(number: int) -> tuple[float, float]:
     return float(np.abs(gpu - cpu).max()), 0.0
 
 
+def _mesh(number: int) -> tuple[float, float]:
+    """Vertices of a ball, of which each cell has one piece of the surface, in voxels."""
+    import sdftrack as st
+
+    ball = st.SDF.sphere(0.05, voxels=30)
+    cpu, gpu = (ball.to_mesh(device=d) for d in ("cpu", f"cuda:{number}"))
+    if gpu.faces.shape != cpu.faces.shape:
+        return float("nan"), CELL_ATOL
+    sorted_cpu, sorted_gpu = (
+        m.vertices[np.lexsort(np.round(m.vertices / ball.voxel_size, 3).T)] for m in (cpu, gpu)
+    )
+    return float(np.abs(sorted_gpu - sorted_cpu).max() / ball.voxel_size), CELL_ATOL
+
+
+def _redistanced(number: int) -> tuple[float, float]:
+    import sdftrack as st
+
+    box = st.SDF.box((0.12, 0.09, 0.06), voxels=30)
+    bent = st.SDF(
+        (box.values * (1.5 + np.cos(80 * box.values))).astype(np.float32), box.voxel_size, box.origin
+    )
+    cpu, gpu = (bent.redistanced(1, device=d).values for d in ("cpu", f"cuda:{number}"))
+    return float(np.abs(gpu - cpu).max() / box.voxel_size), CELL_ATOL
+
+
 COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "arithmetic": _arithmetic,
     "sums over pixels": _sums,
@@ -318,4 +343,6 @@ COMPARISONS: dict[str, Callable[[int], tuple[float, float]]] = {
     "reconstruction": _reconstruction,
     "ray casting": _image,
     "ray casting of a mesh": _mesh_image,
+    "marching cubes": _mesh,
+    "distances of a field": _redistanced,
 }

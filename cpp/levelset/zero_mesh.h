@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// The zero set of a volume as a mesh, by marching cubes on a CUDA device (cube_cases.h). The CPU's is that of
+// scikit-image, which Python calls.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sdf/grid.h"
+
+namespace sdftrack::levelset {
+
+struct ZeroMesh {
+  std::vector<double> vertices;     // x, y, z of each, voxels
+  std::vector<std::int32_t> faces;  // three vertices of each, counter-clockwise seen from outside
+};
+
+// One vertex on each edge between voxels that the surface cuts, which all triangles there share; closed but
+// at the volume's border. Vertices and faces by block, within it by voxel. phi: of the host, or a copy of
+// what lies there (base/device_copies.h). Defined in zero_mesh.cu, or zero_mesh_none.cpp.
+ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi, int device);
+
+}  // namespace sdftrack::levelset
