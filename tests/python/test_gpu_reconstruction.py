@@ -56,7 +56,7 @@ def test_the_gpu_reconstructs_what_the_cpu_does(tmp_path):
 def test_the_tracker_reads_the_blocks_of_the_frame_before(monkeypatch):
     monkeypatch.setattr(reconstructor, "YOUNG_FRAMES", 0)  # from the first one on every second frame
     seq = sequence(FRAMES, 12.0)
-    star = st.Reconstructor(CAMERA, voxels=32, device="cuda", threads=1)
+    star = st.Reconstructor(CAMERA, voxels=32, extent=0.3, device="cuda", threads=1)  # does not grow
     star.start(seq[0], mask=first_mask(seq))
     held = star._volume.core.phi, star._volume.core.rgb_seen  # as the tracker's
     read = []
