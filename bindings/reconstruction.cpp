@@ -63,7 +63,11 @@ class PyReconstruction {
     core_->fuse(frame, camera, T_cam_obj, threads_);
   }
   // What arrays and trackers have borrowed of a volume on a GPU is as new as the last frame.
-  void show() { static_cast<void>(phi()), static_cast<void>(colors()); }
+  void show() { begin_to_show(), static_cast<void>(phi()); }
+  void begin_to_show() {
+    const Busy busy(&busy_, "reconstruction");
+    core_->begin_to_show();
+  }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
     // Whole blocks; what comes of them is a volume like any other.
@@ -92,11 +96,11 @@ class PyReconstruction {
   const reconstruction::Reconstruction& core() const { return *core_; }
 
   // The distances, colours and sums, from wherever they are.
-  const LargeArray<float>& phi() {
-    return brought([this]() -> auto& { return core_->phi(threads_); });
+  std::span<const float> phi() {
+    return brought([this] { return core_->phi(); });
   }
-  const LargeArray<levelset::VoxelColor>& colors() {
-    return brought([this]() -> auto& { return core_->colors(threads_); });
+  std::span<const levelset::VoxelColor> colors() {
+    return brought([this] { return core_->colors(); });
   }
   const levelset::EvidenceVolume& evidence() {
     return brought([this]() -> auto& { return core_->evidence(threads_); });
@@ -184,6 +188,8 @@ void bind_reconstruction(py::module_& m) {
            py::arg("rgb") = py::none())
       .def("show", &PyReconstruction::show,
            "Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.")
+      .def("begin_to_show", &PyReconstruction::begin_to_show,
+           "Begin that, and return: what was borrowed may be read after show().")
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
       .def("continued", &PyReconstruction::continued, py::arg("view"))
       .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })

@@ -11,29 +11,30 @@ namespace sdftrack {
 
 class DeviceCopies {
  public:
-  static void add(const float* host, int device, const float* there) {
+  static void add(const void* host, int device, const void* there) {
     const std::lock_guard lock(mutex());
     all()[{host, device}] = there;
   }
-  static void remove(const float* host, int device) {
+  static void remove(const void* host, int device) {
     const std::lock_guard lock(mutex());
     all().erase({host, device});
   }
   // nullptr: there is none.
-  static const float* find(const float* host, int device) {
+  template <class T>
+  static const T* find(const T* host, int device) {
     const std::lock_guard lock(mutex());
     const auto found = all().find({host, device});
-    return found == all().end() ? nullptr : found->second;
+    return found == all().end() ? nullptr : static_cast<const T*>(found->second);
   }
 
  private:
-  using Key = std::pair<const float*, int>;
+  using Key = std::pair<const void*, int>;
   static std::mutex& mutex() {
     static std::mutex one;
     return one;
   }
-  static std::map<Key, const float*>& all() {
-    static std::map<Key, const float*> one;
+  static std::map<Key, const void*>& all() {
+    static std::map<Key, const void*> one;
     return one;
   }
 };

@@ -62,7 +62,7 @@ void DeviceVolume::fuse(const Camera& camera, const Rigidd& T_cam_obj,
       FuseBlocks{evidence_term(rect, reinterpret_cast<const float*>(f.pixels.data()), camera, options), sight,
                  v.of_voxels(), of, v.list(0), f.readings().rgb, f.source.data(), options.max_weight,
                  options.color_reach_voxels * static_cast<float>(v.blocks.grid.voxel_m)});
-  v.colors_are_older = true;
+  v.older |= kColorNotShown;
   ++v.frame;
 }
 

@@ -34,10 +34,9 @@ DeviceVolume::Impl::Impl(EvidenceVolume* evidence, int device_)
       known(nodes.size()),
       report(1),
       host_report(1),
-      staged(std::min(kShownAtOnce, count) * (kBlockVoxels * sizeof(VoxelColor) + sizeof(int))),
-      staging(staged.size()),
       surface(count),
-      phi_here(voxels) {
+      phi_here(voxels),
+      colors_here(voxels) {
   const EvidenceVolume::Parts from = evidence->parts();
   frame = *from.frame;
   // What is uploaded is pageable memory of the caller's, of which a copy may still be read when this call
@@ -45,7 +44,8 @@ DeviceVolume::Impl::Impl(EvidenceVolume* evidence, int device_)
   const StreamWaiter waiter(stream);
   stream.upload(from.log_ratio, voxels, log_ratio.data());
   stream.upload(from.weight, voxels, weight.data());
-  stream.upload(from.colors, voxels, colors.data());
+  std::copy_n(from.colors, voxels, colors_here.data());
+  stream.upload(colors_here.data(), voxels, colors.data());
   stream.fill_zero(bytes.data(), bytes.size());
   const DeviceBlocks of = of_blocks();
   stream.upload(from.empty, count, of.empty);
@@ -60,9 +60,11 @@ DeviceVolume::Impl::Impl(EvidenceVolume* evidence, int device_)
   stream.download(phi.data(), voxels, phi_here.data());
   stream.wait();
   DeviceCopies::add(phi_here.data(), device, phi.data());
+  DeviceCopies::add(colors_here.data(), device, colors.data());
 }
 DeviceVolume::Impl::~Impl() {
   DeviceCopies::remove(phi_here.data(), device);
+  DeviceCopies::remove(colors_here.data(), device);
   static_cast<void>(cudaStreamSynchronize(stream.get()));
 }
 
@@ -73,9 +75,11 @@ DeviceVolume::DeviceVolume(EvidenceVolume* evidence, int device) {
   } catch (const CudaError& error) {
     if (std::string(error.what()).find("cudaErrorMemoryAllocation") == std::string::npos) throw;
     const sdf::Grid& grid = evidence->grid();
-    throw CudaError("CUDA: the device has too little free memory for a volume of " + std::to_string(grid.nx) +
-                    " x " + std::to_string(grid.ny) + " x " + std::to_string(grid.nz) + " voxels (about " +
-                    std::to_string(21 * grid.size() / 1000000) +
+    const bool here = std::string(error.what()).find("cudaMallocHost") != std::string::npos;
+    throw CudaError("CUDA: the " + std::string(here ? "host" : "device") +
+                    " has too little free memory for a volume of " + std::to_string(grid.nx) + " x " +
+                    std::to_string(grid.ny) + " x " + std::to_string(grid.nz) + " voxels (about " +
+                    std::to_string((here ? 12 : 21) * grid.size() / 1000000) +
                     " MB); use fewer voxels, or device=\"cpu\" (" + error.what() + ")");
   }
 }
@@ -87,7 +91,7 @@ void DeviceVolume::update(int rounds, float band_voxels, bool all) {
   const auto voxel_m = static_cast<float>(v.blocks.grid.voxel_m);
   const float band_m = band_voxels * voxel_m;
   const DeviceBlocks of = v.of_blocks();
-  v.phi_is_older = true;
+  v.older |= kPhiNotShown;
   launch(v.stream, v.for_each_block(), FindRoles{v.blocks, of, all});
   v.make_lists(HasRole{of.role});
   launch(v.stream, v.for_listed(), CrossBlocks{v.blocks, v.of_voxels(), of, v.list(0), voxel_m});
@@ -141,13 +145,9 @@ void DeviceVolume::fill_far(float band_voxels, int z0, int z1) {
   const std::size_t slice = static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny),
                     first = slice * static_cast<std::size_t>(z0), last = slice * static_cast<std::size_t>(z1);
   launch(v.stream, blocks_of(static_cast<std::int64_t>(last - first), kThreadsPerVoxels),
-         FillFar{grid, coarse_lattice(grid), v.other_nodes.data(), &v.report.data()->has_surface,
-                 band_voxels * static_cast<float>(grid.voxel_m), first, last, v.phi.data()});
-  v.phi_is_older = true;
-  const int from = z0 / kBlockSide, to = blocks_along(z1);
-  const bool none = v.filled_from >= v.filled_to;
-  v.filled_from = none ? from : std::min(from, v.filled_from);
-  v.filled_to = none ? to : std::max(to, v.filled_to);
+         FillFar{v.blocks, coarse_lattice(grid), v.other_nodes.data(), &v.report.data()->has_surface,
+                 band_voxels * static_cast<float>(grid.voxel_m), first, last, v.phi.data(), v.shown.data()});
+  v.older |= kPhiNotShown;
 }
 
 }  // namespace sdftrack::levelset

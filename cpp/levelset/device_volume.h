@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "levelset/distance.h"
@@ -35,11 +36,14 @@ class DeviceVolume {
   std::vector<sdf::VoxelBox> surface_boxes() const;
   double change_m() const;
 
-  // The distances as they are there: brings what has changed since the last call. They stay where they are in
-  // memory.
-  const LargeArray<float>& phi(int threads);
-  // The same of the evidence's colours, and of all of the evidence.
-  void bring_colors(EvidenceVolume* evidence, int threads);
+  // The distances and colours as they are there: brings what has changed since the last call. They stay where
+  // they are in memory.
+  std::span<const float> phi();
+  std::span<const VoxelColor> colors();
+  // Begins to bring both. The next call of one of these waits for the end; until then what was borrowed of
+  // them is in part older, in part newer.
+  void begin_to_show();
+  // All of the evidence.
   void download(EvidenceVolume* evidence, int threads);
 
   struct Impl;  // device_work.cuh

@@ -19,8 +19,9 @@ void DeviceVolume::fill_far(float, int, int) { no_cuda(); }
 void DeviceVolume::settle() { no_cuda(); }
 std::vector<sdf::VoxelBox> DeviceVolume::surface_boxes() const { no_cuda(); }
 double DeviceVolume::change_m() const { no_cuda(); }
-const LargeArray<float>& DeviceVolume::phi(int) { no_cuda(); }
-void DeviceVolume::bring_colors(EvidenceVolume*, int) { no_cuda(); }
+std::span<const float> DeviceVolume::phi() { no_cuda(); }
+std::span<const VoxelColor> DeviceVolume::colors() { no_cuda(); }
+void DeviceVolume::begin_to_show() { no_cuda(); }
 void DeviceVolume::download(EvidenceVolume*, int) { no_cuda(); }
 
 }  // namespace sdftrack::levelset

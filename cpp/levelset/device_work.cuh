@@ -10,9 +10,8 @@
 
 namespace sdftrack::levelset {
 
-constexpr int kLists = 8,
-              kMostListed = 1056;           // blocks of threads: eight for each multiprocessor of a large GPU
-constexpr std::size_t kShownAtOnce = 2048;  // blocks that come to the host in one piece
+constexpr int kLists = 8;
+constexpr int kMostListed = 1056;  // blocks of threads: eight for each multiprocessor of a large GPU
 
 struct DeviceVolume::Impl {
   // What the host reads after a frame.
@@ -42,6 +41,9 @@ struct DeviceVolume::Impl {
   }
   unsigned for_each_block() const { return blocks_of(blocks.count(), kThreadsPerBlocks); }
   unsigned for_listed() const { return static_cast<unsigned>(std::min(blocks.count(), kMostListed)); }
+  // Sends what the host's copy lacks; it may be read after the wait.
+  void show(int what);
+  void wait_for_what_is_shown();
   const Report& read_report() {
     stream.download(report.data(), 1, host_report.data());
     stream.wait();
@@ -65,15 +67,15 @@ struct DeviceVolume::Impl {
   DeviceFrame readings;
   int frame = 0;
 
-  // The host's side: blocks on their way, and what it has of the volume.
+  // The host's side, where the device writes what it has of the volume.
   PinnedBuffer<Report> host_report;
-  DeviceBuffer<unsigned char> staged;
-  PinnedBuffer<unsigned char> staging, surface;
-  LargeArray<float> phi_here;
+  PinnedBuffer<unsigned char> surface;
+  PinnedBuffer<float> phi_here;
+  PinnedBuffer<VoxelColor> colors_here;
   std::vector<unsigned char> surface_here;
   double change_m = 0;
-  bool phi_is_older = false, colors_are_older = false;
-  int filled_from = 0, filled_to = 0;  // layers of blocks that fill_far has gone through, not shown yet
+  int older = 0;            // Shown: what may have changed since it was sent here
+  bool on_its_way = false;  // and what was sent may be written yet
 };
 
 }  // namespace sdftrack::levelset

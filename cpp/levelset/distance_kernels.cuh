@@ -61,9 +61,9 @@ struct CrossBlocks {
       if (t == 0) found = 0;
       __syncthreads();
       SurfaceChange own{};
-      if (cross(b, VoxelPlace(t), &own)) atomicOr(&found, 1);
+      if (const int own_found = cross(b, VoxelPlace(t), &own)) atomicOr(&found, own_found);
       __syncthreads();
-      const bool surface = found != 0, whole = of.role[b] == kChanged;
+      const bool surface = found & kCrossed, whole = of.role[b] == kChanged;
       if (whole && surface)
         own = over_block(own, changes, kBlockVoxels, [](const SurfaceChange& a, const SurfaceChange& b) {
           return SurfaceChange{a.sum_m + b.sum_m, most(a.max_m, b.max_m), a.count + b.count};
@@ -71,7 +71,7 @@ struct CrossBlocks {
       if (t == 0) {
         if (whole) of.change[b] = own, of.surface[b] = surface;
         if (surface) of.surface[b] = 1;
-        of.shown[b] |= kPhiNotShown;
+        if (found & kOther) of.shown[b] |= kPhiNotShown;
       }
       __syncthreads();
     }
@@ -92,28 +92,30 @@ struct CrossBlocks {
            (z % kBlockSide == 0 && bz > 0 && changed(0, 0, -1)) ||
            (z % kBlockSide == last && bz + 1 < blocks.bz && changed(0, 0, 1));
   }
-  __device__ bool cross(int b, const VoxelPlace& at, SurfaceChange* change) const {
+  enum Found { kCrossed = 1, kOther = 2 };  // the surface; a distance that is not what it was
+  __device__ int cross(int b, const VoxelPlace& at, SurfaceChange* change) const {
     const VoxelRange r = blocks.inner(b);
     const int x = kBlockSide * blocks.x(b) + at.x, y = kBlockSide * blocks.y(b) + at.y,
               z = kBlockSide * blocks.z(b) + at.z;
-    if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1 || z < r.z0 || z >= r.z1) return false;
-    if (!concerns(b, x, y, z)) return false;
+    if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1 || z < r.z0 || z >= r.z1) return 0;
+    if (!concerns(b, x, y, z)) return 0;
     const std::size_t row = static_cast<std::size_t>(blocks.grid.nx),
                       slice = row * static_cast<std::size_t>(blocks.grid.ny), i = blocks.grid.index(x, y, z);
     const float* const p = voxels.log_ratio + i;
     const float *const y0 = p - row, *const y1 = p + row, *const z0 = p - slice, *const z1 = p + slice;
     float* const phi = voxels.phi + i;
+    const float before = *phi;
     const Sided<float> side =
         sided(*p, least(least(least(p[-1], p[1]), least(*y0, *y1)), least(*z0, *z1)),
               most(most(most(p[-1], p[1]), most(*y0, *y1)), most(*z0, *z1)), *phi, voxel_m);
     *phi = side.phi;
-    if (!side.crossed) return false;
+    if (!side.crossed) return side.phi != before ? kOther : 0;
     const float now = crossing_distance({voxels.log_ratio, voxels.weight}, i, row, slice, voxel_m),
                 moved = abs(now - side.phi);
     if (abs(side.phi) < kMoveWithin * voxel_m) change->sum_m = moved, change->count = 1;
     change->max_m = moved;
     *phi = now;
-    return true;
+    return now != before ? kCrossed | kOther : kCrossed;
   }
 };
 
@@ -259,7 +261,7 @@ struct RelaxBlocks {
           tile[i] = phi[blocks.grid.index(r.x0 - 1 + x, r.y0 - 1 + y, r.z0 - 1 + z)];
       }
       __syncthreads();
-      if (sweep(nx, ny, nz, tile)) atomicOr(&changed, 1);
+      if (const int own = sweep(nx, ny, nz, tile)) atomicOr(&changed, own);
       __syncthreads();
       for (int i = static_cast<int>(threadIdx.x); i < kBlockVoxels; i += kThreads) {
         const VoxelPlace at(i);
@@ -267,17 +269,20 @@ struct RelaxBlocks {
           phi[blocks.grid.index(r.x0 + at.x, r.y0 + at.y, r.z0 + at.z)] =
               tile[((at.z + 1) * kSide + at.y + 1) * kSide + at.x + 1];
       }
-      if (threadIdx.x == 0) of.unsettled[b] = changed != 0, of.shown[b] |= kPhiNotShown;
+      if (threadIdx.x == 0) {
+        of.unsettled[b] = (changed & kMovedOn) != 0;
+        if (changed) of.shown[b] |= kPhiNotShown;
+      }
       __syncthreads();
     }
   }
 
  private:
-  // Whether a voxel of this thread has changed by more than settled_m.
-  __device__ bool sweep(int nx, int ny, int nz, float* tile) const {
+  enum Swept { kOther = 1, kMovedOn = 2 };  // of a thread's voxels: one has changed; by more than settled_m
+  __device__ int sweep(int nx, int ny, int nz, float* tile) const {
     const int x = static_cast<int>(threadIdx.x) % kBlockSide,
               line = static_cast<int>(threadIdx.x) / kBlockSide;
-    bool moved_on = false;
+    int swept = 0;
     for (int front = 0; front < 2 * kBlockSide - 1; ++front) {
       const int rank = front - line;
       const bool here = x < nx && line < ny && rank >= 0 && rank < nz;
@@ -286,13 +291,14 @@ struct RelaxBlocks {
       float now = 0;
       if (here) {
         now = term.relax({row, kSide, kSide * kSide}, x, 1);
-        moved_on |= abs(now - row[x]) > settled_m && abs(now) < band_m;
+        if (now != row[x]) swept |= kOther;
+        if (abs(now - row[x]) > settled_m && abs(now) < band_m) swept |= kMovedOn;
       }
       __syncthreads();
       if (here) row[x] = now;
       __syncthreads();
     }
-    return moved_on;
+    return swept;
   }
 };
 

@@ -73,27 +73,36 @@ struct SignNodes {
   }
 };
 
+// Notes the blocks of which a distance has changed.
 struct FillFar {
   static constexpr const char* kName = "far distances: fill";
   static constexpr int kThreads = kThreadsPerVoxels;
-  sdf::Grid grid, lattice;
+  BlockLattice blocks;
+  sdf::Grid lattice;
   const float* nodes;
   const int* has_surface;
   float band_m;
   std::size_t first, last;  // voxels
   float* phi;
+  int* shown;
   __device__ void operator()() const {
     const std::size_t i = first + static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
     if (i >= last || !*has_surface) return;
     const float own = phi[i];
     if (abs(own) < band_m) return;
+    const sdf::Grid& grid = blocks.grid;
     const auto row = static_cast<std::size_t>(grid.nx), slice = row * static_cast<std::size_t>(grid.ny);
-    const CoarsePlace x = coarse_place(static_cast<int>(i % row), lattice.nx),
-                      y = coarse_place(static_cast<int>(i % slice / row), lattice.ny),
-                      z = coarse_place(static_cast<int>(i / slice), lattice.nz);
+    const int vx = static_cast<int>(i % row), vy = static_cast<int>(i % slice / row),
+              vz = static_cast<int>(i / slice);
+    const CoarsePlace x = coarse_place(vx, lattice.nx), y = coarse_place(vy, lattice.ny),
+                      z = coarse_place(vz, lattice.nz);
     const float there =
         mix(mix_across(nodes, lattice, x.cell, y, z), mix_across(nodes, lattice, x.cell + 1, y, z), x.share);
-    phi[i] = far_distance(own, there, band_m);
+    const float now = far_distance(own, there, band_m);
+    if (now == own) return;
+    phi[i] = now;
+    int* const noted = shown + blocks.at(vx / kBlockSide, vy / kBlockSide, vz / kBlockSide);
+    if (!(*noted & kPhiNotShown)) atomicOr(noted, kPhiNotShown);
   }
 };
 

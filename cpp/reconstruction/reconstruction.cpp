@@ -86,11 +86,6 @@ const levelset::EvidenceVolume& Reconstruction::evidence(int threads) const {
   return evidence_;
 }
 
-const LargeArray<levelset::VoxelColor>& Reconstruction::colors(int threads) const {
-  if (on_device_) on_device_->bring_colors(&evidence_, threads);
-  return evidence_.colors();
-}
-
 std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& before,
                                                       const std::array<int, 3>& after, int threads) const {
   if (field_) throw std::invalid_argument("grown: a volume with evolution 'printed' cannot be enlarged");

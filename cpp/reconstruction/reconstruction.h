@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "levelset/evolved_field.h"
 #include "reconstruction/device_roles.h"
@@ -58,10 +59,16 @@ class Reconstruction {
   // From a GPU the next three bring back what has changed there since they were last asked for, to the same
   // place in memory: what was borrowed of them before is as old as that. One thread at a time.
   const levelset::EvidenceVolume& evidence(int threads = 1) const;
-  const LargeArray<levelset::VoxelColor>& colors(int threads = 1) const;
+  std::span<const levelset::VoxelColor> colors() const {
+    return on_device_ ? on_device_->colors() : std::span(evidence_.colors());
+  }
   // Of the shape, m: negative inside; its zero set is the surface.
-  const LargeArray<float>& phi(int threads = 1) const {
-    return field_ ? field_->phi() : on_device_ ? on_device_->phi(threads) : distance_->phi();
+  std::span<const float> phi() const {
+    return field_ ? field_->phi() : on_device_ ? on_device_->phi() : std::span(distance_->phi());
+  }
+  // Begins to bring both from a GPU while the host goes on; the next call of one of them waits for the end.
+  void begin_to_show() const {
+    if (on_device_) on_device_->begin_to_show();
   }
   std::vector<sdf::VoxelBox> surface_boxes() const {
     return field_       ? field_->surface_boxes()

@@ -813,6 +813,10 @@ class PrimitiveView:
 class Reconstruction:
     def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None, first_shape: numpy.ndarray | None = None, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
         ...
+    def begin_to_show(self) -> None:
+        """
+        Begin that, and return: what was borrowed may be read after show().
+        """
     def continued(self, view: typing.Any) -> Reconstruction:
         ...
     def fuse(self, depth: numpy.ndarray, camera: Camera, T: numpy.ndarray, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: typing.Any = None, foreground: numpy.ndarray | None = None, rgb: numpy.ndarray | None = None) -> None:

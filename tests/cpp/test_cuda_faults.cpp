@@ -175,11 +175,12 @@ Numbers fused(int device) {
     roles.find(camera, T_cam_obj, {});
     volume.fuse(camera, T_cam_obj, {}, options);
     volume.update(1, 2, by_mask);
+    volume.begin_to_show();
   }
   volume.sweep_far(2);
   volume.fill_far(2, 0, 10);
   volume.settle();
-  const LargeArray<float>& phi = volume.phi(1);
+  const std::span<const float> phi = volume.phi();
   Numbers out(phi.begin(), phi.end());
   volume.download(&evidence, 1);
   out.insert(out.end(), evidence.log_ratio().begin(), evidence.log_ratio().end());
@@ -459,6 +460,34 @@ TEST(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_o
   cuda_on_cpu::reset({});
 }
 
+TEST(DeviceVolumeFaults, a_frame_is_sent_and_its_blocks_come_back_when_asked_for) {
+  cuda_on_cpu::reset(with_seed(2));
+  const BallFrames frames;
+  reconstruction::Reconstruction volume = frames.begun(16, 0.009, 0);
+  for (int k = 0; k < 4; ++k) frames.fuse(k, &volume);
+  struct Counts {
+    std::int64_t waits = cuda_on_cpu::waits(), kernels = cuda_on_cpu::kernels_run();
+  };
+  const Counts before;
+  volume.begin_to_show();
+  EXPECT_EQ(Counts().waits, before.waits);
+  static_cast<void>(volume.phi()), static_cast<void>(volume.colors());
+  EXPECT_EQ(Counts().waits, before.waits + 1);
+  EXPECT_EQ(Counts().kernels, before.kernels + 1);
+  volume.begin_to_show(), static_cast<void>(volume.phi());
+  EXPECT_EQ(Counts().waits, before.waits + 1);
+  EXPECT_EQ(Counts().kernels, before.kernels + 1);
+
+  // Of a frame, beside its readings, the host takes which blocks hold the surface, and numbers; it waits for
+  // the frame before and for those.
+  const std::int64_t bytes = cuda_on_cpu::bytes_copied();
+  frames.fuse(4, &volume);
+  EXPECT_EQ(Counts().waits, before.waits + 3);
+  const auto pixels = static_cast<std::int64_t>(frames.camera.width) * frames.camera.height;
+  EXPECT_LT(cuda_on_cpu::bytes_copied() - bytes, 16 * pixels + 1000);
+  cuda_on_cpu::reset({});
+}
+
 // What a tracker would send is there already while the volume lives.
 TEST(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
   cuda_on_cpu::reset(with_seed(2, 2));
@@ -470,6 +499,8 @@ TEST(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
   const std::vector<float> copy(volume->phi().begin(), volume->phi().end());
   SdfView view = volume->grid().view(volume->phi().data());
   EXPECT_NE(work.volume(view).phi, view.phi);
+  const energies::ColorView colors{&volume->colors().data()->r};
+  EXPECT_NE(work.colors(view, colors).rgb_seen, colors.rgb_seen);
   EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before);
   static_cast<void>(elsewhere.volume(view));
   EXPECT_EQ(cuda_on_cpu::bytes_in_use(), before + copy.size() * sizeof(float));

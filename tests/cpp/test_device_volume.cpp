@@ -2,6 +2,9 @@
 // A reconstruction on a GPU against that of the CPU, frame by frame.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "ball_frames.h"
 #include "base/cuda_probe.h"
 
@@ -142,6 +145,47 @@ TEST_F(DeviceVolume, grows_and_goes_on_as_the_cpu_does) {
   const auto next_cpu = larger_cpu->continued(nullptr, 1), next_gpu = larger_gpu->continued(nullptr, 1);
   frames.fuse(2, next_cpu.get()), frames.fuse(2, next_gpu.get());
   expect_same(*next_cpu, *next_gpu);
+}
+
+// How many blocks of 8^3 voxels come to the host in `ask`. What was there is spoilt.
+template <class Ask>
+int brought(const Reconstruction& gpu, const Ask& ask) {
+  const auto held = gpu.phi();
+  std::fill_n(const_cast<float*>(held.data()), held.size(), std::numeric_limits<float>::quiet_NaN());
+  ask();
+  const levelset::BlockLattice blocks(gpu.grid());
+  std::vector<bool> came(static_cast<std::size_t>(blocks.count()));
+  const sdf::Grid& grid = gpu.grid();
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x)
+        if (!std::isnan(held[grid.index(x, y, z)]))
+          came[static_cast<std::size_t>(blocks.at(x / 8, y / 8, z / 8))] = true;
+  return static_cast<int>(std::count(came.begin(), came.end(), true));
+}
+
+TEST_F(DeviceVolume, brings_to_the_host_what_has_changed_when_asked) {
+  const BallFrames frames;
+  Reconstruction gpu = frames.begun(43, kVoxel_m, cuda_devices()[0]);
+  for (int k = 0; k < 8; ++k) frames.fuse(k, &gpu);
+  const std::vector<float> before(gpu.phi().begin(), gpu.phi().end());
+  EXPECT_EQ(brought(gpu, [&] { static_cast<void>(gpu.phi()); }), 0);
+  EXPECT_EQ(brought(gpu, [&] { frames.fuse(8, &gpu); }), 0);
+  const int all = levelset::BlockLattice(gpu.grid()).count();
+  const int changed = brought(gpu, [&] { frames.fuse(9, &gpu), static_cast<void>(gpu.phi()); });
+  EXPECT_GT(changed, 0);
+  EXPECT_LT(changed, all);
+}
+
+// While it is on its way, the next frame may begin.
+TEST_F(DeviceVolume, goes_on_while_blocks_are_on_their_way) {
+  const BallFrames frames;
+  Reconstruction cpu = frames.begun(40, kVoxel_m), gpu = frames.begun(40, kVoxel_m, cuda_devices()[0]);
+  for (int k = 0; k < 6; ++k) {
+    frames.fuse(k, &cpu), frames.fuse(k, &gpu);
+    gpu.begin_to_show();
+    if (k % 2) expect_same(cpu, gpu);
+  }
 }
 
 }  // namespace

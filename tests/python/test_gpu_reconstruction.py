@@ -7,6 +7,7 @@ from reconstruction_scene import CAMERA, first_mask, sequence
 
 import sdftrack as st
 from sdftrack import _core, metrics
+from sdftrack.reconstruction import reconstructor
 
 REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
 pytestmark = [
@@ -50,6 +51,30 @@ def test_the_gpu_reconstructs_what_the_cpu_does(tmp_path):
         assert again.device.split(":")[0] == device
         assert_alike(gpu.shape, again.shape)
         assert again.track(sequence(FRAMES, 12.0)[FRAMES - 1]).pose is not None
+
+
+def test_the_tracker_reads_the_blocks_of_the_frame_before(monkeypatch):
+    monkeypatch.setattr(reconstructor, "YOUNG_FRAMES", 0)  # from the first one on every second frame
+    seq = sequence(FRAMES, 12.0)
+    star = st.Reconstructor(CAMERA, voxels=32, extent=0.3, device="cuda", threads=1)  # does not grow
+    star.start(seq[0], mask=first_mask(seq))
+    held = star._volume.core.phi, star._volume.core.rgb_seen  # as the tracker's
+    read = []
+    track = st.Tracker.track
+
+    def look(tracker, frame):
+        before = [np.array(x) for x in held]
+        star._volume.core.show()
+        read.append([np.array_equal(a, b) for a, b in zip(before, held, strict=True)])
+        return track(tracker, frame)
+
+    monkeypatch.setattr(st.Tracker, "track", look)
+    for k in range(1, FRAMES):
+        was = np.array(held[0])
+        star.track(seq[k])
+        star._volume.core.show()
+        assert not np.array_equal(was, held[0])
+    assert read == [[True, True]] * (FRAMES - 1)
 
 
 def test_the_thesis_method_evolves_on_the_gpu():

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/device_copies.h"
 #include "base/to_int.h"
+#include "energies/cuda_work.h"
 #include "tracking/fit/stages.h"
 
 namespace sdftrack::tracking {
@@ -190,8 +192,10 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   found.x = *x;
   const optim::LmOptions lm =
       stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all);
-  // Colours that change are not sent.
-  if (device && (!(brightness_weight > 0) || shape.sdf.id != 0)) {
+  // Colours that change are not sent; a device may have them as they are.
+  const bool has_colors =
+      device && (shape.sdf.id != 0 || DeviceCopies::find(shape.colors.rgb_seen, device->device()));
+  if (device && (!(brightness_weight > 0) || has_colors)) {
     energies::Beside beside;
     if (has_prior) beside.prior = prior.term();
     if (free_space_weight > 0)

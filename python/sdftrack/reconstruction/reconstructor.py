@@ -395,6 +395,7 @@ class Reconstructor:
     def _started(self, what: str) -> Tracker:
         if self._tracker is None:
             raise RuntimeError(f"{what}: call start(frame, mask=...) first")
+        self._volume.core.show()  # the tracker reads what it borrows of the volume from here on
         return self._tracker
 
     @property
@@ -499,7 +500,7 @@ class Reconstructor:
         if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
             self._reshape()
         else:
-            self._volume.core.show()
+            self._volume.core.begin_to_show()  # while this thread goes on; see _started
 
     def _begin_refit(self) -> None:
         """Start re-estimating the first poses and the shape on another thread, if due at this frame."""
