@@ -23,7 +23,7 @@ struct WindowMixture {
     const IntOf<T> begin = load_indices<T>(colour + i, n);
     const auto unseen = begin < 0;
     const IntOf<T> at = select(unseen, begin - begin, begin) + (iy * windows + ix) * 2;
-    T f[4], b[4];
+    T f[4] = {T(0), T(0), T(0), T(0)}, b[4] = {T(0), T(0), T(0), T(0)};
     gather_pair(shares, at, &f[0], &b[0]);
     gather_pair(shares, at + 2, &f[1], &b[1]);
     gather_pair(shares, at + 2 * windows, &f[2], &b[2]);
