@@ -57,6 +57,18 @@ struct ContourLoops {
       store(best, least + i, n);
     });
   }
+
+  static void posterior(const WindowMixture& pixels, int count, float* out) {
+    each_pack<L>(0, count,
+                 [&](int i, int n) SDFTRACK_INLINE { store(pixels.posterior<L>(i, n), out + i, n); });
+  }
+
+  static void sums_at(const PlacedSamples& samples, const float* u0, const float* v0, int places,
+                      float* sums) {
+    each_pack<L>(0, places, [&](int i, int n) SDFTRACK_INLINE {
+      store(samples.sum(load<L>(u0 + i, n), load<L>(v0 + i, n)), sums + i, n);
+    });
+  }
 };
 
 }  // namespace
@@ -64,6 +76,7 @@ struct ContourLoops {
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of ContourOps that it serves.
 const ContourOps ContourOps::SDFTRACK_SET = {
     ContourLoops<SDFTRACK_LANES>::linearize<4>, ContourLoops<SDFTRACK_LANES>::linearize<6>,
-    ContourLoops<SDFTRACK_LANES>::step, ContourLoops<SDFTRACK_LANES>::min_square};
+    ContourLoops<SDFTRACK_LANES>::step,         ContourLoops<SDFTRACK_LANES>::min_square,
+    ContourLoops<SDFTRACK_LANES>::posterior,    ContourLoops<SDFTRACK_LANES>::sums_at};
 
 }  // namespace sdftrack::contour

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/isa.h"
+#include "contour/color_terms.h"
 #include "contour/contour_terms.h"
 
 namespace sdftrack::contour {
@@ -16,16 +17,11 @@ struct ContourOps {
   // least[x] = min over k = -radius .. radius of row_square[x + k * row] + k^2, for `count` cells of a row,
   // with rows up to `above` before it and `below` behind it.
   void (*min_square)(const float* row_square, int row, int above, int below, int count, float* least);
+  void (*posterior)(const WindowMixture&, int count, float* out);
+  void (*sums_at)(const PlacedSamples&, const float* u0, const float* v0, int places, float* sums);
 
   // Defined in contour_*.cpp.
-  static const ContourOps baseline, avx2;
+  static const ContourOps baseline, avx2, avx512;
 };
-
-inline const ContourOps& contour_ops_for([[maybe_unused]] Isa isa) {
-#ifdef SDFTRACK_X86_SETS
-  if (isa != Isa::kBaseline) return ContourOps::avx2;
-#endif
-  return ContourOps::baseline;
-}
 
 }  // namespace sdftrack::contour

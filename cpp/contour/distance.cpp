@@ -70,7 +70,7 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
     along_row(work->kept.data() + first(y), count, false, far + 1, work->to_outside.data() + first(y));
     along_row(work->kept.data() + first(y), count, true, far + 1, work->to_inside.data() + first(y));
   }
-  const ContourOps& ops = contour_ops_for(used_isa());
+  const ContourOps& ops = for_isa<ContourOps>(used_isa());
   for (int y = box.y0; y <= box.y1; ++y) {
     const int above = std::min(radius, y - box.y0), below = std::min(radius, box.y1 - y);
     float *const out = work->least.data(), *const in = out + width;

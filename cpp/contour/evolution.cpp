@@ -67,7 +67,7 @@ void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, 
 
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid) {
   if (work->device >= 0) return evolve_contour_cuda(options, steps, work->device, work, grid);
-  const ContourOps& ops = contour_ops_for(used_isa());
+  const ContourOps& ops = for_isa<ContourOps>(used_isa());
   const ContourStep<float> step{1 / options.softness, options.dt, options.mu, options.tension};
   work->next.resize(cells_of(*grid));
   std::copy(grid->phi.begin(), grid->phi.end(), work->next.begin());

@@ -2,8 +2,10 @@
 #include "contour/motion_odds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "base/lane.h"
 #include "base/to_int.h"
 
 namespace sdftrack::contour {
@@ -18,6 +20,7 @@ constexpr float kKeptOverMedian = 2;           // of the errors
 constexpr float kFarAway = 1e6f, kBeside = 3;  // cells from the outline
 constexpr float kSigma_px = 2;                 // of the flow
 constexpr float kMaxLogOdds = 1.5f;            // no motion proves anything
+constexpr int kRun = 64;                       // pixels at a time
 
 float miss(const Similarity& m, float x, float y, float u, float v) {
   const auto c = static_cast<float>(m.c), s = static_cast<float>(m.s);
@@ -26,17 +29,23 @@ float miss(const Similarity& m, float x, float y, float u, float v) {
   return std::sqrt(dx * dx + dy * dy);
 }
 
-Similarity fit(const MotionPairs& w, float least_error) {
-  double n = 0, fx = 0, fy = 0, tx = 0, ty = 0;
-  for (std::size_t i = 0; i < w.x.size(); ++i) {
-    if (w.error[i] > least_error) continue;
-    n += 1, fx += static_cast<double>(w.x[i]), fy += static_cast<double>(w.y[i]);
+// To the pairs that miss by at most this.
+Similarity fit(float least_error, MotionPairs* pairs) {
+  const MotionPairs& w = *pairs;
+  auto& kept = pairs->kept;
+  kept.resize(w.x.size());
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < w.x.size(); ++i) kept[n] = i, n += !(w.error[i] > least_error);
+  kept.resize(n);
+  double fx = 0, fy = 0, tx = 0, ty = 0;
+  for (const std::size_t i : kept) {
+    fx += static_cast<double>(w.x[i]), fy += static_cast<double>(w.y[i]);
     tx += static_cast<double>(w.last_x[i]), ty += static_cast<double>(w.last_y[i]);
   }
-  fx /= n, fy /= n, tx /= n, ty /= n;
+  const auto count = static_cast<double>(n);
+  fx /= count, fy /= count, tx /= count, ty /= count;
   double dot = 0, cross = 0, square = 0;
-  for (std::size_t i = 0; i < w.x.size(); ++i) {
-    if (w.error[i] > least_error) continue;
+  for (const std::size_t i : kept) {
     const double ax = static_cast<double>(w.x[i]) - fx, ay = static_cast<double>(w.y[i]) - fy;
     const double bx = static_cast<double>(w.last_x[i]) - tx, by = static_cast<double>(w.last_y[i]) - ty;
     dot += ax * bx + ay * by, cross += ax * by - ay * bx, square += ax * ax + ay * ay;
@@ -47,12 +56,43 @@ Similarity fit(const MotionPairs& w, float least_error) {
   return out;
 }
 
+// The one in the middle of their order, by where it lies among them: most are never compared.
+float middle_of(const std::vector<float>& values, std::vector<float>* room) {
+  constexpr int kShift = 20;  // what remains of a number of 0 or more: its size and three more bits
+  std::array<int, 1 << (31 - kShift)> count{};
+  const auto bucket = [](float x) { return static_cast<std::size_t>((bits_of(x) & 0x7fffffff) >> kShift); };
+  for (const float x : values) ++count[bucket(x)];
+  auto before = static_cast<int>(values.size() / 2);
+  std::size_t at = 0;
+  while (before >= count[at]) before -= count[at++];
+  room->clear();
+  for (const float x : values)
+    if (bucket(x) == at) room->push_back(x);
+  const auto middle = room->begin() + before;
+  std::nth_element(room->begin(), middle, room->end());
+  return *middle;
+}
+
+bool fit_similarity(MotionPairs* pairs, Similarity* motion) {
+  MotionPairs& w = *pairs;
+  if (w.x.size() < kMinPairs) return false;
+  w.error.assign(w.x.size(), 0.0f);
+  Similarity best = fit(kMinError_px, pairs);
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i < w.error.size(); ++i)
+      w.error[i] = miss(best, w.x[i], w.y[i], w.last_x[i], w.last_y[i]);
+    best = fit(std::max(kMinError_px, kKeptOverMedian * middle_of(w.error, &w.some)), pairs);
+  }
+  *motion = best;
+  return true;
+}
+
 }  // namespace
 
-bool fit_motion(const FlowView& flow, const ContourGrid& grid, bool object, MotionPairs* pairs,
-                Similarity* motion) {
-  MotionPairs& w = *pairs;
-  for (auto* list : {&w.x, &w.y, &w.last_x, &w.last_y, &w.error}) list->clear();
+bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* object, MotionPairs* others,
+                 MotionCue* cue) {
+  for (MotionPairs* const w : {object, others})
+    for (auto* list : {&w->x, &w->y, &w->last_x, &w->last_y}) list->clear();
   const GridWarp to_grid = grid.warp.inverse();
   const ImagePart& part = flow.part;
   const int every =
@@ -67,50 +107,37 @@ bool fit_motion(const FlowView& flow, const ContourGrid& grid, bool object, Moti
       const bool on = gx >= 0 && gy >= 0 && gx <= grid.nx - 1 && gy <= grid.ny - 1;
       const float phi =
           on ? grid.phi[static_cast<std::size_t>(to_int(gy + 0.5) * grid.nx + to_int(gx + 0.5))] : kFarAway;
-      if (object ? phi >= 0 : phi < kBeside) continue;
+      if (phi >= 0 && phi < kBeside) continue;
+      MotionPairs& w = phi < 0 ? *object : *others;
       w.x.push_back(static_cast<float>(x)), w.y.push_back(static_cast<float>(y));
       w.last_x.push_back(static_cast<float>(u)), w.last_y.push_back(static_cast<float>(v));
     }
-  if (w.x.size() < kMinPairs) return false;
-  w.error.assign(w.x.size(), 0.0f);
-  Similarity best = fit(w, kMinError_px);
-  for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t i = 0; i < w.error.size(); ++i)
-      w.error[i] = miss(best, w.x[i], w.y[i], w.last_x[i], w.last_y[i]);
-    w.sorted = w.error;
-    const auto middle = w.sorted.begin() + static_cast<std::ptrdiff_t>(w.sorted.size() / 2);
-    std::nth_element(w.sorted.begin(), middle, w.sorted.end());
-    best = fit(w, std::max(kMinError_px, kKeptOverMedian * *middle));
-  }
-  *motion = best;
-  return true;
+  cue->flow = flow;
+  return fit_similarity(object, &cue->object) && fit_similarity(others, &cue->others);
 }
 
-void motion_odds(const FlowView& flow, const Similarity& object, const Similarity& others, double trust,
-                 MotionOdds* out) {
-  out->part = flow.part;
-  out->values.resize(static_cast<std::size_t>(flow.part.width()) *
-                     static_cast<std::size_t>(flow.part.height()));
-  const auto weight = static_cast<float>(trust);
-  float* to = out->values.data();
-  for (int y = flow.part.y0; y < flow.part.y1; ++y)
-    for (int x = flow.part.x0; x < flow.part.x1; ++x) {
-      const float* const back = flow.at(x, y);
-      const auto u = static_cast<float>(x), v = static_cast<float>(y);
-      const float own = miss(object, u, v, u + back[0], v + back[1]),
-                  other = miss(others, u, v, u + back[0], v + back[1]);
-      *to++ = std::exp(weight * std::clamp((other - own) / kSigma_px, -kMaxLogOdds, kMaxLogOdds));
-    }
-}
-
-void combine_odds(const MotionOdds& odds, float min_posterior, PosteriorImage* posterior) {
-  const ImagePart &a = posterior->rect, &b = odds.part;
+void weigh_by_motion(const MotionCue& cue, float min_posterior, PosteriorImage* posterior) {
+  const ImagePart &a = posterior->rect, &b = cue.flow.part;
+  const int x0 = std::max(a.x0, b.x0), x1 = std::min(a.x1, b.x1);
+  const auto weight = static_cast<float>(cue.trust);
   for (int y = std::max(a.y0, b.y0); y < std::min(a.y1, b.y1); ++y) {
     float* const p = posterior->foreground.data() + static_cast<std::ptrdiff_t>(y - a.y0) * a.width() - a.x0;
-    const float* const ratio = odds.values.data() + static_cast<std::ptrdiff_t>(y - b.y0) * b.width() - b.x0;
-    for (int x = std::max(a.x0, b.x0); x < std::min(a.x1, b.x1); ++x) {
-      const float own = p[x] * ratio[x];
-      p[x] = std::clamp(own / (own + 1 - p[x]), min_posterior, 1 - min_posterior);
+    for (int x = x0; x < x1; x += kRun) {
+      const int n = std::min(kRun, x1 - x);
+      const float* const back = cue.flow.at(x, y);
+      float odds[kRun];  // their logarithms first: but for the exponential, no pixel waits for another
+      for (int k = 0; k < n; ++k) {
+        const auto u = static_cast<float>(x + k), v = static_cast<float>(y);
+        const float u_last = u + back[2 * k], v_last = v + back[2 * k + 1];
+        const float gain = miss(cue.others, u, v, u_last, v_last) - miss(cue.object, u, v, u_last, v_last);
+        odds[k] = weight * std::clamp(gain / kSigma_px, -kMaxLogOdds, kMaxLogOdds);
+      }
+      for (int k = 0; k < n; ++k) odds[k] = std::exp(odds[k]);
+      float* const to = p + x;
+      for (int k = 0; k < n; ++k) {
+        const float likely = to[k] * odds[k];
+        to[k] = std::clamp(likely / (likely + 1 - to[k]), min_posterior, 1 - min_posterior);
+      }
     }
   }
 }

@@ -27,22 +27,23 @@ struct Similarity {
 
 // Pixels and where they were.
 struct MotionPairs {
-  std::vector<float> x, y, last_x, last_y, error, sorted;
+  std::vector<float> x, y, last_x, last_y, error, some;
+  std::vector<std::size_t> kept;
 };
 
-// By pixel of `part`: how much likelier its motion is the object's.
-struct MotionOdds {
-  ImagePart part{0, 0, 0, 0};
-  std::vector<float> values;
+// How the object moves and how what is around it does, as far as the flow is trusted: 0, not at all, to 1.
+struct MotionCue {
+  FlowView flow{nullptr, {0, 0, 0, 0}};  // no flow: nothing is known
+  Similarity object, others;
+  double trust = 0;
 };
 
-// The similarity that fits the flow of the object, or of what is around it, best, pixels that do not follow
-// it left out; `grid` lies where it lay in the last image. False where too few pixels are seen.
-bool fit_motion(const FlowView& flow, const ContourGrid& grid, bool object, MotionPairs* pairs,
-                Similarity* motion);
-// trust: 0, none, to 1. Where both move alike the odds are 1.
-void motion_odds(const FlowView& flow, const Similarity& object, const Similarity& others, double trust,
-                 MotionOdds* out);
-void combine_odds(const MotionOdds& odds, float min_posterior, PosteriorImage* posterior);
+// The similarities that fit the flow of the object and of what is around it best, pixels that do not follow
+// them left out; `grid` lies where it lay in the last image. False where too few pixels are seen.
+bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* object, MotionPairs* others,
+                 MotionCue* cue);
+// Multiplies the odds of each pixel by how much likelier its motion is the object's; where both move alike,
+// by 1.
+void weigh_by_motion(const MotionCue& cue, float min_posterior, PosteriorImage* posterior);
 
 }  // namespace sdftrack::contour

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/to_int.h"
+#include "contour/contour_ops.h"
 
 namespace sdftrack::contour {
 
@@ -16,20 +16,36 @@ constexpr double kMinPixels = 30;   // of either kind, to learn from
 constexpr float kPseudoCount =
     0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
 
-// The windows around a pixel: the first of two in a row of windows, and the weights of the four.
-struct Corners {
-  int first;
-  float weight[4];
-
-  Corners(double x, double y, int windows) {
-    const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-    const int ix = std::min(to_int(fx), windows - 2), iy = std::min(to_int(fy), windows - 2);
-    const float ax = fx - static_cast<float>(ix), ay = fy - static_cast<float>(iy);
-    first = 2 * (iy * windows + ix);
-    weight[0] = (1 - ax) * (1 - ay), weight[1] = ax * (1 - ay), weight[2] = (1 - ax) * ay,
-    weight[3] = ax * ay;
-  }
+// Some pixels of a row of the image: the cells they lie on, and where among the windows.
+struct PixelRun {
+  static constexpr int kMost = 64;
+  int count = 0;
+  int cell[kMost];  // if asked for
+  float x[kMost], y[kMost];
+  int colour[kMost];
 };
+
+// body(run, x0, rgb) for each run of pixels that lie on these cells: those from (x0, y) on, their colours
+// from rgb on.
+template <bool kCells, class Body>
+void each_run_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const RgbView& image,
+                 int windows, const Body& body) {
+  const double last_x = grid.nx - 1, last_y = grid.ny - 1;
+  const double per_x = (windows - 1) / last_x, per_y = (windows - 1) / last_y;
+  PixelRun run;
+  each_row_on(grid, cells, rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
+    for (int x = xa; x < xb; x += run.count) {
+      run.count = std::min(PixelRun::kMost, xb - x);
+      for (int k = 0; k < run.count; ++k, gx += dx, gy += dy) {
+        // No number is 0: the casts below are of what lies on the grid.
+        const double cx = std::min(std::max(0.0, gx), last_x), cy = std::min(std::max(0.0, gy), last_y);
+        if constexpr (kCells) run.cell[k] = static_cast<int>(cy + 0.5) * grid.nx + static_cast<int>(cx + 0.5);
+        run.x[k] = static_cast<float>(cx * per_x), run.y[k] = static_cast<float>(cy * per_y);
+      }
+      body(run, x, y, image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + x));
+    }
+  });
+}
 
 }  // namespace
 
@@ -58,25 +74,27 @@ int RegionModel::slot_of(int bin) {
 
 bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
   std::fill(fresh_.begin(), fresh_.end(), 0.0f);
-  const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
-               per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
-  int objects = 0, others = 0;
-  each_row_on(grid, grid.all(), rect_of(grid, grid.all(), image),
-              [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-                const unsigned char* rgb =
-                    image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
-                for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
-                  const int ix = to_int(gx + 0.5), iy = to_int(gy + 0.5);
-                  const bool object = grid.phi[static_cast<std::size_t>(iy * grid.nx + ix)] < 0;
-                  object ? ++objects : ++others;
-                  const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
-                  const int slot = slot_of(bin_of(rgb));
-                  float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first +
-                                    (object ? 0 : 1);
-                  to[0] += at.weight[0], to[2] += at.weight[1];
-                  to[2 * windows_] += at.weight[2], to[2 * windows_ + 2] += at.weight[3];
-                }
-              });
+  int objects = 0, pixels = 0;
+  each_run_on<true>(grid, grid.all(), rect_of(grid, grid.all(), image), image, windows_,
+                    [&](const PixelRun& run, int, int, const unsigned char* rgb) {
+                      pixels += run.count;
+                      for (int k = 0; k < run.count; ++k, rgb += 3) {
+                        const bool object = grid.phi[static_cast<std::size_t>(run.cell[k])] < 0;
+                        objects += object;
+                        // The first of two windows in a row of windows, and the weights of the four.
+                        const int ix = std::min(static_cast<int>(run.x[k]), windows_ - 2),
+                                  iy = std::min(static_cast<int>(run.y[k]), windows_ - 2);
+                        const float ax = run.x[k] - static_cast<float>(ix),
+                                    ay = run.y[k] - static_cast<float>(iy);
+                        const int seen = slots_[static_cast<std::size_t>(bin_of(rgb))];
+                        const int slot = seen >= 0 ? seen : slot_of(bin_of(rgb));
+                        float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ +
+                                          2 * (iy * windows_ + ix) + (object ? 0 : 1);
+                        to[0] += (1 - ax) * (1 - ay), to[2] += ax * (1 - ay);
+                        to[2 * windows_] += (1 - ax) * ay, to[2 * windows_ + 2] += ax * ay;
+                      }
+                    });
+  const int others = pixels - objects;
   if (objects < kMinPixels || others < kMinPixels) return false;
   if (!remembered_.empty()) {
     double sum = 0;
@@ -169,23 +187,18 @@ void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const
   out->rect = rect_of(grid, cells, image);
   out->foreground.assign(
       static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()), 0.5f);
-  const double per_x = (windows_ - 1) / static_cast<double>(grid.nx - 1),
-               per_y = (windows_ - 1) / static_cast<double>(grid.ny - 1);
-  each_row_on(grid, cells, out->rect, [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-    const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + xa);
-    float* to = out->foreground.data() + static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() -
-                out->rect.x0;
-    for (int x = xa; x < xb; ++x, gx += dx, gy += dy, rgb += 3) {
-      const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
-      if (slot < 0 || (only_known && !known(slot))) continue;
-      const Corners at(std::max(gx, 0.0) * per_x, std::max(gy, 0.0) * per_y, windows_);
-      const float* const p = shares_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ + at.first;
-      const float* const q = p + 2 * windows_;
-      const float f = at.weight[0] * p[0] + at.weight[1] * p[2] + at.weight[2] * q[0] + at.weight[3] * q[2];
-      const float b = at.weight[0] * p[1] + at.weight[1] * p[3] + at.weight[2] * q[1] + at.weight[3] * q[3];
-      to[x] = std::clamp(f / (f + b), least_, 1 - least_);
-    }
-  });
+  const ContourOps& ops = for_isa<ContourOps>(used_isa());
+  each_run_on<false>(
+      grid, cells, out->rect, image, windows_, [&](PixelRun& run, int x, int y, const unsigned char* rgb) {
+        for (int k = 0; k < run.count; ++k, rgb += 3) {
+          const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
+          run.colour[k] = slot < 0 || (only_known && !known(slot)) ? -1 : slot * stride_;
+        }
+        float* const to = out->foreground.data() +
+                          static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() +
+                          (x - out->rect.x0);
+        ops.posterior({run.x, run.y, run.colour, shares_.data(), windows_, least_}, run.count, to);
+      });
 }
 
 float RegionModel::posterior_of(const unsigned char* rgb) const {

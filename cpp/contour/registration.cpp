@@ -118,7 +118,7 @@ energies::Sums<double, P> registration_sums(const ContourGrid& grid, const Regis
       static_cast<float>(grid.mid_x()),
       static_cast<float>(grid.mid_y()),
       static_cast<float>(1 / softness)};
-  const ContourOps& ops = contour_ops_for(used_isa());
+  const ContourOps& ops = for_isa<ContourOps>(used_isa());
   if constexpr (P == 4)
     return ops.similarity(term);
   else

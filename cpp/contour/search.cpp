@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/to_int.h"
+#include "contour/contour_ops.h"
 
 namespace sdftrack::contour {
 
@@ -12,22 +13,46 @@ namespace {
 
 constexpr int kSamples = 400;  // of each kind
 
-double mean_at(const std::vector<float>& x, const std::vector<float>& y, const GridWarp& warp,
-               const PosteriorImage& posterior) {
+constexpr int kTogether = 64;
+
+// Places of a shape that are looked at together.
+struct Places {
+  int count = 0;
+  double x[kTogether], y[kTogether];
+  double contrast[kTogether];
+};
+
+// Means over a list of samples; `warp`: but for the place.
+void means_at(const std::vector<float>& x, const std::vector<float>& y, const GridWarp& warp,
+              const PosteriorImage& posterior, const Places& places, double* means) {
   const ImagePart& r = posterior.rect;
-  const float a[4] = {static_cast<float>(warp.a[0]), static_cast<float>(warp.a[1]),
-                      static_cast<float>(warp.a[2]), static_cast<float>(warp.a[3])};
-  const float u0 = static_cast<float>(warp.t[0] - r.x0) + 1.5f,
-              v0 = static_cast<float>(warp.t[1] - r.y0) + 1.5f;
-  float sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    // One more than the nearest pixel, so that truncation rounds down on both sides of 0.
-    const int u = to_int(std::max(u0 + a[0] * x[i] + a[1] * y[i], 0.0f)) - 1,
-              v = to_int(std::max(v0 + a[2] * x[i] + a[3] * y[i], 0.0f)) - 1;
-    const bool there = u >= 0 && v >= 0 && u < r.width() && v < r.height();
-    sum += there ? posterior.foreground[static_cast<std::size_t>(v * r.width() + u)] : 0.5f;
+  if (x.empty() || r.empty()) {
+    std::fill(means, means + places.count, 0.5);
+    return;
   }
-  return x.empty() ? 0.5 : static_cast<double>(sum) / static_cast<double>(x.size());
+  float u0[kTogether], v0[kTogether], sums[kTogether];
+  for (int k = 0; k < places.count; ++k) {
+    u0[k] = static_cast<float>(places.x[k] - r.x0) + 1.5f;
+    v0[k] = static_cast<float>(places.y[k] - r.y0) + 1.5f;
+  }
+  const PlacedSamples samples{x.data(),
+                              y.data(),
+                              static_cast<int>(x.size()),
+                              {static_cast<float>(warp.a[0]), static_cast<float>(warp.a[1]),
+                               static_cast<float>(warp.a[2]), static_cast<float>(warp.a[3])},
+                              posterior.foreground.data(),
+                              r.width(),
+                              r.height()};
+  for_isa<ContourOps>(used_isa()).sums_at(samples, u0, v0, places.count, sums);
+  for (int k = 0; k < places.count; ++k)
+    means[k] = static_cast<double>(sums[k]) / static_cast<double>(x.size());
+}
+
+void look_at(const ShapeSamples& s, const GridWarp& warp, const PosteriorImage& posterior, Places* places) {
+  double beside[kTogether];
+  means_at(s.in_x, s.in_y, warp, posterior, *places, places->contrast);
+  means_at(s.out_x, s.out_y, warp, posterior, *places, beside);
+  for (int k = 0; k < places->count; ++k) places->contrast[k] -= beside[k];
 }
 
 }  // namespace
@@ -45,7 +70,7 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
     }
   s.in_x.clear(), s.in_y.clear(), s.out_x.clear(), s.out_y.clear();
   const int every_in = std::max(1, in / kSamples), every_out = std::max(1, out / kSamples);
-  in = out = 0;
+  in = out = 1;  // until the next one is taken
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
       const auto cell = static_cast<std::size_t>(y * grid.nx + x);
@@ -53,31 +78,41 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
       const float phi = grid.phi[cell];
       const auto gx = static_cast<float>(x - grid.mid_x()), gy = static_cast<float>(y - grid.mid_y());
       if (phi < 0) {
-        if (in++ % every_in == 0) s.in_x.push_back(gx), s.in_y.push_back(gy);
+        if (--in == 0) s.in_x.push_back(gx), s.in_y.push_back(gy), in = every_in;
       } else if (phi > 1 && phi < band) {
-        if (out++ % every_out == 0) s.out_x.push_back(gx), s.out_y.push_back(gy);
+        if (--out == 0) s.out_x.push_back(gx), s.out_y.push_back(gy), out = every_out;
       }
     }
 }
 
 double contrast_at(const ShapeSamples& s, const GridWarp& warp, const PosteriorImage& posterior) {
-  return mean_at(s.in_x, s.in_y, warp, posterior) - mean_at(s.out_x, s.out_y, warp, posterior);
+  Places one;
+  one.count = 1, one.x[0] = warp.t[0], one.y[0] = warp.t[1];
+  look_at(s, warp, posterior, &one);
+  return one.contrast[0];
 }
 
 double search_place(const ShapeSamples& samples, const PosteriorImage& posterior, int reach, int step,
                     GridWarp* warp) {
   GridWarp best = *warp;
   double most = contrast_at(samples, best, posterior);
+  Places places;
+  const auto look = [&] {
+    look_at(samples, *warp, posterior, &places);
+    for (int k = 0; k < places.count; ++k)
+      if (places.contrast[k] > most)
+        most = places.contrast[k], best.t[0] = places.x[k], best.t[1] = places.y[k];
+    places.count = 0;
+  };
   for (int half = reach; step >= 1; half = step, step /= 2) {
-    const GridWarp around = best;
+    const double x = best.t[0], y = best.t[1];
     for (int dy = -half / step * step; dy <= half; dy += step)
       for (int dx = -half / step * step; dx <= half; dx += step) {
         if (dx == 0 && dy == 0) continue;
-        GridWarp trial = around;
-        trial.t[0] += dx, trial.t[1] += dy;
-        const double contrast = contrast_at(samples, trial, posterior);
-        if (contrast > most) most = contrast, best = trial;
+        places.x[places.count] = x + dx, places.y[places.count++] = y + dy;
+        if (places.count == kTogether) look();
       }
+    look();
   }
   *warp = best;
   return most;

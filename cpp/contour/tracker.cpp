@@ -85,6 +85,7 @@ void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
     }
   }
   if (!seen_.empty()) look_behind();
+  motion_.flow.back = nullptr;  // the caller's
   shape(options_.shape_steps);
   judge(image);
 }
@@ -123,18 +124,15 @@ void ContourTracker::find_hidden() {
 // How much likelier the motion of each pixel is the object's than that of what is around it. What a memory
 // has filled in does not move as what is seen there.
 void ContourTracker::weigh_motion(const FlowView* flow) {
-  flow_odds_.values.clear();
-  Similarity own, others;
-  if (!flow || !seen_.empty() || !fit_motion(*flow, grid_, true, &flow_pairs_, &own) ||
-      !fit_motion(*flow, grid_, false, &flow_pairs_, &others))
-    return;
-  const double pixels = inside_ * std::abs(grid_.warp.determinant());
-  motion_odds(*flow, own, others, std::min(1.0, pixels / kFullTrust_px2), &flow_odds_);
+  motion_.flow.back = nullptr;
+  if (!flow || !seen_.empty()) return;
+  if (!fit_motions(*flow, grid_, &own_pairs_, &other_pairs_, &motion_)) motion_.flow.back = nullptr;
+  motion_.trust = std::min(1.0, inside_ * std::abs(grid_.warp.determinant()) / kFullTrust_px2);
 }
 
 void ContourTracker::see(const RgbView& image, const CellBox& cells) {
   model_.posterior(image, grid_, cells, &posterior_);
-  if (!flow_odds_.values.empty()) combine_odds(flow_odds_, options_.min_posterior, &posterior_);
+  if (motion_.flow.back) weigh_by_motion(motion_, options_.min_posterior, &posterior_);
 }
 
 CellBox ContourTracker::near_cells() const {

@@ -80,8 +80,8 @@ class ContourTracker {
   EvolutionWork evolution_;
   ShapeSamples samples_;
   RedetectionWork redetection_;
-  MotionPairs flow_pairs_;
-  MotionOdds flow_odds_;
+  MotionPairs own_pairs_, other_pairs_;
+  MotionCue motion_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty

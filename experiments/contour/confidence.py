@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.contour.contour import CHOSEN_ON, REPORTED_ON, THESIS, Davis, box_of, open_davis, separation
+from experiments.contour.contour import CHOSEN_ON, REPORTED_ON, THESIS, Davis, open_davis, separation
+from experiments.contour.opencv_ways import box_of
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.evidence import BIAS, SURE, WEIGHTS, Evidence

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.contour.opencv_ways import WAYS, box_of, follow_by, grabcut_in_box
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
@@ -33,8 +33,6 @@ CHOSEN_ON: tuple[Sequence, ...] = (*SEQUENCES, "drift-straight")
 REPORTED_ON: tuple[Sequence, ...] = ("dance-twirl", "soapbox")
 THESIS: dict[str, Any] = {"motion": "none", "confidence": "colors", "box_start": "colors"}
 ORACLE_SIGMA_PX = 2.5
-GRABCUT_DILATED_PX, GRABCUT_ROUNDS = 8, 2
-BOX_ROUNDS = 5
 
 
 @dataclass(frozen=True)
@@ -70,12 +68,6 @@ def open_davis(folder: Path, name: str, most: int | None = None, scale: int = 1)
         images = [np.asarray(cv2.resize(i, size, interpolation=cv2.INTER_CUBIC), np.uint8) for i in images]
         masks = [np.kron(m, np.ones((scale, scale), bool)) for m in masks]
     return Davis(name, images, masks)
-
-
-def box_of(mask: Mask) -> tuple[int, int, int, int]:
-    """(x, y, w, h)."""
-    y, x = np.nonzero(mask)
-    return int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1
 
 
 def follow_davis(video: Davis, by: str = "mask", **options: Any) -> Followed:
@@ -128,85 +120,6 @@ def oracle(video: Davis) -> tuple[float, float]:
     return float(plain), float(smoothed)
 
 
-def grabcut_in_box(image: Image, box: tuple[int, int, int, int]) -> Mask:
-    """The object in a box by OpenCV's GrabCut; the whole box where that finds nothing."""
-    guess = np.zeros(image.shape[:2], np.uint8)
-    x, y, w, h = box
-    guess[y : y + h, x : x + w] = cv2.GC_PR_FGD
-    grab: Any = cv2.grabCut
-    models = np.zeros((1, 65)), np.zeros((1, 65))
-    grab(np.ascontiguousarray(image[..., ::-1]), guess, None, *models, BOX_ROUNDS, cv2.GC_INIT_WITH_MASK)
-    found = (guess == cv2.GC_FGD) | (guess == cv2.GC_PR_FGD)
-    if not found.any():
-        found[y : y + h, x : x + w] = True
-    return np.asarray(found)
-
-
-def camshift(video: Davis, first: Mask) -> tuple[float, float]:
-    """(mean IoU, median seconds) of OpenCV's back-projection and CamShift, from the first mask."""
-
-    def hue(image: Image) -> Any:
-        return cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
-
-    chosen = first.astype(np.uint8)
-    histogram = cv2.calcHist([hue(video.images[0])], [0, 1], chosen, [30, 32], [0, 180, 0, 256])
-    cv2.normalize(histogram, histogram, 0, 255, cv2.NORM_MINMAX)
-    window: Any = box_of(first)
-    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1)
-    found, seconds = [], []
-    for image, true in zip(video.images[1:], video.masks[1:], strict=True):
-        began = time.thread_time()
-        back = cv2.calcBackProject([hue(image)], [0, 1], histogram, [0, 180, 0, 256], 1)
-        ellipse, window = cv2.CamShift(back, window, until)
-        seconds.append(time.thread_time() - began)
-        drawn = np.zeros(true.shape, np.uint8)
-        if min(ellipse[1]) > 0:
-            cv2.ellipse(drawn, ellipse, 1, -1)
-        if window[2] < 1 or window[3] < 1:
-            window = box_of(first)
-        found.append(iou((drawn > 0) & (back > 127), true))
-    return float(np.mean(found)), float(np.median(seconds))
-
-
-def grabcut(video: Davis, first: Mask) -> tuple[float, float]:
-    """(mean IoU, median seconds) of OpenCV's GrabCut in each frame, the last mask eroded and dilated as its guess."""
-    last = first
-    kernel = np.ones((2 * GRABCUT_DILATED_PX + 1,) * 2, np.uint8)
-    found, seconds = [], []
-    for image, true in zip(video.images[1:], video.masks[1:], strict=True):
-        began = time.thread_time()
-        grown = cv2.dilate(last.astype(np.uint8), kernel) > 0
-        guess = np.where(last, cv2.GC_PR_FGD, np.where(grown, cv2.GC_PR_BGD, cv2.GC_BGD)).astype(np.uint8)
-        if last.any():
-            grab: Any = cv2.grabCut
-            models = np.zeros((1, 65)), np.zeros((1, 65))
-            bgr = np.ascontiguousarray(image[..., ::-1])
-            grab(bgr, guess, None, *models, GRABCUT_ROUNDS, cv2.GC_INIT_WITH_MASK)
-            last = (guess == cv2.GC_FGD) | (guess == cv2.GC_PR_FGD)
-        seconds.append(time.thread_time() - began)
-        found.append(iou(last, true))
-    return float(np.mean(found)), float(np.median(seconds))
-
-
-def propagated(video: Davis, first: Mask) -> tuple[float, float]:
-    """(mean IoU, median seconds) of the first mask moved from image to image by OpenCV's DIS flow."""
-    dis: Any = cv2
-    flow = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_MEDIUM)
-    mask, before = first.astype(np.float32), cv2.cvtColor(video.images[0], cv2.COLOR_RGB2GRAY)
-    height, width = mask.shape
-    v, u = np.indices((height, width), np.float32, sparse=True)
-    found, seconds = [], []
-    for image, true in zip(video.images[1:], video.masks[1:], strict=True):
-        began = time.thread_time()
-        gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-        back = flow.calc(gray, before, None)
-        there = cv2.remap(mask, u + back[..., 0], v + back[..., 1], cv2.INTER_LINEAR)
-        mask, before = (there > 0.5).astype(np.float32), gray
-        seconds.append(time.thread_time() - began)
-        found.append(iou(mask > 0, true))
-    return float(np.mean(found)), float(np.median(seconds))
-
-
 def _row(video: Davis) -> list[str]:
     mask, box = follow_davis(video, "mask"), follow_davis(video, "box")
     former, former_box = follow_davis(video, "mask", **THESIS), follow_davis(video, "box", **THESIS)
@@ -225,19 +138,18 @@ def _row(video: Davis) -> list[str]:
 
 
 def _rival_row(video: Davis) -> list[str]:
-    cv2.setRNGSeed(0)  # of GrabCut's clusters
     row = [video.name]
-    rivals: tuple[Callable[[Davis, Mask], tuple[float, float]], ...] = (camshift, grabcut, propagated)
     in_box = grabcut_in_box(video.images[0], box_of(video.masks[0]))
-    for rival in rivals:
-        value, seconds = rival(video, video.masks[0])
-        row += [f"{value:.3f} / {rival(video, in_box)[0]:.3f}", f"{1e3 * seconds:.2f}"]
+    for way in WAYS.values():
+        value, seconds = follow_by(way, video.images, video.masks[0], video.masks)
+        from_box = follow_by(way, video.images, in_box, video.masks)[0]
+        row += [f"{value:.3f} / {from_box:.3f}", f"{1e3 * seconds:.2f}"]
     return row
 
 
 HEAD = ["sequence", "mask / box", "thesis: mask / box", "affine", "oracle", "ms: median / 99 %", "thesis: ms"]
 
-RIVALS = ["sequence", "CamShift", "CamShift ms", "GrabCut", "GrabCut ms", "DIS", "DIS ms"]
+RIVALS = ["sequence", *(column for way in WAYS for column in (way, f"{way} ms"))]
 
 
 @experiment(
@@ -260,9 +172,10 @@ def contour(
     For each sequence: the mean IoU over all frames but the first from a mask and from a box, with the defaults, without
     the optical flow (as in the thesis), and with an affine warp; the oracle, which is the per-pixel posteriors with the
     histograms of the true mask in each frame, in the same windows, thresholded as they are and smoothed; time of a
-    frame on one thread; and, from the mask and from the box as segmented by GrabCut, OpenCV's CamShift (mask: the
-    back-projection above one half in its ellipse), GrabCut (each frame from the dilated last mask) and DIS flow (the
-    first mask moved from image to image).
+    frame on one thread; and, from the mask and from the box as segmented by GrabCut, OpenCV's MeanShift and CamShift
+    (mask: the back-projection above one half in the window or the ellipse), GrabCut (each frame from the dilated last
+    mask), DIS flow (the first mask moved from image to image) and Lucas-Kanade (the first mask moved by the affinity of
+    the corners in it).
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
   energies::Sums<double, 6> first;
   std::vector<float> stepped;
   for (const Isa isa : supported_isas()) {
-    const contour::ContourOps& ops = contour::contour_ops_for(isa);
+    const contour::ContourOps& ops = for_isa<contour::ContourOps>(isa);
     const energies::Sums<double, 6> sums = ops.affinity(term);
     std::vector<float> out(grid.phi.size());
     ops.step(step, grid.phi.data() + 62, foreground.data() + 62, 61, 59 + 61 * 40, out.data());
@@ -72,6 +72,76 @@ TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
     for (int k = 0; k < 6; ++k) EXPECT_EQ(sums.gradient[k], first.gradient[k]) << isa_name(isa);
     for (int k = 0; k < 21; ++k) EXPECT_EQ(sums.hessian[k], first.hessian[k]) << isa_name(isa);
     EXPECT_EQ(out, stepped) << isa_name(isa);
+  }
+}
+
+TEST(ContourOps,
+     a_posterior_is_that_of_the_windows_around_a_pixel_to_the_same_bits_in_every_instruction_set) {
+  constexpr int kWindows = 3, kColours = 4, kStride = 2 * kWindows * kWindows, kPixels = 37;
+  std::vector<float> shares = posteriors(static_cast<std::size_t>(kColours * kStride)), x, y;
+  for (float& share : shares) share += 0.01f;
+  std::vector<int> colour;
+  for (int i = 0; i < kPixels; ++i) {
+    x.push_back(2.0f * static_cast<float>(i) / (kPixels - 1)), y.push_back(2 - 0.04f * static_cast<float>(i));
+    colour.push_back(i % 5 == 4 ? -1 : i % 5 * kStride);  // every fifth was never seen
+  }
+  colour.resize(kPixels + 16);
+  const auto share = [&](int i, int side) {
+    const auto px = static_cast<double>(x[static_cast<std::size_t>(i)]),
+               py = static_cast<double>(y[static_cast<std::size_t>(i)]);
+    double sum = 0;
+    for (int wy = 0; wy < kWindows; ++wy)
+      for (int wx = 0; wx < kWindows; ++wx)
+        sum += std::max(0.0, 1 - std::abs(px - wx)) * std::max(0.0, 1 - std::abs(py - wy)) *
+               static_cast<double>(shares[static_cast<std::size_t>(colour[static_cast<std::size_t>(i)] +
+                                                                   2 * (wy * kWindows + wx) + side)]);
+    return sum;
+  };
+  std::vector<float> first;
+  for (const Isa isa : supported_isas()) {
+    std::vector<float> out(kPixels);
+    for_isa<contour::ContourOps>(isa).posterior(
+        {x.data(), y.data(), colour.data(), shares.data(), kWindows, 0.2f}, kPixels, out.data());
+    for (int i = 0; i < kPixels; ++i) {
+      const double own = i % 5 == 4 ? 1 : share(i, 0), other = i % 5 == 4 ? 1 : share(i, 1);
+      EXPECT_NEAR(static_cast<double>(out[static_cast<std::size_t>(i)]),
+                  std::clamp(own / (own + other), 0.2, 0.8), 1e-6)
+          << i << isa_name(isa);
+    }
+    if (first.empty()) first = out;
+    EXPECT_EQ(out, first) << isa_name(isa);
+  }
+}
+
+TEST(ContourOps, samples_are_summed_at_every_place_to_the_same_bits_in_every_instruction_set) {
+  constexpr int kWidth = 19, kHeight = 13;
+  const std::vector<float> posterior = posteriors(kWidth * kHeight);
+  const std::vector<float> x{-2, 0.5f, 3, 1}, y{1, -0.25f, 2, 0};
+  std::vector<float> u0, v0;
+  for (int k = 0; k < 37; ++k)  // some of them beside the image, one nowhere
+    u0.push_back(static_cast<float>(k - 6)), v0.push_back(static_cast<float>(k) * 0.4f - 1);
+  u0.push_back(std::numeric_limits<float>::quiet_NaN()), v0.push_back(3);
+  u0.push_back(1e20f), v0.push_back(3);
+  const contour::PlacedSamples samples{x.data(),         y.data(), 4,      {1.5f, 0.2f, -0.3f, 1.1f},
+                                       posterior.data(), kWidth,   kHeight};
+  std::vector<float> first;
+  for (const Isa isa : supported_isas()) {
+    std::vector<float> sums(u0.size());
+    for_isa<contour::ContourOps>(isa).sums_at(samples, u0.data(), v0.data(), static_cast<int>(u0.size()),
+                                              sums.data());
+    for (std::size_t k = 0; k < u0.size(); ++k) {
+      float sum = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        const float u = std::floor(u0[k] + 1.5f * x[i] + 0.2f * y[i]) - 1,
+                    v = std::floor(v0[k] + -0.3f * x[i] + 1.1f * y[i]) - 1;
+        const bool there = u >= 0 && v >= 0 && u < kWidth && v < kHeight;
+        sum += there ? posterior[static_cast<std::size_t>(static_cast<int>(v) * kWidth + static_cast<int>(u))]
+                     : 0.5f;
+      }
+      EXPECT_EQ(sums[k], sum) << k << isa_name(isa);
+    }
+    if (first.empty()) first = sums;
+    EXPECT_EQ(sums, first) << isa_name(isa);
   }
 }
 

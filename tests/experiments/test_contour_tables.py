@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from scipy.optimize import check_grad
 
 from experiments.contour.breakdancer import breakdancer, tumbling
 from experiments.contour.confidence import starts
-from experiments.contour.contour import Davis, follow_davis, grabcut_in_box, open_davis
+from experiments.contour.contour import Davis, follow_davis, open_davis
 from experiments.contour.gplvm import GPLVM, LatentSearch
+from experiments.contour.opencv_ways import WAYS, follow_by, grabcut_in_box
 from sdftrack.contour.dct import harmonics, series
 from sdftrack.metrics import iou
 from sdftrack.synth.gait import gait
@@ -30,6 +32,24 @@ def test_opencv_starts_from_the_box_too():
     noise = np.random.default_rng(0).normal(0, 8, (120, 160, 3))
     image = np.clip(np.where(mask[..., None], [170, 60, 60], [60, 120, 60]) + noise, 0, 255).astype(np.uint8)
     assert iou(grabcut_in_box(image, (50, 30, 61, 61)), mask) > 0.95
+
+
+@pytest.mark.parametrize("way", list(WAYS))
+def test_every_way_of_opencv_follows_a_spotted_disc_of_its_own_colour(way):
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:120, :160]
+    spots = cv2.GaussianBlur(rng.normal(0, 60, (120, 160)), (0, 0), 2)
+    images, truth = [], []
+    for shift in range(0, 24, 3):
+        mask = np.hypot(x - 60 - shift, y - 60) < 25
+        colors = np.where(mask[..., None], [170, 60, 60], [60, 120, 60])
+        texture = np.where(mask, np.roll(spots, shift, 1), 0)
+        images.append(np.clip(colors + texture[..., None], 0, 255).astype(np.uint8))
+        truth.append(mask)
+    value, _ = follow_by(WAYS[way], images, truth[0], truth)
+    stays = float(np.mean([iou(truth[0], true) for true in truth[1:]]))
+    assert value > max(0.8, stays + 0.1)
+    assert follow_by(WAYS[way], images, truth[0], truth)[0] == value  # no chance
 
 
 def test_the_fit_starts_at_three_frames_in_both_directions():

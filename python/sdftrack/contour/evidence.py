@@ -21,8 +21,8 @@ BITS = 3  # of each colour channel that are compared
 MEMORY = 0.8  # weight of the past in the mean disagreement with the flow
 
 # Logistic regression of "IoU >= 0.5": `python -m experiments run contour_confidence --fit` prints these.
-BIAS = 4.17
-WEIGHTS = (-2.19, -8.9, -3.98, -5.05)
+BIAS = 4.23
+WEIGHTS = (-2.21, -8.91, -4.23, -5.67)
 SURE = 0.9  # `ok` from here on
 MOST_INSTABILITY = 0.2  # of a first mask: what is followed from there may be anything, however well
 
