@@ -13,7 +13,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli import live as live_module
-from sdftrack.cli import live_run
+from sdftrack.cli import live_files, live_run
 from sdftrack.cli.app import run
 from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
@@ -222,7 +222,10 @@ def test_a_box_starts_an_object_and_a_pause_holds_it(scene, page, tmp_path):
     assert len(report_of(out)) == sum(r is not None for r in results)
 
 
-def test_the_user_records_and_saves(scene, page, tmp_path):
+def test_the_user_records_and_saves(scene, page, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        live_files, "WAITING", FRAMES
+    )  # as fast as the page takes frames, the disk may not follow
     made = page({5: [Record(True)], 15: [Record(False), Save()], 20: [Record(True)]})
     out = tmp_path / "out"
     assert live(scene, out) == 0

@@ -13,6 +13,7 @@ SIZE = (240, 180)
 OWN_SHARE = 0.5  # of the object, in blots; the rest has the colours of the ground
 RIGHT_IOU = 0.65
 LARGE_IOU = 0.97
+SMALL_IOU = 0.7
 
 
 def blotched(seed):
@@ -57,6 +58,16 @@ def test_a_large_box_is_segmented_at_a_lower_resolution():
     assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > LARGE_IOU
 
 
+def test_the_parts_of_a_small_object_are_not_smoothed_away():
+    """A cross of bars of 6 px: the mean by the edges is over a part of the box, not over 3 px whatever its size."""
+    mask = np.zeros((120, 160), bool)
+    mask[45:75, 77:83] = mask[57:63, 65:95] = True
+    image = np.where(mask[..., None], [150, 105, 60], [110, 120, 60])
+    image = np.clip(image + np.random.default_rng(0).normal(0, 8, image.shape), 0, 255).astype(np.uint8)
+    box = cv2.boundingRect(mask.astype(np.uint8))
+    assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > SMALL_IOU
+
+
 def test_what_leaves_next_to_nothing_keeps_the_guess(monkeypatch):
     image, mask = blotched(0)
     box = cv2.boundingRect(mask.astype(np.uint8))
@@ -68,6 +79,6 @@ def test_what_leaves_next_to_nothing_keeps_the_guess(monkeypatch):
 def test_the_mean_does_not_cross_an_edge():
     gray = np.zeros((20, 40), np.float32)
     gray[:, 20:] = 1
-    mean = box_start.edge_aware_mean(gray, gray.copy())
+    mean = box_start.edge_aware_mean(gray, gray.copy(), 3)
     np.testing.assert_allclose(mean, gray, atol=0.15)
     assert np.abs(cv2.blur(gray, (7, 7)) - gray).max() > 0.4

@@ -26,6 +26,7 @@ MOST_PX = 160  # a longer side of the box is examined at a lower resolution
 RING = 0.3  # of the longer side of the box, around it
 MIN_RING_PX = 12
 EDGE_RADIUS_PX = 3
+EDGE_RADIUS = 1 / 18  # at most, of the longer side of the box
 EDGE_VARIANCE = 0.01  # of the brightness (0 to 1): across a lesser edge the mean is a plain one
 LEAST_PART = 0.02  # of the largest piece
 MIN_PIXELS = 30
@@ -91,6 +92,7 @@ def _rounds(image: Image, mask: Mask, box: NDArray[np.float64], options: dict[st
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
     height, width = gray.shape
     warp = [1.0, 0.0, 0.0, 1.0, (width - 1) / 2, (height - 1) / 2]
+    radius = max(1, min(EDGE_RADIUS_PX, round(EDGE_RADIUS * float(max(box[2] - box[0], box[3] - box[1])))))
     for _ in range(ROUNDS):
         phi = np.where(mask, np.float32(-0.5), np.float32(0.5))
         if not MIN_PIXELS <= np.count_nonzero(mask) <= mask.size - MIN_PIXELS:
@@ -99,7 +101,8 @@ def _rounds(image: Image, mask: Mask, box: NDArray[np.float64], options: dict[st
             _core.contour_posterior(image, image, phi, warp, options), LEAST_POSTERIOR, 1 - LEAST_POSTERIOR
         )
         chance = p / (p + (1 - p) * np.exp(-prior))
-        mask = without_specks(within & (edge_aware_mean(gray, np.asarray(chance, np.float32)) > 0.5))
+        mean = edge_aware_mean(gray, np.asarray(chance, np.float32), radius)
+        mask = without_specks(within & (mean > 0.5))
     return mask
 
 
@@ -115,11 +118,11 @@ def place_log_odds(shape: tuple[int, ...], box: NDArray[np.float64]) -> tuple[Ar
     return np.asarray(PRIOR_SLOPE * (PRIOR_RADIUS - np.hypot(away_x, away_y)), np.float32), within
 
 
-def edge_aware_mean(gray: Array, values: Array) -> Array:
+def edge_aware_mean(gray: Array, values: Array, radius_px: int) -> Array:
     """The guided filter (He, Sun and Tang, ECCV 2010): a local mean that does not cross the edges of `gray`."""
 
     def mean(a: Array) -> Array:
-        return np.asarray(cv2.blur(a, (2 * EDGE_RADIUS_PX + 1,) * 2), np.float32)
+        return np.asarray(cv2.blur(a, (2 * radius_px + 1,) * 2), np.float32)
 
     m_gray, m_values = mean(gray), mean(values)
     slope = (mean(gray * values) - m_gray * m_values) / (mean(gray * gray) - m_gray**2 + EDGE_VARIANCE)
