@@ -52,7 +52,7 @@ std::vector<float> redistance_cuda(const sdf::Grid& grid, const float* phi_here,
   int* const counts = work->counts.room(count);
   const BlockPlaces places = BlockPlaces::in(work->by_block.room(4 * count), count, work->totals.data());
   const auto each_block = static_cast<unsigned>(count);
-  launch(stream, each_block, CountTriangles{blocks, phi, counts});
+  launch(stream, each_block, CountOverBlocks<CountTriangles>{blocks, phi, {}, counts});
   launch(stream, 1, PlaceBlocks{blocks.count(), counts, places});
   const int* const totals = work->read_totals();
   if (totals[kSlots] == 0) sdf::refuse_one_sign();

@@ -30,19 +30,7 @@ __device__ inline int triangles_in(const MarchedVoxel& voxel) {
 
 struct CountTriangles {
   static constexpr const char* kName = "redistance: count";
-  static constexpr int kThreads = kBlockVoxels;
-  BlockLattice blocks;
-  const float* phi;
-  int* counts;  // by block
-  __device__ void operator()() const {
-    SDFTRACK_SHARED(float[kTileVoxels], tile);
-    SDFTRACK_SHARED(int[kBlockVoxels], all);
-    const int b = static_cast<int>(blockIdx.x);
-    const MarchedVoxel voxel(blocks, b, phi, tile);
-    const int sum =
-        over_block(triangles_in(voxel), all, kBlockVoxels, [](int left, int right) { return left + right; });
-    if (threadIdx.x == 0) counts[b] = sum;
-  }
+  __device__ int operator()(const MarchedVoxel& voxel) const { return triangles_in(voxel); }
 };
 
 // A triangle, m, and the voxel of its block that its cell begins at.

@@ -44,7 +44,7 @@ ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi_here, int device
   const CubeCase* const cases = work->cases.data();
   const BlockPlaces places = BlockPlaces::in(work->by_block.room(4 * count), count, work->totals.data());
   int* const counts = work->counts.room(count);
-  launch(stream, static_cast<unsigned>(count), CountVertices{blocks, phi, cases, counts});
+  launch(stream, static_cast<unsigned>(count), CountOverBlocks<CountVertices>{blocks, phi, {cases}, counts});
   launch(stream, 1, PlaceBlocks{blocks.count(), counts, places});
   const int* const totals = work->totals_here.data();
   stream.download(places.totals, kTotals, work->totals_here.data());

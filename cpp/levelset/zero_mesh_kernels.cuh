@@ -68,12 +68,14 @@ struct MarchedVoxel {
   }
 };
 
-struct CountVertices {
-  static constexpr const char* kName = "zero mesh: count";
+// What each voxel counts, summed over its block.
+template <class Count>
+struct CountOverBlocks {
+  static constexpr const char* kName = Count::kName;
   static constexpr int kThreads = kBlockVoxels;
   BlockLattice blocks;
   const float* phi;
-  const CubeCase* cases;
+  Count count;
   int* counts;  // by block
   __device__ void operator()() const {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
@@ -81,9 +83,15 @@ struct CountVertices {
     const int b = static_cast<int>(blockIdx.x);
     const MarchedVoxel voxel(blocks, b, phi, tile);
     const int sum =
-        over_block(voxel.counts(cases), all, kBlockVoxels, [](int left, int right) { return left + right; });
+        over_block(count(voxel), all, kBlockVoxels, [](int left, int right) { return left + right; });
     if (threadIdx.x == 0) counts[b] = sum;
   }
+};
+
+struct CountVertices {
+  static constexpr const char* kName = "zero mesh: count";
+  const CubeCase* cases;
+  __device__ int operator()(const MarchedVoxel& voxel) const { return voxel.counts(cases); }
 };
 
 // The sum of what the threads before have; `all` has room for each of the `threads`.
