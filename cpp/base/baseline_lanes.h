@@ -10,7 +10,7 @@
 #include "base/lane.h"
 #endif
 
-namespace sdftrack::contour {
+namespace sdftrack {
 
 #ifdef __SSE2__
 using BaselineLanes = Pack<4>;
@@ -18,4 +18,4 @@ using BaselineLanes = Pack<4>;
 using BaselineLanes = float;
 #endif
 
-}  // namespace sdftrack::contour
+}  // namespace sdftrack
