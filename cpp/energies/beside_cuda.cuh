@@ -32,19 +32,6 @@ __device__ inline void sum_free_space(OutlineTerm<float> term, const Rigidd& T_o
   add_over_block(sums, out);
 }
 
-// Cost, gradient and lower triangle of weight r J over N unknowns, in the order of kSummed.
-template <int N>
-__device__ void add_squares(double cost, double weight, double r, const double* J, double* sums) {
-  sums[0] += cost;
-  int k = 1 + N;
-#pragma unroll
-  for (int a = 0; a < N; ++a) {
-    sums[1 + a] += weight * r * J[a];
-#pragma unroll
-    for (int b = 0; b <= a; ++b) sums[k++] += weight * J[a] * J[b];
-  }
-}
-
 // The tone that fits best near the last one, by a round of reweighted least squares.
 __device__ inline void improve_tone(const Brightness& given, double* tone) {
   constexpr int N = kTone + kTone * (kTone + 1) / 2;
@@ -98,11 +85,13 @@ __device__ inline void sum_brightness(Brightness* given, const Rigidd& T_obj_cam
   double sums[kSummed<kToned>] = {};
   for (int i = first; i < given->count; i += kBlockThreads) {
     const PhotometricHit& hit = given->hits[i];
-    double basis[kTone], J[kToned];
+    double basis[kTone];
+    Contribution<double, kToned> own;
     PhotometricTerm::basis(hit, basis);
-    PhotometricTerm::row(tone, basis, hit, J);
+    PhotometricTerm::row(tone, basis, hit, own.J);
     const double r = PhotometricTerm::residual(tone, basis, hit);
-    add_squares<kToned>(given->term.loss(r), given->term.weight(r), r, J, sums);
+    own.cost = given->term.loss(r), own.curvature = given->term.weight(r), own.slope = own.curvature * r;
+    add_contribution(own, sums);
   }
   add_over_block(sums, total);
   __syncthreads();
@@ -156,27 +145,29 @@ __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_
   double sums[N] = {};
   for (int i = static_cast<int>(threadIdx.x); i < given.count; i += kBlockThreads) {
     const OutlineLine& line = given.lines[i];
-    double off_px, J[6];
+    double off_px;
+    Contribution<double, 6> own;
     PixelJacobian of_pixel;
     if (!given.find(line, T_cam_obj, &off_px, &of_pixel)) continue;
     const double per_sd = given.per_sd(line), r = (off_px - common_px) * per_sd;
     const double weight = 1 / (1 + 0.5 * r * r);
-    OutlineLinesTerm::row(line, T_obj_cam, of_pixel, per_sd, J);
-    add_squares<6>(std::log1p(0.5 * r * r), weight, r, J, sums);
+    OutlineLinesTerm::row(line, T_obj_cam, of_pixel, per_sd, own.J);
+    own.cost = std::log1p(0.5 * r * r), own.slope = weight * r, own.curvature = weight;
+    add_contribution(own, sums);
     sums[kWeightAt] += weight * per_sd * per_sd;
-    for (int a = 0; a < 6; ++a) sums[kRowAt + a] += weight * per_sd * J[a];
+    for (int a = 0; a < 6; ++a) sums[kRowAt + a] += weight * per_sd * own.J[a];
   }
   __syncthreads();
   add_over_block(sums, total);
   __syncthreads();
   if (threadIdx.x != 0) return;
-  const double own = given.hold + total[kWeightAt], per_own = given.hold > 0 ? 1 / own : 0;
+  const double all = given.hold + total[kWeightAt], per_all = given.hold > 0 ? 1 / all : 0;
   total[0] += 0.5 * given.hold * common_px * common_px;
   for (int k = 0; k < 7; ++k) out[k] = total[k];
   for (int a = 0; a < 6; ++a)
     for (int b = 0; b <= a; ++b) {
       const int k = 7 + optim::lower_at(a, b);
-      out[k] = total[k] - per_own * total[kRowAt + a] * total[kRowAt + b];
+      out[k] = total[k] - per_all * total[kRowAt + a] * total[kRowAt + b];
     }
 }
 

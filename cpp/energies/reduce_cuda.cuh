@@ -50,14 +50,14 @@ __device__ void add_over_block(const T (&value)[N], double* partial) {
 }
 
 // To `sums`, in the order of kSummed.
-template <int P>
-__device__ void add_contribution(const Contribution<float, P>& c, float* sums) {
+template <class T, int P>
+__device__ void add_contribution(const Contribution<T, P>& c, T* sums) {
   sums[0] += c.cost;
   int k = 1 + P;
 #pragma unroll
   for (int a = 0; a < P; ++a) {
     sums[1 + a] += c.slope * c.J[a];
-    const float weighted = c.curvature * c.J[a];
+    const T weighted = c.curvature * c.J[a];
 #pragma unroll
     for (int b = 0; b <= a; ++b) sums[k++] += weighted * c.J[b];
   }
