@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``python -m experiments list | run NAME [options] | run --short NAME``."""
+"""``python -m experiments list | run NAME [options] | run --short NAME | figures [ID]``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments import data, record
+from experiments import data, figures, record
 from experiments.options import add_options
 from experiments.registry import Experiment, UnknownExperimentError, all_experiments, find
 from experiments.table import Table
@@ -35,6 +35,9 @@ def main(given: Sequence[str] | None = None) -> int:
         "--short", action="store_true", help="seconds, not minutes; the result is not recorded"
     )
     running.add_argument("name", nargs="?", help="as `list` prints it")
+    commands.add_parser("figures", help="figures and tables of the thesis; --help for more", add_help=False)
+    if arguments[:1] == ["figures"]:
+        return figures.main(arguments[1:])
     asked, rest = parser.parse_known_args(arguments)
     if asked.command == "list":
         if rest:

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
-from sdftrack.reproduce import fig_3_15 as figure
+from experiments.thesis import fig_3_15 as figure
 
 scene = figure._scene()
 at = figure.middle_of_table(scene)

@@ -18,8 +18,8 @@ from experiments.common.protocol import load_sdf, say
 from experiments.data import check
 from experiments.registry import experiment
 from experiments.table import Table
+from experiments.thesis.scenes.sweeps import NOISES, START, TRUTH, box_mesh, swept, values_of
 from sdftrack.calibration.statistics import half_width95
-from sdftrack.reproduce.scenes.sweeps import NOISES, START, TRUTH, box_mesh, swept, values_of
 
 __all__ = ["Run", "Setting", "calibrated", "intrinsics", "row_of"]
 

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.contour.dct import harmonics, silhouette
-from sdftrack.metrics import iou
-from sdftrack.reproduce.measures.shape_baselines import BASELINES
-from sdftrack.reproduce.measures.shape_protocol import (
+from experiments.thesis.measures.shape_baselines import BASELINES
+from experiments.thesis.measures.shape_protocol import (
     DAVIS,
     SHARES,
     Answer,
@@ -30,6 +28,8 @@ from sdftrack.reproduce.measures.shape_protocol import (
     halves,
     learnt,
 )
+from sdftrack.contour.dct import harmonics, silhouette
+from sdftrack.metrics import iou
 
 __all__ = ["shape_memory"]
 
@@ -105,8 +105,8 @@ def hard_row(learn: Mask, ask: Mask) -> dict[str, float]:
 
 def _middles(masks: Mask) -> list[Any]:
     """Only a disc inside is seen, and nothing of the outline."""
+    from experiments.thesis.measures.shape_protocol import Case
     from sdftrack.contour.masks import signed_distances
-    from sdftrack.reproduce.measures.shape_protocol import Case
 
     out = []
     for mask in masks:

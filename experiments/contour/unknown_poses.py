@@ -19,9 +19,9 @@ from experiments.contour.breakdancer import breakdancer, tumbling
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.table import Table
+from experiments.thesis.measures.shape_protocol import FRAMES, cases, davis_masks, halves, learnt
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.metrics import iou
-from sdftrack.reproduce.measures.shape_protocol import FRAMES, cases, davis_masks, halves, learnt
 from sdftrack.synth.gait import gait
 
 __all__ = ["unknown_poses"]

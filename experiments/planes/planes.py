@@ -16,8 +16,8 @@ import sdftrack as st
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.reproduce.measures.table_shares import STANDS_OUT_M, removed
-from sdftrack.reproduce.scenes.table_scenes import open_scenes, through
+from experiments.thesis.measures.table_shares import STANDS_OUT_M, removed
+from experiments.thesis.scenes.table_scenes import open_scenes, through
 from sdftrack.synth.table_scene import TableScene
 
 __all__ = ["NOISES", "angle_errors", "planes", "ransac"]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.thesis.measures.whole_scene import camera_path, open3d
 from sdftrack.camera import depth_camera
 from sdftrack.frame import Frame
 from sdftrack.geometry import inverse
-from sdftrack.reproduce.measures.whole_scene import camera_path, open3d
 
 __all__ = ["fused", "tracked"]
 

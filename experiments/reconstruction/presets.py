@@ -15,9 +15,9 @@ from experiments.common.protocol import load_mesh, say
 from experiments.reconstruction.reconstruction import TRUTH_VOXELS
 from experiments.registry import experiment
 from experiments.table import Table
+from experiments.thesis.measures.rebuilt import rebuild
+from experiments.thesis.measures.seen_part import Truth, compare
 from sdftrack.geometry import inverse
-from sdftrack.reproduce.measures.rebuilt import rebuild
-from sdftrack.reproduce.measures.seen_part import Truth, compare
 from sdftrack.synth.trajectories import orbit
 
 __all__ = ["presets"]

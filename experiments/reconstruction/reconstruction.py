@@ -17,10 +17,10 @@ from experiments.reconstruction.fusion import fused, tracked
 from experiments.registry import experiment
 from experiments.several.several import noise_of
 from experiments.table import Table
+from experiments.thesis.measures.rebuilt import Live, rebuild, relative_errors, settled_at
+from experiments.thesis.measures.seen_part import Compared, Truth, compare
+from experiments.thesis.measures.whole_scene import open3d
 from sdftrack.geometry import inverse
-from sdftrack.reproduce.measures.rebuilt import Live, rebuild, relative_errors, settled_at
-from sdftrack.reproduce.measures.seen_part import Compared, Truth, compare
-from sdftrack.reproduce.measures.whole_scene import open3d
 
 __all__ = ["HEAD", "PATHS", "Setting", "cells", "reconstruction", "run_case"]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.reproduce.scenes.truth import _random_rotation, default_camera
+from experiments.thesis.scenes.truth import _random_rotation, default_camera
 
 __all__ = ["CASES", "MESHES", "View", "random_views", "search", "start"]
 

@@ -21,9 +21,9 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.several.shuffle import hands
 from experiments.table import Table
-from sdftrack.reproduce.measures.growth import COUNTS, fit_text, growth, time_row
-from sdftrack.reproduce.measures.identity import run_way
-from sdftrack.reproduce.measures.judged import HEAD, Measured, cells, judge, measure, total
+from experiments.thesis.measures.growth import COUNTS, fit_text, growth, time_row
+from experiments.thesis.measures.identity import run_way
+from experiments.thesis.measures.judged import HEAD, Measured, cells, judge, measure, total
 from sdftrack.synth import several as scenes
 from sdftrack.synth.contact import Solid
 from sdftrack.synth.staged import Scene

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.table import Table
-from sdftrack.reproduce.measures.call_times import PER_SEGMENT_PX, times_ms
+from experiments.thesis.measures.call_times import PER_SEGMENT_PX, times_ms
 from sdftrack.synth import region_picture
 
 __all__ = ["memory", "photographs", "speed"]

@@ -12,11 +12,11 @@ import sdftrack as st
 from experiments.common.protocol import load_mesh, say
 from experiments.registry import experiment
 from experiments.table import Table
+from experiments.thesis.scenes.truth import default_camera, motion, render_truth
 from experiments.tracking.random_starts import run_ycbv10
 from experiments.tracking.still_and_in_hand import run_k1
 from experiments.tracking.synthetic import run_mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
 __all__ = ["VARIANTS", "ablation"]
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.thesis.scenes.truth import _random_rotation
 from experiments.trust.confidence import Sample, judged, trackers
-from sdftrack.reproduce.scenes.truth import _random_rotation
 
 __all__ = ["MODELS", "osd_scenes", "placed", "searched"]
 

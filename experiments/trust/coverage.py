@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.table import Table
+from experiments.thesis.scenes.truth import Truth, noisy
 from experiments.tracking.random_starts import YCB_NAMES
-from sdftrack.reproduce.scenes.truth import Truth, noisy
 
 __all__ = [
     "CHI2_95",

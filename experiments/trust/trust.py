@@ -14,9 +14,9 @@ from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
+from experiments.thesis.scenes.truth import default_camera, motion, render_truth
 from experiments.trust import absent, confidence, coverage
 from experiments.trust import sensor as sensor_noise
-from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 
 __all__ = ["absent_objects", "coverage_of_references", "coverage_of_truth", "fit", "sensor", "separation"]
 

@@ -4,9 +4,9 @@
 from harness import benchmark
 
 import sdftrack as st
+from experiments.thesis.scenes.sweeps import TRUTH, box_mesh, swept
 from sdftrack import _core
 from sdftrack.calibration.lens import core_lens
-from sdftrack.reproduce.scenes.sweeps import TRUTH, box_mesh, swept
 
 FRAMES, SIGMA_M, POSE_SCALE_M = 100, 0.001, 0.004  # changing these breaks comparisons
 GUESS = st.Camera(632.5, 632.5, 339.5, 259.5, 640, 480)  # 10 % and 20 px off

@@ -7,8 +7,8 @@ import pytest
 
 import sdftrack as st
 from experiments.planes.planes import MAX_HIGH, MIN_TABLE
-from sdftrack.reproduce.measures.table_shares import removed
-from sdftrack.reproduce.scenes.table_scenes import open_scenes
+from experiments.thesis.measures.table_shares import removed
+from experiments.thesis.scenes.table_scenes import open_scenes
 
 
 @pytest.mark.parametrize("method", ["rigid", "bent"])

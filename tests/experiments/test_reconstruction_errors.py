@@ -10,10 +10,10 @@ import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
+from experiments.thesis.measures import whole_scene
+from experiments.thesis.measures.rebuilt import relative_errors, settled_at
+from experiments.thesis.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
 from sdftrack import geometry
-from sdftrack.reproduce.measures import whole_scene
-from sdftrack.reproduce.measures.rebuilt import relative_errors, settled_at
-from sdftrack.reproduce.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
 
 RADIUS_M = 0.05
 CAMERA = st.Camera(300.0, 300.0, 159.5, 119.5, 320, 240)

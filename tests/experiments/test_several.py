@@ -12,13 +12,13 @@ import sdftrack as st
 from experiments.__main__ import main
 from experiments.several import several
 from experiments.several.shuffle import hands
+from experiments.thesis import fig_5_4, look_alikes
+from experiments.thesis.fig_5_8 import relative_motion
+from experiments.thesis.measures.growth import growth
+from experiments.thesis.measures.identity import Tracked, swapped, swaps, track
+from experiments.thesis.measures.judged import judge, measure, total
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.reproduce import fig_5_4, look_alikes
-from sdftrack.reproduce.fig_5_8 import relative_motion
-from sdftrack.reproduce.measures.growth import growth
-from sdftrack.reproduce.measures.identity import Tracked, swapped, swaps, track
-from sdftrack.reproduce.measures.judged import judge, measure, total
 from sdftrack.synth import contact_paths as paths
 from sdftrack.synth import several as scenes
 from sdftrack.synth.contact import Solid, deepest, first_contact, gap

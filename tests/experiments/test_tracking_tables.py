@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.thesis.scenes.sweeps import box_mesh
+from experiments.thesis.scenes.truth import default_camera, motion, render_truth
 from experiments.tracking import synthetic
 from experiments.tracking.random_starts import cup_axis
-from sdftrack.reproduce.scenes.sweeps import box_mesh
-from sdftrack.reproduce.scenes.truth import default_camera, motion, render_truth
 from sdftrack.synth.duck import duck_mesh
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.thesis import fig_4_16
+from experiments.thesis.fig_4_14 import SIGMAS_VOXELS, aligned_error
+from experiments.thesis.measures.seen_part import sampled
+from experiments.thesis.speed_4_6 import evidence
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.reproduce import fig_4_16
-from sdftrack.reproduce.fig_4_14 import SIGMAS_VOXELS, aligned_error
-from sdftrack.reproduce.measures.seen_part import sampled
-from sdftrack.reproduce.speed_4_6 import evidence
 from sdftrack.synth.duck import duck_mesh
 
 SMALL = st.Camera(262.0, 262.0, 159.5, 119.5, 320, 240)
@@ -48,7 +48,7 @@ def test_figure_4_14_in_small_has_a_row_for_each_reach(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("there", [False, True])
 def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, capsys, monkeypatch, there):
-    from sdftrack.reproduce.measures import whole_scene
+    from experiments.thesis.measures import whole_scene
 
     def path(seq, n, step):
         if not there:
@@ -67,7 +67,7 @@ def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, ca
 
 def test_the_whole_scene_is_followed_where_open3d_is_there():
     pytest.importorskip("open3d")
-    from sdftrack.reproduce.measures.whole_scene import camera_path
+    from experiments.thesis.measures.whole_scene import camera_path
 
     mesh = duck_mesh()
     poses = fig_4_16.carried(mesh, 4)

@@ -5,8 +5,8 @@ import json
 
 import pytest
 
+from experiments.thesis.silhouettes import SPLITS, split_name
 from sdftrack.cli.app import run
-from sdftrack.reproduce.silhouettes import SPLITS, split_name
 
 FRAMES = "22"  # the printed rule learns the scale of its inputs from 20
 

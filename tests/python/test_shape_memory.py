@@ -11,6 +11,15 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.thesis.measures.shape_protocol import (
+    Answer,
+    asked,
+    baseline,
+    cases,
+    davis_masks,
+    detection,
+    learnt,
+)
 from sdftrack.contour import memory_file
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.memory import MAX_DOUBT
@@ -22,15 +31,6 @@ from sdftrack.contour.silhouette_library import (
     with_hidden,
 )
 from sdftrack.reference import shape_memory as twin
-from sdftrack.reproduce.measures.shape_protocol import (
-    Answer,
-    asked,
-    baseline,
-    cases,
-    davis_masks,
-    detection,
-    learnt,
-)
 
 # Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.
 RECOVERED, RECOVERED_BY_LWPR = 0.88, 0.58

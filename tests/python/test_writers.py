@@ -31,7 +31,6 @@ OTHERS = {
     ("io/writers/journal", "_keep_space"): GROWS,
     ("io/writers/journal", "_line"): GROWS,
     ("motion/report/plots", "_svg"): "in memory",
-    ("reproduce/measures/rebuilt", "reset_peak"): "a setting of the kernel",
 }
 
 

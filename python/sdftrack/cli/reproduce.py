@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack reproduce``: figures of the thesis, with the printed values."""
+"""``sdftrack reproduce``: figures of the thesis, by the experiments of a source checkout."""
 
 from __future__ import annotations
 
@@ -15,11 +15,9 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
-    Usage,
-    show_table,
-    tracker_settings,
 )
-from sdftrack.cli.progress import progress_counter
+
+SOURCE = "a source checkout (git clone, or the sdist: pip download --no-binary sdftrack sdftrack)"
 
 
 def reproduce(
@@ -41,33 +39,21 @@ def reproduce(
     threads: ThreadsOption = 0,
     quiet: QuietOption = False,
 ) -> None:
-    """Reproduce figures of the thesis; all of them if none is named."""
-    from sdftrack import __version__
-    from sdftrack._internal.files import write_json
-    from sdftrack.mesh import UNITS
-    from sdftrack.recorder import prepare_folder
-    from sdftrack.reproduce import FIGURES, Context, find
+    """Reproduce figures of the thesis; all of them if none is named. Needs a source checkout."""
+    import os
+    import subprocess
+    import sys
 
-    if show_list:
-        for f in FIGURES.values():
-            print(f"{f.id:6s} {f.title}")
-        return
-    try:
-        wanted = [find(name) for name in figure] if figure else list(FIGURES.values())
-    except ValueError as error:
-        raise Usage(str(error)) from None
-    if unit not in (None, *UNITS):
-        raise Usage(f"expected one of {', '.join(UNITS)}, got {unit!r}", "--unit")
-    options = {**tracker_settings(config), "device": device, "threads": threads}
-    root = Path("sdftrack-reproduce") if out is None else out
-    for f in wanted:
-        folder = root / f.id
-        prepare_folder(folder, overwrite)
-        with progress_counter(quiet) as step:
-            made = f.run(Context(folder, mesh, frames, options, step, unit))
-        write_json(folder / "result.json", {"version": __version__, "figure": f.id, **made})
-        if not quiet:
-            show_table(made["title"], made["head"], made["rows"])
-            for line in made.get("notes", []):
-                print(line)
-            print(f"written to {folder}")
+    places = [Path.cwd(), *Path.cwd().parents, Path(__file__).resolve().parents[3]]
+    root = next((p for p in places if (p / "experiments/figures.py").is_file()), None)
+    if root is None:
+        raise FileNotFoundError(f"reproduce: the experiments are not installed; run it in {SOURCE}")
+    given = {"mesh": mesh, "unit": unit, "frames": frames, "out": out, "config": config, "device": device}
+    flags = {"list": show_list, "overwrite": overwrite, "quiet": quiet}
+    options = [
+        f"--{name}={value}" for name, value in {**given, "threads": threads}.items() if value is not None
+    ]
+    options += [f"--{name}" for name, value in flags.items() if value]
+    path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
+    command = [sys.executable, "-m", "experiments", "figures", *options, *(figure or [])]
+    raise typer.Exit(subprocess.run(command, env={**os.environ, "PYTHONPATH": path}).returncode)
