@@ -151,7 +151,6 @@ def test_the_command_runs_as_a_program_with_its_exit_code():
         ["track", "x", "--model", "m.ply", "--out", "o", "--layout", "scroll"],
         ["evaluate", "x", "y", "--layout", "scroll"],
         ["info", "--threads", "-1"],
-        ["reproduce", "9.99"],
         ["evaluate", "x"],
         ["config", "extra"],
     ],
@@ -167,7 +166,6 @@ def test_wrong_usage_exits_with_2_and_one_line(arguments, capsys):
         (["track", "/nowhere", "--model", "m.ply", "--out", "{tmp}/o"], "no such folder"),
         (["evaluate", "/nowhere", "/nowhere"], "no such folder"),
         (["info", "--config", "/nowhere.toml"], "no such file"),
-        (["reproduce", "3.10", "--mesh", "/nowhere.ply", "--out", "{tmp}/o"], "no such file"),
     ],
 )
 def test_an_error_exits_with_1_and_one_line(arguments, message, capsys, tmp_path):
@@ -210,11 +208,6 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(monkeypatch, capsys
     )
     assert run(["info"]) == 0
     assert capsys.readouterr().err == "sdftrack: warning: mesh: thin walls\n"
-
-
-def test_figures_that_can_be_made_are_listed(capsys):
-    assert run(["reproduce", "--list"]) == 0
-    assert capsys.readouterr().out.startswith("3.9 ")
 
 
 def test_config_prints_a_file_that_sets_every_option_to_its_default(capsys, tmp_path):

@@ -56,6 +56,23 @@ def test_the_same_seed_gives_the_same_colours(duck):
     assert (duck.colors != duck_mesh(seed=1).colors).any()
 
 
+def test_the_command_runs_the_figures_of_a_checkout(capfd, tmp_path, monkeypatch):
+    assert run(["reproduce", "--list"]) == 0
+    assert capfd.readouterr().out.startswith("3.9 ")
+    assert run(["reproduce", "9.99"]) == 2
+    assert "expected one of 3.9, 3.10" in capfd.readouterr().err
+    assert run(["reproduce", "3.10", "--mesh", "/nowhere.ply", "--out", str(tmp_path / "o")]) == 1
+    assert "no such file" in capfd.readouterr().err
+
+
+def test_without_a_checkout_the_command_says_in_one_line_where_to_get_it(capfd, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sdftrack.cli.reproduce.__file__", str(tmp_path / "a/b/c/reproduce.py"))
+    assert run(["reproduce", "3.10"]) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert "source checkout" in line
+
+
 def test_unknown_figures_are_named():
     assert find("3.10") is FIGURES["3.10"]
     with pytest.raises(ValueError, match=r"expected one of 3\.9, 3\.10, 3\.12, 3\.13, 3\.15, 4\.6, 4\.13a"):
@@ -63,7 +80,7 @@ def test_unknown_figures_are_named():
 
 
 @pytest.mark.slow
-def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capsys):
+def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capfd):
     assert run(["reproduce", "3.9", "--frames", "3", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.9"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
@@ -75,11 +92,11 @@ def test_section_3_9_in_small_times_every_number_of_pixels(tmp_path, capsys):
     # The work is that of the pixels: a hundred times as many cost much more, and the budget bounds it.
     assert result["levels"][-1]["cpu_ms"] > 3 * result["levels"][3]["cpu_ms"]
     assert result["levels"][-1]["default_ms"] < 0.6 * result["levels"][-1]["cpu_ms"]
-    assert "CPU above 100 Hz" in capsys.readouterr().out
+    assert "CPU above 100 Hz" in capfd.readouterr().out
 
 
 @pytest.mark.slow
-def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
+def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capfd):
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.10"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
@@ -87,12 +104,12 @@ def test_figure_3_10_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert [round(1e3 * r["sigma_m"], 2) for r in levels] == [0.0, 1.0, 2.0, 3.16]
     assert levels[1]["kept"] is True
     assert levels[3]["kept"] is True
-    assert "all below 1 mm and 2 deg" in capsys.readouterr().out
+    assert "all below 1 mm and 2 deg" in capfd.readouterr().out
     assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
 
 
 @pytest.mark.slow
-def test_figure_3_12_in_small_finds_the_intrinsics_at_every_noise(tmp_path, capsys):
+def test_figure_3_12_in_small_finds_the_intrinsics_at_every_noise(tmp_path, capfd):
     assert run(["reproduce", "3.12", "--frames", "20", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.12"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
@@ -103,7 +120,7 @@ def test_figure_3_12_in_small_finds_the_intrinsics_at_every_noise(tmp_path, caps
         assert np.abs(np.array(row["fused"]) - truth).max() < CALIBRATED_PX
         assert np.abs(np.array(row["joint"]["20"]) - truth).max() < CALIBRATED_PX
     assert np.abs(np.array(levels[0]["fused"]) - truth).max() < NOISE_FREE_PX
-    assert "1 %, 2 px before frame 200" in capsys.readouterr().out
+    assert "1 %, 2 px before frame 200" in capfd.readouterr().out
 
 
 def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within():
@@ -118,7 +135,7 @@ def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within()
 
 
 @pytest.mark.slow
-def test_table_3_1_in_small_judges_the_found_camera_by_three_planes(tmp_path, capsys):
+def test_table_3_1_in_small_judges_the_found_camera_by_three_planes(tmp_path, capfd):
     assert run(["reproduce", "3.13", "--frames", "20", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.13"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
@@ -126,7 +143,7 @@ def test_table_3_1_in_small_judges_the_found_camera_by_three_planes(tmp_path, ca
     found = {r["method"]: r["worst_deg"] for r in levels}
     assert found["true intrinsics"] < 0.05
     assert found["true intrinsics"] < found["joint solution"] < 2.10 < found["start values"]
-    assert "Herrera" in capsys.readouterr().out
+    assert "Herrera" in capfd.readouterr().out
 
 
 def test_another_draw_of_the_noise_lies_on_the_same_path():
@@ -140,7 +157,7 @@ def test_another_draw_of_the_noise_lies_on_the_same_path():
 
 
 @pytest.mark.slow
-def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):
+def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capfd):
     assert run(["reproduce", "4.13a", "--frames", "8", "--out", str(tmp_path)]) == 0
     out = tmp_path / "4.13a"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
@@ -148,7 +165,7 @@ def test_figure_4_13a_in_small_keeps_what_is_printed(tmp_path, capsys):
     assert [round(1e3 * r["sigma_m"], 2) for r in result["levels"]] == [0.0, 1.0]
     assert all(r["kept"] for r in result["levels"])
     assert 0.4 < result["surface_seen"] < 0.8  # 10 degrees of a turn
-    assert "below 2 mm and 1 deg" in capsys.readouterr().out
+    assert "below 2 mm and 1 deg" in capfd.readouterr().out
 
 
 def test_figure_4_13a_sees_the_whole_surface(duck):

@@ -9,30 +9,30 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.figures import main
 from experiments.thesis import fig_4_16
 from experiments.thesis.fig_4_14 import SIGMAS_VOXELS, aligned_error
 from experiments.thesis.measures.seen_part import sampled
 from experiments.thesis.speed_4_6 import evidence
 from sdftrack import geometry
-from sdftrack.cli.app import run
 from sdftrack.synth.duck import duck_mesh
 
 SMALL = st.Camera(262.0, 262.0, 159.5, 119.5, 320, 240)
 
 
 def made(figure, tmp_path, frames):
-    assert run(["reproduce", figure, "--frames", str(frames), "--out", str(tmp_path)]) == 0
+    assert main([figure, "--frames", str(frames), "--out", str(tmp_path)]) == 0
     out = tmp_path / figure
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
     return json.loads((out / "result.json").read_text())
 
 
 @pytest.mark.slow
-def test_figure_4_13b_in_small_keeps_what_is_printed(tmp_path, capsys):
+def test_figure_4_13b_in_small_keeps_what_is_printed(tmp_path, capfd):
     levels = made("4.13b", tmp_path, 3)["levels"]
     assert [r["way"] for r in levels] == ["from a ball", "as printed", "known model"] * 2
     assert all(r["kept"] and r["not_ok"] == 0 for r in levels)
-    assert "3 mm, 6 deg" in capsys.readouterr().out
+    assert "3 mm, 6 deg" in capfd.readouterr().out
 
 
 @pytest.mark.slow
@@ -47,7 +47,7 @@ def test_figure_4_14_in_small_has_a_row_for_each_reach(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("there", [False, True])
-def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, capsys, monkeypatch, there):
+def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, capfd, monkeypatch, there):
     from experiments.thesis.measures import whole_scene
 
     def path(seq, n, step):
@@ -61,7 +61,7 @@ def test_figure_4_16_in_small_says_when_the_whole_scene_is_left_out(tmp_path, ca
     assert [r["paths"] for r in levels] == (pairs if there else pairs[1:2])
     assert all(r["rms_mm"] < 3 for r in levels)
     assert levels[0]["not_ok"] == 0
-    assert ("pip install open3d" in capsys.readouterr().out) == (not there)
+    assert ("pip install open3d" in capfd.readouterr().out) == (not there)
     assert ("left out" in (tmp_path / "4.16" / "table.txt").read_text()) == (not there)
 
 
@@ -94,7 +94,7 @@ def test_nothing_about_the_object_touches_it():
 
 
 @pytest.mark.slow
-def test_section_4_6_in_small_times_every_part(tmp_path, capsys):
+def test_section_4_6_in_small_times_every_part(tmp_path, capfd):
     levels = made("4.6", tmp_path, 3)["levels"]
     parts = {r["part"]: r for r in levels}
     assert parts["tracking"]["first_ms"] is None  # there is no shape to track by
@@ -104,7 +104,7 @@ def test_section_4_6_in_small_times_every_part(tmp_path, capsys):
         assert len(some) == 3
         assert sum(some) < 1.2 * whole
         assert whole == parts[f"all{way}"]["later_ms"]
-    assert "Hz" in capsys.readouterr().out
+    assert "Hz" in capfd.readouterr().out
 
 
 def test_alignment_finds_the_motion_between_two_like_shapes():

@@ -5,20 +5,20 @@ import json
 
 import pytest
 
+from experiments.figures import main
 from experiments.thesis.silhouettes import SPLITS, split_name
-from sdftrack.cli.app import run
 
 FRAMES = "22"  # the printed rule learns the scale of its inputs from 20
 
 
 @pytest.fixture
-def made(tmp_path, monkeypatch, capsys):
+def made(tmp_path, monkeypatch, capfd):
     def make(figure, data=None, frames=FRAMES):
         monkeypatch.setenv("SDFTRACK_DATA", str(data or tmp_path / "none"))
-        assert run(["reproduce", figure, "--frames", frames, "--out", str(tmp_path)]) == 0
+        assert main([figure, "--frames", frames, "--out", str(tmp_path)]) == 0
         out = tmp_path / figure
         assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
-        return json.loads((out / "result.json").read_text()), capsys.readouterr().out
+        return json.loads((out / "result.json").read_text()), capfd.readouterr().out
 
     return make
 

@@ -15,6 +15,7 @@ from sdftrack.cli.common import (
     OverwriteOption,
     QuietOption,
     ThreadsOption,
+    check_common,
 )
 
 SOURCE = "a source checkout (git clone, or the sdist: pip download --no-binary sdftrack sdftrack)"
@@ -44,6 +45,7 @@ def reproduce(
     import subprocess
     import sys
 
+    check_common(config, device)
     places = [Path.cwd(), *Path.cwd().parents, Path(__file__).resolve().parents[3]]
     root = next((p for p in places if (p / "experiments/figures.py").is_file()), None)
     if root is None:
