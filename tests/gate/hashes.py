@@ -6,13 +6,16 @@
     python tests/gate/hashes.py several lost
 
 The hashes are of one machine and one set of package versions (`made_with` in hashes.json): numpy and OpenCV render
-the input, and their vectorised functions differ in the last bit from processor to processor.
+the input, and their vectorised functions differ in the last bit from processor to processor. On any other machine
+`compare.py` builds two commits and compares those.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import hashlib
+import importlib
 import json
 import os
 import platform
@@ -23,46 +26,45 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # for experiments, which is not installed
-
-import picture_runs
-import shape_runs
-import tracking_runs
-
-from experiments.data import root
-from experiments.record import machine
+from listing import data_folder, listed
 
 KEPT = Path(__file__).with_name("hashes.json")
-ROOMS = (tracking_runs, shape_runs, picture_runs)
 PACKAGES = ("numpy", "opencv-python-headless", "scikit-image", "trimesh")
-
-
-def instructions() -> str:
-    """A digest of what the processor can do: numpy, OpenCV and BLAS choose their functions by it, not by its name."""
-    cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
-    flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
-    chosen = [*sorted(flags.split()), os.environ.get("OPENBLAS_CORETYPE", "")]
-    return hashlib.sha256(" ".join(chosen).encode()).hexdigest()[:12]
 
 
 def made_with() -> dict[str, str]:
     """What the bits depend on beside the code."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
+
+    def of_processor(*keys: str) -> str:
+        return next((line.partition(":")[2].strip() for line in lines if line.startswith(keys)), "")
+
+    # numpy, OpenCV and BLAS choose their functions by what a processor can do, not by its name.
+    chosen = [*sorted(of_processor("flags", "Features").split()), os.environ.get("OPENBLAS_CORETYPE", "")]
     return {
-        "processor": machine()["cpu"],
-        "instructions": instructions(),
+        "processor": of_processor("model name") or platform.processor() or platform.machine(),
+        "instructions": hashlib.sha256(" ".join(chosen).encode()).hexdigest()[:12],
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }
 
 
+def elsewhere(kept: dict[str, Any]) -> str:
+    """Why recorded hashes do not apply here, "" if they do."""
+    here = made_with()
+    other = [f"{name} {here.get(name)} (recorded: {was})" for name, was in kept["made_with"].items()
+             if here.get(name) != was]  # fmt: skip
+    return ", ".join(other)
+
+
 def runs() -> dict[str, Callable[[], dict[str, str]]]:
     """Every run that is possible here, by name."""
-    out: dict[str, Callable[[], dict[str, str]]] = {f.__name__: f for room in ROOMS for f in room.SYNTHETIC}
-    data = root()
-    if data.is_dir():
-        for room in ROOMS:
-            out.update({f.__name__: (lambda f=f: f(data)) for f in room.RECORDED})
+    out = {}
+    for name, file in listed().items():
+        module = importlib.import_module(file)
+        run = getattr(module, name)
+        out[name] = functools.partial(run, data_folder()) if run in module.RECORDED else run
     return out
 
 
@@ -82,6 +84,10 @@ def main() -> int:
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--file", type=Path, default=KEPT)
     given = parser.parse_args()
+    kept = json.loads(given.file.read_text()) if given.file.is_file() else {"made_with": {}, "hashes": {}}
+    if not given.write and (why := elsewhere(kept)):
+        print(f"the recorded hashes do not apply here: {why}; use tests/gate/compare.py")
+        return 1
     now = {}
     for name, run in runs().items():
         if given.run and name not in given.run:
@@ -89,7 +95,6 @@ def main() -> int:
         begin = time.perf_counter()
         now[name] = run()
         print(f"{name:20} {len(now[name]):3} hashes {time.perf_counter() - begin:6.1f} s", flush=True)
-    kept = json.loads(given.file.read_text()) if given.file.is_file() else {"hashes": {}}
     if given.write:
         everything = {"made_with": made_with(), "hashes": {**kept["hashes"], **now}}
         given.file.write_text(json.dumps(everything, indent=1) + "\n")

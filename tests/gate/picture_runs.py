@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from digest import digest
-from tracking_runs import Hashes
+from inputs import Hashes, scene_maker
 
 import sdftrack as st
 
@@ -25,7 +25,7 @@ def _outlines(images, memory=None, **start) -> tuple[str, str]:
 
 def contours() -> Hashes:
     """A walking figure that a bar passes: with and without memory, from a box and from a mask."""
-    video = st.synth.gait_video("cat", 26, during=(18, 23), size=(240, 180), seed=2)
+    video = scene_maker("gait_video")("cat", 26, during=(18, 23), size=(240, 180), seed=2)
     images, truth = video.images, video.seen[0]
     y, x = np.nonzero(truth)
     box = (int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
@@ -40,7 +40,7 @@ def contours() -> Hashes:
 
 def memory() -> Hashes:
     """Shapes learned one after another, then a hidden one recovered."""
-    shapes = st.synth.gait("walker", 60)
+    shapes = scene_maker("gait")("walker", 60)
     keeper = st.contour.ShapeMemory(10, 3)
     for mask in shapes[:50]:
         keeper.learn(mask)

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from digest import digest, tracked
+from inputs import CAMERA, Hashes
 
 import sdftrack as st
 from sdftrack import geometry
 
-CAMERA = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)
 SIZE_M = (0.12, 0.09, 0.06)
-Hashes = dict[str, str]
 TURN = geometry.pose([0.0, 0.0, 0.03], [0.004, 0.002, 0.001])
 
 

@@ -20,12 +20,8 @@ KEPT = json.loads(hashes.KEPT.read_text())
 @pytest.mark.slow
 @pytest.mark.parametrize("run", sorted(KEPT["hashes"]))
 def test_a_run_gives_the_bits_that_it_gave(run):
-    here = hashes.made_with()
-    other = {
-        name: (kept, here.get(name)) for name, kept in KEPT["made_with"].items() if here.get(name) != kept
-    }
-    if other:
-        pytest.skip(f"the hashes are of another machine or other packages: {other}")
+    if why := hashes.elsewhere(KEPT):
+        pytest.skip(f"the recorded hashes do not apply here: {why}")
     if run not in hashes.runs():
         pytest.skip("recorded data absent (set SDFTRACK_DATA to their folder)")
     assert hashes.differences(KEPT["hashes"], {run: hashes.runs()[run]()}) == []
