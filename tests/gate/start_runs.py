@@ -25,8 +25,8 @@ def _on_table(x: float, along: float, above: float, turn: float = 0.0) -> np.nda
     return tilt @ geometry.pose([0, turn, 0], [0, 0, 0])
 
 
-def _table() -> tuple[st.Frame, st.SDF, list[np.ndarray]]:
-    """Two boxes of one size, told apart by colour, on a table before a wall; and a mask of each."""
+def _table() -> tuple[list[st.Frame], st.SDF, list[np.ndarray]]:
+    """Two boxes of one size, told apart by colour, on a table before a wall, seen twice; and a mask of each."""
     box = st.SDF.box(SIDES_M, voxels=64)
     layers = [
         (st.SDF.box((1.2, 0.02, 0.9), voxels=100), _on_table(0, 0, -0.01), (200, 200, 195)),
@@ -41,9 +41,12 @@ def _table() -> tuple[st.Frame, st.SDF, list[np.ndarray]]:
         nearer = (z > 0) & ((depth == 0) | (z < depth))
         depth[nearer], color[nearer], owner[nearer] = z[nearer], rgb, n
     rng = np.random.default_rng(0)
-    depth = np.where(depth > 0, depth + 0.001 * rng.normal(size=depth.shape), 0).astype(np.float32)
-    color = np.clip(color + rng.normal(0, 4, color.shape), 0, 255).astype(np.uint8)
-    return st.Frame(depth, color), box, [owner == 2, owner == 3]
+    frames = []
+    for _ in range(2):
+        seen = np.where(depth > 0, depth + 0.001 * rng.normal(size=depth.shape), 0).astype(np.float32)
+        colors = np.clip(color + rng.normal(0, 4, color.shape), 0, 255).astype(np.uint8)
+        frames.append(st.Frame(seen, colors))
+    return frames, box, [owner == 2, owner == 3]
 
 
 def _middle(mask: np.ndarray) -> tuple[int, int]:
@@ -53,14 +56,14 @@ def _middle(mask: np.ndarray) -> tuple[int, int]:
 
 def click() -> Hashes:
     """A pixel on an object that stands on a table: depth alone, with colours, two at once, and on the table."""
-    frame, box, masks = _table()
+    (frame, later), box, masks = _table()
     clicks = [_middle(mask) for mask in masks]
     out = {}
     for mode in ("depth", "auto"):
         tracker = st.Tracker(box, CAMERA, mode=mode)
-        out[mode] = digest(tracked([tracker.start(frame, clicks=clicks[0]), tracker.track(frame)]))
+        out[mode] = digest(tracked([tracker.start(frame, clicks=clicks[0]), tracker.track(later)]))
     both = st.Tracker([box, box], CAMERA)
-    out.update(tracked([both.start(frame, clicks=clicks), both.track(frame)]))
+    out.update(tracked([both.start(frame, clicks=clicks), both.track(later)]))
     try:
         said = str(st.Tracker(box, CAMERA).start(frame, clicks=(10, CAMERA.height - 10)).status[0].value)
     except ValueError as error:
@@ -70,9 +73,9 @@ def click() -> Hashes:
 
 def anywhere() -> Hashes:
     """The whole image of a table is searched; a shape that is not there is lost."""
-    frame, box, _ = _table()
+    (frame, later), box, _ = _table()
     tracker = st.Tracker(box, CAMERA)
-    out = tracked([tracker.start(frame), tracker.track(frame)])
+    out = tracked([tracker.start(frame), tracker.track(later)])
     other = st.Tracker(st.SDF.cylinder(0.06, 0.22, voxels=64), CAMERA)
     return {**out, "not there": digest(tracked([other.start(frame)]))}
 

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: MIT
+"""The table of seeded faults fits the core as it is (tests/mutation)."""
+
+import importlib.util
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parents[1]
+SPEC = importlib.util.spec_from_file_location("mutation_run", TESTS / "mutation" / "run.py")
+mutation = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(mutation)
+
+
+@pytest.mark.parametrize("fault", mutation.faults(), ids=lambda fault: fault["name"])
+def test_the_line_of_a_fault_is_in_its_file_once(fault):
+    assert len(mutation.places(fault, TESTS.parent)) == 1, f"{fault['file']}: {fault['before']}"
+    assert fault["before"] != fault["after"]
+
+
+def test_every_folder_has_as_many_faults():
+    folders = Counter(fault["file"].split("/")[1] for fault in mutation.faults())
+    assert set(folders) == set(mutation.FILES_ABOUT)
+    assert len(set(folders.values())) == 1
