@@ -28,7 +28,6 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "mesh": st.Mesh.load,
     "motion": st.motion.load,
     "options": st.TrackerOptions.from_file,
-    "pickle": lambda path: st.Tracker.load(path, trust_pickle=True),
     "sdf": st.SDF.load,
     "sequence": _sequence,
     "tum": trajectories.read_tum,

@@ -173,26 +173,10 @@ def _reconstructors(folder: Path) -> Case:
     return _case(folder, {"a.star": _saved(folder, "s.star", star)}, load, finite)
 
 
-def _earlier(folder: Path) -> Case:
-    """Pickles of earlier versions, which are read if they are trusted: by names that are known alone."""
-    data = Path(__file__).parents[1] / "data"
-    import lzma
-
-    seeds = {"tracker.pickle": (data / "tracker_of_0_1.pickle").read_bytes()}
-    star = lzma.decompress((data / "reconstructor_of_0_1.pickle.xz").read_bytes())
-    first, second = folder / "t", folder / "r"
-    first.mkdir()
-    second.mkdir()
-    tracker = file_case(first, seeds, lambda p: st.Tracker.load(p, trust_pickle=True))
-    other = file_case(second, {"r.pickle": star}, lambda p: st.Reconstructor.load(p, trust_pickle=True))
-    return lambda rng: (tracker if rng.random() < 0.9 else other)(rng)
-
-
 TARGETS = (
     Target("saved_sdf", _sdf, weight=0.6),
     Target("saved_lwpr", _lwpr, weight=0.5),
     Target("saved_memory", _memories, weight=0.4),
     Target("saved_tracker", _trackers, weight=0.3),
     Target("saved_reconstructor", _reconstructors, weight=0.2),
-    Target("earlier_pickles", _earlier, weight=0.3),
 )

@@ -7,6 +7,7 @@ from tracking_scene import CAMERA, POSE, box_mesh, depth_of
 
 import sdftrack as st
 from sdftrack import _core
+from sdftrack._internal import saved_file
 from sdftrack.contour import lwpr_file
 
 
@@ -23,7 +24,7 @@ def lwpr_file_with(path, options, n_in, field):
         total ^= total >> 32
     model = st.LWPR(n_in, 1, diagonal=options.diagonal)
     state = {**model.__getstate__(), "core": words.tobytes() + total.to_bytes(8, "little")}
-    lwpr_file.write(path, state)
+    saved_file.write(path, lwpr_file.KIND, lwpr_file.content_of(state))
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,7 @@
 """Regression by local models: files, copies, wrong input, and what scikit-learn's tools ask for."""
 
 import copy
-import json
 import pickle
-import zlib
 
 import numpy as np
 import pytest
@@ -396,20 +394,6 @@ def test_a_score_of_nothing_or_by_no_weights_is_refused(arguments, told):
 def test_counts_that_are_none_are_refused(options, error, told):
     with pytest.raises(error, match=told):
         st.LWPR(**options)
-
-
-def test_a_file_of_version_1_is_read(model, tmp_path):
-    """A magic number, a line of JSON, the core's bytes, the CRC-32 of all."""
-    state = model.__getstate__()
-    parameters = {name: np.asarray(value).tolist() for name, value in state["parameters"].items()}
-    head = json.dumps({"parameters": parameters, "flat": state["flat"]}).encode()
-    content = b"sdftrack LWPR 1\n" + head + b"\n" + state["core"]
-    path = tmp_path / "model.lwpr"
-    path.write_bytes(content + zlib.crc32(content).to_bytes(4, "little"))
-    assert st.LWPR.load(path) == model
-    path.write_bytes(content + b"none")
-    with pytest.raises(ValueError, match=r"model\.lwpr: expected a file of LWPR\.save"):
-        st.LWPR.load(path)
 
 
 # A field of 100 inputs is 0.34 MB with its seven empty lanes, 0.05 MB in its record; scratch and first metric of each

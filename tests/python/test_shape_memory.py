@@ -2,9 +2,6 @@
 """The shape memory on silhouettes with truth: what is hidden comes back, what is not known is said to be new."""
 
 import copy
-import hashlib
-import io
-import json
 import pickle
 
 import numpy as np
@@ -20,7 +17,8 @@ from experiments.thesis.measures.shape_protocol import (
     detection,
     learnt,
 )
-from sdftrack.contour import memory_file
+from sdftrack._internal import saved_file
+from sdftrack._internal.saved_file import FileKind
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.contour.occluders import count_occluders
@@ -387,36 +385,11 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
         path.write_bytes(wrong)
         with pytest.raises(ValueError, match=words):
             st.contour.ShapeMemory.load(path)
-    memory_file.write(path, {"options": {}})
+    saved_file.write(path, FileKind("sdftrack.ShapeMemory", 1, ""), {"options": {}})
     with pytest.raises(ValueError, match="inconsistent contents"):
         st.contour.ShapeMemory.load(path)
     with pytest.raises(FileNotFoundError, match="no such file"):
         st.contour.ShapeMemory.load(tmp_path / "none")
-
-
-@pytest.mark.parametrize("rule", RULES)
-def test_a_file_of_version_1_is_read(rule, cat, tmp_path):
-    """A line, the SHA-256 of the rest, and an .npz in which bytes and dictionaries are arrays of bytes."""
-    memory = learnt(cat[:40], rule=rule)
-    kinds = {
-        name: type(v).__name__ for name, v in memory.__getstate__().items() if isinstance(v, bytes | dict)
-    }
-    arrays = {
-        name: v
-        if name not in kinds
-        else np.frombuffer(v if isinstance(v, bytes) else json.dumps(v).encode(), np.uint8)
-        for name, v in memory.__getstate__().items()
-    }
-    kinds |= {name: "array" for name in arrays if name not in kinds}
-    body = io.BytesIO()
-    np.savez(body, **arrays, kinds=np.frombuffer(json.dumps(kinds).encode(), np.uint8))
-    digest = hashlib.sha256(body.getvalue()).hexdigest().encode()
-    path = tmp_path / "cat.memory"
-    path.write_bytes(b"sdftrack shape memory 1\n" + digest + b"\n" + body.getvalue())
-    assert st.contour.ShapeMemory.load(path) == memory
-    path.write_bytes(b"sdftrack shape memory 1\n" + digest + b"\n" + body.getvalue()[:-9])
-    with pytest.raises(ValueError, match=r"cat\.memory: .*checksum does not match"):
-        st.contour.ShapeMemory.load(path)
 
 
 # Bad input

@@ -16,7 +16,6 @@ RECONSTRUCT = (
     Option("planes", "bool", True, meaning="planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object"),
     Option("keep_to_mask", "bool", True, meaning="the object is excluded where the first frame observes free space outside its mask"),
     Option("mask_margin_px", "int", 3, "px", min=0, max=100, meaning="how far the object may extend beyond the first mask"),
-    Option("refit_after", "int", 0, min=0, meaning="frames after which the first poses and the shape are re-estimated on another thread, then once more; 0: never"),
     Option("kept_frames", "int", 600, min=1, meaning="maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints"),
 )
 MEMORY = (

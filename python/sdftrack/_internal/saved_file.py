@@ -6,10 +6,10 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,12 @@ __all__ = [
     "first_bytes",
     "found",
     "is_sealed",
+    "loaded",
     "read",
     "write",
 ]
+
+T = TypeVar("T")
 
 HEADER = "header.json"
 MOST_HEADER_BYTES = 4_000_000  # of JSON, which takes up to 25 times as much as Python's objects
@@ -95,6 +98,17 @@ def read(path: str | os.PathLike[str], kind: FileKind) -> Any:
             raise ValueError("a damaged one: the checksum does not match; use another copy")
         with ArrayArchive(file, file.stat().st_size) as archive:
             return unpack(_content(archive, kind), archive.array)
+
+
+def loaded(
+    path: str | os.PathLike[str], kind: FileKind, cls: type[T], state_from: Callable[[Any], dict[str, Any]]
+) -> T:
+    """An object of type `cls` with the state that `state_from` makes of a file's content."""
+    content = read(path, kind)
+    thing: Any = cls.__new__(cls)
+    with consistent(path, kind):
+        thing.__setstate__(state_from(content))
+    return cast(T, thing)
 
 
 def found(path: str | os.PathLike[str], kind: FileKind) -> Path:

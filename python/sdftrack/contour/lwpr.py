@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal import saved_file
 from sdftrack._internal.option_schema import core_schema
-from sdftrack._internal.saved_file import consistent
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour import lwpr_file
@@ -274,7 +274,7 @@ class LWPR(SklearnParts):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to a file, completely or not at all. `LWPR.load` reads it."""
-        lwpr_file.write(path, self.__getstate__())
+        saved_file.write(path, lwpr_file.KIND, lwpr_file.content_of(self.__getstate__()))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> LWPR:
@@ -285,11 +285,7 @@ class LWPR(SklearnParts):
         FileNotFoundError, ValueError
             No such file; a file of another kind, truncated or damaged.
         """
-        state = lwpr_file.read(path)
-        model = cls.__new__(cls)
-        with consistent(path, lwpr_file.KIND):
-            model.__setstate__(state)
-        return model
+        return saved_file.loaded(path, lwpr_file.KIND, cls, lwpr_file.state_from)
 
     def copy(self) -> LWPR:
         """Return an independent copy of the model."""

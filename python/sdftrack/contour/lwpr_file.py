@@ -1,39 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""Files of an LWPR, and those of version 1: a magic number, a line of JSON, the core's bytes, a checksum."""
+"""The state of an LWPR as the content of its file."""
 
 from __future__ import annotations
 
-import json
-import os
-import zlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sdftrack._internal import saved_file
+from sdftrack._internal.saved_file import FileKind
 
-__all__ = ["KIND", "plain", "read", "write"]
+__all__ = ["KIND", "content_of", "plain", "state_from"]
 
-KIND = saved_file.FileKind("sdftrack.LWPR", 2, "LWPR.save")
-VERSION_1 = b"sdftrack LWPR 1\n"
-SUM_BYTES = 4
+KIND = FileKind("sdftrack.LWPR", 1, "LWPR.save")
 
 
-def write(path: str | os.PathLike[str], state: dict[str, Any]) -> None:
-    """Write the state of a model, completely or not at all."""
-    parameters = {name: _compact(value) for name, value in plain(state["parameters"]).items()}
-    saved_file.write(path, KIND, {**state, "parameters": parameters})
+def content_of(state: dict[str, Any]) -> dict[str, Any]:
+    """Content of a file, from ``LWPR.__getstate__``; lists of numbers, which may be a whole metric, as arrays."""
+    parameters = {
+        name: np.array(value) if isinstance(value, list) else value
+        for name, value in plain(state["parameters"]).items()
+    }
+    return {**state, "parameters": parameters}
 
 
-def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read the state of a model. FileNotFoundError; ValueError in one line for other files."""
-    file = saved_file.found(path, KIND)
-    if saved_file.first_bytes(file, len(VERSION_1)) == VERSION_1:
-        return _version_1(file)
-    state: dict[str, Any] = saved_file.read(file, KIND)
-    with saved_file.consistent(file, KIND):
-        return {**state, "parameters": plain(state["parameters"])}
+def state_from(content: dict[str, Any]) -> dict[str, Any]:
+    """What ``LWPR.__setstate__`` takes, from the content of a file."""
+    return {**content, "parameters": plain(content["parameters"])}
 
 
 def plain(value: Any) -> Any:
@@ -45,18 +37,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: plain(v) for name, v in value.items()}
     return value
-
-
-def _compact(value: Any) -> Any:
-    """Lists of numbers, which may be a whole metric, as arrays."""
-    return np.array(value) if isinstance(value, list) else value
-
-
-def _version_1(file: Path) -> dict[str, Any]:
-    data = file.read_bytes()
-    content, checksum = data[:-SUM_BYTES], data[-SUM_BYTES:]
-    if zlib.crc32(content).to_bytes(SUM_BYTES, "little") != checksum:
-        raise ValueError(f"{file}: expected a file of {KIND.writer}, got a truncated or damaged one")
-    with saved_file.consistent(file, KIND):
-        head, _, core = content[len(VERSION_1) :].partition(b"\n")
-        return {**json.loads(head), "core": core}

@@ -10,12 +10,11 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal import saved_file
 from sdftrack._internal.array_equality import same
 from sdftrack._internal.option_declarations import schema_of
-from sdftrack._internal.saved_file import consistent
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
-from sdftrack.contour import memory_file
 from sdftrack.contour.assessment import Assessment, Judgement
 from sdftrack.contour.dct import Order, block_of, series
 from sdftrack.contour.harmonic_regression import HarmonicRegression
@@ -28,6 +27,7 @@ __all__ = ["Rule", "ShapeMemory"]
 
 Mask: TypeAlias = NDArray[np.bool_]
 Rule: TypeAlias = Literal["remembered", "printed"]
+FILE = saved_file.FileKind("sdftrack.ShapeMemory", 1, "ShapeMemory.save")
 
 FIRST = 5  # silhouettes, from which on the error of the next one is taken for that of a known shape
 MIN_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
@@ -302,16 +302,12 @@ class ShapeMemory:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write options and learned state to a file, completely or not at all."""
-        memory_file.write(path, self.__getstate__())
+        saved_file.write(path, FILE, self.__getstate__())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> ShapeMemory:
         """Load a file written by `save`. FileNotFoundError; ValueError for another, a newer or a damaged file."""
-        state = memory_file.read(path)
-        memory = cls.__new__(cls)
-        with consistent(path, memory_file.KIND):
-            memory.__setstate__(state)
-        return memory
+        return saved_file.loaded(path, FILE, cls, dict)
 
     def __getstate__(self) -> dict[str, Any]:
         with SingleThreadGuard(self._lock, "shape memory"):

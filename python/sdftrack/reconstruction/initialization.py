@@ -45,8 +45,8 @@ Mask = NDArray[np.bool_]
 class Ball:
     centre_cam: Array  # m
     radius_m: float
-    behind_m: float = float("nan")  # its centre, behind the object's front; unknown in files of version 0.1
-    shorter_m: float = float("nan")  # the shorter side of the mask; likewise
+    behind_m: float  # its centre, behind the object's front
+    shorter_m: float  # the shorter side of the mask
 
 
 @dataclass(frozen=True)

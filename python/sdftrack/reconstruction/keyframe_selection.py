@@ -46,10 +46,6 @@ class Keyframes:
         self._nearest = np.empty((0, 2), np.intp)  # of each its two nearest; -1: there are none yet
         self._gaps = np.empty((0, 2))  # to these
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.frames = state.pop("shots", [])  # its name in files of version 0.1
-        self.__dict__.update(state)
-
     def record(self) -> dict[str, Any]:
         """What it knows about the keyframes, beside them, for a file."""
         return {"views": self._views, "nearest": self._nearest.astype(np.int64), "gaps": self._gaps}

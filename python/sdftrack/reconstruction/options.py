@@ -79,10 +79,6 @@ class ReconstructorOptions:
         True, "the object is excluded where the first frame observes free space outside its mask"
     )
     mask_margin_px: int = described(3, "how far the object may extend beyond the first mask")
-    refit_after: int = described(
-        0,
-        "frames after which the first poses and the shape are re-estimated on another thread, then once more; 0: never",
-    )
     kept_frames: int = described(
         600,
         "maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints",

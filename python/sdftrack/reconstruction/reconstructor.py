@@ -35,7 +35,6 @@ from sdftrack.reconstruction.mask_extent import MaskExtent
 from sdftrack.reconstruction.misfit import OVERFIT, Judge
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import BLOCK, Lattice, Volume, lattice_for
-from sdftrack.reconstruction.young_refit import AGAIN, YoungRefit, frames_taken
 from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -134,8 +133,6 @@ class Reconstructor:
         self._keyframes = Keyframes(self.options.kept_frames)
         self._mask_extent: MaskExtent | None = None  # None: the shape keeps to the mask, or there is none
         self._later: list[Beginning] = []  # of further recordings, what their first frames show
-        self._refit: YoungRefit | None = None
-        self._refit_due = self._next_refit = 0  # the frame before which it is taken; after which one begins
         self._index = -1
 
     def __repr__(self) -> str:
@@ -189,8 +186,6 @@ class Reconstructor:
             raise ValueError(
                 "start: no surface was found on the object; is it too small for the volume's voxels?"
             )
-        self._end_refit()
-        self._next_refit = 0 if self._printed else self.options.refit_after
         self._beginning, self._volume, self._index, self._later = found, volume, 0, []
         self._keyframes = Keyframes(self.options.kept_frames)
         self._keyframes.add(keyframe)
@@ -262,8 +257,6 @@ class Reconstructor:
             return self._finished(result, result.poses[0], begin, fused=False)
         T = shown.T_cam_obj
         self._volume.begin_recording(shown, T)
-        self._end_refit()
-        self._next_refit = 0  # the first frames are those of the first recording
         self._tracker, self._index = tracker, self._index + 1
         self._later.append(shown)
         self._reshape()
@@ -294,14 +287,11 @@ class Reconstructor:
         if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
             raise ValueError("frame: expected the same camera in all frames, got another one with this frame")
         begin = time.perf_counter()
-        if self._refit is not None and self._index + 1 == self._refit_due:
-            self._take_refit()
         result = tracker.track(frame)
         self._index += 1
         # The thesis does not judge its poses: every frame that could be tracked adds to the shape.
         sure = result.status[0] in ((Status.OK, Status.WEAK) if self._printed else (Status.OK,))
         fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
-        self._begin_refit()
         return self._finished(result, result.poses[0], begin, fused=fused)
 
     process = track
@@ -369,8 +359,6 @@ class Reconstructor:
         rounds : int
         """
         tracker = self._started("refine")
-        self._end_refit()
-        self._next_refit = 0  # this one is of all frames
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
         shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
@@ -493,45 +481,12 @@ class Reconstructor:
         assert frame.depth is not None
         self._volume.fuse(keyframe, frame.depth)
         self._keyframes.add(keyframe)
-        if self._refit is not None:
-            self._refit.add(keyframe)
         # What many frames have shown moves little with one more: sample points, normals and the coarse grid of the
         # tracker's shape may be one frame older than the distances and colours, which it borrows.
         if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
             self._reshape()
         else:
             self._volume.core.begin_to_show()  # while this thread goes on; see _started
-
-    def _begin_refit(self) -> None:
-        """Start re-estimating the first poses and the shape on another thread, if due at this frame."""
-        if self._next_refit == 0 or self._refit is not None or self._index < self._next_refit:
-            return
-        first = self._next_refit == self.options.refit_after
-        self._next_refit = round(AGAIN * self._next_refit) if first else 0
-        self._refit = YoungRefit(self._kept, self._volume, self._new_tracker, self._show, self._index)
-        self._refit_due = self._index + frames_taken(self._index, max(self._volume.lattice.voxels))
-
-    def _take_refit(self) -> None:
-        """Adopt the re-estimated poses and shape, and continue from the corrected pose."""
-        assert self._tracker is not None
-        assert self._refit is not None
-        refit, self._refit, self._refit_due = self._refit, None, 0
-        found = refit.finish()
-        if found is None:
-            return
-        last = TrackerInterface(self._tracker).last_poses[0]
-        found.volume.fused = self._volume.fused  # each that was fused stands for itself and one beside it
-        self._volume = found.volume
-        self._look_at_extent_again()
-        for keyframe in self._kept:
-            keyframe.T_cam_obj = found.poses[keyframe.index]
-        self._reshape()
-        self._tracker.set_pose(0, last @ found.correction)
-
-    def _end_refit(self) -> None:
-        if self._refit is not None:
-            self._refit.cancel()
-        self._refit, self._refit_due = None, 0
 
     @property
     def _kept(self) -> list[Keyframe]:
@@ -582,9 +537,7 @@ class Reconstructor:
         write(path, KIND, content_of(self.__getstate__()))
 
     @staticmethod
-    def load(
-        path: str | os.PathLike[str], *, device: str = "auto", trust_pickle: bool = False
-    ) -> Reconstructor:
+    def load(path: str | os.PathLike[str], *, device: str = "auto") -> Reconstructor:
         """Load a file written by :meth:`save`; the shape is fused again.
 
         Parameters
@@ -592,22 +545,17 @@ class Reconstructor:
         path : path
         device : {"auto", "cpu", "cuda", "cuda:N"}
             Where to go on, whichever device it was saved on.
-        trust_pickle : bool
-            Read also a pickle, which :meth:`save` wrote in the past. Only for files of people whom you trust; it is
-            refused if it names anything beyond saved objects and arrays.
 
         Raises
         ------
         FileNotFoundError, ValueError
             No such file; a file of another kind, of a later version, truncated or damaged.
         """
-        from sdftrack._internal.earlier_pickle import loaded
+        from sdftrack._internal.saved_file import loaded
         from sdftrack.reconstruction.saved_content import KIND, state_from
 
         device_number(device)  # before the file is read
-        return loaded(
-            path, KIND, Reconstructor, trust_pickle, lambda content: {**state_from(content), "device": device}
-        )
+        return loaded(path, KIND, Reconstructor, lambda content: {**state_from(content), "device": device})
 
     def __getstate__(self) -> dict[str, Any]:
         return saved_state.state_of(self)

@@ -44,7 +44,6 @@ def content_of(state: dict[str, Any]) -> dict[str, Any]:
         "keyframes": [_fields(keyframe) for keyframe in kept.frames],
         "selection": kept.record(),
         "index": state["_index"],
-        "next_refit": state["_next_refit"],
         "lattice": _fields(lattice),
         "fused": fused,
         "pose": pose,
@@ -73,7 +72,6 @@ def state_from(content: dict[str, Any]) -> dict[str, Any]:
         "_later": beginnings[1:],
         "_keyframes": Keyframes.from_record(content["selection"], frames, options.kept_frames),
         "_index": whole(content["index"], "index", 0),
-        "_next_refit": whole(content["next_refit"], "next_refit", 0),
         "saved": saved,
     }
 

@@ -14,13 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = ["restore", "state_of"]
 
-# One that is under way ends: what is kept is fused anew when it is read.
-NO_REFIT = {"_refit": None, "_refit_due": 0}
-
 
 def state_of(star: Reconstructor) -> dict[str, Any]:
     """Everything except volume and tracker, and the data to rebuild them."""
-    state = {**star.__dict__, **NO_REFIT}
+    state = dict(star.__dict__)
     volume, tracker, _ = (state.pop(name) for name in ("_volume", "_tracker", "_lock"))
     if state.pop("_any_device"):
         state["device"] = "auto"
@@ -32,9 +29,7 @@ def state_of(star: Reconstructor) -> dict[str, Any]:
 def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     """Restore the attributes of an empty reconstructor."""
     saved = state.pop("saved", None)
-    star.__dict__.update(
-        {"_later": [], "_next_refit": 0, "device": "cpu", **NO_REFIT, **state}
-    )  # version 0.1 had none
+    star.__dict__.update(state)
     star._any_device = star.device == "auto"
     star.device = resolve_device(star.device)
     if "_mask_extent" not in state:

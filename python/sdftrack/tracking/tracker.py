@@ -485,25 +485,18 @@ class Tracker:
         write(path, KIND, content_of(self.__getstate__()))
 
     @staticmethod
-    def load(path: str | os.PathLike[str], *, trust_pickle: bool = False) -> Tracker:
+    def load(path: str | os.PathLike[str]) -> Tracker:
         """Load a file written by :meth:`save`; tracking continues after its last frame.
-
-        Parameters
-        ----------
-        path : path
-        trust_pickle : bool
-            Read also a pickle, which :meth:`save` wrote in the past. Only for files of people whom you trust; it is
-            refused if it names anything beyond saved objects and arrays.
 
         Raises
         ------
         FileNotFoundError, ValueError
             No such file; a file of another kind, of a later version, truncated or damaged.
         """
-        from sdftrack._internal.earlier_pickle import loaded
+        from sdftrack._internal.saved_file import loaded
         from sdftrack.tracking.saved_state import KIND, state_from
 
-        return loaded(path, KIND, Tracker, trust_pickle, state_from)
+        return loaded(path, KIND, Tracker, state_from)
 
     @property
     def color_delay(self) -> ColorDelay | None:
