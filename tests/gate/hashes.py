@@ -2,7 +2,7 @@
 """Hashes of the results of every class of run, so that a change that should keep the results provably does.
 
     python tests/gate/hashes.py            # compare with hashes.json, exit 1 where one differs
-    python tests/gate/hashes.py --write    # record them: only with a decision that says why, in CHANGELOG.md
+    python tests/gate/hashes.py --write    # record them: only with a decision, which the commit message explains
     python tests/gate/hashes.py several lost
 
 The hashes are of one machine and one set of package versions (`made_with` in hashes.json): numpy and OpenCV render
