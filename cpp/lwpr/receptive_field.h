@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a sample changes in a receptive field: regression by projections, and the leave-one-out cost.
-// docs/math/lwpr.md has the equations; python/sdftrack/reference/lwpr.py the same, slow and obvious. Included
+// docs/math/lwpr.md has the equations; tests/reference/lwpr.py the same, slow and obvious. Included
 // only by files that are compiled for one instruction set.
 #pragma once
 

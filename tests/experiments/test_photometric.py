@@ -8,8 +8,8 @@ import pytest
 
 import sdftrack as st
 from experiments.tracking.photometric import follow
+from reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack import _core
-from sdftrack.reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack.synth.printed_can import CAN_RADIUS_M, can_mesh, turning_can
 from sdftrack.tracking.core_conversion import rgb_seen
 

@@ -6,10 +6,10 @@ import pytest
 
 import sdftrack as st
 from experiments.trust import confidence
+from reference import energies as twin
+from reference import tracking as twin_tracking
+from reference import trust as twin_trust
 from sdftrack import _core, geometry, synth
-from sdftrack.reference import energies as twin
-from sdftrack.reference import tracking as twin_tracking
-from sdftrack.reference import trust as twin_trust
 
 AREA_RTOL = 1e-3  # float sums of some thousand terms of both signs
 # The factor's sd at 70 x 70 white pixels is about 1 / sqrt(24 windows, overlapping by half), 0.15; three of them.

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import appearance as twin
+from reference import energies as twin_energies
+from reference import tracking
 from sdftrack import _core, geometry
 from sdftrack.imaging.appearance import color_map
-from sdftrack.reference import appearance as twin
-from sdftrack.reference import energies as twin_energies
-from sdftrack.reference import tracking
 
 # float32 histograms and posteriors.
 POSTERIOR_ATOL = 2e-6

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference.calibration import ray_of
 from sdftrack.calibration.intrinsics_plots import plot_residuals
 from sdftrack.calibration.intrinsics_residuals import Misfit, misfit, points_of
 from sdftrack.cli.app import run
 from sdftrack.io.frames import write_mask
-from sdftrack.reference.calibration import ray_of
 
 FRAMES = 60
 TRUTH = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
+from reference import contour as twin
 from sdftrack import _core
-from sdftrack.reference import contour as twin
 
 # A place on the grid is good to some 1e-6 of 60 cells in float; where it falls beside a cell's border, the slope is the
 # neighbour's.

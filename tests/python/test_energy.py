@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import energies as twin
+from reference import optim, tracking
 from sdftrack import geometry
-from sdftrack.reference import energies as twin
-from sdftrack.reference import optim, tracking
 from sdftrack.testing import assert_pose_close
 
 RESIDUALS = ["point", "slope", "ray_hit"]

@@ -6,8 +6,8 @@ import pytest
 from levelset_scene import lattice, slope_error, zero_crossings
 
 import sdftrack as st
+from reference import levelset as reference
 from sdftrack import _core
-from sdftrack.reference import levelset as reference
 
 VOXEL_M, RADIUS = 0.002, 11.3  # the ball's, in voxels
 STEP = 1e-5

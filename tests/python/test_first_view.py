@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import first_view as twin
 from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
 from sdftrack.reconstruction.first_view import planes_below, room
 from sdftrack.reconstruction.quality import without_cavities
-from sdftrack.reference import first_view as twin
 
 CAMERA = st.Camera(200.0, 200.0, 79.5, 59.5, 160, 120)
 FRAMES, VOXELS, VOXEL_M = 24, 96, 0.004

@@ -23,8 +23,8 @@ from levelset_scene import (
 )
 
 import sdftrack as st
+from reference import levelset as reference
 from sdftrack import _core
-from sdftrack.reference import levelset as reference
 
 # Not whole blocks of 8 in any axis, and one (17) that ends in a block of border voxels alone.
 SHAPE, VOXEL_M, ORIGIN = (19, 17, 21), 0.004, (-0.041, -0.033, -0.039)

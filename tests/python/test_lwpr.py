@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import lwpr as plain
 from sdftrack import _core
 from sdftrack.contour import lwpr_auto
-from sdftrack.reference import lwpr as plain
 from sdftrack.synth.functions import surface_data
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.

@@ -5,9 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
+from reference.render import raycast_mesh
 from sdftrack import _core
 from sdftrack.mesh import Mesh
-from sdftrack.reference.render import raycast_mesh
 
 POSITION_ATOL = 1e-6  # float32 files of a 0.1 m object: 1e-8 m, .obj text 1e-8, with room
 DEPTH_ATOL = 1e-6  # float32 depth near 0.5 m: half a unit in the last place is 3e-8 m

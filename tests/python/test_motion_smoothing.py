@@ -9,6 +9,7 @@ from motion_cases import SD_M, SD_RAD, noisy, reaches
 from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
+from reference.rts_smoother import smooth_coordinate
 from sdftrack import motion
 from sdftrack.motion.prior import _normal_equations
 from sdftrack.motion.quaternion_curves import (
@@ -18,7 +19,6 @@ from sdftrack.motion.quaternion_curves import (
     matrices,
 )
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
-from sdftrack.reference.rts_smoother import smooth_coordinate
 
 
 def turning(t):

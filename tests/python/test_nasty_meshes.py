@@ -10,8 +10,8 @@ import nasty_meshes as nasty
 import numpy as np
 import pytest
 
+from reference.sdf import winding_number
 from sdftrack import _core
-from sdftrack.reference.sdf import winding_number
 from sdftrack.sdf import SDF
 
 MESHES = nasty.nasty_meshes()

@@ -8,14 +8,14 @@ import pytest
 from tracking_scene import CAMERA, POSE, box_mesh
 
 import sdftrack as st
-from sdftrack import _core, geometry
-from sdftrack.reference.appearance import smoothed
-from sdftrack.reference.outline import (
+from reference.appearance import smoothed
+from reference.outline import (
     local_color_chances,
     outline_cost,
     outline_offset,
     outline_residuals,
 )
+from sdftrack import _core, geometry
 
 OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
 ALIGNED = _core.ColorMap.aligned(CAMERA.width, CAMERA.height)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import primitives as twin
 from sdftrack import _core
 from sdftrack.cli.app import run
 from sdftrack.evaluation.primitive_errors import measure_patch
-from sdftrack.reference import primitives as twin
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
 from sdftrack.synth.solids import rendered_scene

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import plane as twin
 from sdftrack import _core
 from sdftrack.imaging.plane import KINECT
-from sdftrack.reference import plane as twin
 from sdftrack.synth.noise import Kinect
 
 CAMERA = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import primitives as twin
 from sdftrack import _core
 from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.primitives.multi_frame import fuse_sizes
 from sdftrack.primitives.segmentation import ON, TABLE_M, SegmentedFrame, pieces
-from sdftrack.reference import primitives as twin
 from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Gaussian, Kinect
 from sdftrack.synth.solids import KINDS, random_solid, ray_depth, standing_scene

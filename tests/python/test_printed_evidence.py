@@ -6,8 +6,8 @@ import pytest
 from levelset_scene import CAMERA, K, ball_depth, fuse, lattice, looking_from, reconstruction
 
 import sdftrack as st
+from reference import levelset as reference
 from sdftrack.reconstruction.printed import first_guess
-from sdftrack.reference import levelset as reference
 
 SHAPE, VOXEL_M, ORIGIN = (19, 17, 21), 0.004, (-0.041, -0.033, -0.039)
 SLANTED = st.Camera(500.0, 500.0, 160.0, 120.0, 321, 241)

@@ -16,10 +16,10 @@ from levelset_scene import (
 )
 
 import sdftrack as st
+from reference import levelset as reference
 from sdftrack import _core
 from sdftrack.reconstruction.printed import first_guess
 from sdftrack.reconstruction.quality import surface_mesh
-from sdftrack.reference import levelset as reference
 
 VOXEL_M = 0.002
 # Ten steps of a field of some 20 voxels in float, after evidence that is rounded by 0.1 % where it is largest.

@@ -6,8 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
+from reference import optim, tracking
 from sdftrack import geometry
-from sdftrack.reference import optim, tracking
 
 STEP = 1e-6
 # Central differences in double: rounding 1e-10, second order 1e-12.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference.render import raycast_sdf
 from sdftrack import _core
-from sdftrack.reference.render import raycast_sdf
 from sdftrack.sdf import SDF
 
 ROOT_ATOL = 1e-6  # m: the promise; float32 depth at 0.5 m adds 3e-8

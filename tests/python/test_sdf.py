@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import sdf as reference
 from sdftrack import _core
-from sdftrack.reference import sdf as reference
 from sdftrack.sdf import SDF
 
 # The band is exact up to float32 (1e-8 m of 0.1 m, 1e-5 voxel) and the 2^-18 voxel of the sign's rows.

@@ -6,9 +6,9 @@ import pytest
 from tracking_scene import CAMERA, SIZE_M, WALL_M, depth_of
 
 import sdftrack as st
+from reference.energies import SoftMin
 from sdftrack import geometry
 from sdftrack.metrics import pose_error
-from sdftrack.reference.energies import SoftMin
 
 POSE = geometry.pose([0.5, -0.6, 0.2], [0.01, 0, 0.6])
 BEHIND_M = WALL_M - 0.1

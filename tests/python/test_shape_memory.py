@@ -17,6 +17,7 @@ from experiments.thesis.measures.shape_protocol import (
     detection,
     learnt,
 )
+from reference import shape_memory as twin
 from sdftrack._internal import saved_file
 from sdftrack._internal.saved_file import FileKind
 from sdftrack.contour.masks import signed_distances
@@ -28,7 +29,6 @@ from sdftrack.contour.silhouette_library import (
     SilhouetteLibrary,
     with_hidden,
 )
-from sdftrack.reference import shape_memory as twin
 
 # Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.
 RECOVERED, RECOVERED_BY_LWPR = 0.88, 0.58

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import superpixels as twin
 from sdftrack.cli.app import run
-from sdftrack.reference import superpixels as twin
 from sdftrack.synth import region_picture
 
 SCENE = region_picture(120, 480, 5)[0]

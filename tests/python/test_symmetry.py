@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference.symmetry import distance_from_itself
 from sdftrack.geometry import pose
 from sdftrack.io.save import save_sequence
-from sdftrack.reference.symmetry import distance_from_itself
 from sdftrack.sdf import SDF
 
 VOXELS = 50

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from reference import energies as twin
+from reference import systematic
+from reference import tracking as twin_tracking
 from sdftrack import _core, geometry
-from sdftrack.reference import energies as twin
-from sdftrack.reference import systematic
-from sdftrack.reference import tracking as twin_tracking
 
 CAMERA = st.Camera(285.0, 285.0, 159.5, 119.5, 320, 240)
 POSE = geometry.pose([0.5, -0.4, 0.2], [0.01, -0.02, 0.6])

@@ -21,9 +21,9 @@ from tracking_scene import (
 )
 
 import sdftrack as st
+from reference import energies as twin
+from reference import tracking as twin_tracking
 from sdftrack import _core, geometry
-from sdftrack.reference import energies as twin
-from sdftrack.reference import tracking as twin_tracking
 from sdftrack.testing import assert_pose_close
 
 # Some 4,000 pixels of 1 mm noise leave 0.03 mm and 0.7 mrad (the covariance says so too); four times that.

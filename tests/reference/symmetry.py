@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.sdf import sample
+from reference.sdf import sample
 
 __all__ = ["distance_from_itself"]
 

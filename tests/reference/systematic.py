@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.energies import DepthLogistic, Field, find_hit
+from reference.energies import DepthLogistic, Field, find_hit
 
 __all__ = [
     "LATERAL_SHARE",

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.energies import DepthLogistic, Field, find_hit
-from sdftrack.reference.optim import hat
+from reference.energies import DepthLogistic, Field, find_hit
+from reference.optim import hat
 
 Array = NDArray[Any]
 

@@ -51,7 +51,7 @@ def raycast_sdf(
 
     step : in voxels. See `sdftrack.SDF.render`.
     """
-    from sdftrack.reference.sdf import sample
+    from reference.sdf import sample
 
     T_obj_cam = np.linalg.inv(T_cam_obj)
     span = np.array(values.shape[::-1]) - 1

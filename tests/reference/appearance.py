@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.energies import Field
+from reference.energies import Field
 
 Array = NDArray[Any]
 

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.optim import NormalEquations
-from sdftrack.reference.sdf import sample
+from reference.optim import NormalEquations
+from reference.sdf import sample
 
 Array = NDArray[Any]
 

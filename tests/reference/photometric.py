@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.sdf import sample
+from reference.sdf import sample
 
 __all__ = ["brightness_at", "photometric_cost", "ray_hit", "surface_normal"]
 

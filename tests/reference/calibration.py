@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.reference.energies import GRAZING_SLOPE, HIT_LEAD_M
-from sdftrack.reference.sdf import sample
+from reference.energies import GRAZING_SLOPE, HIT_LEAD_M
+from reference.sdf import sample
 
 __all__ = ["depth_of", "marginal_information", "numeric_rows", "point_residual", "ray_of", "residual"]
 
