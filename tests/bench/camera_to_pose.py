@@ -13,16 +13,20 @@ from __future__ import annotations
 import argparse
 import contextlib
 import itertools
+import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from harness import machine
 
 import sdftrack as st
-from sdftrack.testing.realsense import SoftwareRealSense
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from support.software_realsense import SoftwareRealSense
 
 DEPTH = st.Camera(420.0, 420.0, 319.5, 239.5, 640, 480)
 COLOR = st.Camera(600.0, 600.0, 319.5, 239.5, 640, 480)

@@ -16,15 +16,14 @@ from fuzz_targets import Case, Target, any_of
 
 import sdftrack as st
 
-BESIDE = str(Path(__file__).resolve().parents[1] / "python")
+TESTS = Path(__file__).resolve().parents[1]
 BAGS = ("rosbags", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "lz4", "zstandard")
 SMALL = st.Camera(16.0, 16.0, 7.5, 5.5, 16, 12)
 
 
 def _beside() -> None:
     """The writers of bags and recordings are those of the other tests."""
-    if BESIDE not in sys.path:
-        sys.path.append(BESIDE)
+    sys.path += [folder for folder in (str(TESTS / "python"), str(TESTS)) if folder not in sys.path]
 
 
 def _small() -> st.Sequence:
@@ -86,7 +85,7 @@ def _realsense(folder: Path) -> Case:
     _beside()
     import test_realsense_files as files
 
-    from sdftrack.testing.realsense import SoftwareRealSense
+    from support.software_realsense import SoftwareRealSense
 
     path = folder / "recorded.db3"
     files.record(path, SoftwareRealSense(files.CAMERA, files.SCALE), files.frames(1))

@@ -17,8 +17,8 @@ from sdftrack.cli import live_files, live_run
 from sdftrack.cli.app import run
 from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.testing.faults import FaultyCamera
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
+from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 60

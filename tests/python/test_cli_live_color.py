@@ -19,8 +19,8 @@ from sdftrack.imaging.pose_hint import moved_into
 from sdftrack.io.frames import read_mask
 from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.testing.faults import FaultyCamera
 from sdftrack.viz.viewer.requests import Box, Click, Record, Save
+from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 40

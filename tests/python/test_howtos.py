@@ -144,7 +144,7 @@ def test_many_recordings(page, capfd):
 def realsense(sequence, monkeypatch):
     """A RealSense without hardware that shows the recording forwards and backwards, 30 times a second."""
     pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
-    from sdftrack.testing.realsense import SoftwareRealSense
+    from support.software_realsense import SoftwareRealSense
 
     camera = SoftwareRealSense(sequence.camera, 0.0001)
     monkeypatch.setattr("sdftrack.live.realsense.connected", lambda rs: [camera.device])
@@ -187,7 +187,7 @@ def record_db3(path, sequence):
     """A recording by the SDK's own recorder."""
     import pyrealsense2 as rs
 
-    from sdftrack.testing.realsense import SoftwareRealSense
+    from support.software_realsense import SoftwareRealSense
 
     camera = SoftwareRealSense(sequence.camera, 0.0001)
     recorder = rs.recorder(str(path), camera.device)

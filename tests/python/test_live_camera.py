@@ -12,7 +12,7 @@ from sdftrack.live import CameraLost, LiveCamera, open_camera
 from sdftrack.live.clock import CameraClock
 from sdftrack.live.replay import Replay
 from sdftrack.live.sources import CAMERAS, CameraKind
-from sdftrack.testing.faults import FaultyCamera
+from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)
 

@@ -12,7 +12,7 @@ import pytest
 import sdftrack as st
 from sdftrack.io.datasets.cdr import CdrReader
 from sdftrack.io.datasets.streams import nearest_in_time
-from sdftrack.testing.realsense import SoftwareRealSense
+from support.software_realsense import SoftwareRealSense
 
 rs = pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
 

@@ -5,6 +5,16 @@ import pytest
 import sdftrack as st
 from sdftrack.testing import assert_pose_close
 
+pytest_plugins = ["sdftrack.testing.fixtures"]
+
+
+def test_the_fixtures_for_other_suites_make_a_sequence_that_is_tracked(
+    sdftrack_sequence, sdftrack_shape, sdftrack_camera
+):
+    tracker = st.Tracker(sdftrack_shape, sdftrack_camera)
+    tracker.start(sdftrack_sequence[0], poses=[sdftrack_sequence.ground_truth[0][0]])
+    assert tracker.track(sdftrack_sequence[1]).ok
+
 
 def test_close_poses_pass_and_others_fail_with_both_distances():
     T = st.geometry.pose([0.1, 0.2, 0.3], [0, 0, 1])

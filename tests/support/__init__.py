@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Cameras without hardware, for tests and benches."""
