@@ -2,7 +2,6 @@
 """A start that several poses explain stays doubted until frames tell them apart, or the symmetry is declared."""
 
 import numpy as np
-import pytest
 from tracking_scene import CAMERA, NOISE_M, WALL_M
 
 import sdftrack as st
@@ -151,10 +150,3 @@ def test_a_covariance_follows_the_origin():
     np.testing.assert_allclose(
         moved_covariance(A @ A.T * 1e-6, offset), np.cov(about.T), rtol=0.05, atol=2e-7
     )
-
-
-def test_bad_symmetries_are_named():
-    with pytest.raises(ValueError, match="symmetry: expected one or None per shape"):
-        st.Tracker(cube(), CAMERA, symmetry=[None, None])
-    with pytest.raises(TypeError, match=r"symmetry\[0\]"):
-        st.Tracker(cube(), CAMERA, symmetry=["auto"])

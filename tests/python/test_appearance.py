@@ -85,14 +85,6 @@ def test_posteriors_and_overlap_of_pooled_histograms_are_those_of_the_twin():
     assert model.overlap == pytest.approx(twin.overlap(*shares), abs=OVERLAP_ATOL)
 
 
-def test_the_twins_smoothing_keeps_the_sum_and_spreads_to_neighbours_only():
-    share = np.zeros(4096)
-    share[twin.color_bin(np.array([8, 100, 250], np.uint8))] = 1
-    out = twin.smoothed(share)
-    assert out.sum() == pytest.approx(1)
-    assert (out > 1e-6).sum() == 2 * 3 * 2  # at the ends of red and blue one of three neighbours is missing
-
-
 def test_the_colours_at_a_pose_are_counted_as_the_twin_counts_them(shape, depth, color):
     got = counted(shape, depth, color, TRUTH, budget=depth.size)
     centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
@@ -310,12 +302,6 @@ def all_pixels():
     return [(u, v) for v in range(60) for u in range(80)]
 
 
-@pytest.mark.parametrize("size", [(30, 40), (60, 81), (80, 60)])
-def test_colour_of_another_size_without_a_rig_is_refused_with_a_hint(shape, depth, size):
-    with pytest.raises(ValueError, match=r"color: expected the size of the depth image, 80 x 60.*RGBDCamera"):
-        rgbd_energy(shape, depth, np.zeros((*size, 3), np.uint8))
-
-
 def test_colour_of_another_size_than_the_colour_camera_is_refused(shape, depth):
     with pytest.raises(ValueError, match="color: expected the colour camera's size 90 x 70, got 80 x 60"):
         rgbd_energy(shape, depth, np.zeros((60, 80, 3), np.uint8), rigs()["rigid"])
@@ -392,17 +378,6 @@ def test_the_sums_have_the_same_bits_for_any_number_of_threads(shape, likelihood
     assert a.count > 2 * 2048
     assert a.cost == b.cost
     np.testing.assert_array_equal(a.hessian, b.hessian)
-
-
-@pytest.mark.parametrize("likelihood", LIKELIHOODS)
-def test_the_twins_penalties_are_consistent_with_themselves(likelihood):
-    penalty = (
-        twin_energies.ColorOdds(SCALE_M, 0.1) if likelihood == "odds" else twin_energies.ColorPrinted(SCALE_M)
-    )
-    h = 1e-7
-    for r, p in itertools.product((-0.02, -0.003, 1e-5, 0.001, 0.007), (0.02, 0.4, 0.7, 0.98)):
-        slope = (penalty(r + h, 1.2, p).cost - penalty(r - h, 1.2, p).cost) / (2 * h)
-        assert penalty(r, 1.2, p).slope == pytest.approx(slope, abs=1e-4 / SCALE_M)
 
 
 def test_colours_that_say_nothing_give_the_depth_energy(shape, depth):

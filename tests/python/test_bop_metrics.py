@@ -98,20 +98,3 @@ def test_average_recall_is_the_mean_over_thresholds():
     assert ar["AR_MSPD"] == pytest.approx((1 + 0.9) / 2)  # 10 px, 20 px, ...
     assert ar["AR"] == pytest.approx(np.mean([ar["AR_VSD"], ar["AR_MSSD"], ar["AR_MSPD"]]))
     assert list(metrics.average_recall(mspd_errors=[1.0])) == ["AR_MSPD", "AR"]
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: metrics.average_recall(), "at least one"),
-        (lambda: metrics.average_recall(mssd_errors=[1.0]), "diameter"),
-        (lambda: metrics.average_recall(vsd_errors=[1.0]), "vsd_errors: expected 2 dimensions"),
-        (lambda: metrics.mssd(np.eye(3), T, RING), "T: expected poses"),
-        (lambda: metrics.mssd(T[None], T, RING), "T: expected one pose"),
-        (lambda: metrics.vsd(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 2)), CAMERA, 0.1), "shape"),
-        (lambda: metrics.vsd(*[np.zeros((48, 64))] * 3, CAMERA, -0.1), "tau"),
-    ],
-)
-def test_wrong_arguments_are_refused(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()

@@ -295,64 +295,6 @@ def test_a_plane_is_enough_when_the_colour_camera_is_known():
     assert result.rms_px < HELD_OUT_PX
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "message"),
-    [
-        ({"ball_radius": 40}, ValueError, "ball_radius: expected metres.*40 mm is 0.04"),
-        ({"ball_radius": "big"}, TypeError, "^ball_radius"),
-        ({"threads": -1}, ValueError, "^threads: expected a whole number from 0"),
-        ({"threads": "x"}, TypeError, "^threads: expected a whole number"),
-        ({"seed": -1}, ValueError, "^seed: expected a whole number from 0"),
-        ({"seed": "a"}, TypeError, "^seed: expected a whole number"),
-        ({"ball_radius": 0.15}, ValueError, "found no ball of ball_radius=0.15"),
-        ({"ball_color": (0, 40, 230)}, ValueError, "^ball_color: found no round object"),
-        ({"ball_color": (128, 128, 128)}, ValueError, "^ball_color: expected a saturated"),
-        ({"mask_fn": lambda f: np.zeros((240, 320), bool)}, ValueError, "ball_color, mask_fn: expected one"),
-        (
-            {"ball_color": None, "mask_fn": lambda f: np.zeros((240, 320), bool)},
-            ValueError,
-            "^mask_fn: found no",
-        ),
-        (
-            {"ball_color": None, "mask_fn": lambda f: np.zeros((2, 3), bool)},
-            ValueError,
-            "^mask_fn: expected a bool",
-        ),
-        ({"ball_color": None, "mask_fn": 3}, TypeError, "^mask_fn: expected a function"),
-        ({"depth_camera": st.RGBDCamera(DEPTH)}, TypeError, "^depth_camera: expected st.Camera"),
-        ({"depth_camera": DEPTH.scaled(2)}, ValueError, "^depth_camera: frame"),
-        ({"color_camera": DEPTH.scaled(2)}, ValueError, "^color_camera: expected the colour images"),
-        ({"color_camera": 3}, TypeError, "^color_camera"),
-        ({"frames": []}, ValueError, "^frames: expected at least one"),
-        ({"frames": 3}, TypeError, "^frames: expected frames"),
-        ({"frames": [1, 2]}, TypeError, "^frames: expected st.Frame"),
-        ({"frames": [st.Frame(np.ones((240, 320), np.float32))]}, ValueError, "got none with both"),
-        ({"few": 4}, ValueError, "at least 6 frames"),
-        ({"few": 2, "ball_color": None}, ValueError, "^ball_color: expected .* with so few frames"),
-        (
-            {"few": 8, "times": False, "time_offset": True},
-            ValueError,
-            "^time_offset: expected frames with growing",
-        ),
-    ],
-)
-def test_what_cannot_be_registered_is_said_by_its_cause(change, error, message):
-    scene, frames = recorded(noise=0.001, seed=0)
-    change = dict(change)
-    frames = frames[: change.pop("few", 8)]
-    if not change.pop("times", True):
-        frames = [f.replace(timestamp=None) for f in frames]
-    given = {
-        "frames": frames,
-        "depth_camera": DEPTH,
-        "ball_radius": RADIUS_M,
-        "ball_color": scene.color,
-        **change,
-    }
-    with pytest.raises(error, match=message):
-        st.calibrate_color_to_depth(**given)
-
-
 def test_a_ball_that_is_too_small_in_the_image_is_called_that():
     small = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
     scene = st.synth.ball_scene(
@@ -367,14 +309,3 @@ def test_colour_that_is_late_without_a_word_is_warned_of():
     with pytest.warns(UserWarning, match="is colour late"):
         result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)
     assert result.rms_px > 1  # colour 30 ms late at up to 0.9 m/s
-
-
-def test_two_recordings_that_do_not_belong_together_are_refused():
-    scene, frames = recorded(noise=0.001, seed=0)
-    mixed = [
-        st.Frame(frames[i].depth, frames[(5 * i + 3) % 12].color, frames[i].timestamp) for i in range(12)
-    ]
-    with pytest.raises(
-        ValueError, match=r"both images are simultaneous|no mapping agrees|agree with one mapping"
-    ):
-        st.calibrate_color_to_depth(mixed, DEPTH, RADIUS_M, scene.color, color_camera=COLOR)

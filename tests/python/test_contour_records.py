@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour.dct import MAX_LEVEL_SET_PX
 from sdftrack.synth.blob import blob_video
 from sdftrack.synth.gait import gait
 
@@ -109,23 +108,6 @@ def test_a_model_made_with_numpys_numbers_is_saved_and_compared(options, tmp_pat
     assert st.LWPR.load(tmp_path / "a.lwpr") == model
 
 
-@pytest.mark.parametrize(
-    ("given", "error", "told"),
-    [
-        ({"w_gen": 0.2}, TypeError, r"'w_gen' is set by the memory; give ShapeMemory\(w_gen"),
-        ({"n_in": 3}, TypeError, "'n_in' is set by the memory"),
-        ({"init_d": 3}, TypeError, "lwpr: unknown option 'init_d'; did you mean 'init_D'"),
-        ({"xyz": 3}, TypeError, "lwpr: unknown option 'xyz'; known: w_prune"),
-        ([("init_D", 3)], TypeError, "lwpr: expected a dictionary"),
-        (3, TypeError, "lwpr: expected a dictionary"),
-        ({"penalty": -1.0}, ValueError, "penalty"),
-    ],
-)
-def test_options_for_the_regression_that_cannot_be_are_named(given, error, told):
-    with pytest.raises(error, match=told):
-        st.contour.ShapeMemory(rule="printed", lwpr=given)
-
-
 def test_every_single_flipped_byte_of_a_memorys_file_is_noticed(masks, tmp_path):
     memory = st.contour.ShapeMemory(size=16, n_harmonics=4)
     memory.learn(masks[0])
@@ -136,17 +118,3 @@ def test_every_single_flipped_byte_of_a_memorys_file_is_noticed(masks, tmp_path)
         (tmp_path / "b").write_bytes(content[:k] + bytes([content[k] ^ 1]) + content[k + 1 :])
         with pytest.raises(ValueError, match="b: "):
             st.contour.ShapeMemory.load(tmp_path / "b")
-
-
-def test_a_memory_in_use_by_another_thread_is_not_saved_half_way(masks, tmp_path):
-    memory = st.contour.ShapeMemory()
-    memory.learn(masks[0])
-    with memory._lock, pytest.raises(RuntimeError, match="in use by another thread"):
-        memory.save(tmp_path / "a")
-    memory.save(tmp_path / "a")
-
-
-def test_a_level_set_too_large_for_memory_is_refused():
-    side = int(np.sqrt(MAX_LEVEL_SET_PX)) + 1
-    with pytest.raises(ValueError, match=f"shape: expected at most {MAX_LEVEL_SET_PX} pixels"):
-        st.contour.silhouette(np.ones(4), (side, side), level_set=True)

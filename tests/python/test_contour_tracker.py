@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour.options import MEANINGS
 from sdftrack.metrics import iou
 from sdftrack.synth.blob import BlobVideo, blob_video
 
@@ -284,14 +283,6 @@ def test_what_the_memory_knows_is_kept_behind_a_wide_post():
     assert np.mean(without) < 0.85  # what is seen is no more than that
 
 
-def test_a_memory_that_says_something_else_is_refused():
-    video = head(2)
-    tracker = st.contour.ContourTracker(memory=FakeMemory("perhaps"), burn_in=0)
-    tracker.start(video.images[0], mask=video.masks[0])
-    with pytest.raises(ValueError, match=r"memory: expected a judgement of .*got 'perhaps'"):
-        tracker.track(video.images[1])
-
-
 IMAGE, MASK = picture(disc(60, 45, 20))
 
 
@@ -299,104 +290,6 @@ def started():
     tracker = st.contour.ContourTracker()
     tracker.start(IMAGE, mask=MASK)
     return tracker
-
-
-@pytest.mark.parametrize(
-    ("image", "error", "told"),
-    [
-        (IMAGE[..., 0], ValueError, r"image: expected colours, \(H, W, 3\), got a grey image"),
-        (IMAGE[..., :1], ValueError, "image: expected colours"),
-        (np.dstack([IMAGE, IMAGE[..., 0]]), ValueError, "drop an alpha channel"),
-        (IMAGE / 255.0, TypeError, "image: expected uint8, got float64; use .255 . image. where it is 0..1"),
-        (np.full(IMAGE.shape, np.nan), TypeError, "image: expected uint8, got float64"),
-        (IMAGE.astype(np.uint16), TypeError, "image: expected uint8, got uint16; use image >> 8 .*16 bits"),
-        (IMAGE.astype(np.int64), TypeError, r"got int64; use image.astype\(np.uint8\)"),
-        (IMAGE[:80], ValueError, "image: expected the size at the start, 120 x 90, got 120 x 80"),
-        (IMAGE[:4, :4], ValueError, "image: expected at least 8 x 8"),
-        (None, TypeError, "image: expected .* got NoneType"),
-        ("a.png", TypeError, "image: expected .* got str"),
-        (st.Frame(np.ones((90, 120), np.float32)), TypeError, "image: expected .* got Frame"),
-    ],
-)
-def test_an_image_that_cannot_be_used_is_refused(image, error, told):
-    with pytest.raises(error, match=told):
-        started().track(image)
-
-
-@pytest.mark.parametrize(
-    ("place", "error", "told"),
-    [
-        ({}, ValueError, "box, mask: expected one of them, got none"),
-        ({"box": (1, 2, 30, 30), "mask": MASK}, ValueError, "expected one of them, got both"),
-        ({"box": (200, 10, 30, 30)}, ValueError, "box: expected a box in the 120 x 90 image"),
-        ({"box": (10, 10, 0, 30)}, ValueError, "with w and h > 0"),
-        ({"box": (10, np.nan, 5, 30)}, ValueError, "with w and h > 0"),
-        ({"box": "here"}, TypeError, "box: expected four numbers"),
-        ({"box": (10, 10, 3, 3)}, ValueError, "box: expected a box of at least 30"),
-        ({"box": (0, 0, 120, 90)}, ValueError, "box: expected an object whose colours"),
-        ({"box": (2, 2, 20, 20)}, ValueError, "box: expected an object whose colours"),
-        ({"mask": MASK.astype(float)}, TypeError, "mask: expected bool or uint8, got float64; use mask > 0"),
-        ({"mask": MASK[:50]}, ValueError, r"mask: expected the image's size \(90, 120\)"),
-        ({"mask": np.zeros_like(MASK)}, ValueError, "mask: expected at least 30 pixels"),
-        ({"mask": np.ones_like(MASK)}, ValueError, "got a full mask"),
-        (
-            {"mask": np.arange(MASK.size).reshape(MASK.shape) > 4},
-            ValueError,
-            "expected background .*got 5; mark",
-        ),
-    ],
-)
-def test_a_start_from_nothing_is_refused(place, error, told):
-    with pytest.raises(error, match=told):
-        st.contour.ContourTracker().start(IMAGE, **place)
-
-
-@pytest.mark.parametrize(
-    ("given", "error", "told"),
-    [
-        ({"warp": "rigid"}, ValueError, r"warp: expected one of \['similarity', 'affine'\], got 'rigid'"),
-        ({"memory": object()}, TypeError, "memory: expected an object with learn, judge and recover"),
-        ({"burn_in": -1}, ValueError, "burn_in: expected a whole number >= 0, got -1"),
-        ({"bins": 8}, ValueError, "bins: expected 16 or 32, got 8"),
-        ({"bins": 16.5}, TypeError, "bins: expected a whole number"),
-        ({"pool": "median"}, ValueError, r"pool: expected one of \['linear', 'log'\], got 'median'"),
-        ({"dt": 9.0}, ValueError, "mu dt .*expected 0 to 0.2"),
-        ({"softness": "soft"}, TypeError, "softness: expected a number"),
-        ({"softness": np.nan}, ValueError, "softness: expected 0.3 to 10"),
-        ({"softnes": 3}, TypeError, "unknown option 'softnes'; did you mean 'softness'"),
-        ({"qqq": 3}, TypeError, "unknown option 'qqq'; known: warp, pool, bins"),
-        ({"bins": float("inf")}, TypeError, "bins: expected a whole number"),
-        ({"bins": True}, TypeError, "bins: expected a whole number, got True"),
-        ({"most_cells": 1e30}, ValueError, "most_cells: expected 32 to 2048, got 1000"),
-        ({"most_cells": 10**400}, ValueError, "most_cells: expected 32 to 2048, got 1000"),
-        ({"shrink": 1e300}, ValueError, "shrink: expected 1 to 1e"),
-        ({"softness": np.ones(2)}, TypeError, "softness: expected a number"),
-        ({"pool": 3}, TypeError, "pool: expected one of .*, got 3"),
-        ({"drift_cells": -1}, ValueError, "drift_cells: expected 0 to 64"),
-        ({"drift_log_scale": 2}, ValueError, "drift_log_scale: expected 0 to 1"),
-        ({"burn_in": float("inf")}, TypeError, "burn_in: expected a whole number"),
-        ({"burn_in": float("nan")}, TypeError, "burn_in: expected a whole number"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(given, error, told):
-    with pytest.raises(error, match=told):
-        st.contour.ContourTracker(**given)
-
-
-def test_pixels_that_are_no_object_on_the_grid_are_refused():
-    fine = np.add.outer(np.arange(240), np.arange(320)) % 2 == 0
-    with pytest.raises(ValueError, match="scattered pixels; on a grid with cells of 2 px"):
-        st.contour.ContourTracker().start(np.zeros((240, 320, 3), np.uint8), mask=fine)
-
-
-def test_every_option_is_told_of_and_can_be_set():
-    defaults = st.contour.ContourTracker().options
-    assert set(MEANINGS) == set(defaults)
-    changed = {
-        k: v if isinstance(v, str) else 32 if k == "bins" else type(v)(0.75 * v) for k, v in defaults.items()
-    }
-    changed = {k: np.float64(v) if isinstance(v, float) else v for k, v in changed.items()}
-    assert st.contour.ContourTracker(**changed).options == pytest.approx(changed)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -424,11 +317,6 @@ def test_a_stick_that_fills_a_tenth_of_its_box_is_not_taken_for_noise():
 def test_a_mask_of_an_image_file_will_do():
     same = [st.contour.ContourTracker().start(IMAGE, mask=m).phi for m in (MASK, 255 * MASK.astype(np.uint8))]
     np.testing.assert_array_equal(*same)
-
-
-def test_a_frame_before_the_start_is_refused():
-    with pytest.raises(RuntimeError, match="track: expected start"):
-        st.contour.ContourTracker().track(IMAGE)
 
 
 def test_views_that_are_not_contiguous_work():

@@ -54,25 +54,6 @@ def test_given_poses_are_those_of_the_pictures_and_reach_ends_them():
     assert 0 < seq[0].depth.max() <= np.float32(1.2)
 
 
-OUTSIDE = np.eye(4)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "match"),
-    [
-        ({"n": 0}, "n: expected a number"),
-        ({"fps": 0}, "fps: expected"),
-        ({"reach_m": -1}, "reach_m: expected"),
-        ({"distance_m": (2, 1)}, "distance_m: expected"),
-        ({"poses": np.eye(4)}, r"poses: expected shape \(n, 4, 4\)"),
-        ({"poses": OUTSIDE[None]}, "inside the room"),
-    ],
-)
-def test_what_cannot_be_made_is_refused_by_name(arguments, match):
-    with pytest.raises(ValueError, match=match):
-        st.synth.corner(**arguments)
-
-
 # The sum of deviations of three angles (thesis, Table 3.1: 2.1 to 7.8 degrees); 0.006 and 0.03 have been seen over 20
 # poses. The criterion must be far finer than what it judges.
 SUM_LIMIT_DEG = {0.001: 0.02, "kinect": 0.1}
@@ -107,9 +88,3 @@ def test_the_planes_do_not_depend_on_the_focal_length_that_is_judged():
     # Which readings are within the slab differs a little; 1e-6 is a micrometre across a pixel at 1 m.
     np.testing.assert_allclose(planes[0], planes[1], atol=1e-3)
     np.testing.assert_allclose(planes[0][:, :2], planes[1][:, :2], atol=3e-6)
-
-
-def test_less_than_three_planes_are_refused():
-    flat = st.Frame(np.full((120, 160), 0.8, np.float32))
-    with pytest.raises(ValueError, match="frame: "):
-        st.metrics.plane_angles(flat, CAMERA)

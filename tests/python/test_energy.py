@@ -213,43 +213,6 @@ def test_noise_that_grows_with_depth_scales_each_pixels_density(shape, frame):
     )
 
 
-@pytest.mark.parametrize("outlier_floor", [0.0, 0.1])
-def test_the_twins_penalty_is_consistent_with_itself(outlier_floor):
-    penalty, h = twin.DepthLogistic(SCALE_M, outlier_floor), 1e-7
-    for r in (-0.02, -0.003, 0.0, 1e-5, 0.007):
-        ahead, behind = penalty(r + h), penalty(r - h)
-        here = penalty(r)
-        assert here.slope == pytest.approx((ahead.cost - behind.cost) / (2 * h), abs=1e-4 / SCALE_M)
-        assert here.curvature * r == pytest.approx(here.slope, abs=1e-6 / SCALE_M)
-        second = (ahead.slope - behind.slope) / (2 * h)
-        assert penalty.second_derivative(r) == pytest.approx(second, abs=1e-4 / SCALE_M**2)
-
-
-def test_the_twins_free_space_residual_has_the_derivative_that_it_says():
-    def ramp(u):  # a distance transform of 0.1 px per pixel to the right and down
-        return 4 + 0.1 * u[0] + 0.05 * u[1], np.array([0.1, 0.05])
-
-    K, p = np.array([120, 122, 39.5, 29.5]), np.array([0.02, -0.01, 0.03])
-    x = optim.State(np.linalg.inv(START))
-    r, J = twin.free_space_residual(ramp, p, x.T_obj_cam, K)
-    assert r > 0
-    h = 1e-7
-    for j, e in enumerate(np.eye(6)):
-        up, down = (
-            twin.free_space_residual(ramp, p, optim.retract(x, d * e).T_obj_cam, K)[0] for d in (h, -h)
-        )
-        assert (up - down) / (2 * h) == pytest.approx(J[j], abs=1e-6)
-
-
-def test_the_twins_distance_transform_is_that_of_scipy():
-    ndimage = pytest.importorskip("scipy.ndimage")
-    free = np.random.default_rng(1).random((13, 17)) > 0.05
-    np.testing.assert_allclose(
-        twin.distance_transform(free), ndimage.distance_transform_edt(free), atol=1e-12
-    )
-    assert twin.distance_transform(free, limit=2.0).max() == 2.0
-
-
 # --- derivatives
 
 
@@ -392,16 +355,6 @@ def test_size_is_recovered(shape):
     assert st.minimize(energy, found, max_steps=5).cost <= energy.cost(found)
 
 
-def test_an_unknown_option_of_minimize_is_refused_with_the_known_ones(shape, frame):
-    with pytest.raises(TypeError, match=r"unknown option 'max_step'.*max_steps"):
-        st.minimize(make_energy(shape, frame, "point"), max_step=3)
-
-
-def test_fixed_needs_one_entry_per_unknown(shape, frame):
-    with pytest.raises(ValueError, match=r"fixed: expected one entry per unknown \(6\), got 2"):
-        st.minimize(make_energy(shape, frame, "point"), fixed=[True, False])
-
-
 # --- back-projection
 
 
@@ -435,68 +388,6 @@ def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
 
 
 # --- bad input
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "match"),
-    [
-        ({"shapes": []}, ValueError, "shapes: expected 1 to 4 SDFs, got 0"),
-        ({"shapes": [st.SDF.sphere(0.03, voxels=8)] * 5}, ValueError, "shapes: expected 1 to 4 SDFs, got 5"),
-        (
-            {"shapes": [st.SDF.sphere(0.03, voxels=8)] * 2},
-            ValueError,
-            "poses: expected one 4x4 matrix per shape",
-        ),
-        ({"shapes": "mug.ply"}, (TypeError, ValueError), "shapes: expected"),
-        ({"shapes": [3]}, TypeError, "shapes: expected an SDF, got int"),
-        ({"camera": "camera.json"}, TypeError, "camera"),
-        ({"frame": st.Frame(None, np.zeros((60, 80, 3), np.uint8))}, ValueError, "depth"),
-        ({"frame": st.Frame(np.ones((50, 80), np.float32))}, ValueError, r"depth: expected"),
-        ({"frame": st.Frame(np.full((60, 80), 3, np.float32))}, ValueError, "no depth measurement near"),
-        ({"poses": np.full((4, 4), np.nan)}, ValueError, "poses: .*not finite"),
-        ({"poses": START.T}, ValueError, "poses: .*transposed"),
-        ({"poses": np.diag([1.1, 1.1, 1.1, 1])}, ValueError, "poses: .*not a rotation"),
-        ({"poses": np.diag([1.0, 1.0, -1.0, 1])}, ValueError, "poses: .*not a rotation"),
-        ({"poses": np.eye(3)}, ValueError, r"poses: expected shape \(4, 4\)"),
-        ({"poses": np.stack([START, START])}, ValueError, "poses: expected one 4x4 matrix per shape"),
-        ({"penalty": "huber"}, ValueError, "penalty: expected 'depth'"),
-        ({"unknowns": ("scale",)}, ValueError, "unknowns: expected one of"),
-        ({"unknowns": ("pose", "scale", "intrinsics")}, ValueError, "unknowns: expected one of"),
-        ({"scale_m": 0.0}, ValueError, "scale_m"),
-        ({"scale_m": float("nan")}, ValueError, "scale_m"),
-        ({"residuals": "point"}, TypeError, "did you mean 'residual'"),
-        ({"residual": "points"}, ValueError, "residual: expected one of"),
-        ({"outlier_floor": 1.5}, ValueError, "outlier_floor"),
-        ({"max_pixels": 10.5}, TypeError, "max_pixels: expected a whole number"),
-    ],
-)
-def test_bad_input_is_refused_with_its_name(shape, frame, change, error, match):
-    good = {"shapes": shape, "camera": CAMERA, "frame": frame, "poses": START}
-    with pytest.raises(error, match=match):
-        st.Energy(**{**good, **change})
-
-
-def test_a_step_of_the_wrong_length_is_refused(shape, frame):
-    energy = make_energy(shape, frame, "point")
-    with pytest.raises(ValueError, match="delta: expected 6 numbers, got 7"):
-        energy.moved(energy.start, np.zeros(7))
-
-
-@pytest.mark.parametrize(
-    ("x", "error", "match"),
-    [
-        (st.State(START[None], scales=np.array([-1.0])), ValueError, "scales of one number > 0"),
-        (st.State(START[None], scales=np.array([np.nan])), ValueError, "scales of one number > 0"),
-        (st.State(START[None], scales=np.array([])), ValueError, "scales of one number > 0"),
-        (st.State(np.full((1, 4, 4), np.nan)), ValueError, "poses: .*not finite"),
-        (START, TypeError, "x: expected a State, got ndarray"),
-    ],
-)
-def test_a_state_that_cannot_be_is_refused(shape, frame, x, error, match):
-    energy = make_energy(shape, frame, "ray_hit", ("pose", "scale"))
-    for call in (energy.cost, energy.linearize, energy.residuals, lambda s: st.minimize(energy, s)):
-        with pytest.raises(error, match=match):
-            call(x)
 
 
 def test_a_state_far_off_costs_more_but_is_no_error(shape, frame):

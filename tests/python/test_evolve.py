@@ -185,35 +185,3 @@ def test_the_defaults_are_the_cores():
     o, given = _core.EvolveOptions(), st.levelset.evolve.__kwdefaults__
     assert (o.sigma_h, o.sigma_phi, o.dt) == (given["sigma_h"], given["sigma_phi"], given["dt"])
     assert o.printed == (given["regulariser"] == "printed")
-
-
-@pytest.mark.parametrize(
-    ("changed", "error", "message"),
-    [
-        ({"phi": np.ones((4, 4, 4))}, TypeError, "phi: expected float32"),
-        ({"phi": np.ones((4, 4), np.float32)}, ValueError, "phi: expected shape"),
-        ({"phi": np.ones((4, 4, 1), np.float32)}, ValueError, "phi: expected shape"),
-        ({"phi": np.full((12, 12, 12), np.inf, np.float32)}, ValueError, "phi: expected finite"),
-        ({"phi": np.ones((12, 12, 12), np.float32)}, ValueError, "one sign only"),
-        ({"log_ratio": np.zeros((12, 12, 11), np.float32)}, ValueError, "log_ratio: expected the shape"),
-        ({"log_ratio": np.full((12, 12, 12), np.nan, np.float32)}, ValueError, "log_ratio: expected finite"),
-        ({"log_ratio": np.zeros((12, 12, 12), int)}, TypeError, "log_ratio: expected float32"),
-        ({"steps": -1}, ValueError, "steps"),
-        ({"steps": 1.5}, TypeError, "steps"),
-        ({"steps": True}, TypeError, "steps"),
-        ({"redistance_every": -1}, ValueError, "redistance_every"),
-        ({"voxel_size": 0}, ValueError, "voxel_size"),
-        ({"voxel_size": "2 mm"}, TypeError, "voxel_size"),
-        ({"regulariser": "none"}, ValueError, "regulariser"),
-        ({"dt": 1.6}, ValueError, "dt: expected at most 1.4"),
-        ({"dt": 0}, ValueError, "positive"),
-        ({"sigma_h": np.nan}, ValueError, "positive"),
-        ({"sigma_phi": 2}, ValueError, "dt: expected at most 0.66"),
-        ({"sigma_phi": -3}, ValueError, "positive"),
-    ],
-)
-def test_evolve_refuses_what_it_cannot_use(changed, error, message):
-    phi = in_m(ball(12, 4.2))
-    given = {"phi": phi, "log_ratio": phi, "steps": 1, "voxel_size": VOXEL_M, **changed}
-    with pytest.raises(error, match=message):
-        st.levelset.evolve(**given)

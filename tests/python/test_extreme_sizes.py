@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from tracking_scene import CAMERA, POSE, box_mesh, depth_of
 
 import sdftrack as st
 from sdftrack import _core
@@ -46,47 +45,3 @@ def test_a_field_that_the_model_does_not_have_is_refused():
     for output in (7, -1, 2**31 - 1):
         with pytest.raises(ValueError, match=r"output: expected 0\.\.0"):
             core.fields(output)
-
-
-def new_reconstruction(voxels=(32, 32, 32)):
-    return _core.Reconstruction(voxels, 0.01, (-0.15, -0.15, -0.15), None, _core.ReconstructionOptions(), 1)
-
-
-@pytest.mark.parametrize("voxels", [(-1, 8, 8), (8, 0, 8), (1, 1, 1), (65536, 65536, 2)])
-def test_a_reconstruction_has_a_volume(voxels):
-    with pytest.raises(ValueError, match="voxels: expected"):
-        new_reconstruction(voxels)
-
-
-@pytest.mark.parametrize("before", [(-3, 0, 0), (10_000, 10_000, 10_000), (2**31 - 1, 0, 0)])
-def test_a_volume_grows_to_what_an_int_counts(before):
-    with pytest.raises(ValueError, match="grown: expected"):
-        new_reconstruction().grown(before, (0, 0, 0))
-    with pytest.raises(ValueError, match="grown: expected"):
-        new_reconstruction().grown((0, 0, 0), before)
-
-
-@pytest.mark.parametrize(
-    "region", [(0, 0, 321, 240), (-1, 0, 10, 10), (10, 10, 5, 20), (0, 20, 5, 10), (0, 0, 8, 241)]
-)
-def test_a_region_lies_in_the_image(region):
-    with pytest.raises(ValueError, match="region: expected"):
-        new_reconstruction().fuse(depth_of(), CAMERA._core, POSE, region)
-
-
-@pytest.mark.parametrize(("k", "n"), [(-5, 0), (0, 0), (-1, 5), (0, -3)])
-def test_a_rotation_is_one_of_some(k, n):
-    with pytest.raises(ValueError, match="expected k >= 0 and n >= 1"):
-        _core.seed_rotation(k, n)
-
-
-def test_a_volume_of_more_voxels_than_an_int_counts_is_refused():
-    shape = [65536, 65536, 2]
-    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
-        _core.primitive_sdf("sphere", [0.1], shape, 0.01, [0, 0, 0])
-    mesh = box_mesh()
-    with pytest.raises(ValueError, match=r"fewer than 2\^31 voxels"):
-        _core.mesh_to_sdf(mesh.vertices, mesh.faces, shape, 0.01, [0, 0, 0])
-    one = np.lib.stride_tricks.as_strided(np.ones(1, np.float32), shape, (0, 0, 0))
-    with pytest.raises((TypeError, ValueError)):  # refused before it is looked at
-        _core.redistance(one, 0.01)

@@ -67,11 +67,3 @@ def test_a_field_of_one_sign_is_refused_there_as_here():
     for device in (-1, 0):
         with pytest.raises(ValueError, match="got one sign only"):
             _core.redistance(values, VOXEL_M, 1, device)
-
-
-@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
-def test_a_build_without_cuda_refuses_to_measure_on_the_gpu():
-    with pytest.raises(RuntimeError, match="no CUDA path"):
-        st.SDF.sphere(0.05, voxels=16).redistanced(device="cuda")
-    with pytest.raises(RuntimeError, match="no CUDA path"):
-        _core.redistance(np.ones((2, 2, 2), np.float32), VOXEL_M, 1, 0)

@@ -168,11 +168,3 @@ def test_a_field_of_one_sign_has_no_mesh(value):
         st.SDF(values, 0.01, np.zeros(3)).to_mesh(device="cuda")
     vertices, faces = zero_mesh(values, GPU)
     assert (vertices.shape, faces.shape) == ((0, 3), (0, 3))
-
-
-@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
-def test_a_build_without_cuda_refuses_a_mesh_on_the_gpu():
-    with pytest.raises(RuntimeError, match="no CUDA path"):
-        st.SDF.sphere(0.05, voxels=16).to_mesh(device="cuda")
-    with pytest.raises(RuntimeError, match="no CUDA path"):
-        _core.zero_mesh(np.ones((2, 2, 2), np.float32), GPU)

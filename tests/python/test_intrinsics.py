@@ -366,41 +366,6 @@ def test_too_few_frames_say_why(frames, swept, box):
         st.calibrate_intrinsics(empty, box, TRUTH, swept.ground_truth[0][0])
 
 
-@pytest.mark.parametrize(
-    ("changed", "error", "message"),
-    [
-        ({"free": ("fx", "k3")}, ValueError, "k3"),
-        ({"free": "fx"}, TypeError, "sequence of names"),
-        ({"free": ()}, ValueError, "at least one"),
-        ({"free": ("fx", "fx")}, ValueError, "each once"),
-        ({"sdf": "box"}, TypeError, "sdf: expected st.SDF"),
-        ({"frames": 3}, TypeError, "frames: expected an iterable"),
-        ({"frames": ["a"]}, TypeError, r"frames\[0\]"),
-        ({"initial_camera": 3}, TypeError, "camera"),
-        ({"joint": 1}, TypeError, "joint"),
-        ({"initial_pose": np.eye(3)}, ValueError, "pose"),
-        ({"box": (1, 2, 3, 4)}, ValueError, "one of pose, mask and box"),
-        ({"max_pixels": 10}, ValueError, "max_pixels"),
-        ({"max_pixels": "x"}, TypeError, "^max_pixels: expected a whole number"),
-        ({"threads": -1}, ValueError, "^threads: expected a whole number from 0"),
-        ({"threads": "x"}, TypeError, "^threads: expected a whole number"),
-        ({"residual": "slope"}, ValueError, "residual: expected one of ray_hit, point"),
-    ],
-)
-def test_bad_input_is_named(frames, swept, box, changed, error, message):
-    arguments = {"frames": frames[:6], "sdf": box, "initial_camera": TRUTH}
-    arguments |= {"initial_pose": swept.ground_truth[0][0], **changed}
-    with pytest.raises(error, match=message):
-        st.calibrate_intrinsics(**arguments)
-
-
-def test_frames_of_another_size_are_refused(swept, box):
-    with pytest.raises(ValueError, match=r"expected depth of the camera's size \(240, 320\)"):
-        st.calibrate_intrinsics(
-            [st.Frame(np.ones((10, 10), np.float32))] * 6, box, TRUTH, swept.ground_truth[0][0]
-        )
-
-
 # --- statistics
 
 

@@ -285,38 +285,6 @@ def test_a_mask_overrides_the_frames_and_without_any_all_readings_are_the_object
     np.testing.assert_array_equal(st.levelset.evidence(frame, CAMERA, T, triple), own)
 
 
-@pytest.mark.parametrize(
-    ("changed", "error", "message"),
-    [
-        ({"frame": np.ones((70, 84), np.float32)}, TypeError, "frame: expected st.Frame"),
-        ({"frame": st.Frame(None, np.zeros((70, 84, 3), np.uint8))}, ValueError, "expected a depth image"),
-        ({"frame": st.Frame(np.ones((5, 6), np.float32))}, ValueError, "depth: expected"),
-        ({"T_cam_obj": 2 * np.eye(4)}, ValueError, "T_cam_obj: "),
-        ({"T_cam_obj": np.eye(3)}, ValueError, "T_cam_obj: "),
-        ({"grid": SHAPE}, ValueError, "grid: expected"),
-        ({"grid": 3}, TypeError, "grid: expected st.SDF"),
-        ({"grid": ((4, 4), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
-        ({"grid": ((4, 4, 1), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
-        ({"grid": ((4, 4, 4.5), 0.01, (0, 0, 0))}, ValueError, "grid: expected"),
-        ({"grid": ((4000, 4000, 4000), 0.01, (0, 0, 0))}, ValueError, "fewer than 2\\^31"),
-        ({"grid": ((4, 4, 4), 0.0, (0, 0, 0))}, ValueError, "voxel_size"),
-        ({"grid": ((4, 4, 4), 0.01, (0, np.nan, 0))}, ValueError, "origin"),
-        ({"form": "sharp"}, ValueError, "form"),
-        ({"sigma_d_m": 0}, ValueError, "sigma_d_m"),
-        ({"noise_m": np.inf}, ValueError, "noise_m"),
-        ({"noise_per_m": -1}, ValueError, "noise_per_m"),
-        ({"sigma_d_m": "5 mm"}, TypeError, "sigma_d_m"),
-        ({"mask": np.ones((5, 6), bool)}, ValueError, "mask"),
-        ({"mask": np.ones((70, 84))}, TypeError, "mask"),
-    ],
-)
-def test_evidence_refuses_what_it_cannot_use(changed, error, message):
-    frame, T = one_frame()
-    given = {"frame": frame, "camera": CAMERA, "T_cam_obj": T, "grid": (SHAPE, VOXEL_M, ORIGIN), **changed}
-    with pytest.raises(error, match=message):
-        st.levelset.evidence(**given)
-
-
 def test_redistance_is_the_volumes_own():
     ball = st.SDF.sphere(BALL_M, voxels=30)
     squeezed = np.tanh(ball.values / 0.01).astype(np.float32)

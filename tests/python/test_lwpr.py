@@ -294,14 +294,6 @@ def test_the_gpu_predicts_what_the_cpu_does():
     np.testing.assert_array_equal(gpu, cpu)
 
 
-def test_without_a_gpu_cuda_is_refused():
-    if st.cuda_available():
-        pytest.skip("this machine has one")
-    model = st.LWPR().update([0.0], 1.0)
-    with pytest.raises(RuntimeError, match="cuda"):
-        model.predict([0.0], device="cuda")
-
-
 def test_defaults_live_in_the_core_alone():
     twin, core = plain.Options(), _core.LwprOptions()
     python = {**st.LWPR().get_params(), **lwpr_auto.GIVEN}  # where init_D is given

@@ -88,16 +88,6 @@ def test_a_model_that_has_not_settled_goes_on_after_saving_and_copying(count, tm
         np.testing.assert_array_equal(other.predict(ask), model.predict(ask))
 
 
-def test_a_nan_among_the_first_samples_changes_nothing():
-    x, y, _, _, _ = drawn("peaks, 2 inputs", count=100)
-    model = st.LWPR().update(x[:60], y[:60])
-    before = model.copy()
-    x[80, 0] = np.nan
-    with pytest.raises(ValueError, match="sample"):
-        model.update(x[60:], y[60:])
-    assert model == before
-
-
 # Words
 
 
@@ -115,12 +105,6 @@ def test_the_metric_that_was_found_is_said():
     np.testing.assert_array_equal(again.update(x, y).predict(x), model.predict(x))
 
 
-@pytest.mark.parametrize("option", lwpr_auto.AUTO)
-def test_another_word_is_refused_by_name(option):
-    with pytest.raises(TypeError, match=f"^{option}: expected .* or \"auto\", got 'best'"):
-        st.LWPR(**{option: "best"})
-
-
 def test_as_many_fields_as_samples_are_warned_of_once_in_a_doubling():
     x, y, _, _, _ = drawn("Friedman 1, 10 inputs", count=600)
     model = st.LWPR(init_D=2500.0)
@@ -133,16 +117,3 @@ def test_as_many_fields_as_samples_are_warned_of_once_in_a_doubling():
         warnings.simplefilter("error")
         model.update(x[:10], y[:10])
         st.LWPR().update(x, y)
-
-
-@pytest.mark.parametrize(
-    ("x", "said"),
-    [
-        (np.array([["1", "2"]]), r"of text \(dtype <U1\); convert it with .astype\(float\)"),
-        (np.array([[1j, 2]]), r"of complex numbers \(dtype complex128\); convert it with its .real"),
-        (np.array([["2020-01-01"]], "datetime64[D]"), r"of dates"),
-    ],
-)
-def test_arrays_of_other_kinds_are_named_in_words(x, said):
-    with pytest.raises(TypeError, match=r"^x: expected an array of numbers, got array.*" + said):
-        st.LWPR().update(x, [1.0])

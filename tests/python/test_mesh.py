@@ -71,38 +71,6 @@ def test_trimesh_gets_the_same_arrays():
     assert other.volume > 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        (([[0, 0]], [[0, 0, 0]]), ValueError, r"vertices: expected shape \(N, 3\)"),
-        (([[0, 0, 0]], [[0, 0, 1]]), ValueError, r"faces: expected vertex indices 0\.\.0"),
-        (([[0, 0, 0]], [[0.0, 0.0, 0.0]]), TypeError, "faces: expected integers"),
-        (([[0, 0, 0]], [[0, 0, 0]], [[0.1, 0.2, 0.3]]), TypeError, "colors: expected uint8"),
-        (([[0, 0, 0]], [[0, 0, 0]], np.zeros((2, 3), np.uint8)), ValueError, r"colors: expected shape \(1, 3\)"),
-    ],
-)  # fmt: skip
-def test_wrong_arrays_are_refused(arguments, error, message):
-    with pytest.raises(error, match=message):
-        Mesh(*arguments)
-
-
-def test_a_file_that_is_no_mesh_is_refused_with_its_name(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"nothing\.ply"):
-        Mesh.load(tmp_path / "nothing.ply")
-    (tmp_path / "text.ply").write_text("this is not a mesh")
-    with pytest.raises(ValueError, match=r"cannot read .*text\.ply"):
-        Mesh.load(tmp_path / "text.ply")
-    box_mesh().save(tmp_path / "box.ply")
-    whole = (tmp_path / "box.ply").read_bytes()
-    (tmp_path / "cut.ply").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(ValueError, match=r"cut\.ply"):
-        Mesh.load(tmp_path / "cut.ply")
-    with pytest.raises(ValueError, match="unit: expected"):
-        Mesh.load(tmp_path / "box.ply", unit="feet")
-    with pytest.raises(ValueError, match="path: expected a name ending"):
-        box_mesh().save(tmp_path / "box.xyz")
-
-
 @pytest.mark.parametrize("distortion", [(), (0.1, -0.05, 0.002, -0.001, 0.01)])
 def test_ray_casting_agrees_with_every_ray_against_every_triangle(distortion):
     mesh, cam, T = box_mesh(colors=True), camera(distortion=distortion), pose()
@@ -138,21 +106,6 @@ def test_the_image_does_not_depend_on_threads():
     mesh, cam, T = box_mesh(colors=True), camera(), pose()
     for one, many in zip(mesh.raycast(cam, T, threads=1), mesh.raycast(cam, T, threads=5), strict=True):
         np.testing.assert_array_equal(one, many)
-
-
-def test_bad_arguments_of_raycast_are_refused():
-    with pytest.raises(TypeError, match="camera: expected a Camera"):
-        box_mesh().raycast("camera", pose())
-    with pytest.raises(ValueError, match="T_cam_obj"):
-        box_mesh().raycast(camera(), 2 * np.eye(4))
-    with pytest.raises(ValueError, match="at least one face"):
-        Mesh([], []).raycast(camera(), pose())
-    broken = np.array(box_mesh().vertices)
-    broken[0, 0] = np.nan
-    with pytest.raises(ValueError, match="vertices: every coordinate must be finite"):
-        Mesh(broken, box_mesh().faces).raycast(camera(), pose())
-    with pytest.raises(ValueError, match="no vertices"):
-        _ = Mesh([], []).bounds
 
 
 def test_the_closest_point_is_as_near_as_the_nearest_of_all_triangles():

@@ -125,15 +125,6 @@ def test_few_faces_come_back_as_they_are():
     assert mesh.decimated(len(mesh.faces)) is mesh
 
 
-@pytest.mark.parametrize(
-    ("faces", "error"),
-    [(3, ValueError), (0, ValueError), (-5, ValueError), (100.0, TypeError), ("100", TypeError), (True, TypeError)],
-)  # fmt: skip
-def test_wrong_numbers_of_faces_are_refused(faces, error):
-    with pytest.raises(error, match="faces: expected a whole number from 4"):
-        ball().decimated(faces)
-
-
 def test_without_the_library_one_line_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "fast_simplification", None)
     with pytest.raises(

@@ -134,33 +134,6 @@ def test_weights_are_those_of_the_corners():
     np.testing.assert_allclose(_weights(np.zeros((1, 2)), flat), [[1 / 3, 1 / 3, 1 / 3]])
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "error", "message"),
-    [
-        ("b.stl", {"texture": 64}, ValueError, "path: expected one of .ply, .obj, .glb with texture="),
-        ("b.xyz", {"texture": 64}, ValueError, "path: expected a name ending"),
-        ("b.glb", {"texture": 8}, ValueError, "texture: expected a whole number from 16 to 8192"),
-        ("b.glb", {"texture": 10**5}, ValueError, "texture: expected a whole number from 16 to 8192"),
-        ("b.glb", {"texture": 64.0}, TypeError, "texture: expected a whole number"),
-        ("b.glb", {"colors_from": painted()}, ValueError, "colors_from: requires texture="),
-        ("b.glb", {"texture": 64, "colors_from": "red"}, TypeError, "colors_from: expected st.Mesh"),
-    ],
-)
-def test_wrong_arguments_are_refused_and_nothing_is_written(tmp_path, name, options, error, message):
-    with pytest.raises(error, match=message):
-        painted().save(tmp_path / name, **options)
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_mesh_without_colours_or_faces_has_no_texture(tmp_path):
-    bare = st.Mesh(painted().vertices, painted().faces)
-    with pytest.raises(ValueError, match="expected a mesh with colours"):
-        bare.save(tmp_path / "b.glb", texture=64)
-    bare.save(tmp_path / "b.glb", texture=64, colors_from=painted())
-    with pytest.raises(ValueError, match="expected a mesh with faces"):
-        st.Mesh([[0, 0, 0]], [], np.zeros((1, 3), np.uint8)).save(tmp_path / "c.glb", texture=64)
-
-
 def test_without_the_library_one_line_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xatlas", None)
     with pytest.raises(ImportError, match=r"xatlas is not installed: pip install 'sdftrack\[export\]'"):

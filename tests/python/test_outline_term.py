@@ -98,15 +98,6 @@ def test_an_edge_between_two_pixels_is_found_there():
     assert contrast == 0
 
 
-def test_bad_arguments_are_named():
-    with pytest.raises(ValueError, match=r"reach: expected 1\.\.16"):
-        _core.outline_offset(np.zeros(9, np.float32), 17)
-    with pytest.raises(ValueError, match="chance"):
-        _core.outline_offset(np.zeros(9, np.float32), 8)
-    with pytest.raises(ValueError, match="outline_points"):
-        st.TrackerOptions(outline_points=5)
-
-
 # -- the energy
 
 

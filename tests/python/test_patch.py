@@ -400,32 +400,3 @@ def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
 
 
 # ---- bad input ----
-
-
-@pytest.mark.parametrize(
-    ("call", "error", "match"),
-    [
-        (lambda: st.fit_primitive(np.zeros((0, 3)), "plane"), ValueError, "at least 8.*got 0"),
-        (lambda: st.fit_primitive(cloud(7), "plane"), ValueError, "at least 8.*got 7"),
-        (
-            lambda: st.fit_primitive(np.outer(np.arange(50), [0.001, 0.002, 0.003]), "plane"),
-            ValueError,
-            "in one line",
-        ),
-        (lambda: st.fit_primitive(np.ones((50, 3)), "plane"), ValueError, "a single location"),
-        (lambda: st.fit_primitive(cloud(50)), ValueError, "in one plane; fit kind='plane'"),
-        (
-            lambda: st.fit_primitive(cloud(50), "plane", initial=(np.eye(4), {"width": 1.0})),
-            ValueError,
-            "lengths width, height of a plane",
-        ),
-        (
-            lambda: patch_scene("hanging", SIZE, CAMERA, np.random.default_rng(0)),
-            ValueError,
-            "view: expected",
-        ),
-    ],
-)
-def test_bad_calls_give_one_clear_error(call, error, match):
-    with pytest.raises(error, match=match):
-        call()

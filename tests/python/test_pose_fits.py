@@ -87,39 +87,6 @@ def test_an_object_that_the_frame_does_not_show_keeps_its_pose():
     assert np.isfinite(unseen.covariance).all()
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "message"),
-    [
-        ({"shapes": []}, ValueError, "shapes: expected at least one SDF"),
-        ({"shapes": [1]}, TypeError, "shapes: expected an SDF, got int"),
-        ({"shapes": [BOX, BOX]}, ValueError, r"poses: expected one 4x4 matrix per shape \(2\)"),
-        ({"frame": 3}, TypeError, "frame: expected"),
-        ({"poses": np.eye(3)}, ValueError, r"poses: expected shape \(4, 4\)"),
-        ({"poses": np.full((1, 4, 4), np.nan)}, ValueError, "poses"),
-        ({"scale_m": 0}, ValueError, "scale_m: expected a length > 0"),
-        ({"max_steps": 0}, ValueError, "max_steps: expected a whole number from 1"),
-        ({"max_steps": 1.5}, TypeError, "max_steps: expected a whole number from 1"),
-        ({"rounds": 0}, ValueError, "rounds: expected a whole number from 1"),
-        ({"threads": -1}, ValueError, "threads: expected"),
-        ({"poses": np.full((1, 4, 4), np.eye(4)) * 1.1}, ValueError, "poses"),
-        ({"poses": np.diag([1.0, 1, -1, 1])[None]}, ValueError, "poses.*mirror"),
-        ({"poses": np.vstack([np.eye(3, 4), [0, 0, 1, 1]])[None]}, ValueError, "poses.*transposed"),
-        ({"no_such": 1}, TypeError, "no_such"),
-        ({"device": "gpu"}, ValueError, "device: expected one of"),
-    ],
-)
-def test_bad_input_is_refused(change, error, message):
-    given = {
-        "shapes": BOX,
-        "camera": CAMERA,
-        "frame": st.Frame(depth_of()),
-        "poses": POSE,
-        "device": "cpu",
-    } | change
-    with pytest.raises(error, match=message):
-        st.fit_poses(**given)
-
-
 def test_a_pose_of_single_precision_is_taken_as_the_nearest_rigid_one():
     frame = st.Frame(depth_of())
     (exact,) = st.fit_poses(BOX, CAMERA, frame, moved(POSE), device="cpu")
@@ -127,12 +94,6 @@ def test_a_pose_of_single_precision_is_taken_as_the_nearest_rigid_one():
     R = rounded.pose[:3, :3]
     assert np.abs(R.T @ R - np.eye(3)).max() < 1e-12
     assert max(metrics.pose_error(rounded.pose, exact.pose)) < POSE_ATOL
-
-
-def test_a_frame_without_depth_is_refused():
-    frame = st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8))
-    with pytest.raises(ValueError, match="frame: expected a depth image"):
-        st.fit_poses(BOX, CAMERA, frame, POSE, device="cpu")
 
 
 def assert_the_devices_agree(fitter_arguments, frame, starts, **options):

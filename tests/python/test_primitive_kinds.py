@@ -58,9 +58,3 @@ def test_a_solid_ends_at_its_half_extent(kind):
     height = -half[2] if kind == "cone" else 0.0
     tips = np.array([[half[0], 0, height], [0, half[1], height], [0, 0, half[2]]])
     np.testing.assert_allclose(distance(kind, size, tips), 0, atol=1e-9)
-
-
-def test_a_volume_of_something_else_is_refused():
-    for kind in ("plane", "torus"):
-        with pytest.raises(ValueError, match="kind: expected one of sphere, cylinder, cone, box, ellipsoid"):
-            _core.primitive_sdf(kind, [0.1, 0.1], [8, 8, 8], 0.1, [0.0, 0.0, 0.0])

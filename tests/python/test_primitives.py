@@ -626,76 +626,6 @@ def test_a_fit_gives_a_volume_to_track_with_and_can_be_kept():
 # ---- bad input ----
 
 
-def bad_points():
-    good = moved(cloud("sphere", 50), POSE)
-    line = np.linspace(0, 1, 50)[:, None] * [1.0, 2, 3]
-    flat = good.copy()
-    flat[:, 2] = 1
-    nan = good.copy()
-    nan[[3, 7]] = np.nan
-    return [
-        (np.zeros((0, 3)), ValueError, "at least 4, as many as there are unknowns, got 0"),
-        (good[:3], ValueError, "at least"),
-        (nan, ValueError, "2 of 50 points with NaN"),
-        (line, ValueError, "all lie in one line"),
-        (flat, ValueError, "all lie in one plane"),
-        (np.ones((50, 3)), ValueError, "a single location"),
-        (good[:, :2], ValueError, r"shape \(N, 3\)"),
-        (np.array([["a"] * 3] * 9), TypeError, "array of numbers"),
-        (1e3 * good, ValueError, r"metres, .* an extent of 97.*pass unit='mm'"),
-        (1e-4 * good, ValueError, "in which unit are they"),
-        (1e300 * good, ValueError, "coordinates below 1e.06 m"),
-        ({0: good}, TypeError, "got dict"),
-        ("cloud.ply", TypeError, "array of numbers"),
-    ]
-
-
-@pytest.mark.parametrize("case", range(len(bad_points())))
-def test_bad_points_give_one_clear_error(case):
-    points, error, match = bad_points()[case]
-    with pytest.raises(error, match=match):
-        st.fit_primitive(points)
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "match"),
-    [
-        ({"kind": "torus"}, ValueError, "kind: expected sphere"),
-        ({"scaling": "metric"}, ValueError, "scaling"),
-        ({"seed": -1}, ValueError, "seed"),
-        ({"seed": 1.5}, TypeError, "seed"),
-        ({"seed": "a"}, TypeError, "seed: expected a whole number"),
-        ({"kind": np.array("sphere")}, TypeError, "kind: expected a name"),
-        ({"kind": None}, TypeError, "kind: expected a name"),
-        (
-            {"kind": "sphere", "initial": (np.eye(4), {"radius": "x"})},
-            TypeError,
-            "initial: expected a number",
-        ),
-        (
-            {"kind": "sphere", "initial": (np.eye(4), {"radius": 1e300})},
-            ValueError,
-            "initial: expected lengths",
-        ),
-        ({"plane": ([0, 0, 1], None)}, TypeError, "plane: expected a number"),
-        ({"threads": 1.7}, TypeError, "threads"),
-        ({"unit": "ft"}, ValueError, "unit: expected None or one of"),
-        ({"threads": -1}, ValueError, "threads"),
-        ({"camera": CAMERA}, ValueError, "camera: expected None with points"),
-        ({"mask": np.ones((480, 640), bool)}, ValueError, "mask: expected None with points"),
-        ({"initial": (np.eye(4), {"radius": 1})}, ValueError, "initial: expected a kind"),
-        ({"kind": "box", "initial": (np.eye(4), {"radius": 1})}, ValueError, "x, y, z"),
-        ({"kind": "sphere", "initial": (np.eye(4), {"radius": -1})}, ValueError, "above 0"),
-        ({"kind": "sphere", "initial": 3}, TypeError, "initial"),
-        ({"plane": 3}, TypeError, "plane"),
-        ({"plane": ([0, 0, 0], 1)}, ValueError, "plane"),
-    ],
-)
-def test_bad_options_give_one_clear_error(options, error, match):
-    with pytest.raises(error, match=match):
-        st.fit_primitive(moved(cloud("sphere", 50), POSE), **options)
-
-
 def test_whole_numbers_of_numpy_are_whole_numbers_and_points_have_a_unit():
     points = moved(cloud("sphere", 200), POSE)
     one = st.fit_primitive(points, "sphere", seed=np.int64(3), threads=np.int64(1))
@@ -705,31 +635,3 @@ def test_whole_numbers_of_numpy_are_whole_numbers_and_points_have_a_unit():
     assert large.size["radius"] == pytest.approx(50, rel=1e-3)
     with pytest.raises(ValueError, match="unit: expected None with frames"):
         st.fit_primitive(scene("sphere")[0], camera=CAMERA, unit="mm")
-
-
-def test_bad_frames_give_one_clear_error():
-    frame, truth = scene("sphere")
-    nothing = np.zeros(CAMERA.shape, bool)
-    one = nothing.copy()
-    one[np.argwhere(truth.mask)[0][0], np.argwhere(truth.mask)[0][1]] = True
-    table = st.Frame(np.where(truth.mask, 0, truth.depth))
-    for arguments, error, match in [
-        ({}, ValueError, "camera: expected the depth camera of the frame, got None"),
-        ({"camera": CAMERA.scaled(0.5)}, ValueError, "camera: expected the depth image's size"),
-        ({"camera": CAMERA, "mask": nothing}, ValueError, "mask: expected some depth measurements"),
-        ({"camera": CAMERA, "mask": one}, ValueError, "mask: expected at least"),
-        ({"camera": CAMERA, "mask": nothing.astype(float)}, TypeError, "mask: expected bool or uint8"),
-        ({"camera": CAMERA, "mask": nothing[:10]}, ValueError, "mask: expected shape"),
-    ]:
-        with pytest.raises(error, match=match):
-            st.fit_primitive(frame, **arguments)
-    with pytest.raises(ValueError, match="stands off the dominant plane"):
-        st.fit_primitive(table, camera=CAMERA)
-    with pytest.raises(ValueError, match="depth image"):
-        st.fit_primitive(st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8)), camera=CAMERA)
-    with pytest.raises(ValueError, match="frames: expected at least one"):
-        st.fit_primitive([st.Frame.unreadable("torn")], camera=CAMERA)
-    with pytest.raises(ValueError, match="most"):
-        st.fit_primitives(frame, camera=CAMERA, most=0)
-    with pytest.raises(TypeError, match="frame: expected"):
-        st.fit_primitives(3, camera=CAMERA)

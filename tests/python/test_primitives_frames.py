@@ -133,14 +133,6 @@ def test_frames_that_are_all_bad_give_one_error_with_the_first_reason(still):
         st.fit_primitive(iter([]), "cylinder", camera=CAMERA)
 
 
-@pytest.mark.parametrize("place", [0, 1])
-def test_what_is_no_frame_among_frames_is_a_type_error_that_says_where(still, place):
-    mixed = [still[0][0], still[0][1]]
-    mixed[place] = "x"
-    with pytest.raises(TypeError, match=f"frames: expected st.Frame, got str at {place}"):
-        st.fit_primitive(mixed, "cylinder", camera=CAMERA, mask=still[1])
-
-
 # ---- sizes ----
 
 

@@ -136,15 +136,3 @@ def test_a_shape_that_has_vanished_has_no_mesh():
     assert core.surface_boxes.shape == (0, 6)
     with pytest.raises(RuntimeError, match="no surface is left"):
         surface_mesh(core)
-
-
-def test_another_word_is_refused_and_the_known_ones_are_told():
-    camera = scene.CAMERA
-    with pytest.raises(ValueError, match=r"evolution: expected one of \['ours', 'printed'\], got 'x'"):
-        st.Reconstructor(camera, evolution="x")
-    with pytest.raises(TypeError, match="evolution"):
-        st.Reconstructor(camera, evolution=1)
-    with pytest.raises(ValueError, match="evolution_steps"):
-        st.Reconstructor(camera, evolution="printed", evolution_steps=0)
-    with pytest.raises(ValueError, match="sigma_d_voxels"):
-        st.Reconstructor(camera, evolution="printed", sigma_d_voxels=0)

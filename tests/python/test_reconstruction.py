@@ -258,33 +258,6 @@ def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
         assert_same_minimum(result, before)
 
 
-def test_bad_input_is_named() -> None:
-    seq = scene.sequence()
-    mask = scene.first_mask(seq)
-    star = st.Reconstructor(seq.camera, voxels=64)
-    for use in (star.mesh, star.refine, star.tracker, lambda: star.shape, lambda: star.track(seq[0])):
-        with pytest.raises(RuntimeError, match="call start"):
-            use()
-    with pytest.raises(ValueError, match="object alone"):
-        star.start(seq[0], mask=np.ones_like(mask))
-    with pytest.raises(ValueError, match="depth measurements on the object"):
-        star.start(st.Frame(np.where(mask, 0, seq[0].depth).astype(np.float32)), mask=mask)
-    with pytest.raises(ValueError, match="one of mask, box and pose"):
-        star.start(seq[0])
-    with pytest.raises(ValueError, match="requires Reconstructor"):
-        star.start(seq[0], pose=np.eye(4))
-    with pytest.raises(ValueError, match="larger extent"):
-        st.Reconstructor(seq.camera, voxels=64, extent=0.05).start(seq[0], mask=mask)
-    with pytest.raises(ValueError, match="GiB"):
-        st.Reconstructor(seq.camera, voxels=2000)
-    with pytest.raises(TypeError, match="did you mean 'evidence'"):
-        st.Reconstructor(seq.camera, evidense="printed")
-    with pytest.raises(ValueError, match="smooth"):
-        st.Reconstructor(seq.camera, evidence="rough")
-    with pytest.raises(ValueError, match="camera's size"):
-        star.start(st.Frame(np.ones((10, 10), np.float32)), mask=np.ones((10, 10), bool))
-
-
 def test_the_printed_likelihood_is_selectable() -> None:
     seq = scene.sequence()
     star = st.Reconstructor(seq.camera, voxels=64, threads=1, evidence="printed")

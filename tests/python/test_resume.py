@@ -227,30 +227,6 @@ def test_a_pose_that_the_frame_refutes_is_not_taken():
     np.testing.assert_array_equal(star.shape.values, shape)
 
 
-def test_bad_input_is_named():
-    star = st.Reconstructor(CAMERA, voxels=VOXELS)
-    _, seq, _ = recordings()
-    mask = seq.masks(0)[0]
-    with pytest.raises(RuntimeError, match="resume: call start"):
-        star.resume(seq[0], mask=mask)
-    star, _ = first_recording()
-    with pytest.raises(ValueError, match="one of mask, box and pose, got none"):
-        star.resume(seq[0])
-    with pytest.raises(ValueError, match="got mask and pose"):
-        star.resume(seq[0], mask=mask, pose=np.eye(4))
-    with pytest.raises(ValueError, match="depth measurements on the object"):
-        star.resume(st.Frame(np.where(mask, 0, seq[0].depth).astype(np.float32)), mask=mask)
-    with pytest.raises(ValueError, match="camera's size"):
-        star.resume(st.Frame(np.ones((10, 10), np.float32)), mask=np.ones((10, 10), bool))
-    with pytest.raises(TypeError, match="frame: expected"):
-        star.resume(seq[0].depth, mask=mask)
-    with pytest.raises(ValueError, match="supports only one recording"):
-        st.Reconstructor(CAMERA, evolution="printed").resume(seq[0], mask=mask)
-    assert star.resume(st.Frame(np.ones_like(seq[0].depth)), pose=geometry.pose(t_m=[0, 0, 3])).status != [
-        "ok"
-    ]
-
-
 def test_a_new_start_forgets_all_recordings():
     star, _, *_ = both()
     other = first_recording()[0]

@@ -178,14 +178,3 @@ def test_a_hundred_and_one_objects_on_the_data_of_one_do_not_hang_or_crash():
     result = tracker.start(both([POSE]), poses=poses)
     assert np.isfinite(result.poses).all()
     assert result.status.count("ok") <= 1
-
-
-@pytest.mark.parametrize("collision", ["soft", True, 1, ""])
-def test_an_unknown_collision_is_refused(box, collision):
-    with pytest.raises(ValueError, match="collision: expected 'contact', 'printed' or None"):
-        st.Tracker([box, box], CAMERA, collision=collision)
-
-
-def test_no_shape_at_all_is_refused():
-    with pytest.raises(ValueError, match="shapes"):
-        st.Tracker([], CAMERA)

@@ -395,36 +395,11 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
 # Bad input
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("ask", ["judge", "recover", "assess", "observe"])
-def test_a_memory_that_has_learnt_nothing_says_so(rule, ask, cat):
-    with pytest.raises(RuntimeError, match=r"nothing has been learned; call learn"):
-        getattr(st.contour.ShapeMemory(rule=rule), ask)(cat[0])
-
-
 def test_the_printed_rule_calls_everything_novel_until_its_scale_is_known(cat):
     memory = learnt(cat[:19], rule="printed")
     assert memory.judge(cat[0]) == "novel"
     memory.learn(cat[19])
     assert memory.judge(cat[0]) != "novel"
-
-
-@pytest.mark.parametrize("ask", ["learn", "judge", "recover"])
-@pytest.mark.parametrize(
-    ("mask", "error", "words"),
-    [
-        (np.zeros((64, 64), bool), ValueError, "some pixels inside"),
-        (np.ones((64, 64), bool), ValueError, "some pixels outside"),
-        (np.ones((64, 64)), TypeError, "bool or uint8"),
-        (np.eye(32, dtype=bool), ValueError, "shape of the learned masks"),
-        (np.ones((64, 64, 3), np.uint8), ValueError, "an image"),
-    ],
-)
-def test_bad_masks_are_refused_and_change_nothing(memory, ask, mask, error, words):
-    before = memory.n_learnt
-    with pytest.raises(error, match=f"^mask: .*{words}"):
-        getattr(memory, ask)(mask)
-    assert memory.n_learnt == before
 
 
 @pytest.mark.parametrize("ask", ["learn", "assess"])
@@ -434,34 +409,6 @@ def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
         getattr(memory, ask)(cat[0])
     assert memory.n_learnt == 5
     getattr(memory, ask)(cat[0])  # the lock is given back
-
-
-def test_what_vanishes_on_the_grid_is_refused():
-    speck = np.zeros((2000, 2000), bool)
-    speck[3, 3] = True
-    with pytest.raises(ValueError, match="nothing is left"):
-        st.contour.ShapeMemory().learn(speck)
-
-
-@pytest.mark.parametrize(
-    ("given", "error", "words"),
-    [
-        ({"n_harmonics": 1}, ValueError, "n_harmonics: expected 2 to 32"),
-        ({"n_harmonics": 10.0}, TypeError, "n_harmonics: expected a whole number"),
-        ({"n_inputs": 10}, ValueError, "n_inputs: expected 1 to 9"),
-        ({"n_harmonics": 20, "size": 16}, ValueError, "no more than 16"),
-        ({"rule": "best"}, ValueError, "rule: expected"),
-        ({"order": "diagonal"}, ValueError, "order: expected"),
-        ({"spacing": -1.0}, ValueError, "spacing: expected"),
-        ({"capacity": 1}, ValueError, "capacity: expected"),
-        ({"w_gen": "high"}, TypeError, "w_gen: expected a number"),
-        ({"lwpr": {"diagonal": False}}, ValueError, "lwpr: expected only with"),
-        ({"rule": "printed", "lwpr": {"init_alpha": -1.0}}, ValueError, "init_alpha"),
-    ],
-)
-def test_options_out_of_range_are_named(given, error, words):
-    with pytest.raises(error, match=words):
-        st.contour.ShapeMemory(**given)
 
 
 # Synthesis and protocol
@@ -489,21 +436,6 @@ def test_the_share_that_is_hidden_is_the_one_asked_for(cat, by, share):
         assert not (seen & ~mask).any()
         hidden = 1 - seen.sum() / mask.sum()
         assert share <= hidden < share + 0.2  # a fence grows by a column of all slats at once
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda m: st.synth.hide(m, 0.5, "cloud"), "by: expected"),
-        (lambda m: st.synth.hide(m, 1.5), "share: expected"),
-        (lambda m: st.synth.hide(np.zeros_like(m), 0.5), "something inside"),
-        (lambda m: st.synth.gait("horse"), "kind: expected"),
-        (lambda m: st.synth.gait("cat", 0), "n: expected"),
-    ],
-)
-def test_the_synthesis_names_the_argument_that_is_wrong(cat, call, words):
-    with pytest.raises(ValueError, match=words):
-        call(cat[0])
 
 
 def test_precision_and_recall_of_a_case_done_by_hand():

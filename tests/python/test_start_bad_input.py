@@ -50,17 +50,6 @@ def test_a_mask_of_the_table_or_the_wall_is_never_sure(scene, place):
         result = tracker.track(again(frame, seed))
 
 
-def test_colour_of_another_size_without_a_camera_of_its_own_is_one_clear_line(scene):
-    frame, box, _, mask, _ = scene
-    tracker = st.Tracker(box, CAMERA, threads=1)
-    unaligned = st.Frame(frame.depth, np.zeros((720, 1280, 3), np.uint8))
-    v, u = np.nonzero(mask)
-    for where in ({"masks": mask}, {"clicks": (int(u[0]), int(v[0]))}, {}):
-        with pytest.raises(ValueError, match=r"color: .*RGBDCamera") as told:
-            tracker.start(unaligned, **where)
-        assert "\n" not in str(told.value)
-
-
 def test_the_object_itself_is_found_in_the_same_scene(scene):
     frame, box, T, mask, _ = scene
     tracker = st.Tracker(box, CAMERA, threads=1)

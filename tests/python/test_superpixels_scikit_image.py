@@ -148,29 +148,3 @@ def test_what_a_mask_hides_does_not_scale():
     clean[0] = 0.5
     options = {"compactness": 0.1, "channel_axis": None, "mask": mask}
     np.testing.assert_array_equal(slic(image, 4, **options), slic(clean, 4, **options))
-
-
-@pytest.mark.parametrize(
-    ("image", "options", "error", "says"),
-    [
-        (GREY, {"channel_axis": -1}, ValueError, "channel_axis=-1 indicates multichannel"),
-        (COLOR, {"channel_axis": 3}, ValueError, "channel_axis: expected an axis"),
-        (COLOR, {"channel_axis": 1.0}, TypeError, "channel_axis: expected a whole number"),
-        (COLOR[..., :2], {"channel_axis": -1, "convert2lab": True}, ValueError, "three channels, got 2"),
-        (COLOR, {"spacing": 2}, TypeError, "spacing must be None or iterable"),
-        (COLOR, {"spacing": (1, 2, 3, 4)}, ValueError, "spacing has 4 elements"),
-        (COLOR, {"spacing": (0, 1)}, ValueError, "spacing: expected numbers above 0"),
-        (COLOR, {"sigma": (1, 2, 3, 4)}, ValueError, "sigma has 4 elements"),
-        (COLOR, {"sigma": -1}, ValueError, "sigma: expected finite numbers of at least 0"),
-        (COLOR, {"slic_zero": True, "distance": "thesis"}, ValueError, "distance: not taken"),
-        (COLOR, {"slic_zero": True, "compactness": 0}, ValueError, "compactness: expected a number above 0"),
-        (COLOR, {"convert2lab": False, "depth": GREY}, ValueError, "depth: not taken"),
-        (np.full((4, 5), np.nan), {"channel_axis": None}, ValueError, "expected finite values"),
-        (np.zeros((4, 5), complex), {"channel_axis": None}, TypeError, "expected an array of numbers"),
-        (np.zeros((0, 5)), {"channel_axis": None}, ValueError, "at least one pixel"),
-        (np.zeros(5), {"channel_axis": None}, ValueError, "channel_axis=None, got"),
-    ],
-)
-def test_what_is_wrong_is_said(image, options, error, says):
-    with pytest.raises(error, match=says):
-        slic(image, 4, **options)

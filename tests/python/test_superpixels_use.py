@@ -63,34 +63,6 @@ def test_a_video_finds_the_boundaries_that_a_cold_start_of_more_rounds_finds():
     assert warm > cold - RECALL_LOST
 
 
-@pytest.mark.parametrize("color", [(300, 0, 0), (0.5, 0.5, 0.5), 5, (1, 2), (-1, 0, 0), "red"])
-def test_colours_that_are_none_are_refused(color):
-    with pytest.raises(ValueError, match=r"color: expected three whole numbers 0\.\.255"):
-        st.superpixels.mark_boundaries(SCENE, np.ones(SCENE.shape[:2], np.int32), color)
-
-
-@pytest.mark.parametrize("weight", [0.0, -1.0, np.nan])
-def test_a_weight_of_depth_that_is_none_is_refused_without_depth_too(weight):
-    with pytest.raises(ValueError, match="depth_weight: expected"):
-        st.superpixels.slic(SCENE, 20, depth_weight=weight)
-
-
-def test_floats_just_above_one_are_told_exactly():
-    with pytest.raises(ValueError, match=r"got 0\.0\.\.1\.0000001"):
-        st.superpixels.slic(np.array([[0.0, 1.0000001]]), 1)
-
-
-def test_labels_beyond_64_bits_are_refused():
-    with pytest.raises(ValueError, match="labels: expected numbers below 2\\^63"):
-        st.superpixels.adjacency(np.full((2, 2), 2**64 - 1, np.uint64))
-
-
-def test_too_many_pixels_are_refused_before_anything_is_copied():
-    huge = np.broadcast_to(np.uint8(7), (2**16, 2**15))
-    with pytest.raises(ValueError, match=r"fewer than 2\^31 pixels"):
-        st.superpixels.slic(huge, 10)
-
-
 def test_the_report_of_a_masked_picture_counts_neighbours_among_segments(tmp_path):
     from sdftrack.io.frames import write_color, write_mask
 

@@ -103,18 +103,3 @@ def test_a_continuous_symmetry_in_steps_goes_round_once():
     assert steps.max() <= 0.01 * 2 * radius  # 1 % of the diameter
     assert len(st.Symmetry().motions()) == 1
     assert not st.Symmetry()
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: st.Symmetry(np.eye(3)), r"discrete: expected shape \(n, 4, 4\)"),
-        (lambda: st.Symmetry(2 * np.eye(4)[None]), "discrete"),
-        (lambda: st.Symmetry(continuous=(([0, 0, 0], [0, 0, 0]),)), r"continuous\[0\]"),
-        (lambda: CAN.motions(0), "steps"),
-        (lambda: st.find_symmetries(SDF.sphere(0.05, voxels=20), tolerance=0), "tolerance"),
-    ],
-)
-def test_what_is_no_symmetry_is_refused(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

@@ -233,28 +233,3 @@ def test_a_signed_distance_function_can_be_held_and_stand_on_a_table():
     seq = st.synth.sequence(sphere, 1, occluder="grip", camera=CAMERA, clutter="touching", color=False)
     assert seq.masks(0)[0].any()
     assert seq[0].color is None
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Grip(0.9), "0 to 0.7"),
-        (lambda: Grip(color="green"), "similar"),
-        (lambda: Grip(color=(1, 2)), "similar"),
-        (lambda: Grip(color=(1, 2, 300)), "similar"),
-        (lambda: Grip(finger_m=9.0), "metres"),
-        (lambda: Grip(hold=0), "hold"),
-        (lambda: Grip(grow=-1), "grow"),
-        (lambda: Cover(-1), "Cover"),
-        (lambda: Cover(0, 0), "Cover"),
-        (lambda: leave_and_return(0), "first"),
-        (lambda: leave_and_return(apart_m=5.0), "apart_m"),
-        (lambda: st.synth.Hand(0.9), "0.8"),
-        (lambda: st.synth.sequence(BOX, 2, occluder=Grip), "Grip"),
-        (lambda: st.synth.sequence(BOX, 2, occluder=[1]), "occluder"),
-        (lambda: st.synth.sequence(BOX, 2, "static", occluder=Cover(0, 2, gap_m=0.7)), "0.1 m"),
-    ],
-)
-def test_bad_scenes_are_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

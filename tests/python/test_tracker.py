@@ -4,7 +4,6 @@
 import dataclasses
 import itertools
 import pickle
-import threading
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ from tracking_scene import (
 import sdftrack as st
 from reference import energies as twin
 from reference import tracking as twin_tracking
-from sdftrack import _core, geometry
+from sdftrack import geometry
 from sdftrack.testing import assert_pose_close
 
 # Some 4,000 pixels of 1 mm noise leave 0.03 mm and 0.7 mrad (the covariance says so too); four times that.
@@ -494,14 +493,6 @@ def test_a_saved_tracker_goes_on_where_it_was(box, how, tmp_path):
         assert_pose_close(T, truth, NOISY_ATOL_M, NOISY_ATOL_RAD)
 
 
-def test_loading_something_else_says_so(tmp_path):
-    (tmp_path / "x").write_bytes(pickle.dumps([1]))
-    with pytest.raises(ValueError, match=r"expected a file of Tracker\.save, got another kind of file"):
-        st.Tracker.load(tmp_path / "x")
-    with pytest.raises(FileNotFoundError):
-        st.Tracker.load(tmp_path / "y")
-
-
 def test_results_pickle_compare_and_go_to_json(tracker):
     import json
 
@@ -515,49 +506,7 @@ def test_results_pickle_compare_and_go_to_json(tracker):
     assert "lost" in repr(lost)
 
 
-def test_two_threads_at_once_are_refused(box):
-    tracker = st.Tracker(box, CAMERA, threads=1)
-    frame = frame_of()
-    tracker.start(frame, poses=[POSE])
-    refused, done = [], threading.Event()
-
-    def work():
-        while not done.is_set():
-            try:
-                tracker.track(frame)
-            except RuntimeError as error:
-                refused.append(str(error))
-                done.set()
-
-    workers = [threading.Thread(target=work) for _ in range(2)]
-    for worker in workers:
-        worker.start()
-    done.wait(timeout=20)
-    done.set()
-    for worker in workers:
-        worker.join()
-    assert refused
-    assert "in use by another thread" in refused[0]
-    assert tracker.track(frame).ok  # and goes on afterwards
-
-
 # --- options
-
-
-def test_the_defaults_are_those_of_the_core():
-    core = _core.TrackerOptions()
-    names = {n for n in dir(core) if not n.startswith("_")}
-    options = st.TrackerOptions().to_dict()
-    assert set(options) == names
-    for name, value in options.items():
-        default = getattr(core, name)
-        assert value == getattr(default, "name", default)
-        assert type(value) is type(getattr(default, "name", default))
-
-
-def test_every_option_has_a_meaning():
-    for field in dataclasses.fields(st.TrackerOptions):
-        assert len(field.metadata["meaning"]) > 5
 
 
 def test_the_printed_form_tracks_too(box):
@@ -588,161 +537,4 @@ def test_the_printed_rule_goes_on_where_a_step_promises_little(box):
     assert all(step.pixels > 320 for step in steps["printed"])  # all of them, in one stage
 
 
-def test_options_from_a_file(tmp_path, box):
-    path = tmp_path / "tracker.toml"
-    path.write_text("padding_m = 0.06\nresidual = 'slope'\n")
-    options = st.TrackerOptions.from_file(path)
-    assert (options.padding_m, options.residual) == (0.06, "slope")
-    assert options == st.TrackerOptions(padding_m=0.06, residual="slope")
-    assert st.Tracker(box, CAMERA, options=options, padding_m=0.05).options.padding_m == 0.05
-    path.write_text("[tracker]\nfree_space = false\n")
-    assert not st.TrackerOptions.from_file(path).free_space
-    path.write_text("padding = 0.06\n")
-    with pytest.raises(TypeError, match="unknown option 'padding'; did you mean 'padding_m'"):
-        st.TrackerOptions.from_file(path)
-    path.write_text("padding_m = \n")
-    with pytest.raises(ValueError, match=r"tracker\.toml: not a TOML file"):
-        st.TrackerOptions.from_file(path)
-    with pytest.raises(FileNotFoundError):
-        st.TrackerOptions.from_file(tmp_path / "none.toml")
-
-
-def test_options_are_frozen_and_pickle():
-    options = st.TrackerOptions(max_pixels=100)
-    assert pickle.loads(pickle.dumps(options)) == options != st.TrackerOptions()
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        options.max_pixels = 3
-
-
-@pytest.mark.parametrize(
-    ("option", "error", "match"),
-    [
-        ({"paddin_m": 1}, TypeError, "unknown option 'paddin_m'; did you mean 'padding_m'"),
-        ({"zzz": 1}, TypeError, "unknown option 'zzz'; known: residual"),
-        ({"noise_m": 0}, ValueError, "noise_m: expected a number > 0"),
-        ({"noise_m": float("nan")}, ValueError, "noise_m"),
-        ({"noise_m": "1 mm"}, TypeError, "noise_m: expected a number"),
-        ({"padding_m": -0.01}, ValueError, "padding_m: expected a number >= 0"),
-        ({"max_pixels": 2.0}, TypeError, "max_pixels: expected a whole number"),
-        ({"max_pixels": 0}, ValueError, "max_pixels"),
-        ({"max_pixels": True}, TypeError, "max_pixels"),
-        ({"residual": "x"}, ValueError, "residual: expected one of .*ray_hit"),
-        ({"free_space": 1}, TypeError, "free_space: expected True or False"),
-        ({"outlier_floor": 1.0}, ValueError, "outlier_floor: expected a number >= 0 and < 1, got 1.0"),
-    ],
-)
-def test_a_wrong_option_is_refused_with_its_name(box, option, error, match):
-    with pytest.raises(error, match=match):
-        st.Tracker(box, CAMERA, **option)
-
-
 # --- bad input
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "match"),
-    [
-        ({"shapes": []}, ValueError, "shapes: expected at least one SDF"),
-        ({"shapes": [3]}, TypeError, r"shapes\[0\]: expected an SDF, got int"),
-        ({"shapes": None}, TypeError, "shapes: expected"),
-        ({"shapes": box_mesh()}, TypeError, "shapes: expected"),
-        ({"options": {"padding_m": 0.1}}, TypeError, "options: expected"),
-        ({"camera": np.eye(3)}, TypeError, r"camera: expected st\.Camera"),
-        ({"camera": None}, TypeError, r"camera: expected st\.Camera"),
-        ({"device": "gpu"}, ValueError, "device: expected one of"),
-        ({"mode": "colour"}, ValueError, "mode: expected one of"),
-        ({"threads": -1}, ValueError, "threads: expected 0"),
-        ({"threads": 1.5}, ValueError, "threads: expected 0"),
-        ({"motion": "fast"}, ValueError, "motion: expected one of"),
-        ({"names": "a"}, TypeError, "names: expected"),
-        ({"names": ["a", "b"]}, ValueError, r"names: expected one per shape \(1\), got 2"),
-        ({"membership": 1}, TypeError, "membership"),
-    ],
-)
-def test_a_tracker_from_bad_input_is_refused(box, change, error, match):
-    with pytest.raises(error, match=match):
-        st.Tracker(**{"shapes": box, "camera": CAMERA, **change})
-
-
-def test_a_shape_without_an_inside_is_refused():
-    hollow = st.SDF(np.full((8, 8, 8), 0.01, np.float32), 0.01, [0, 0, 0])
-    with pytest.raises(ValueError, match="no inside"):
-        st.Tracker(hollow, CAMERA)
-
-
-@pytest.mark.skipif(st.cuda_available(), reason="a CUDA device is there")
-def test_cuda_on_a_machine_without_it_is_a_runtime_error(box):
-    with pytest.raises(RuntimeError, match="cuda"):
-        st.Tracker(box, CAMERA, device="cuda")
-
-
-def with_value(T, row, column, value):
-    changed = T.copy()
-    changed[row, column] = value
-    return changed
-
-
-@pytest.mark.parametrize(
-    ("poses", "error", "match"),
-    [
-        ([], ValueError, r"poses: expected one per shape \(1\), got 0"),
-        ([POSE, POSE], ValueError, r"poses: expected one per shape \(1\), got 2"),
-        ([with_value(POSE, 0, 3, np.nan)], ValueError, r"poses\[0\]: .*not finite"),
-        ([with_value(POSE, 1, 1, np.inf)], ValueError, r"poses\[0\]: .*not finite"),
-        (POSE.T, ValueError, r"poses\[0\]: .*transposed"),
-        ([with_value(POSE, 0, 0, 0.5)], ValueError, r"poses\[0\]: .*not a rotation"),
-        ([np.diag([1.0, 1, -1, 1])], ValueError, r"poses\[0\]: .*not a rotation"),
-        ([1000 * POSE], ValueError, r"poses\[0\]"),
-        ([np.zeros((4, 4))], ValueError, r"poses\[0\]"),
-        ("gt", (TypeError, ValueError), "poses"),
-        ([POSE[:3]], ValueError, r"poses\[0\]: expected shape \(4, 4\)"),
-    ],
-)
-def test_a_bad_pose_is_refused_and_the_tracker_is_as_before(tracker, poses, error, match):
-    tracker.start(frame_of(), poses=[POSE])
-    with pytest.raises(error, match=match):
-        tracker.start(frame_of(), poses=poses)
-    result = tracker.track(frame_of())
-    assert result.index == 1
-    assert_pose_close(result.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
-
-
-@pytest.mark.parametrize(
-    ("depth", "error", "match"),
-    [
-        (
-            np.ones((10, 10), np.float32),
-            ValueError,
-            "depth: expected the camera's size 320 x 240, got 10 x 10",
-        ),
-        (np.ones((320, 240), np.float32), ValueError, "depth: expected the camera's size 320 x 240"),
-        (np.ones((240, 320), np.float16), TypeError, "depth: expected float32"),
-        (np.ones((240, 320), np.int32), TypeError, "depth: expected float32"),
-        (np.full((240, 320), 500, np.uint16), ValueError, "depth_scale"),
-        (np.full((240, 320), 500, np.float32), ValueError, "depth"),  # millimetres
-        (np.ones((240, 320, 3), np.float32), ValueError, r"depth: expected shape \(H, W\)"),
-        ("frame.png", TypeError, "depth"),
-        (None, ValueError, "depth"),
-    ],
-)
-def test_a_bad_depth_image_is_refused_and_the_tracker_goes_on(tracker, depth, error, match):
-    tracker.start(frame_of(), poses=[POSE])
-    with pytest.raises(error, match=match):
-        tracker.track(depth)
-    assert tracker.track(frame_of()).ok
-
-
-def test_track_before_start_is_a_runtime_error(tracker):
-    with pytest.raises(RuntimeError, match=r"call start\(frame, poses=\[\.\.\.\]\) first"):
-        tracker.track(frame_of())
-
-
-@pytest.mark.parametrize("k", [-1, 1, 1.5])
-def test_set_pose_of_an_object_that_is_not_there_is_refused(tracker, k):
-    with pytest.raises((ValueError, TypeError), match=r"k: expected 0\.\.0"):
-        tracker.set_pose(k, POSE)
-
-
-def test_set_pose_checks_the_pose(tracker):
-    with pytest.raises(ValueError, match=r"T: .*transposed"):
-        tracker.set_pose(0, POSE.T)

@@ -202,28 +202,9 @@ def test_colour_is_asked_for_by_mode_rgbd(box):
     assert tracker.track(st.Frame.unreadable("torn")).status[0] == "bad_frame"
 
 
-@pytest.mark.parametrize("mode", ["auto", "rgbd"])
-def test_colour_of_another_size_without_a_rig_is_refused_and_changes_nothing(box, mode):
-    tracker = st.Tracker(box, CAMERA, mode=mode)
-    other = st.Frame(pair(0).depth, np.zeros((480, 640, 3), np.uint8))
-    with pytest.raises(
-        ValueError, match=r"color: expected the size of the depth image, 320 x 240.*RGBDCamera"
-    ):
-        tracker.start(other, poses=POSE)
-    tracker.start(pair(0), poses=POSE)
-    with pytest.raises(ValueError, match="color: expected the size"):
-        tracker.track(other)
-    assert tracker.track(pair(1)).index == 1
-
-
 def test_depth_mode_does_not_look_at_the_colour_image(box):
     tracker = st.Tracker(box, CAMERA, mode="depth")
     assert tracker.start(st.Frame(pair(0).depth, np.zeros((5, 5, 3), np.uint8)), poses=POSE).ok
-
-
-def test_an_unknown_mode_is_refused(box):
-    with pytest.raises(ValueError, match="mode: expected one of"):
-        st.Tracker(box, CAMERA, mode="color")
 
 
 def test_the_mode_survives_a_pickle(box):
@@ -242,11 +223,3 @@ def test_results_have_the_same_bits_for_any_number_of_threads(box, mode):
     one, three = (followed(st.Tracker(box, CAMERA, mode=mode, threads=n), frames) for n in (1, 3))
     for a, b in zip(one, three, strict=True):
         np.testing.assert_array_equal(a.poses, b.poses)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("color_prior", 1.0), ("color_object_rate", 1.5), ("color_likelihood", "loud")]
-)
-def test_colour_options_out_of_range_are_refused(name, value):
-    with pytest.raises(ValueError, match=name):
-        st.TrackerOptions(**{name: value})

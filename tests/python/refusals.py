@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""Calls that are refused, as rows of a table: what is called, the error, and words of its message."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+Row = tuple[Callable[..., Any], "type[Exception] | tuple[type[Exception], ...]", str]
+
+
+def refused(*rows: Row) -> pytest.MarkDecorator:
+    """Runs a test with `call`, `error` and `words` of every row, which has the name of its words."""
+    names = [re.sub(r"[^\w ]+", "", words)[:50] for _, _, words in rows]
+    return pytest.mark.parametrize(("call", "error", "words"), rows, ids=names)
+
+
+def assert_refused(
+    call: Callable[..., Any],
+    error: type[Exception] | tuple[type[Exception], ...],
+    words: str,
+    *arguments: Any,
+) -> None:
+    """The call raises the error, whose message is one line that matches the words."""
+    with pytest.raises(error, match=words) as told:
+        call(*arguments)
+    assert "\n" not in str(told.value)

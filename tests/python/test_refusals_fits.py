@@ -1,0 +1,411 @@
+# SPDX-License-Identifier: MIT
+"""What fits, planes, calibrations, level sets, reconstructions and synthesis refuse, in one line that names it."""
+
+import functools
+
+import numpy as np
+from ball_scenes import DEPTH, RADIUS_M, recorded
+from refusals import assert_refused, refused
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.calibration.ball_color import checked_color
+from sdftrack.synth import Cover, Grip, leave_and_return
+
+NOTHING = np.zeros(CAMERA.shape, bool)
+COLOR_ALONE = st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8))
+SMALL_FRAME = st.Frame(np.ones((10, 10), np.float32))
+RNG = np.random.default_rng(0)
+ON_BALL = RNG.normal(size=(50, 3))
+ON_BALL = 0.05 * ON_BALL / np.linalg.norm(ON_BALL, axis=1, keepdims=True) + [0.1, 0.2, 0.8]
+FLAT = ON_BALL * [1, 1, 0] + [0, 0, 1]
+WITH_NAN = np.where(np.arange(50)[:, None] % 40 == 3, np.nan, ON_BALL)
+ONE_PIXEL = NOTHING.copy()
+ONE_PIXEL[120, 160] = True
+I4 = np.eye(4)
+
+
+@functools.cache
+def frame():
+    return st.Frame(depth_of())
+
+
+def fit(points=ON_BALL, kind="sphere", **options):
+    return st.fit_primitive(points, kind, **options)
+
+
+def fit_frame(of=None, kind="box", **options):
+    return st.fit_primitive(of or frame(), kind, **{"camera": CAMERA, **options})
+
+
+@refused(
+    (lambda: fit(np.zeros((0, 3)), "auto"), ValueError, "at least 4, as many as there are unknowns, got 0"),
+    (lambda: fit(np.zeros((7, 3)), "plane"), ValueError, "at least 8.*got 7"),
+    (lambda: fit(WITH_NAN), ValueError, "2 of 50 points with NaN"),
+    (lambda: fit(np.outer(np.arange(50.0), [0.01, 0.02, 0.03]), "plane"), ValueError, "in one line"),
+    (lambda: fit(FLAT, "auto"), ValueError, "in one plane; fit kind='plane'"),
+    (lambda: fit(np.ones((50, 3))), ValueError, "a single location"),
+    (lambda: fit(ON_BALL[:, :2]), ValueError, r"shape \(N, 3\)"),
+    (lambda: fit("cloud.ply"), TypeError, "array of numbers"),
+    (lambda: fit({0: ON_BALL}), TypeError, "got dict"),
+    (lambda: fit(1e3 * ON_BALL), ValueError, r"metres, .* an extent of .*pass unit='mm'"),
+    (lambda: fit(1e-4 * ON_BALL), ValueError, "in which unit are they"),
+    (lambda: fit(1e300 * ON_BALL), ValueError, "coordinates below 1e.06 m"),
+    (lambda: fit(kind="torus"), ValueError, "kind: expected sphere"),
+    (lambda: fit(kind=None), TypeError, "kind: expected a name"),
+    (lambda: fit(scaling="metric"), ValueError, "scaling"),
+    (lambda: fit(seed=-1), ValueError, "seed"),
+    (lambda: fit(seed="a"), TypeError, "seed: expected a whole number"),
+    (lambda: fit(threads=-1), ValueError, "threads"),
+    (lambda: fit(threads=1.7), TypeError, "threads"),
+    (lambda: fit(unit="ft"), ValueError, "unit: expected None or one of"),
+    (lambda: fit(camera=CAMERA), ValueError, "camera: expected None with points"),
+    (lambda: fit(mask=NOTHING), ValueError, "mask: expected None with points"),
+    (lambda: fit(kind="auto", initial=(I4, {"radius": 1})), ValueError, "initial: expected a kind"),
+    (lambda: fit(kind="box", initial=(I4, {"radius": 1})), ValueError, "x, y, z"),
+    (lambda: fit(kind="plane", initial=(I4, {"width": 1.0})), ValueError, "lengths width, height of a plane"),
+    (lambda: fit(initial=(I4, {"radius": "x"})), TypeError, "initial: expected a number"),
+    (lambda: fit(initial=(I4, {"radius": 1e300})), ValueError, "initial: expected lengths"),
+    (lambda: fit(initial=(I4, {"radius": -1})), ValueError, "above 0"),
+    (lambda: fit(initial=3), TypeError, "initial"),
+    (lambda: fit(plane=3), TypeError, "plane"),
+    (lambda: fit(plane=([0, 0, 1], None)), TypeError, "plane: expected a number"),
+    (lambda: fit(plane=([0, 0, 0], 1)), ValueError, "plane"),
+    (lambda: fit_frame(camera=None), ValueError, "camera: expected the depth camera of the frame, got None"),
+    (lambda: fit_frame(camera=CAMERA.scaled(0.5)), ValueError, "camera: expected the depth image's size"),
+    (lambda: fit_frame(mask=NOTHING), ValueError, "mask: expected some depth measurements"),
+    (lambda: fit_frame(mask=ONE_PIXEL), ValueError, "mask: expected at least"),
+    (lambda: fit_frame(mask=NOTHING.astype(float)), TypeError, "mask: expected bool or uint8"),
+    (lambda: fit_frame(mask=NOTHING[:10]), ValueError, "mask: expected shape"),
+    (lambda: fit_frame(unit="mm"), ValueError, "unit: expected None with frames"),
+    (lambda: fit_frame(COLOR_ALONE), ValueError, "depth image"),
+    (lambda: fit_frame([st.Frame.unreadable("torn")]), ValueError, "frames: expected at least one"),
+    (lambda: fit_frame(iter([])), ValueError, "frames: expected at least one with a depth image"),
+    (lambda: fit_frame([frame(), "x"], mask=depth_of() < 1), TypeError, "expected st.Frame, got str at 1"),
+    (lambda: st.fit_primitives(frame(), camera=CAMERA, most=0), ValueError, "most"),
+    (lambda: st.fit_primitives(3, camera=CAMERA), TypeError, "frame: expected"),
+)
+def test_a_fit_of_a_primitive_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+TABLE = (1 / (0.4 + 0.006 * np.arange(240)[:, None] + np.zeros((1, 320)))).astype(np.float32)
+ROUGH = RNG.uniform(0.4, 3, CAMERA.shape)
+SMALL_PATCH = ROUGH.copy()
+SMALL_PATCH[100:140, 100:140] = 0.5
+WITH_HOLE = TABLE.copy()
+WITH_HOLE[195:206, 55:66] = 0
+
+
+def only(rows, columns):
+    depth = np.zeros_like(TABLE)
+    depth[rows, columns] = TABLE[rows, columns]
+    return depth
+
+
+LINE = only(slice(150, 151), slice(None))
+
+
+def with_ball():
+    near = st.SDF.sphere(0.06, voxels=60).render(CAMERA, st.geometry.pose(t_m=[0, 0, 0.45]))[0]
+    return np.where(near > 0, near, TABLE)
+
+
+def plane(depth=TABLE, camera=CAMERA, **options):
+    return st.remove_plane(st.Frame(depth.astype(np.float32)), camera, **options)
+
+
+@refused(
+    (lambda: plane(ROUGH), ValueError, "no plane contains a tenth"),
+    (lambda: plane(0 * TABLE), ValueError, "no plane"),
+    (lambda: plane(TABLE * np.nan), ValueError, "almost none"),
+    (lambda: plane(LINE), ValueError, "almost none|no plane"),
+    (lambda: plane(LINE, start_px=(160, 150)), ValueError, "almost none|not planar"),
+    (lambda: plane(only(slice(148, 155), slice(160, 163))), ValueError, "almost none"),
+    (lambda: plane(np.ones((3, 4)), st.Camera(4, 4, 1.5, 1.0, 4, 3)), ValueError, "almost none"),
+    (lambda: plane(camera=None), ValueError, "camera: expected the depth camera, got None"),
+    (lambda: plane(camera=np.eye(3)), TypeError, "camera"),
+    (lambda: plane(TABLE[:100]), ValueError, "depth"),
+    (lambda: st.remove_plane(COLOR_ALONE, CAMERA), ValueError, "depth"),
+    (lambda: st.remove_plane(TABLE, CAMERA), TypeError, "frame: expected st.Frame, got ndarray"),
+    (lambda: plane(tolerance=0), ValueError, "tolerance"),
+    (lambda: plane(tolerance=np.nan), ValueError, "tolerance"),
+    (lambda: plane(tolerance=10), ValueError, "at most 0.5 m.*millimetres"),
+    (lambda: plane(tolerance="wide"), TypeError, "tolerance"),
+    (lambda: plane(start_px=(320, 10)), ValueError, "start_px"),
+    (lambda: plane(start_px=(-1, 10)), ValueError, "start_px"),
+    (lambda: plane(start_px=(np.nan, 3)), ValueError, "start_px"),
+    (lambda: plane(start_px=3), TypeError, "start_px"),
+    (lambda: plane(WITH_HOLE, start_px=(60, 200)), ValueError, "start_px.*got none"),
+    (lambda: plane(with_ball(), start_px=(160, 120)), ValueError, "start_px.*(flat|tenth)"),
+    (lambda: plane(SMALL_PATCH, start_px=(120, 120)), ValueError, "start_px.*tenth"),
+    (lambda: plane(method="best"), ValueError, "method: expected one of"),
+    (lambda: plane(noise="low"), ValueError, "noise"),
+    (lambda: plane(noise=-1.0), ValueError, "noise"),
+    (lambda: plane(threads=-1), ValueError, "threads: expected a whole number"),
+    (lambda: plane(threads=1.7), TypeError, "threads: expected a whole number"),
+    (lambda: plane(feet="no"), TypeError, "feet: expected True or False"),
+)
+def test_a_plane_that_is_not_there_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def intrinsics(**change):
+    given = {"frames": [frame()] * 6, "sdf": st.SDF.sphere(0.05, voxels=20), "initial_camera": CAMERA}
+    return st.calibrate_intrinsics(**{**given, "initial_pose": POSE, **change})
+
+
+@refused(
+    (lambda: intrinsics(free=("fx", "k3")), ValueError, "k3"),
+    (lambda: intrinsics(free="fx"), TypeError, "sequence of names"),
+    (lambda: intrinsics(free=()), ValueError, "at least one"),
+    (lambda: intrinsics(free=("fx", "fx")), ValueError, "each once"),
+    (lambda: intrinsics(sdf="box"), TypeError, "sdf: expected st.SDF"),
+    (lambda: intrinsics(frames=3), TypeError, "frames: expected an iterable"),
+    (lambda: intrinsics(frames=["a"]), TypeError, r"frames\[0\]"),
+    (lambda: intrinsics(frames=[SMALL_FRAME] * 6), ValueError, r"the camera's size \(240, 320\)"),
+    (lambda: intrinsics(initial_camera=3), TypeError, "camera"),
+    (lambda: intrinsics(joint=1), TypeError, "joint"),
+    (lambda: intrinsics(initial_pose=np.eye(3)), ValueError, "pose"),
+    (lambda: intrinsics(box=(1, 2, 3, 4)), ValueError, "one of pose, mask and box"),
+    (lambda: intrinsics(max_pixels=10), ValueError, "max_pixels"),
+    (lambda: intrinsics(max_pixels="x"), TypeError, "^max_pixels: expected a whole number"),
+    (lambda: intrinsics(threads=-1), ValueError, "^threads: expected a whole number from 0"),
+    (lambda: intrinsics(residual="slope"), ValueError, "residual: expected one of ray_hit, point"),
+)
+def test_intrinsics_that_cannot_be_found_say_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def no_ball(shape=(240, 320)):
+    return lambda f: np.zeros(shape, bool)
+
+
+def color(few=8, **change):
+    scene, frames = recorded(noise=0.001, seed=0)
+    given = {"frames": frames[:few], "depth_camera": DEPTH, "ball_radius": RADIUS_M}
+    return st.calibrate_color_to_depth(**{**given, "ball_color": scene.color, **change})
+
+
+def without_times():
+    return [f.replace(timestamp=None) for f in recorded(noise=0.001, seed=0)[1][:8]]
+
+
+def mixed():
+    """Colour images of other moments than their depth images."""
+    frames = recorded(noise=0.001, seed=0)[1]
+    return [st.Frame(frames[i].depth, frames[(5 * i + 3) % 12].color, frames[i].timestamp) for i in range(12)]
+
+
+def by_mask(mask_fn):
+    return color(ball_color=None, mask_fn=mask_fn)
+
+
+@refused(
+    (lambda: color(ball_radius=40), ValueError, "ball_radius: expected metres.*40 mm is 0.04"),
+    (lambda: color(ball_radius="big"), TypeError, "^ball_radius"),
+    (lambda: color(ball_radius=0.15), ValueError, "found no ball of ball_radius=0.15"),
+    (lambda: color(threads=-1), ValueError, "^threads: expected a whole number from 0"),
+    (lambda: color(seed="a"), TypeError, "^seed: expected a whole number"),
+    (lambda: color(ball_color=(0, 40, 230)), ValueError, "^ball_color: found no round object"),
+    (lambda: color(ball_color=(128, 128, 128)), ValueError, "^ball_color: expected a saturated"),
+    (lambda: color(mask_fn=no_ball()), ValueError, "ball_color, mask_fn: expected one"),
+    (lambda: by_mask(no_ball()), ValueError, "^mask_fn: found no"),
+    (lambda: by_mask(no_ball((2, 3))), ValueError, "^mask_fn: expected a bool"),
+    (lambda: by_mask(3), TypeError, "^mask_fn: expected a function"),
+    (lambda: color(depth_camera=st.RGBDCamera(DEPTH)), TypeError, "^depth_camera: expected st.Camera"),
+    (lambda: color(depth_camera=DEPTH.scaled(2)), ValueError, "^depth_camera: frame"),
+    (lambda: color(color_camera=DEPTH.scaled(2)), ValueError, "^color_camera: expected the colour images"),
+    (lambda: color(color_camera=3), TypeError, "^color_camera"),
+    (lambda: color(frames=[]), ValueError, "^frames: expected at least one"),
+    (lambda: color(frames=3), TypeError, "^frames: expected frames"),
+    (lambda: color(frames=[1, 2]), TypeError, "^frames: expected st.Frame"),
+    (lambda: color(frames=[st.Frame(np.ones((240, 320), np.float32))]), ValueError, "got none with both"),
+    (lambda: color(few=4), ValueError, "at least 6 frames"),
+    (lambda: color(frames=without_times(), time_offset=True), ValueError, "^time_offset: expected frames"),
+    (lambda: color(frames=mixed()), ValueError, "are simultaneous|no mapping agrees|agree with one mapping"),
+    (lambda: color(few=2, ball_color=None), ValueError, "^ball_color: expected .* with so few frames"),
+    (lambda: checked_color((10, 20)), ValueError, "^ball_color: expected"),
+    (lambda: checked_color((300, 0, 0)), ValueError, "^ball_color: expected"),
+    (lambda: checked_color((np.nan, 0, 0)), ValueError, "^ball_color: expected"),
+    (lambda: checked_color("red"), TypeError, "^ball_color"),
+)
+def test_colour_that_cannot_be_registered_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+@functools.cache
+def phi():
+    return st.SDF.sphere(0.01, voxels=12).values
+
+
+def evolve(**change):
+    given = {"phi": phi(), "log_ratio": phi(), "steps": 1, "voxel_size": 0.002, "threads": 1}
+    return st.levelset.evolve(**{**given, **change})
+
+
+def evidence(**change):
+    given = {"frame": frame(), "camera": CAMERA, "T_cam_obj": POSE, "grid": ((4, 4, 4), 0.01, (0, 0, 0))}
+    return st.levelset.evidence(**{**given, **change})
+
+
+@refused(
+    (lambda: evolve(phi=phi().astype(float)), TypeError, "phi: expected float32"),
+    (lambda: evolve(phi=phi()[0]), ValueError, "phi: expected shape"),
+    (lambda: evolve(phi=np.inf * np.abs(phi())), ValueError, "phi: expected finite"),
+    (lambda: evolve(phi=np.ones_like(phi())), ValueError, "one sign only"),
+    (lambda: evolve(log_ratio=phi()[1:]), ValueError, "log_ratio: expected the shape"),
+    (lambda: evolve(log_ratio=np.nan * phi()), ValueError, "log_ratio: expected finite"),
+    (lambda: evolve(log_ratio=phi().astype(int)), TypeError, "log_ratio: expected float32"),
+    (lambda: evolve(steps=-1), ValueError, "steps"),
+    (lambda: evolve(steps=1.5), TypeError, "steps"),
+    (lambda: evolve(redistance_every=-1), ValueError, "redistance_every"),
+    (lambda: evolve(voxel_size=1e-30), ValueError, "voxel_size: expected"),
+    (lambda: evolve(voxel_size="2 mm"), TypeError, "voxel_size"),
+    (lambda: evolve(regulariser="none"), ValueError, "regulariser"),
+    (lambda: evolve(dt=1.6), ValueError, "dt: expected at most 1.4"),
+    (lambda: evolve(dt=0), ValueError, "positive"),
+    (lambda: evolve(sigma_h=np.nan), ValueError, "positive"),
+    (lambda: evolve(sigma_phi=2), ValueError, "dt: expected at most 0.66"),
+    (lambda: evidence(frame=depth_of()), TypeError, "frame: expected st.Frame"),
+    (lambda: evidence(frame=COLOR_ALONE), ValueError, "expected a depth image"),
+    (lambda: evidence(frame=SMALL_FRAME), ValueError, "depth: expected"),
+    (lambda: evidence(T_cam_obj=2 * I4), ValueError, "T_cam_obj: "),
+    (lambda: evidence(grid=(4, 4, 4)), ValueError, "grid: expected"),
+    (lambda: evidence(grid=3), TypeError, "grid: expected st.SDF"),
+    (lambda: evidence(grid=((4, 4, 1), 0.01, (0, 0, 0))), ValueError, "grid: expected"),
+    (lambda: evidence(grid=((4000, 4000, 4000), 0.01, (0, 0, 0))), ValueError, "fewer than 2\\^31"),
+    (lambda: evidence(grid=((4, 4, 4), 0.0, (0, 0, 0))), ValueError, "voxel_size"),
+    (lambda: evidence(grid=((4, 4, 4), 0.01, (0, np.nan, 0))), ValueError, "origin"),
+    (lambda: evidence(form="sharp"), ValueError, "form"),
+    (lambda: evidence(sigma_d_m=0), ValueError, "sigma_d_m"),
+    (lambda: evidence(sigma_d_m="5 mm"), TypeError, "sigma_d_m"),
+    (lambda: evidence(noise_m=np.inf), ValueError, "noise_m"),
+    (lambda: evidence(noise_per_m=-1), ValueError, "noise_per_m"),
+    (lambda: evidence(mask=np.ones((5, 6), bool)), ValueError, "mask"),
+    (lambda: evidence(mask=np.ones(CAMERA.shape)), TypeError, "mask"),
+    (lambda: st.levelset.redistance(np.ones_like(phi()), 0.01), ValueError, "one sign only"),
+    (lambda: st.levelset.redistance(np.nan * phi(), 0.01), ValueError, "phi: expected finite"),
+    (lambda: st.levelset.redistance(phi().astype(float), 0.01), TypeError, "phi: expected float32"),
+    (lambda: st.levelset.redistance(phi(), -1), ValueError, "voxel_size"),
+)
+def test_a_level_set_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def star(**options):
+    return st.Reconstructor(CAMERA, **{"voxels": 48, **options})
+
+
+def mask():
+    return depth_of() < 1
+
+
+def begun():
+    made = star()
+    made.start(frame(), mask=mask())
+    return made
+
+
+@functools.cache
+def without_object():
+    return st.Frame(np.where(mask(), 0, depth_of()).astype(np.float32))
+
+
+def core(voxels=(32, 32, 32)):
+    return _core.Reconstruction(voxels, 0.01, (-0.15, -0.15, -0.15), None, _core.ReconstructionOptions(), 1)
+
+
+def fuse(*region):
+    core().fuse(depth_of(), CAMERA._core, POSE, region)
+
+
+@refused(
+    (lambda: star().mesh(), RuntimeError, "call start"),
+    (lambda: star().refine(), RuntimeError, "call start"),
+    (lambda: star().tracker(), RuntimeError, "call start"),
+    (lambda: star().shape, RuntimeError, "call start"),
+    (lambda: star().track(frame()), RuntimeError, "call start"),
+    (lambda: star().resume(frame(), mask=mask()), RuntimeError, "resume: call start"),
+    (lambda: star().start(frame(), mask=~NOTHING), ValueError, "object alone"),
+    (lambda: star().start(without_object(), mask=mask()), ValueError, "depth measurements on the object"),
+    (lambda: star().start(frame()), ValueError, "one of mask, box and pose"),
+    (lambda: star().start(frame(), pose=I4), ValueError, "requires Reconstructor"),
+    (lambda: star(extent=0.05).start(frame(), mask=mask()), ValueError, "larger extent"),
+    (lambda: star().start(SMALL_FRAME, mask=np.ones((10, 10), bool)), ValueError, "camera's size"),
+    (lambda: star(voxels=2000), ValueError, "GiB"),
+    (lambda: star(voxels="finest"), ValueError, "'quick', 'normal', 'fine', got 'finest'"),
+    (lambda: star(evidence="rough"), ValueError, "smooth"),
+    (lambda: star(evolution="x"), ValueError, r"evolution: expected one of \['ours', 'printed'\], got 'x'"),
+    (lambda: star(evolution="printed").resume(frame(), mask=mask()), ValueError, "only one recording"),
+    (lambda: begun().resume(frame()), ValueError, "one of mask, box and pose, got none"),
+    (lambda: begun().resume(frame(), mask=mask(), pose=I4), ValueError, "got mask and pose"),
+    (lambda: begun().resume(without_object(), mask=mask()), ValueError, "depth measurements on the object"),
+    (lambda: begun().resume(SMALL_FRAME, mask=np.ones((10, 10), bool)), ValueError, "camera's size"),
+    (lambda: begun().resume(depth_of(), mask=mask()), TypeError, "frame: expected"),
+    (lambda: begun().mesh(faces=2), ValueError, "faces: expected"),
+    (lambda: core((-1, 8, 8)), ValueError, "voxels: expected"),
+    (lambda: core((65536, 65536, 2)), ValueError, "voxels: expected"),
+    (lambda: core().grown((-3, 0, 0), (0, 0, 0)), ValueError, "grown: expected"),
+    (lambda: core().grown((0, 0, 0), (10_000, 10_000, 10_000)), ValueError, "grown: expected"),
+    (lambda: core().grown((2**31 - 1, 0, 0), (0, 0, 0)), ValueError, "grown: expected"),
+    (lambda: fuse(0, 0, 321, 240), ValueError, "region: expected"),
+    (lambda: fuse(-1, 0, 10, 10), ValueError, "region: expected"),
+    (lambda: fuse(10, 10, 5, 20), ValueError, "region: expected"),
+)
+def test_a_reconstruction_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def synthetic(**change):
+    return st.synth.sequence(**{"shape_or_mesh": box_mesh(), "n": 2, "camera": CAMERA, **change})
+
+
+@refused(
+    (lambda: synthetic(n=0), ValueError, "n: expected"),
+    (lambda: synthetic(n=2.5), ValueError, "n: expected"),
+    (lambda: synthetic(trajectory="zigzag"), ValueError, "random, orbit, static"),
+    (lambda: synthetic(trajectory=st.synth.random_walk(step_m=0.5)), ValueError, "step_m"),
+    (lambda: synthetic(trajectory=np.tile(POSE, (3, 1, 1))), ValueError, r"\(2, 4, 4\)"),
+    (lambda: synthetic(trajectory=np.tile(2 * POSE, (2, 1, 1))), ValueError, "rotation"),
+    (lambda: synthetic(noise="salt"), ValueError, "kinect"),
+    (lambda: synthetic(noise=-0.001), ValueError, "sigma"),
+    (lambda: synthetic(occluder=1.5), ValueError, "fraction"),
+    (lambda: synthetic(occluder="foot"), ValueError, "hand"),
+    (lambda: synthetic(occluder=Grip), ValueError, "Grip"),
+    (lambda: synthetic(occluder=[1]), ValueError, "occluder"),
+    (lambda: synthetic(trajectory="static", occluder=Cover(0, 2, gap_m=0.7)), ValueError, "0.1 m"),
+    (lambda: synthetic(clutter="jungle"), ValueError, "wall, table, objects"),
+    (lambda: synthetic(fps=0), ValueError, "fps"),
+    (lambda: synthetic(shape_or_mesh=np.zeros(3)), TypeError, "SDF, Mesh"),
+    (lambda: synthetic(shape_or_mesh=[]), ValueError, "at least one"),
+    (lambda: synthetic(camera=CAMERA.K), TypeError, "camera"),
+    (lambda: st.synth.Stereo(window_px=4), ValueError, r"Stereo\(window_px\)"),
+    (lambda: st.synth.Stereo(dropped=1.0), ValueError, r"Stereo\(dropped\)"),
+    (lambda: Grip(0.9), ValueError, "0 to 0.7"),
+    (lambda: Grip(color="green"), ValueError, "similar"),
+    (lambda: Grip(color=(1, 2, 300)), ValueError, "similar"),
+    (lambda: Grip(finger_m=9.0), ValueError, "metres"),
+    (lambda: Grip(hold=0), ValueError, "hold"),
+    (lambda: Cover(0, 0), ValueError, "Cover"),
+    (lambda: leave_and_return(0), ValueError, "first"),
+    (lambda: leave_and_return(apart_m=5.0), ValueError, "apart_m"),
+    (lambda: st.synth.Hand(0.9), ValueError, "0.8"),
+    (lambda: st.synth.corner(n=0), ValueError, "n: expected a number"),
+    (lambda: st.synth.corner(reach_m=-1), ValueError, "reach_m: expected"),
+    (lambda: st.synth.corner(distance_m=(2, 1)), ValueError, "distance_m: expected"),
+    (lambda: st.synth.corner(poses=I4), ValueError, r"poses: expected shape \(n, 4, 4\)"),
+    (lambda: st.synth.corner(poses=I4[None]), ValueError, "inside the room"),
+    (lambda: st.synth.ball_scene(n=0), ValueError, "^n: expected"),
+    (lambda: st.synth.ball_scene(n=5, radius_m=0), ValueError, "^radius_m: expected"),
+    (lambda: st.synth.ball_scene(n=5, path=np.zeros((3, 3))), ValueError, "^path: expected"),
+    (lambda: st.synth.ball_scene(n=5, noise="fog"), ValueError, "^noise: expected"),
+    (lambda: st.synth.hide(depth_of() < 1, 0.5, "cloud"), ValueError, "by: expected"),
+    (lambda: st.synth.hide(depth_of() < 1, 1.5), ValueError, "share: expected"),
+    (lambda: st.synth.hide(NOTHING, 0.5), ValueError, "something inside"),
+    (lambda: st.synth.gait("horse"), ValueError, "kind: expected"),
+    (lambda: st.synth.gait("cat", 0), ValueError, "n: expected"),
+)
+def test_what_cannot_be_synthesised_says_why(call, error, words):
+    assert_refused(call, error, words)

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: MIT
+"""What cameras, frames, volumes, meshes and metrics refuse, in one line that names the argument."""
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from refusals import assert_refused, refused
+from tracking_scene import box_mesh
+
+import sdftrack as st
+from sdftrack import _core, geometry, metrics
+
+CAMERA = st.Camera(500.0, 510.0, 319.5, 239.5, 640, 480)
+FOLDING = (-0.45, 0.2, 0, 0, -0.04)
+DEPTH, RAW = np.full((12, 16), 0.8, np.float32), np.full((12, 16), 800, np.uint16)
+COLOR = np.zeros((12, 16, 3), np.uint8)
+SMALL = st.Camera(20, 20, 7.5, 5.5, 16, 12)
+ONES = np.ones((4, 4, 4), np.float32)
+BALL = st.SDF.sphere(0.05, voxels=20)
+BOX = box_mesh()
+AROUND = np.linspace(0, 2 * np.pi, 9)[:-1]
+RING = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], axis=-1)
+T = geometry.pose([0.3, -0.2, 0.9], [0.02, 0.01, 0.8])
+
+
+def camera(**change):
+    return dataclasses.replace(CAMERA, **change)
+
+
+def lens(model, *coefficients):
+    own = {name: getattr(CAMERA, name) for name in ("width", "height", "fx", "fy")}
+    return SimpleNamespace(
+        **own, ppx=CAMERA.cx, ppy=CAMERA.cy, model=f"distortion.{model}", coeffs=coefficients
+    )
+
+
+@refused(
+    (lambda: camera(fx=0), ValueError, "fx"),
+    (lambda: camera(fy=-500.0), ValueError, "fy"),
+    (lambda: camera(cx=np.nan), ValueError, "cx"),
+    (lambda: camera(width=0), ValueError, "width"),
+    (lambda: camera(width=640.5), ValueError, "width"),
+    (lambda: camera(fx="wide"), TypeError, "fx"),
+    (lambda: camera(distortion=(0.1, 0.2)), ValueError, "4, 5 or 8"),
+    (lambda: camera(distortion=(0.1, 0.2, 0, np.nan)), ValueError, "finite"),
+    (lambda: camera(fx=320, fy=320, distortion=FOLDING), ValueError, r"folds over before pixel \(0, 0\)"),
+    (lambda: st.Camera.from_K(np.eye(4), 640, 480), ValueError, "3 x 3"),
+    (lambda: st.Camera.from_K("K", 4, 4), TypeError, "K: expected an array of numbers"),
+    (lambda: st.Camera.from_K([[500, 3, 320], [0, 500, 240], [0, 0, 1]], 640, 480), ValueError, "skew"),
+    (lambda: st.Camera.from_K(CAMERA.K.T, 640, 480), ValueError, "fx, 0, cx"),
+    (lambda: st.Camera.from_fov("a", 640, 480), TypeError, "^fov_x_rad: expected"),
+    (lambda: st.Camera.from_fov(np.pi, 640, 480), ValueError, "^fov_x_rad: expected"),
+    (lambda: st.Camera.from_fov(np.nan, 640, 480), ValueError, "^fov_x_rad: expected"),
+    (lambda: st.Camera.from_fov(1.0, 10**30, 480), (TypeError, ValueError), "^width: expected"),
+    (lambda: st.Camera.from_fov(1.0, 640, None), (TypeError, ValueError), "^height: expected"),
+    (lambda: CAMERA.cropped(-1, 0, 5, 5), ValueError, "inside 640 x 480"),
+    (lambda: CAMERA.cropped(600, 0, 41, 5), ValueError, "inside 640 x 480"),
+    (lambda: CAMERA.cropped(0, 0, 0, 5), ValueError, "inside 640 x 480"),
+    (lambda: CAMERA.back_project(np.ones(CAMERA.shape, np.uint16)), TypeError, "depth scale"),
+    (lambda: CAMERA.back_project(np.ones((640, 480), np.float32)), ValueError, r"\(480, 640\)"),
+    (lambda: st.Camera.from_realsense(lens("ftheta", 0.1, 0, 0, 0, 0)), ValueError, "rectify"),
+    (lambda: st.Camera.from_realsense(lens("inverse_brown_conrady", -2.5, 0, 0.3, 0.3, 0)), ValueError, "px"),
+    (lambda: st.RGBDCamera(CAMERA, CAMERA), ValueError, "T_color_depth"),
+    (lambda: st.RGBDCamera(CAMERA, CAMERA, np.eye(4), (np.eye(3), np.zeros(3))), ValueError, "both"),
+    (lambda: st.RGBDCamera(CAMERA, CAMERA, T_color_depth=2 * np.eye(4)), ValueError, "rotation"),
+    (lambda: st.RGBDCamera(CAMERA, projective=(np.eye(4), np.zeros(3))), ValueError, r"\(3, 3\)"),
+    (lambda: st.RGBDCamera(CAMERA.K), TypeError, "Camera"),
+    (lambda: st.SensorModel(noise_m=-1), ValueError, "noise_m: expected a finite number >= 0, got -1"),
+    (lambda: st.SensorModel.from_dict({"nois_m": 1}), TypeError, r"'nois_m'; did you mean 'noise_m'\?"),
+)
+def test_a_camera_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+ROS = (
+    "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [500.0, 0, 319.5, 0, 500.0, 239.5, 0, 0, 1]\n"
+    "distortion_model: equidistant\ndistortion_coefficients:\n  data: [0.1, 0, 0, 0]\n"
+)
+PINHOLE = {"fx": 500, "fy": 500, "cx": 320, "cy": 240, "width": 640, "height": 480}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "error", "words"),
+    [
+        ("absent.json", None, FileNotFoundError, r"absent\.json"),
+        ("cam_K.txt", "500 0 319.5 0 500 239.5 0 0 1", ValueError, "width= and height="),
+        ("short.txt", "1 2 3", ValueError, "9 numbers"),
+        ("cut.json", "{", ValueError, "not a JSON file"),
+        ("part.json", '{"fx": 1}', ValueError, "width"),
+        ("bad.json", json.dumps({**PINHOLE, "fx": -1}), ValueError, "fx"),
+        ("part.yaml", "image_width: 640\n", ValueError, "camera_matrix"),
+        ("fisheye.yaml", ROS, ValueError, "distortion_model"),
+    ],
+)
+def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error, words):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    assert_refused(lambda: st.Camera.load(tmp_path / name), error, words)
+
+
+@refused(
+    (lambda: st.Frame(DEPTH.astype(np.uint8)), TypeError, "depth: expected float32"),
+    (lambda: st.Frame(DEPTH.astype(np.int32)), TypeError, "depth: expected float32"),
+    (lambda: st.Frame(DEPTH.astype(np.float16)), TypeError, "depth: expected float32"),
+    (lambda: st.Frame(DEPTH.astype(complex)), TypeError, "depth: expected float32"),
+    (lambda: st.Frame(RAW), ValueError, "depth_scale: expected metres per unit"),
+    (lambda: st.Frame(RAW, depth_scale=1000), ValueError, "1/1000"),
+    (lambda: st.Frame(RAW, depth_scale=1.0), ValueError, "millimetres"),
+    (lambda: st.Frame(RAW, depth_scale=0.0), ValueError, "between 0 and 1"),
+    (lambda: st.Frame(RAW, depth_scale=np.nan), ValueError, "between 0 and 1"),
+    (lambda: st.Frame(RAW, depth_scale=0.1), ValueError, "multiply depth_scale by 0.01"),
+    (lambda: st.Frame(RAW, depth_scale="mm"), TypeError, "depth_scale: .*'mm'"),
+    (lambda: st.Frame(1000 * DEPTH), ValueError, "millimetres: multiply depth by 0.001"),
+    (lambda: st.Frame(0.001 * DEPTH), ValueError, "multiply depth by 1000"),
+    (lambda: st.Frame(100 * DEPTH), ValueError, "check_units=False"),
+    (lambda: st.Frame(DEPTH, depth_scale=0.001), ValueError, "already in metres"),
+    (lambda: st.Frame(DEPTH[0]), ValueError, r"\(H, W\)"),
+    (lambda: st.Frame(DEPTH[..., None]), ValueError, r"\(H, W\)"),
+    (lambda: st.Frame(DEPTH[:0]), ValueError, r"\(H, W\)"),
+    (lambda: st.Frame(None), ValueError, "at least one"),
+    (lambda: st.Frame(DEPTH, COLOR.astype(np.float32)), TypeError, "uint8"),
+    (lambda: st.Frame(DEPTH, COLOR[..., 0]), ValueError, "grey"),
+    (lambda: st.Frame(DEPTH, np.dstack([COLOR, COLOR[..., 0]])), ValueError, "alpha"),
+    (lambda: st.Frame(DEPTH, COLOR[:0]), ValueError, "H, W, 3"),
+    (lambda: st.Frame(DEPTH, COLOR, color_order="hsv"), ValueError, "color_order"),
+    (lambda: st.Frame(DEPTH, mask=RAW.astype(np.int32)), TypeError, "mask"),
+    (lambda: st.Frame(DEPTH, mask=np.ones((16, 12), bool)), ValueError, "mask"),
+    (lambda: st.Frame(DEPTH.T, camera=SMALL), ValueError, "camera"),
+    (lambda: st.Frame(DEPTH, camera=SMALL.K), TypeError, "camera"),
+    (lambda: st.Frame(DEPTH, timestamp=np.nan), ValueError, "timestamp"),
+    (lambda: st.Frame(DEPTH, timestamp="now"), TypeError, "timestamp: .*'now'"),
+)
+def test_a_frame_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def box_with(vertices=None, faces=None, **options):
+    v = BOX.vertices if vertices is None else vertices
+    f = BOX.faces if faces is None else faces
+    return st.SDF.from_mesh((v, f), **{"voxels": 30, **options})
+
+
+def with_nan():
+    out = BOX.vertices.copy()
+    out[0, 0] = np.nan
+    return out
+
+
+def far_apart(join):
+    near = st.SDF.sphere(0.004, voxels=24, padding=0.5)
+    return join(near, near.transformed(geometry.pose([0, 0, 0], [0.5, 0.5, 0.5])))
+
+
+def long_bar():
+    bar = st.SDF(np.ones((2, 2, 1200), np.float32), 0.001, (0, 0, 0))
+    return bar.transformed(geometry.pose([0.3, 0.6, 0.6]))
+
+
+def of_size(voxel_m):
+    return st.SDF(np.ones((2, 2, 2), np.float32), voxel_m, (0, 0, 0))
+
+
+@refused(
+    (lambda: box_with(BOX.vertices[:0], BOX.faces[:0]), ValueError, "it is empty"),
+    (lambda: box_with(faces=BOX.faces[:0]), ValueError, "a point cloud has no inside"),
+    (lambda: box_with(faces=BOX.faces[:3]), ValueError, "expected a closed surface"),
+    (lambda: box_with(with_nan()), ValueError, "1 of 8 vertices are NaN or infinite and belong to faces"),
+    (lambda: box_with(1000 * BOX.vertices), ValueError, r"longest side is 120 m.*pass unit='mm'"),
+    (lambda: box_with(1e-3 * BOX.vertices), ValueError, "in which unit"),
+    (lambda: box_with(BOX.vertices * [1, 1, 0.01]), ValueError, r"shortest side .*under 4 voxels.*voxels="),
+    (lambda: box_with(faces=np.concatenate([BOX.faces, BOX.faces + 8])), ValueError, "vertex indices"),
+    (lambda: box_with(voxels=3), ValueError, "voxels: expected"),
+    (lambda: box_with(padding=-1), ValueError, "padding: expected"),
+    (lambda: box_with(unit="feet"), ValueError, "unit: expected"),
+    (lambda: box_with(holes="fill"), ValueError, "holes: expected"),
+    (lambda: st.SDF.from_mesh("absent.ply"), FileNotFoundError, "absent"),
+    (lambda: st.SDF.from_mesh(3), TypeError, "mesh: expected a path"),
+    (lambda: st.SDF.sphere(-1), ValueError, "expected"),
+    (lambda: st.SDF.sphere("a"), TypeError, "sphere: expected a number, got 'a'"),
+    (lambda: st.SDF.sphere(0.1, voxels="a"), TypeError, "voxels: expected a number, got 'a'"),
+    (lambda: st.SDF.cylinder(0.1, np.nan), ValueError, "expected"),
+    (lambda: st.SDF.box((1, 2)), ValueError, "expected"),
+    (lambda: st.SDF.box(("a", 1, 1)), TypeError, "size: expected an array of numbers"),
+    (lambda: st.SDF.cone(65536, 1e13, voxels=16), ValueError, "expected positive lengths"),
+    (lambda: st.SDF.cone(65536, np.inf, voxels=16), ValueError, "expected positive lengths"),
+    (lambda: st.SDF.cone(65536, 0.0, voxels=16), ValueError, "expected positive lengths"),
+    (lambda: st.SDF(np.zeros((4, 4, 4)), 0.01, (0, 0, 0)), TypeError, "values: expected float32"),
+    (lambda: st.SDF(ONES[0], 0.01, (0, 0, 0)), ValueError, "values: expected shape"),
+    (lambda: st.SDF(ONES[:, :1], 0.01, (0, 0, 0)), ValueError, "at least 2 voxels"),
+    (lambda: st.SDF(np.nan * ONES, 0.01, (0, 0, 0)), ValueError, "values: expected finite"),
+    (lambda: st.SDF(ONES, 1e-30, (0, 0, 0)), ValueError, "voxel_size: expected"),
+    (lambda: st.SDF(ONES, 1e30, (0, 0, 0)), ValueError, "voxel_size: expected"),
+    (lambda: st.SDF(ONES, 0.0, (0, 0, 0)), ValueError, "voxel_size: expected"),
+    (lambda: st.SDF(ONES, np.nan, (0, 0, 0)), ValueError, "voxel_size: expected"),
+    (lambda: st.SDF(ONES, 0.01, (0, 0)), ValueError, "origin: expected"),
+    (lambda: st.SDF(ONES, 0.01, (1e39, 0, 0)), ValueError, "origin: expected"),
+    (lambda: BALL([[0.0, 0.0]]), ValueError, "points: expected shape"),
+    (lambda: BALL([np.nan, 0, 0]), ValueError, "points: expected finite"),
+    (lambda: BALL([1j, 0, 0]), TypeError, "points: expected an array of numbers"),
+    (lambda: BALL.transformed(2 * np.eye(4)), ValueError, "T: "),
+    (lambda: BALL.transformed("there"), TypeError, "T: expected an array of numbers, got 'there'"),
+    (lambda: BALL.surface_samples(10_000_001), ValueError, "count: expected a whole number from 0"),
+    (lambda: BALL.surface_samples(-1), ValueError, "count: expected a whole number from 0"),
+    (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).redistanced(), ValueError, "one sign only"),
+    (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).to_mesh(), ValueError, "no surface"),
+    (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).cropped(), ValueError, "outside everywhere"),
+    (lambda: st.union(), TypeError, "shapes: expected"),
+    (lambda: st.smooth_union(BALL, BALL, radius=0), ValueError, "radius: expected"),
+    (lambda: far_apart(st.union), ValueError, r"much more than what it is made of"),
+    (lambda: far_apart(st.smooth_union), ValueError, r"much more than what it is made of"),
+    (long_bar, ValueError, r"much more than what it is made of"),
+    (lambda: st.union(of_size(1e-12), of_size(1e12)), ValueError, "at most 1200 a side"),
+    (lambda: BALL.render(None, np.eye(4)), TypeError, "camera: expected"),
+    (lambda: BALL.render(SMALL, np.diag([1.0, 1, -1, 1])), ValueError, "T_cam_obj"),
+    (lambda: BALL.render(SMALL, "here"), TypeError, "T_cam_obj: expected an array of numbers, got 'here'"),
+    (lambda: BALL.silhouette(SMALL, np.eye(3)), ValueError, "T_cam_obj"),
+    (lambda: BALL.silhouette(SMALL, np.eye(4), device="gpu"), ValueError, "device: expected one of"),
+    (lambda: st.Symmetry(np.eye(3)), ValueError, r"discrete: expected shape \(n, 4, 4\)"),
+    (lambda: st.Symmetry(2 * np.eye(4)[None]), ValueError, "discrete"),
+    (lambda: st.Symmetry(continuous=(([0, 0, 0], [0, 0, 0]),)), ValueError, r"continuous\[0\]"),
+    (lambda: st.Symmetry(continuous=(([0, 0, 1], [0, 0, 0]),)).motions(0), ValueError, "steps"),
+    (lambda: st.Symmetry.from_bop({"symmetries_discrete": [[1, 2]]}), ValueError, "expected"),
+    (lambda: st.Symmetry.from_bop({"symmetries_continuous": [{"offset": [0] * 3}]}), ValueError, "expected"),
+    (lambda: st.find_symmetries(BALL, tolerance=0), ValueError, "tolerance"),
+)
+def test_a_volume_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def huge(of):
+    return np.lib.stride_tricks.as_strided(np.ones(1, np.float32), of, (0, 0, 0))
+
+
+def windings(vertices):
+    return _core.winding_numbers(vertices, BOX.faces, [8] * 3, 0.001, [0] * 3)
+
+
+def solid(kind, voxels):
+    return _core.primitive_sdf(kind, [0.1], voxels, 0.01, [0, 0, 0])
+
+
+def volume_of_box(voxels):
+    return _core.mesh_to_sdf(BOX.vertices, BOX.faces, voxels, 0.01, [0, 0, 0])
+
+
+BEYOND = [65536, 65536, 2]
+
+
+@refused(
+    (lambda: solid("sphere", BEYOND), ValueError, r"than 2\^31 voxels"),
+    (lambda: solid("torus", [8] * 3), ValueError, "kind: expected one of"),
+    (lambda: volume_of_box(BEYOND), ValueError, r"than 2\^31 vox"),
+    (lambda: _core.redistance(huge(BEYOND), 0.01), (TypeError, ValueError), ""),
+    (lambda: windings(1e6 * BOX.vertices), ValueError, "mesh: expected vertices within 4095 voxels"),
+)
+def test_the_core_refuses_volumes_that_it_cannot_count(call, error, words):
+    assert_refused(call, error, words)
+
+
+def mesh(vertices=((0, 0, 0),), faces=((0, 0, 0),), *more):
+    return st.Mesh(vertices, faces, *more)
+
+
+POINT = st.Mesh([[0, 0, 0]], [], COLOR[0, :1])
+
+
+def saved(name, of=BOX, **options):
+    return lambda folder: of.save(folder / name, **options)
+
+
+@refused(
+    (lambda: mesh([[0, 0]]), ValueError, r"vertices: expected shape \(N, 3\)"),
+    (lambda: mesh(faces=[[0, 0, 1]]), ValueError, r"faces: expected vertex indices 0\.\.0"),
+    (lambda: mesh(faces=[[0.0, 0.0, 0.0]]), TypeError, "faces: expected integers"),
+    (lambda: st.Mesh([[0, 0, 0]], [[0, 0, 0]], [[0.1, 0.2, 0.3]]), TypeError, "colors: expected uint8"),
+    (lambda: st.Mesh([[0] * 3], [[0] * 3], COLOR[0, :2]), ValueError, r"colors: expected shape \(1, 3\)"),
+    (lambda: st.Mesh([[0] * 3], [[0] * 3], seen=[1, 2]), ValueError, "one per vertex"),
+    (lambda: BOX.raycast("camera", T), TypeError, "camera: expected a Camera"),
+    (lambda: BOX.raycast(SMALL, 2 * np.eye(4)), ValueError, "T_cam_obj"),
+    (lambda: st.Mesh([], []).raycast(SMALL, T), ValueError, "at least one face"),
+    (lambda: st.Mesh(with_nan(), BOX.faces).raycast(SMALL, T), ValueError, "vertices: every coordinate"),
+    (lambda: st.Mesh([], []).bounds, ValueError, "no vertices"),
+    (lambda: BOX.decimated(3), ValueError, "faces: expected a whole number from 4"),
+    (lambda: BOX.decimated(100.0), TypeError, "faces: expected a whole number from 4"),
+    (lambda: metrics.pose_error(np.eye(3), np.eye(4)), ValueError, "4, 4"),
+    (lambda: metrics.pose_error("T", T), TypeError, "T: expected an array of numbers"),
+    (lambda: metrics.auc([]), ValueError, "at least one"),
+    (lambda: metrics.auc([-1]), ValueError, "negative"),
+    (lambda: metrics.iou(DEPTH > 0, DEPTH.T > 0), ValueError, "shape"),
+    (lambda: metrics.average_recall(), ValueError, "at least one"),
+    (lambda: metrics.average_recall(mssd_errors=[1.0]), ValueError, "diameter"),
+    (lambda: metrics.average_recall(vsd_errors=[1.0]), ValueError, "vsd_errors: expected 2 dimensions"),
+    (lambda: metrics.mssd(np.eye(3), T, RING), ValueError, "T: expected poses"),
+    (lambda: metrics.mssd(T[None], T, RING), ValueError, "T: expected one pose"),
+    (lambda: metrics.vsd(*[np.zeros((2, 2))] * 3, SMALL, 0.1), ValueError, "shape"),
+    (lambda: metrics.vsd(*[np.zeros((12, 16))] * 3, SMALL, -0.1), ValueError, "tau"),
+    (lambda: metrics.plane_angles(st.Frame(DEPTH), SMALL), ValueError, "frame: "),
+    (lambda: geometry.look_at([0, 0, 1], [0, 0, 0]), ValueError, "up"),
+    (lambda: st.draw(st.Frame(DEPTH), None, BALL, SMALL), TypeError, "result: expected st.TrackResult"),
+    (lambda: st.save_sequence("x", None), TypeError, "seq: expected st.Sequence, got NoneType"),
+)
+def test_a_mesh_or_a_measure_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+@refused(
+    (saved("box.xyz"), ValueError, "path: expected a name ending"),
+    (saved("b.stl", texture=64), ValueError, "path: expected one of .ply, .obj, .glb with texture="),
+    (saved("b.glb", texture=8), ValueError, "texture: expected a whole number from 16 to 8192"),
+    (saved("b.glb", texture=64.0), TypeError, "texture: expected a whole number"),
+    (saved("b.glb", colors_from=BOX), ValueError, "colors_from: requires texture="),
+    (saved("b.glb", texture=64, colors_from="red"), TypeError, "colors_from: expected st.Mesh"),
+    (saved("b.glb", texture=64), ValueError, "expected a mesh with colours"),
+    (saved("b.glb", POINT, texture=64), ValueError, "expected a mesh with faces"),
+    (lambda folder: st.Mesh.load(folder / "absent.ply"), FileNotFoundError, r"absent\.ply"),
+)
+def test_a_mesh_that_cannot_be_saved_leaves_no_file(call, error, words, tmp_path):
+    assert_refused(call, error, words, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_is_no_mesh_is_refused_with_its_name(tmp_path):
+    (tmp_path / "text.ply").write_text("this is not a mesh")
+    BOX.save(tmp_path / "box.ply")
+    whole = (tmp_path / "box.ply").read_bytes()
+    (tmp_path / "cut.ply").write_bytes(whole[: len(whole) // 2])
+    for name in ("text.ply", "cut.ply"):
+        with pytest.raises(ValueError, match=name):
+            st.Mesh.load(tmp_path / name)
+    with pytest.raises(ValueError, match="unit: expected"):
+        st.Mesh.load(tmp_path / "box.ply", unit="feet")
+
+
+BAD = [None, "a", [1, 2], [1, 2, 3, 4], [np.nan] * 3, [np.inf] * 3, [1e200] * 3, [[1], [2, 3]], {}, object]
+CALLS = {
+    "w_rad": geometry.pose,
+    "t_m": lambda v: geometry.pose(t_m=v),
+    "twist": geometry.exp,
+    "T": geometry.inverse,
+    "T of log": geometry.log,
+    "T of points": lambda v: geometry.transform_points(v, [[0.0, 0, 0]]),
+    "points": lambda v: geometry.transform_points(np.eye(4), v),
+    "eye": lambda v: geometry.look_at(v, [0, 0, 0]),
+    "target": lambda v: geometry.look_at([0, 0, 1], v),
+    "up": lambda v: geometry.look_at([0, 0, 1], [1, 0, 0], v),
+}
+
+
+@pytest.mark.filterwarnings("error")  # numpy's, of an overflow
+@pytest.mark.parametrize("name", CALLS)
+def test_what_is_no_pose_and_no_point_is_named(name):
+    taken = {"t_m": ([1e200] * 3,), "points": ([np.nan] * 3, [np.inf] * 3, [1e200] * 3)}.get(name, ())
+    for bad in BAD:
+        if bad in taken:
+            CALLS[name](bad)
+            continue
+        with pytest.raises((TypeError, ValueError), match=rf"\b{name.split()[0]}\b.*: expected "):
+            CALLS[name](bad)
+
+
+@pytest.mark.parametrize("part", [0, 3])
+def test_a_twist_without_end_is_refused(part):
+    twist = np.zeros(6)
+    twist[part] = 1e300
+    assert_refused(lambda: geometry.exp(twist), ValueError, "expected")

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+"""What contours, silhouettes, their memory, LWPR and superpixels refuse, in one line that names the argument."""
+
+import functools
+
+import numpy as np
+import pytest
+from refusals import assert_refused, refused
+
+import sdftrack as st
+from sdftrack import _core
+from sdftrack.contour import lwpr_auto
+
+HEIGHT, WIDTH = 90, 120
+MASK = np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - np.array([45, 60])[:, None, None])) < 20
+IMAGE = np.where(MASK[..., None], [200, 60, 40], [90, 100, 110]).astype(np.uint8)
+SILHOUETTE = np.hypot(*(np.mgrid[:64, :64] - 31.5)) < 20
+LARGE = (2**15, 2**15)
+SPECK = np.zeros((2000, 2000), bool)
+SPECK[3, 3] = True
+SCATTERED = np.add.outer(np.arange(240), np.arange(320)) % 2 == 0
+BLACK = np.zeros((240, 320, 3), np.uint8)
+CORNER = np.arange(MASK.size).reshape(MASK.shape) > 4
+
+
+def started(**options):
+    tracker = st.contour.ContourTracker(**options)
+    tracker.start(IMAGE, mask=MASK)
+    return tracker
+
+
+def begin(image=IMAGE, **place):
+    return st.contour.ContourTracker().start(image, **place)
+
+
+@refused(
+    (lambda: started().track(IMAGE[..., 0]), ValueError, r"image: expected colours, .* got a grey image"),
+    (lambda: started().track(np.dstack([IMAGE, IMAGE[..., 0]])), ValueError, "drop an alpha channel"),
+    (lambda: started().track(IMAGE / 255.0), TypeError, "uint8, got float64; use .255 . image."),
+    (lambda: started().track(IMAGE.astype(np.uint16)), TypeError, "got uint16; use image >> 8 .*16 bits"),
+    (lambda: started().track(IMAGE.astype(np.int64)), TypeError, r"got int64; use image.astype\(np.uint8\)"),
+    (lambda: started().track(IMAGE[:80]), ValueError, "image: .* at the start, 120 x 90, got 120 x 80"),
+    (lambda: started().track(None), TypeError, "image: expected .* got NoneType"),
+    (lambda: started().track(st.Frame(np.ones((90, 120), np.float32))), TypeError, "image: .* got Frame"),
+    (lambda: st.contour.ContourTracker().track(IMAGE), RuntimeError, "track: expected start"),
+    (lambda: begin(IMAGE[:4, :4], mask=MASK[:4, :4]), ValueError, "image: expected at least 8 x 8"),
+    (lambda: begin(), ValueError, "box, mask: expected one of them, got none"),
+    (lambda: begin(box=(1, 2, 30, 30), mask=MASK), ValueError, "expected one of them, got both"),
+    (lambda: begin(box=(200, 10, 30, 30)), ValueError, "box: expected a box in the 120 x 90 image"),
+    (lambda: begin(box=(10, 10, 0, 30)), ValueError, "with w and h > 0"),
+    (lambda: begin(box=(10, np.nan, 5, 30)), ValueError, "with w and h > 0"),
+    (lambda: begin(box="here"), TypeError, "box: expected four numbers"),
+    (lambda: begin(box=(10, 10, 3, 3)), ValueError, "box: expected a box of at least 30"),
+    (lambda: begin(box=(0, 0, 120, 90)), ValueError, "box: expected an object whose colours"),
+    (lambda: begin(mask=MASK.astype(float)), TypeError, "mask: .* uint8, got float64; use mask > 0"),
+    (lambda: begin(mask=MASK[:50]), ValueError, r"mask: expected the image's size \(90, 120\)"),
+    (lambda: begin(mask=np.zeros_like(MASK)), ValueError, "mask: expected at least 30 pixels"),
+    (lambda: begin(mask=np.ones_like(MASK)), ValueError, "got a full mask"),
+    (lambda: begin(mask=CORNER), ValueError, "expected background .*got 5; mark"),
+    (lambda: begin(BLACK, mask=SCATTERED), ValueError, "scattered pixels; on a grid"),
+    (lambda: started(warp="rigid"), ValueError, r"warp: expected one of .*, got 'rigid'"),
+    (lambda: started(memory=object()), TypeError, "memory: expected an object with learn, judge and recover"),
+    (lambda: started(burn_in=-1), ValueError, "burn_in: expected a whole number >= 0, got -1"),
+    (lambda: started(burn_in=float("inf")), TypeError, "burn_in: expected a whole number"),
+    (lambda: started(bins=8), ValueError, "bins: expected 16 or 32, got 8"),
+    (lambda: started(device="gpu"), ValueError, "device: expected one of"),
+)
+def test_a_contour_that_cannot_be_followed_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+@refused(
+    (lambda: st.contour.harmonics(SILHOUETTE & False, 4), ValueError, "^mask: .*some pixels inside"),
+    (lambda: st.contour.harmonics(SILHOUETTE | True, 4), ValueError, "^mask: .*some pixels outside"),
+    (lambda: st.contour.harmonics(1.0 * SILHOUETTE, 4), TypeError, "^mask: .*expected bool or uint8"),
+    (lambda: st.contour.harmonics(np.zeros((64, 64, 3), np.uint8), 4), ValueError, "^mask: .*an image"),
+    (lambda: st.contour.harmonics(SILHOUETTE[:0], 4), ValueError, "^mask: .*at least 2 x 2"),
+    (lambda: st.contour.harmonics(SILHOUETTE, 65), ValueError, "n: expected 1 to 64"),
+    (lambda: st.contour.harmonics(SILHOUETTE, 2.5), TypeError, "n: expected a whole number"),
+    (lambda: st.contour.harmonics(SILHOUETTE, 4, "diagonal"), ValueError, "order: expected"),
+    (lambda: st.contour.harmonics(SILHOUETTE, 4, size=1), ValueError, "size: expected"),
+    (lambda: st.contour.align(None), TypeError, "^mask: .*expected bool or uint8"),
+    (lambda: st.contour.align(SILHOUETTE & False), ValueError, "^mask: .*some pixels inside"),
+    (lambda: st.contour.align(SILHOUETTE, size=4), ValueError, "size: expected"),
+    (lambda: st.contour.align(SILHOUETTE, fill=2.0), ValueError, "fill: expected"),
+    (lambda: st.contour.silhouette(np.zeros(7), 64), ValueError, r"numbers \(order \"max\"\)"),
+    (lambda: st.contour.silhouette(np.zeros(9), 64, "sum"), ValueError, r"n \(n \+ 1\) / 2"),
+    (lambda: st.contour.silhouette(np.zeros((3, 3)), 64), ValueError, "one dimension"),
+    (lambda: st.contour.silhouette(np.full(9, np.nan), 64), ValueError, "finite"),
+    (lambda: st.contour.silhouette(np.zeros(9, complex), 64), TypeError, "expected numbers"),
+    (lambda: st.contour.silhouette(np.zeros(9), (64, 0)), ValueError, "shape: expected"),
+    (
+        lambda: st.contour.silhouette(np.ones(4), LARGE, level_set=True),
+        ValueError,
+        r"shape: expected at most \d",
+    ),
+    (lambda: st.contour.ShapeMemory().learn(SPECK), ValueError, "nothing is left"),
+    (lambda: st.contour.ShapeMemory(n_inputs=10), ValueError, "n_inputs: expected 1 to 9"),
+    (lambda: st.contour.ShapeMemory(n_harmonics=20, size=16), ValueError, "no more than 16"),
+    (lambda: st.contour.ShapeMemory(lwpr={"diagonal": False}), ValueError, "lwpr: expected only with"),
+    (lambda: printed(lwpr={"w_gen": 0.2}), TypeError, r"'w_gen' is set by the memory; give"),
+    (lambda: printed(lwpr={"n_in": 3}), TypeError, "'n_in' is set by the memory"),
+    (lambda: printed(lwpr={"init_d": 3}), TypeError, "lwpr: unknown option 'init_d'; did you mean 'init_D'"),
+    (lambda: printed(lwpr=[("init_D", 3)]), TypeError, "lwpr: expected a dictionary"),
+    (lambda: printed(lwpr={"init_alpha": -1.0}), ValueError, "init_alpha"),
+)
+def test_a_silhouette_that_is_none_says_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def printed(**options):
+    return st.contour.ShapeMemory(rule="printed", **options)
+
+
+@pytest.mark.parametrize("rule", ["remembered", "printed"])
+def test_a_memory_that_has_learnt_nothing_says_so(rule):
+    memory = st.contour.ShapeMemory(rule=rule)
+    for ask in (memory.judge, memory.recover, memory.assess, memory.observe):
+        assert_refused(lambda ask=ask: ask(SILHOUETTE), RuntimeError, "nothing has been learned; call learn")
+
+
+@functools.cache
+def memory():
+    learnt = st.contour.ShapeMemory()
+    for mask in st.synth.gait("cat", 12):
+        learnt.learn(mask)
+    return learnt
+
+
+@refused(
+    (lambda ask: ask(SILHOUETTE & False), ValueError, "^mask: .*some pixels inside"),
+    (lambda ask: ask(SILHOUETTE | True), ValueError, "^mask: .*some pixels outside"),
+    (lambda ask: ask(1.0 * SILHOUETTE), TypeError, "^mask: .*bool or uint8"),
+    (lambda ask: ask(np.eye(32, dtype=bool)), ValueError, "^mask: .*shape of the learned masks"),
+    (lambda ask: ask(np.ones((64, 64, 3), np.uint8)), ValueError, "^mask: .*an image"),
+)
+def test_bad_masks_are_refused_and_change_nothing(call, error, words):
+    before = memory().n_learnt
+    for ask in (memory().learn, memory().judge, memory().recover):
+        assert_refused(call, error, words, ask)
+    assert memory().n_learnt == before
+
+
+@functools.cache
+def model():
+    return st.LWPR(2).update(np.random.default_rng(0).random((30, 2)), np.arange(30.0))
+
+
+def learn(x, dtype=None):
+    return model().update(np.array(x, dtype), [1.0])
+
+
+@refused(
+    *[
+        (lambda name=option: st.LWPR(**{name: "best"}), TypeError, f"^{option}: .* or \"auto\", got 'best'")
+        for option in lwpr_auto.AUTO
+    ],
+    (lambda: learn([["1", "2"]]), TypeError, r"^x: .*of text \(dtype <U1\); convert"),
+    (lambda: learn([[1j, 2]]), TypeError, r"^x: .*of complex numbers .*with its .real"),
+    (lambda: learn([["2020"]], "datetime64[D]"), TypeError, "^x: .*of dates"),
+)
+def test_samples_that_are_none_say_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+@pytest.mark.parametrize("count", [60, 600])
+def test_a_nan_among_the_samples_changes_nothing(count):
+    x = np.random.default_rng(0).random((count + 40, 2))
+    learnt = st.LWPR().update(x[:count], x[:count, 0])
+    before = learnt.copy()
+    x[-1, 0] = np.nan
+    assert_refused(lambda: learnt.update(x[count:], np.ones(40)), ValueError, "sample")
+    assert learnt == before
+
+
+DISC = np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - 40)) < 30
+FLOATS = np.random.default_rng(0).random((HEIGHT, WIDTH, 3))
+HUGE = np.broadcast_to(np.uint8(7), (2**16, 2**15))
+
+
+cuts = st.superpixels
+
+
+def cut(image=IMAGE, n=40, *more, **options):
+    return st.superpixels.slic(image, n, *more, **options)
+
+
+@refused(
+    (lambda: cut(IMAGE.astype(np.uint16)), TypeError, "image: expected uint8, or float in 0..1, got uint16"),
+    (lambda: cut(IMAGE > 4), TypeError, "got bool"),
+    (lambda: cut(IMAGE.astype(np.float32)), ValueError, "floats in 0..1, got .*divide"),
+    (lambda: cut(np.array([[0.0, 1.0000001]]), 1), ValueError, r"got 0\.0\.\.1\.0000001"),
+    (lambda: cut(np.full((4, 4), np.nan)), ValueError, "finite values"),
+    (lambda: cut(np.full((4, 4), -0.1)), ValueError, "floats in 0..1"),
+    (lambda: cut(np.zeros((4, 4, 4), np.uint8)), ValueError, "alpha"),
+    (lambda: cut(np.zeros(4, np.uint8)), ValueError, r"expected \(H, W, 3\) or \(H, W\), got \(4,\)"),
+    (lambda: cut(IMAGE[:0]), ValueError, "at least one pixel"),
+    (lambda: cut(HUGE, 10), ValueError, r"fewer than 2\^31 pixels"),
+    (lambda: cut(n=0), ValueError, "n_segments: expected a whole number from 1"),
+    (lambda: cut(n=2.5), TypeError, "n_segments: expected a whole number from 1 .*got 2.5"),
+    (lambda: st.superpixels.slic(IMAGE, segments=20), TypeError, "unexpected keyword argument 'segments'"),
+    (lambda: cut(compactness=0), ValueError, "compactness: expected a number"),
+    (lambda: cut(compactness=1e6), ValueError, "compactness: .*up to 4000"),
+    (lambda: cut(compactness="10"), TypeError, "compactness: expected a number"),
+    (lambda: cut(max_num_iter=0), ValueError, "max_num_iter"),
+    (lambda: cut(color_space="hsv"), ValueError, "color_space: expected one of"),
+    (lambda: cut(distance=3), TypeError, "distance"),
+    (lambda: cut(start_label=-1), ValueError, "start_label"),
+    (lambda: cut(mask=MASK & False), ValueError, "mask: expected at least one pixel inside"),
+    (lambda: cut(mask=np.ones((3, 3), bool)), ValueError, r"mask: expected the image's shape \(90, 120\)"),
+    (lambda: cut(mask=MASK.astype(complex)), TypeError, "mask: expected an array of bool"),
+    (lambda: cut(mask=np.full(MASK.shape, np.nan)), ValueError, "mask: expected numbers, 0 outside, got NaN"),
+    (lambda: cut(mask=DISC, start_label=0), ValueError, "start_label: expected at least 1 with a mask"),
+    (lambda: cut(depth=np.ones(MASK.shape, np.uint16)), TypeError, "depth: expected metres"),
+    (lambda: cut(depth=np.full(MASK.shape, 50.0)), ValueError, "depth_weight: .*50 m"),
+    (lambda: cut(depth_weight=np.nan), ValueError, "depth_weight: expected"),
+    (lambda: cut(min_size_factor=2), ValueError, "min_size_factor"),
+    (lambda: cut(threads=-1), ValueError, "threads"),
+    (lambda: cut(device="tpu"), ValueError, "device"),
+    (lambda: cut(FLOATS[..., 0], channel_axis=-1), ValueError, "channel_axis=-1 indicates multichannel"),
+    (lambda: cut(FLOATS, channel_axis=3), ValueError, "channel_axis: expected an axis"),
+    (lambda: cut(FLOATS, channel_axis=1.0), TypeError, "channel_axis: expected a whole number"),
+    (lambda: cut(FLOATS[..., :2], channel_axis=-1, convert2lab=True), ValueError, "three channels, got 2"),
+    (lambda: cut(FLOATS, spacing=2), TypeError, "spacing must be None or iterable"),
+    (lambda: cut(FLOATS, spacing=(1, 2, 3, 4)), ValueError, "spacing has 4 elements"),
+    (lambda: cut(FLOATS, spacing=(0, 1)), ValueError, "spacing: expected numbers above 0"),
+    (lambda: cut(FLOATS, sigma=(1, 2, 3, 4)), ValueError, "sigma has 4 elements"),
+    (lambda: cut(FLOATS, sigma=-1), ValueError, "sigma: expected finite numbers of at least 0"),
+    (lambda: cut(FLOATS, slic_zero=True, distance="thesis"), ValueError, "distance: not taken"),
+    (lambda: cut(FLOATS, slic_zero=True, compactness=0), ValueError, "compactness: expected a number"),
+    (lambda: cut(FLOATS, convert2lab=False, depth=FLOATS[..., 0]), ValueError, "depth: not taken"),
+    (lambda: cut(np.full((4, 5), np.nan), channel_axis=None), ValueError, "expected finite values"),
+    (lambda: cut(np.zeros((4, 5), complex), channel_axis=None), TypeError, "expected an array of numbers"),
+    (lambda: cut(np.zeros(5), channel_axis=None), ValueError, "channel_axis=None, got"),
+    (lambda: cuts.adjacency(FLOATS[..., 0]), TypeError, "labels: expected an array of whole"),
+    (lambda: cuts.adjacency(np.full((2, 2), 2**64 - 1, np.uint64)), ValueError, r"below 2\^63"),
+    (lambda: cuts.mean_colors(IMAGE, np.ones((3, 3), int)), ValueError, "image, labels: .*one size"),
+    (lambda: cuts.mark_boundaries(IMAGE, 1 * MASK, (300, 0, 0)), ValueError, "color: expected three"),
+    (lambda: cuts.mark_boundaries(IMAGE, 1 * MASK, "red"), ValueError, "color: expected three whole"),
+)
+def test_superpixels_that_cannot_be_say_why(call, error, words):
+    assert_refused(call, error, words)
+
+
+def test_an_image_too_large_for_the_memory_says_how_much_it_needs(monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(_core, "slic", fail)
+    assert_refused(
+        lambda: cut(np.zeros((2048, 1024), np.uint8), 100),
+        MemoryError,
+        r"image: 2048 x 1024 pixels in 100 segments need about 20 MiB",
+    )
