@@ -67,12 +67,6 @@ def test_the_gradient_of_the_registration_is_the_slope_of_its_cost(affine):
         assert core[k] == pytest.approx(slope, abs=DIFFERENCE_RTOL * size)
 
 
-def test_the_gauss_newton_hessian_has_no_negative_direction():
-    pixels, foreground = random_scene(2)
-    hessian = _core.contour_registration(disc_phi(), WARP, pixels, foreground, 1.5, True)[2]
-    assert np.linalg.eigvalsh(hessian).min() > 0
-
-
 def test_the_data_term_of_a_step_is_the_slope_of_its_cost():
     rng = np.random.default_rng(3)
     phi, foreground, h = rng.uniform(-6, 6, (9, 11)), rng.uniform(0.02, 0.98, (9, 11)), 1e-6
@@ -152,12 +146,3 @@ def test_the_opinion_pools_are_those_of_the_twin(pool, rates):
     if rates[0] > 0:  # at a rate of 0 the new colours are known, and that is all
         alone = _core.contour_posterior(first, more[-1], phi, IDENTITY, options)
         assert np.abs(got - alone).max() > 0.05
-
-
-def test_a_pool_of_a_count_done_by_hand():
-    before, new = np.array([8.0, 0.0, 2.0, 0.0]), np.array([2.0, 4.0, 0.0, 0.0])
-    np.testing.assert_allclose(twin.opinions(before, new, 0.25), [6.5, 1.0, 1.5, 0.0])
-    np.testing.assert_allclose(
-        twin.opinions(before, new, 0.5, "log"),
-        [np.sqrt(8.05 * 2.05) - 0.05, np.sqrt(0.05 * 4.05) - 0.05, np.sqrt(2.05 * 0.05) - 0.05, 0.0],
-    )

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from refusals import assert_refused, refused
 
 import sdftrack as st
 from sdftrack import _core, device
@@ -139,10 +140,33 @@ def test_a_gpu_is_chosen_by_its_number(two_gpus):
         device.resolve_device("cuda:1")
 
 
-@pytest.mark.parametrize("name", ["cuda:", "cuda:-1", "cuda:1.5", "cuda:99999", "CUDA", "cuda:0 ", "cuda:٣"])
-def test_a_number_that_is_none_is_refused(two_gpus, name):
-    with pytest.raises((ValueError, RuntimeError), match="device"):
+@pytest.mark.parametrize(
+    "name", ["gpu", 0, "cuda:", "cuda:-1", "cuda:1.5", "cuda:99999", "CUDA", "cuda:0 ", "cuda:٣"]
+)
+def test_a_name_that_is_none_is_refused(two_gpus, name):
+    with pytest.raises((TypeError, ValueError, RuntimeError), match="device"):
         device.resolve_device(name)
+
+
+BOX_MESH, FLAT = BALL.to_mesh(), np.ones((9, 9), np.float32)
+
+
+@pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
+@refused(
+    (lambda: _core.scale_and_add(1.5, FLAT[0], FLAT[0], device=0), RuntimeError, "SDFTRACK_CUDA=ON"),
+    (lambda: BALL.render(CAMERA, np.eye(4), device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: BOX_MESH.raycast(CAMERA, np.eye(4), device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: BALL.redistanced(device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: _core.redistance(np.ones((2, 2, 2), np.float32), 0.01, 1, 0), RuntimeError, "no CUDA path"),
+    (lambda: BALL.to_mesh(device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: _core.zero_mesh(np.ones((2, 2, 2), np.float32), 0), RuntimeError, "no CUDA path"),
+    (lambda: _core.contour_steps(FLAT, FLAT, 1, {}, device=0), RuntimeError, "no CUDA path"),
+    (lambda: st.contour.ContourTracker(device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: st.Tracker(BALL, CAMERA, device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: st.LWPR().update([1.0, 2.0], 3.0, device="cuda"), RuntimeError, "no CUDA path"),
+)
+def test_a_build_without_cuda_says_how_to_get_it(call, error, words):
+    assert_refused(call, error, words)
 
 
 class ByDlpack:

@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
+from gpu_marks import MARKS
 
 import sdftrack as st
 from sdftrack import _core
 
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not st.cuda_available(), reason=REASON)]
+pytestmark = MARKS
 
 
 def there(array):

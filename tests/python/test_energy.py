@@ -375,19 +375,15 @@ def test_back_project_undoes_distortion():
     np.testing.assert_allclose(camera.project(points), pixels, atol=1e-3)  # px; float32 rays
 
 
-def test_back_project_leaves_masked_pixels_out_and_checks_the_masks_size():
+def test_back_project_leaves_masked_pixels_out():
     depth, mask = np.ones((60, 80), np.float32), np.zeros((60, 80), bool)
     mask[10:12, 20:25] = True
     _, pixels = st.back_project(depth, CAMERA, mask)
     assert len(pixels) == 10
     assert set(pixels[:, 0]) == set(range(20, 25))
-    with pytest.raises(ValueError, match=r"mask: expected shape \(60, 80\)"):
-        st.back_project(depth, CAMERA, mask[:5])
-    with pytest.raises(ValueError, match="80"):
-        st.back_project(depth[:50], CAMERA)
 
 
-# --- bad input
+# --- what an energy is of
 
 
 def test_a_state_far_off_costs_more_but_is_no_error(shape, frame):

@@ -5,15 +5,13 @@ import pickle
 
 import numpy as np
 import pytest
+from gpu_marks import REASON, on_gpu
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of, frame_of
 
 import sdftrack as st
 from sdftrack import _core, device, metrics
 from sdftrack.cli.app import run
 from sdftrack.testing.self_test import run_self_test
-
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
 
 # The GPU fuses a x + y into one rounding, the CPU does not: half a unit in the last place of a x.
 FMA_ATOL = 2e-6
@@ -30,8 +28,7 @@ def test_the_cpu_scales_and_adds(vectors):
     np.testing.assert_array_equal(_core.scale_and_add(1.5, x, y), np.float32(1.5) * x + y)
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_the_gpu_computes_what_the_cpu_does(vectors):
     x, y = vectors
     np.testing.assert_allclose(
@@ -39,8 +36,7 @@ def test_the_gpu_computes_what_the_cpu_does(vectors):
     )
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_the_device_has_a_name():
     assert _core.cuda_device_name(_core.cuda_devices()[0])
 
@@ -70,8 +66,7 @@ ENERGY_RTOL = 1e-4  # sums of floats in another order, and a x + y in one roundi
 POSE_ATOL_M, POSE_ATOL_RAD = 1e-5, 1e-5
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("unknowns", [("pose",), ("pose", "scale"), ("pose", "intrinsics")])
 def test_the_energy_on_the_gpu_is_that_of_the_cpu(unknowns):
     box = st.SDF.from_mesh(box_mesh(), voxels=100)
@@ -86,8 +81,7 @@ def test_the_energy_on_the_gpu_is_that_of_the_cpu(unknowns):
     assert np.abs((b.hessian - a.hessian) / size).max() < ENERGY_RTOL
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
 def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
     box = st.SDF.from_mesh(box_mesh(), voxels=100)
@@ -104,8 +98,7 @@ def test_a_frame_on_the_gpu_gives_the_pose_of_the_cpu(mode):
     assert radians < POSE_ATOL_RAD
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("where", ["mask", "box"])
 def test_a_search_on_the_gpu_finds_the_pose_of_the_cpu(where):
     box, depth = st.SDF.from_mesh(box_mesh(), voxels=60), depth_of()
@@ -120,8 +113,7 @@ def test_a_search_on_the_gpu_finds_the_pose_of_the_cpu(where):
     assert radians < POSE_ATOL_RAD
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_the_gpu_evolves_a_contour_as_the_cpu_does():
     y, x = np.mgrid[:90, :120]
     phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
@@ -132,8 +124,7 @@ def test_the_gpu_evolves_a_contour_as_the_cpu_does():
     assert np.abs(cpu - phi).max() > 0.1
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_a_contour_tracker_on_the_gpu_gives_the_masks_of_the_cpu():
     rng, (y, x) = np.random.default_rng(2), np.mgrid[:120, :160]
 
@@ -158,8 +149,7 @@ def test_a_contour_tracker_on_the_gpu_gives_the_masks_of_the_cpu():
 EVOLUTION_ATOL = 1e-4
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("shape", [(2, 2, 2), (3, 20, 33), (30, 31, 32)])
 @pytest.mark.parametrize("regulariser", ["double_well", "printed"])
 def test_the_gpu_evolves_a_volume_as_the_cpu_does(shape, regulariser):
@@ -183,8 +173,7 @@ RENDERED = {
 }
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
 @pytest.mark.parametrize("what", RENDERED)
 def test_the_gpu_renders_the_image_of_the_cpu(what, lens):
@@ -200,8 +189,7 @@ def test_the_gpu_renders_the_image_of_the_cpu(what, lens):
         np.testing.assert_array_equal(shape.silhouette(camera, T, device="cuda"), depth > 0)
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_a_gpu_tells_volumes_apart_and_knows_one_again():
     camera, T = st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91), st.geometry.pose([0, 0, 0], [0, 0, 0.4])
     balls = [st.SDF.sphere(0.02 + 0.002 * k, voxels=30) for k in range(12)]  # more than it keeps
@@ -209,8 +197,7 @@ def test_a_gpu_tells_volumes_apart_and_knows_one_again():
         np.testing.assert_array_equal(ball.render(camera, T, device="cuda")[0], ball.render(camera, T)[0])
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
 @pytest.mark.parametrize("what", RENDERED)
 def test_the_gpu_casts_rays_at_a_mesh_as_the_cpu_does(what, lens):
@@ -226,8 +213,7 @@ def test_the_gpu_casts_rays_at_a_mesh_as_the_cpu_does(what, lens):
                 np.testing.assert_array_equal(a, b)
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert device.resolve_device("auto") == "cpu"
@@ -236,8 +222,7 @@ def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):
     assert device.resolve_device("auto") == f"cuda:{number}"
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_the_command_prints_the_self_test_and_exits_with_0(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert run(["info", "--self-test"]) == 0
@@ -264,8 +249,7 @@ def both_learn(n_in, outputs, parts, **options):
     return *models, x, y
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("n_in", "options"),
@@ -283,8 +267,7 @@ def test_ten_thousand_updates_on_the_gpu_give_the_bits_of_the_cpu(n_in, options)
     np.testing.assert_array_equal(cpu.predict(x), gpu.predict(x))
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.parametrize(
     "options", [{"diagonal": True}, {"add_threshold": 0.95, "w_prune": 0.5}, {"penalty": 1e-3}]
 )
@@ -296,15 +279,13 @@ def test_fields_projections_and_pruning_of_six_inputs_on_the_gpu_are_those_of_th
         assert max(f.n_projections for f in gpu.fields) > 2
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_learnt_rates_on_the_gpu_are_those_of_the_cpu():
     cpu, gpu, x, _ = both_learn(2, 1, (500,), init_D=30.0, meta=True)
     np.testing.assert_allclose(gpu.predict(x), cpu.predict(x), rtol=1e-9, atol=1e-9)  # exp is the GPU's own
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_a_model_learnt_on_the_gpu_goes_on_on_the_cpu(tmp_path):
     cpu, gpu, x, y = both_learn(2, 2, (300,), init_D=30.0)
     gpu.save(tmp_path / "model.lwpr")
@@ -318,8 +299,7 @@ def test_a_model_learnt_on_the_gpu_goes_on_on_the_cpu(tmp_path):
     assert gpu == cpu
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_a_nan_leaves_a_model_on_the_gpu_as_it_is():
     _, gpu, x, y = both_learn(2, 2, (300,), init_D=30.0)
     before = gpu.copy()

@@ -3,18 +3,14 @@
 
 import numpy as np
 import pytest
+from gpu_marks import MARKS
 from reconstruction_scene import CAMERA, first_mask, sequence
 
 import sdftrack as st
-from sdftrack import _core, metrics
+from sdftrack import metrics
 from sdftrack.reconstruction import reconstructor
 
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-pytestmark = [
-    pytest.mark.gpu,
-    pytest.mark.slow,
-    pytest.mark.skipif(not st.cuda_available(), reason=REASON),
-]
+pytestmark = [*MARKS, pytest.mark.slow]
 
 VOXELS, FRAMES = 48, 5
 POSE_ATOL = 1e-4  # m and rad: sums in another order, frame after frame

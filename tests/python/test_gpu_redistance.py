@@ -3,13 +3,12 @@
 
 import numpy as np
 import pytest
+from gpu_marks import on_gpu
 from scipy.ndimage import gaussian_filter
 
 import sdftrack as st
 from sdftrack import _core
 
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-on_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
 VOXEL_M, BAND_VOXELS = 0.005, 4
 FAR_ATOL_VOXELS = 1e-4
 
@@ -28,7 +27,6 @@ FIELDS = {
 }
 
 
-@pytest.mark.gpu
 @on_gpu
 @pytest.mark.parametrize("name", FIELDS)
 def test_the_gpu_measures_what_the_cpu_does(name):
@@ -39,7 +37,6 @@ def test_the_gpu_measures_what_the_cpu_does(name):
     np.testing.assert_allclose(gpu, cpu, rtol=0, atol=FAR_ATOL_VOXELS * VOXEL_M)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_shape_is_measured_anew_where_it_says():
     ball = st.SDF.sphere(0.05, voxels=24)
@@ -48,7 +45,6 @@ def test_a_shape_is_measured_anew_where_it_says():
     np.testing.assert_array_equal(gpu.origin, ball.origin)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_an_evolution_on_the_gpu_measures_there_too():
     ball = st.SDF.sphere(0.05, voxels=24)
@@ -60,7 +56,6 @@ def test_an_evolution_on_the_gpu_measures_there_too():
     np.testing.assert_allclose(gpu, cpu, rtol=0, atol=FAR_ATOL_VOXELS * ball.voxel_size)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_field_of_one_sign_is_refused_there_as_here():
     values = np.ones((9, 9, 9), np.float32)

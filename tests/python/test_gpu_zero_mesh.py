@@ -3,15 +3,13 @@
 
 import numpy as np
 import pytest
+from gpu_marks import on_gpu
 from marching_cubes import marching_cubes, turned
 from scipy.ndimage import gaussian_filter
 
 import sdftrack as st
-from sdftrack import _core
 from sdftrack.sdf.zero_mesh import zero_mesh
 
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-on_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
 GPU = 0
 PLACE_ATOL = 1e-6  # voxels
 
@@ -68,7 +66,6 @@ def in_order(points):
     return points[np.lexsort(np.round(points, 4).T)]
 
 
-@pytest.mark.gpu
 @on_gpu
 @pytest.mark.parametrize("name", [*FIELDS, *ODD_FIELDS])
 def test_the_gpu_marches_as_the_slow_form_does(name):
@@ -92,7 +89,6 @@ def in_blocks(edges, side=8):
     return sorted(edges, key=place)
 
 
-@pytest.mark.gpu
 @on_gpu
 @pytest.mark.parametrize("name", FIELDS)
 def test_vertices_are_where_the_cpu_has_them(name):
@@ -105,7 +101,6 @@ def test_vertices_are_where_the_cpu_has_them(name):
     np.testing.assert_allclose(in_order(gpu), in_order(on_edges), rtol=0, atol=PLACE_ATOL)
 
 
-@pytest.mark.gpu
 @on_gpu
 @pytest.mark.parametrize("make", [lambda: noise(8, 13, 20), lambda: smooth(30, 20, 9)])
 def test_any_surface_is_closed(make):
@@ -115,7 +110,6 @@ def test_any_surface_is_closed(make):
     assert volume_of(vertices, faces) > 0  # faces outwards
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_ball_is_that_of_the_cpu():
     phi = in_voxels(st.SDF.sphere(0.05, voxels=24))
@@ -129,14 +123,12 @@ def test_a_ball_is_that_of_the_cpu():
     assert abs(volume_of(*gpu) - volume_of(*cpu)) < 0.05 * abs(volume_of(*cpu) - ball)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_box_of_plane_faces_has_the_volume_of_the_cpu():
     phi = in_voxels(st.SDF.box((0.05, 0.04, 0.03), voxels=24))
     assert volume_of(*zero_mesh(phi, GPU)) == pytest.approx(volume_of(*zero_mesh(phi)), rel=1e-6)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_voxel_without_a_number_is_inside_as_on_the_cpu():
     phi = in_voxels(st.SDF.sphere(0.05, voxels=16))
@@ -150,7 +142,6 @@ def test_a_voxel_without_a_number_is_inside_as_on_the_cpu():
     assert_closed(faces)
 
 
-@pytest.mark.gpu
 @on_gpu
 def test_a_shape_has_the_mesh_of_the_cpu():
     shape = st.SDF.cylinder(0.03, 0.08, voxels=24)
@@ -159,7 +150,6 @@ def test_a_shape_has_the_mesh_of_the_cpu():
     np.testing.assert_allclose(gpu.bounds, cpu.bounds, rtol=0, atol=1e-8)
 
 
-@pytest.mark.gpu
 @on_gpu
 @pytest.mark.parametrize("value", [-1.0, 1.0])
 def test_a_field_of_one_sign_has_no_mesh(value):

@@ -67,27 +67,6 @@ def test_all_harmonics_give_the_mask_back_to_the_pixel(noise):
     )
 
 
-def test_a_vertical_edge_has_the_coefficients_of_a_step():
-    mask = np.zeros((64, 64), bool)
-    mask[:, :32] = True  # +1 on the left, -1 on the right: odd about the middle
-    c = st.contour.harmonics(mask, 4).reshape(-1)
-    numbers = dict(zip([(0, 0), (0, 1), (1, 1), (1, 0), (0, 2)], c[:5], strict=True))
-    assert numbers[0, 0] == pytest.approx(0, abs=ROUNDING)
-    assert numbers[1, 0] == pytest.approx(0, abs=ROUNDING)
-    assert numbers[0, 2] == pytest.approx(0, abs=ROUNDING)
-    # sqrt(2) times the sum over x of sign cos(pi (2 x + 1) / 128), which is 1 / sin(pi / 128)
-    assert numbers[0, 1] == pytest.approx(np.sqrt(2) / np.sin(np.pi / 128), rel=1e-12)
-
-
-def test_order_max_keeps_more_of_a_shape_than_order_sum():
-    for mask in st.synth.gait("walker", 5):
-        overlap = [
-            st.metrics.iou(st.contour.silhouette(st.contour.harmonics(mask, 10, o), 64, o), mask)
-            for o in ORDERS
-        ]
-        assert overlap[0] > overlap[1]
-
-
 def test_a_series_can_be_drawn_at_any_size():
     c = st.contour.harmonics(disc(64, 20), 20)
     assert st.metrics.iou(st.contour.silhouette(c, (256, 256)), disc(256, 80)) > SMOOTH_IOU

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from gpu_marks import on_gpu
 
 import sdftrack as st
 from reference import lwpr as plain
@@ -284,8 +285,7 @@ def test_an_update_beside_anything_else_is_refused_and_nothing_is_damaged():
     assert np.isfinite(model.predict(x[:1000])).all()
 
 
-@pytest.mark.gpu
-@pytest.mark.skipif(not st.cuda_available(), reason="a build without CUDA, or no device")
+@on_gpu
 def test_the_gpu_predicts_what_the_cpu_does():
     x, y = surface_data(0, 3000)
     model = st.LWPR(init_D=20, diagonal=True).update(x, y)

@@ -125,5 +125,3 @@ def test_how_often_vertices_were_seen_stays_with_them(tmp_path):
     assert pickle.loads(pickle.dumps(mesh)) == mesh
     np.testing.assert_array_equal(mesh.transformed(np.eye(4)).seen, mesh.seen)
     assert Mesh(mesh.vertices, mesh.faces) != mesh
-    with pytest.raises(ValueError, match="one per vertex"):
-        Mesh(mesh.vertices, mesh.faces, seen=[1, 2])

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 import sdftrack as st
-from sdftrack.mesh.texture import _weights, textured
+from sdftrack.mesh.texture import textured
 
 SIZE = 256
 RADIUS = 0.05
@@ -123,15 +123,6 @@ def test_the_charts_leave_no_face_out_and_do_not_overlap():
     assert (area > 0).mean() > 0.999
     again = textured(mesh, SIZE, mesh)
     np.testing.assert_array_equal(again.image, out.image)
-
-
-def test_weights_are_those_of_the_corners():
-    rng = np.random.default_rng(0)
-    corners, weight = rng.normal(size=(50, 3, 3)), rng.dirichlet([1, 1, 1], 50)
-    points = np.einsum("nk,nkx->nx", weight, corners)
-    np.testing.assert_allclose(_weights(points, corners), weight, atol=1e-9)
-    flat = np.zeros((1, 3, 2))
-    np.testing.assert_allclose(_weights(np.zeros((1, 2)), flat), [[1 / 3, 1 / 3, 1 / 3]])
 
 
 def test_without_the_library_one_line_names_the_extra(tmp_path, monkeypatch):

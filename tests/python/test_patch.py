@@ -388,15 +388,4 @@ def test_the_command_line_fits_a_patch_to_a_flat_cloud(tmp_path, capsys):
     assert "the observation does not bound" in capsys.readouterr().out
 
 
-def test_the_command_line_fits_a_patch_to_a_sequence(tmp_path):
-    frame, truth = scene("standing", Gaussian(NOISE_M))
-    st.save_sequence(tmp_path / "000001", st.Sequence([frame], CAMERA), layout="bop")
-    out = tmp_path / "out"
-    assert run(["fit", str(tmp_path / "000001"), "--kind", "plane", "--out", str(out), "-q"]) == 0
-    result = json.loads((out / "result.json").read_text())
-    np.testing.assert_allclose(sorted(result["size"].values()), sorted(LENGTHS), rtol=0.01)
-    assert result["status"] == "ok"
-    assert truth.mask.any()
-
-
 # ---- bad input ----

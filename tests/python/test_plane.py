@@ -305,14 +305,3 @@ def test_the_tracker_can_leave_the_table_out():
         pixels[drop] = result.steps[0][-1].pixels
     assert pixels[True] < 0.95 * pixels[False]  # those of the table beside the box
     assert np.linalg.norm(result.pose[:3, 3] - T[:3, 3]) < 5e-4  # m; a strip along the foot is gone with it
-
-
-def test_the_figure_is_made_without_recordings(tmp_path, monkeypatch):
-    from sdftrack.cli.app import run
-
-    monkeypatch.delenv("SDFTRACK_DATA", raising=False)
-    assert run(["reproduce", "3.15", "--out", str(tmp_path), "-q"]) == 0
-    assert (tmp_path / "3.15" / "figure.png").stat().st_size > 10_000
-    table = (tmp_path / "3.15" / "table.txt").read_text()
-    assert "scene boxes" in table
-    assert "pictures only" in table

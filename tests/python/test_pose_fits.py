@@ -3,13 +3,12 @@
 
 import numpy as np
 import pytest
+from gpu_marks import on_gpu
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of, error_vector
 
 import sdftrack as st
-from sdftrack import _core, geometry, metrics
+from sdftrack import geometry, metrics
 
-REASON = "no CUDA device" if _core.cuda_build else "a build without CUDA (-C cmake.define.SDFTRACK_CUDA=ON)"
-needs_gpu = pytest.mark.skipif(not st.cuda_available(), reason=REASON)
 BOX = st.SDF.from_mesh(box_mesh(), voxels=60)
 BALL = st.SDF.sphere(0.03, voxels=40)
 POSE_ATOL = 1e-5  # m and rad, between the devices
@@ -105,8 +104,7 @@ def assert_the_devices_agree(fitter_arguments, frame, starts, **options):
         assert b.cost == pytest.approx(a.cost, rel=1e-4, abs=1e-9)
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 def test_a_box_on_the_gpu_is_that_of_the_cpu():
     mask = np.ones(CAMERA.shape, bool)
     mask[:, ::3] = False
@@ -115,8 +113,7 @@ def test_a_box_on_the_gpu_is_that_of_the_cpu():
     assert_the_devices_agree((BOX, CAMERA), st.Frame(depth_of()), [moved(POSE)], residual="slope")
 
 
-@pytest.mark.gpu
-@needs_gpu
+@on_gpu
 @pytest.mark.slow
 def test_a_hundred_balls_on_the_gpu_are_those_of_the_cpu():
     frame, poses, starts = balls(10, 10)

@@ -115,15 +115,11 @@ def test_a_decimated_mesh_is_closed_and_keeps_to_the_surface() -> None:
     assert len(part.faces) <= 1000
     assert part.seen is not None
     assert part.seen.min() >= star.options.least_seen
-    with pytest.raises(ValueError, match="faces: expected"):
-        star.mesh(faces=2)
 
 
 def test_voxels_go_by_name_too() -> None:
     for name, number in (("quick", 96), ("normal", 200), ("fine", 300)):
         assert st.Reconstructor(scene.CAMERA, voxels=name).voxels == number
-    with pytest.raises(ValueError, match="'quick', 'normal', 'fine', got 'finest'"):
-        st.Reconstructor(scene.CAMERA, voxels="finest")
 
 
 def test_the_expected_error_is_of_the_true_ones_size() -> None:

@@ -368,7 +368,7 @@ def synthetic(**change):
     (lambda: synthetic(trajectory="zigzag"), ValueError, "random, orbit, static"),
     (lambda: synthetic(trajectory=st.synth.random_walk(step_m=0.5)), ValueError, "step_m"),
     (lambda: synthetic(trajectory=np.tile(POSE, (3, 1, 1))), ValueError, r"\(2, 4, 4\)"),
-    (lambda: synthetic(trajectory=np.tile(2 * POSE, (2, 1, 1))), ValueError, "rotation"),
+    (lambda: synthetic(trajectory=np.tile(POSE @ np.diag([2, 2, 2, 1]), (2, 1, 1))), ValueError, "rotation"),
     (lambda: synthetic(noise="salt"), ValueError, "kinect"),
     (lambda: synthetic(noise=-0.001), ValueError, "sigma"),
     (lambda: synthetic(occluder=1.5), ValueError, "fraction"),

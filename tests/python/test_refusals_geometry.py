@@ -63,9 +63,9 @@ def lens(model, *coefficients):
     (lambda: CAMERA.back_project(np.ones((640, 480), np.float32)), ValueError, r"\(480, 640\)"),
     (lambda: st.Camera.from_realsense(lens("ftheta", 0.1, 0, 0, 0, 0)), ValueError, "rectify"),
     (lambda: st.Camera.from_realsense(lens("inverse_brown_conrady", -2.5, 0, 0.3, 0.3, 0)), ValueError, "px"),
-    (lambda: st.RGBDCamera(CAMERA, CAMERA), ValueError, "T_color_depth"),
+    (lambda: st.RGBDCamera(CAMERA, SMALL), ValueError, "T_color_depth"),
     (lambda: st.RGBDCamera(CAMERA, CAMERA, np.eye(4), (np.eye(3), np.zeros(3))), ValueError, "both"),
-    (lambda: st.RGBDCamera(CAMERA, CAMERA, T_color_depth=2 * np.eye(4)), ValueError, "rotation"),
+    (lambda: st.RGBDCamera(CAMERA, CAMERA, T_color_depth=np.diag([2.0, 2, 2, 1])), ValueError, "rotation"),
     (lambda: st.RGBDCamera(CAMERA, projective=(np.eye(4), np.zeros(3))), ValueError, r"\(3, 3\)"),
     (lambda: st.RGBDCamera(CAMERA.K), TypeError, "Camera"),
     (lambda: st.SensorModel(noise_m=-1), ValueError, "noise_m: expected a finite number >= 0, got -1"),
@@ -253,7 +253,7 @@ BEYOND = [65536, 65536, 2]
     (lambda: solid("sphere", BEYOND), ValueError, r"than 2\^31 voxels"),
     (lambda: solid("torus", [8] * 3), ValueError, "kind: expected one of"),
     (lambda: volume_of_box(BEYOND), ValueError, r"than 2\^31 vox"),
-    (lambda: _core.redistance(huge(BEYOND), 0.01), (TypeError, ValueError), ""),
+    (lambda: _core.redistance(huge(BEYOND), 0.01), (TypeError, ValueError), "."),
     (lambda: windings(1e6 * BOX.vertices), ValueError, "mesh: expected vertices within 4095 voxels"),
 )
 def test_the_core_refuses_volumes_that_it_cannot_count(call, error, words):
@@ -352,10 +352,9 @@ CALLS = {
 @pytest.mark.filterwarnings("error")  # numpy's, of an overflow
 @pytest.mark.parametrize("name", CALLS)
 def test_what_is_no_pose_and_no_point_is_named(name):
-    taken = {"t_m": ([1e200] * 3,), "points": ([np.nan] * 3, [np.inf] * 3, [1e200] * 3)}.get(name, ())
+    fine = {"t_m": [[1e200] * 3], "points": BAD[4:7]}.get(name, [])
     for bad in BAD:
-        if bad in taken:
-            CALLS[name](bad)
+        if bad in fine:
             continue
         with pytest.raises((TypeError, ValueError), match=rf"\b{name.split()[0]}\b.*: expected "):
             CALLS[name](bad)

@@ -15,7 +15,7 @@ HEIGHT, WIDTH = 90, 120
 MASK = np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - np.array([45, 60])[:, None, None])) < 20
 IMAGE = np.where(MASK[..., None], [200, 60, 40], [90, 100, 110]).astype(np.uint8)
 SILHOUETTE = np.hypot(*(np.mgrid[:64, :64] - 31.5)) < 20
-LARGE = (2**15, 2**15)
+LARGE = (16_000, 16_000)
 SPECK = np.zeros((2000, 2000), bool)
 SPECK[3, 3] = True
 SCATTERED = np.add.outer(np.arange(240), np.arange(320)) % 2 == 0

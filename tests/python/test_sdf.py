@@ -169,7 +169,6 @@ def test_split_vertices_duplicate_and_flipped_faces_are_repaired():
 
 
 def test_a_hole_is_an_error_or_closed_on_request():
-    vertices, faces = box_arrays((0.1, 0.1, 0.1))
     ball = SDF.sphere(0.05, voxels=50).to_mesh()
     low = ball.faces[ball.vertices[ball.faces].mean(axis=1)[:, 2] < 0.04]
     with pytest.raises(ValueError, match=r"closed surface, got \d+ open edges.*holes='close'"):
@@ -183,8 +182,6 @@ def test_a_hole_is_an_error_or_closed_on_request():
     assert np.array_equal((closed.values < 0)[sure], (truth < 0)[sure])
     near = (np.abs(truth) < 3 * closed.voxel_size) & (points[..., 2] < 0.02)
     assert np.abs(closed.values - truth)[near].max() < 0.1 * closed.voxel_size
-    with pytest.raises(ValueError, match="holes: expected"):
-        SDF.from_mesh((vertices, faces), holes="fill")
 
 
 def test_the_unit_and_every_kind_of_source_give_the_same_volume(tmp_path):
@@ -285,10 +282,6 @@ def test_samples_agree_with_their_twin_inside_and_outside_the_box():
         np.testing.assert_allclose(gradient, g, atol=1e-5)
     assert sdf(points.reshape(20, 10, 3)).shape == (20, 10)
     assert sdf(points[0]).shape == ()
-    with pytest.raises(ValueError, match="points: expected shape"):
-        sdf(points[:, :2])
-    with pytest.raises(ValueError, match="points: expected finite"):
-        sdf([[np.nan, 0, 0]])
 
 
 def test_a_moved_shape_has_the_same_distance_at_the_moved_point():
@@ -299,8 +292,6 @@ def test_a_moved_shape_has_the_same_distance_at_the_moved_point():
     shift = np.eye(4)
     shift[:3, 3] = [0.1, 0, 0]
     assert np.array_equal(sdf.transformed(shift).values, sdf.values)
-    with pytest.raises(ValueError, match="T: "):
-        sdf.transformed(2 * np.eye(4))
 
 
 def test_redistancing_restores_a_squeezed_field_and_keeps_its_surface():
@@ -316,8 +307,6 @@ def test_redistancing_restores_a_squeezed_field_and_keeps_its_surface():
     box = SDF.box((0.05, 0.04, 0.03), voxels=50)
     error = np.abs(box.redistanced().values - box.values) / box.voxel_size
     assert error[np.abs(box.values) < 3.5 * box.voxel_size].max() < REDISTANCED_EDGE_ATOL_VOXELS
-    with pytest.raises(ValueError, match="one sign only"):
-        SDF(np.ones((4, 4, 4), np.float32), 0.01, np.zeros(3)).redistanced()
 
 
 def test_a_union_is_inside_where_either_is_and_a_distance_outside():
@@ -334,10 +323,6 @@ def test_a_union_is_inside_where_either_is_and_a_distance_outside():
     assert np.array_equal((both.values < 0)[sure], (truth < 0)[sure])
     smooth = st.smooth_union(a, b, radius=0.01)
     assert smooth([[0.02, 0.0, 0.0223607]])[0] < -0.002 < both([[0.02, 0.0, 0.0223607]])[0]  # filled crease
-    with pytest.raises(ValueError, match="radius: expected"):
-        st.smooth_union(a, b, radius=0)
-    with pytest.raises(TypeError, match="shapes: expected"):
-        st.union()
 
 
 def test_its_mesh_is_closed_outward_and_on_the_surface():
@@ -346,8 +331,6 @@ def test_its_mesh_is_closed_outward_and_on_the_surface():
     assert mesh.to_trimesh().is_watertight
     assert mesh.to_trimesh().volume == pytest.approx(4 / 3 * np.pi * 0.05 * 0.03 * 0.02, rel=0.01)
     assert np.abs(sdf(mesh.vertices)).max() < 0.05 * sdf.voxel_size
-    with pytest.raises(ValueError, match="no surface"):
-        SDF(np.ones((4, 4, 4), np.float32), 0.01, np.zeros(3)).to_mesh()
 
 
 def test_surface_samples_lie_on_the_surface_evenly_with_outward_normals():
@@ -389,14 +372,6 @@ def test_a_volume_saves_loads_pickles_copies_compares_and_is_short_in_print(tmp_
     assert sdf._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(ValueError, match="read-only"):
         sdf.values[0, 0, 0] = 1
-    with pytest.raises(FileNotFoundError):
-        SDF.load(tmp_path / "absent.npz")
-    whole = (tmp_path / "cone.npz").read_bytes()
-    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
-    np.savez(tmp_path / "other.npz", a=np.zeros(3))
-    for name in ("cut.npz", "other.npz"):
-        with pytest.raises(ValueError, match=f"{name}: expected a file of SDF.save, got"):
-            SDF.load(tmp_path / name)
 
 
 def test_a_cropped_volume_has_the_same_values_at_the_same_places():

@@ -195,15 +195,3 @@ def test_a_lens_does_not_hide_the_object(wedge):
     depth = np.where(depth > 0, depth, WALL_M).astype(np.float32)
     found = searcher_of(st.SDF.box(SIZE_M)).search(depth, lens._core, mask=mask)
     assert least_add(found[0]["pose"]) < FOUND_M
-
-
-def test_scores_of_the_twin_say_what_they_should():
-    assert reference.score_of_mask(5, 0, 1.0) == 0  # too few points to say anything
-    assert reference.score_of_mask(80, 20, 0.5) == pytest.approx(0.4)
-    assert reference.score_of_place(90, 0, 10, 20, 0) == pytest.approx(1.0)
-    assert reference.score_of_place(90, 0, 10, 0, 24) == 0  # a face in a wall: it ends nowhere
-    hidden, free = reference.score_of_place(40, 0, 60, 20, 0), reference.score_of_place(90, 0, 10, 20, 0)
-    assert 0.5 < hidden < free
-    assert reference.explained_share(np.array([0.0, 0.02, 0.001]), np.array([-1.0, -1.0, 1.0]), 0.005) == (
-        pytest.approx(1 / 3)
-    )

@@ -27,7 +27,6 @@ from sdftrack.contour.silhouette_library import (
     MIN_WEIGHT,
     SOFTNESS,
     SilhouetteLibrary,
-    with_hidden,
 )
 
 # Overlaps under bars that hide 20 to 60 %, 60 frames learnt: measured 0.904 and, by LWPR, 0.61.
@@ -338,17 +337,6 @@ def test_harmonics_choose_the_silhouettes_that_pixels_would_choose(cat, bars):
         assert (case.seen & ~shapes.masks[near]).sum(axis=(1, 2)).min() <= best + 3  # px, of some 300
         assert len(near) == 32
         assert out.shape == (32,)
-
-
-def test_slivers_along_the_outline_are_not_taken_for_hidden():
-    whole = np.zeros((40, 40), bool)
-    whole[5:35, 5:35] = True
-    thin = whole.copy()
-    thin[:, 5:7] = False
-    np.testing.assert_array_equal(with_hidden(thin, whole)[1], False)
-    thick = whole.copy()
-    thick[:, 5:12] = False
-    np.testing.assert_array_equal(with_hidden(thick, whole)[0], whole)
 
 
 # Files and copies

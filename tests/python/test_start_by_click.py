@@ -104,12 +104,6 @@ def test_a_click_on_a_table_or_on_nothing_or_off_the_image_is_one_clear_line(sce
     holed[90:130, 90:130] = 0
     with pytest.raises(ValueError, match="none there; click on the object itself"):
         tracker.start(st.Frame(holed), clicks=(110, 110))
-    with pytest.raises(ValueError, match="640 x 480"):
-        tracker.start(frame, clicks=(640, 3))
-    with pytest.raises(ValueError, match="one \\(x, y\\) per shape"):
-        tracker.start(frame, clicks=[(3, 4), (5, 6)])
-    with pytest.raises(ValueError, match="poses, masks, boxes and clicks"):
-        tracker.start(frame, clicks=(3, 4), boxes=(0, 0, 9, 9))
 
 
 @pytest.mark.parametrize(

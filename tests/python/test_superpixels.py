@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pytest
+from gpu_marks import on_gpu
 from hypothesis import given, settings
 from hypothesis import strategies as hs
 
@@ -353,22 +354,7 @@ def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, m
     assert says in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_tables_a_2_and_a_3_in_small_have_three_sizes_and_the_printed_values(tmp_path, capsys):
-    assert run(["reproduce", "A.2", "A.3", "--frames", "2", "--out", str(tmp_path)]) == 0
-    times = json.loads((tmp_path / "A.2" / "result.json").read_text())["times_ms"]
-    for name in ("one core", "all cores", "scikit-image"):
-        assert len(times[name]) == 3
-        assert 0 < times[name][0] < times[name][2]
-    assert times["one core"][1] < times["scikit-image"][1]
-    assert (tmp_path / "A.3" / "table.txt").is_file()
-    said = capsys.readouterr().out
-    assert "354" in said
-    assert "printed connectivity" in said
-
-
-@pytest.mark.gpu
-@pytest.mark.skipif(not st.cuda_available(), reason="no CUDA device, or a build without CUDA")
+@on_gpu
 @pytest.mark.parametrize(
     "options", [{}, {"distance": "thesis"}, {"mask": DISC}, {"depth": DEPTH}, {"color_space": "xyz"}], ids=str
 )

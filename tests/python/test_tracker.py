@@ -414,14 +414,6 @@ def test_a_direction_that_only_edges_hold_is_not_called_sure(box, share):
     assert e @ np.linalg.solve(result.covariance, e) < CHI2_99_9
 
 
-def test_the_covariance_is_symmetric_positive_and_read_only(tracker):
-    C = tracker.start(frame_of(), poses=[POSE]).covariance
-    np.testing.assert_allclose(C, C.T, rtol=1e-9)  # of its own sums, in double
-    assert np.linalg.eigvalsh(C).min() > 0
-    with pytest.raises(ValueError, match="read-only"):
-        C[0, 0] = 1
-
-
 # --- twists, set_pose, saving
 
 

@@ -35,20 +35,6 @@ def test_the_outline_has_the_colour_of_the_status(status):
     assert np.abs(near - STATUS_RGB[status]).sum(axis=1).min() < 90  # antialiased, over grey
 
 
-def test_nothing_is_drawn_away_from_the_object_and_the_caption():
-    T = pose()
-    picture = draw(frame(0, T, color=True), result([T]), Ball(), CAMERA)
-    assert (picture[90:] == 90).all()
-    assert (picture[:, 140:] == 90).all()
-
-
-def test_the_frame_is_not_changed():
-    f = frame(0, pose(), color=True)
-    before = f.color.copy()
-    draw(f, result([pose()]), Ball(), CAMERA)
-    np.testing.assert_array_equal(f.color, before)
-
-
 def test_a_hand_in_front_is_not_shaded_over():
     T = pose()
     f = frame(0, T, color=True)
