@@ -53,6 +53,18 @@ def first_mask(seq: Any) -> NDArray[np.bool_]:
     return mask
 
 
+def begun(frames: int, seq: Any = None, **options: Any) -> tuple[st.Reconstructor, list[Any]]:
+    """A reconstructor that has seen the first frames of a sequence, and its results."""
+    seq = sequence() if seq is None else seq
+    star = st.Reconstructor(seq.camera, **{"voxels": 64, "threads": 1, **options})
+    results = [star.start(seq[0], mask=first_mask(seq))]
+    return star, results + [star.track(seq[i]) for i in range(1, frames)]
+
+
+def poses_of(results: list[Any]) -> dict[int, NDArray[np.float64]]:
+    return {i: result.pose for i, result in enumerate(results)}
+
+
 def to_truth(seq: Any, first: NDArray[np.float64]) -> NDArray[np.float64]:
     """Maps the true object frame to the reconstruction's: its pose in frame 0 is `first`."""
     aligned: NDArray[np.float64] = np.linalg.solve(first, seq.ground_truth[0][0])

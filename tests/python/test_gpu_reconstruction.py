@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from gpu_marks import MARKS
-from reconstruction_scene import CAMERA, first_mask, sequence
+from reconstruction_scene import CAMERA, begun, first_mask, sequence
 
 import sdftrack as st
 from sdftrack import metrics
@@ -18,11 +18,8 @@ BAND_VOXELS, SHAPE_ATOL_VOXELS = 3, 0.01
 
 
 def reconstructed(device):
-    seq = sequence(FRAMES, 12.0)
-    star = st.Reconstructor(CAMERA, voxels=VOXELS, device=device, threads=1)
-    poses = [star.start(seq[0], mask=first_mask(seq)).pose]
-    poses += [star.track(seq[k]).pose for k in range(1, FRAMES)]
-    return star, poses
+    star, results = begun(FRAMES, sequence(FRAMES, 12.0), voxels=VOXELS, device=device)
+    return star, [result.pose for result in results]
 
 
 def assert_alike(a, b):
@@ -76,8 +73,6 @@ def test_the_tracker_reads_the_blocks_of_the_frame_before(monkeypatch):
 def test_the_thesis_method_evolves_on_the_gpu():
     shapes = []
     for device in ("cpu", "cuda"):
-        seq = sequence(FRAMES, 12.0)
-        star = st.Reconstructor(CAMERA, voxels=32, device=device, threads=1, evolution="printed")
-        star.start(seq[0], mask=first_mask(seq))
+        star, _ = begun(1, sequence(FRAMES, 12.0), voxels=32, device=device, evolution="printed")
         shapes.append(star.shape)
     assert_alike(*shapes)

@@ -13,19 +13,16 @@ from sdftrack.reconstruction.mask_extent import MaskExtent
 FREE = {"keep_to_mask": False, "planes": False, "voxels": 64, "mode": "depth"}
 
 
-def run(mask, *, frames=12, **options):
+def run(mask, **options):
     seq = sequence()
     star = st.Reconstructor(CAMERA, **{**FREE, **options})
-    results = [star.start(seq[0], mask=mask)]
-    results += [star.track(seq[i]) for i in range(1, frames)]
-    return results
+    return star, [star.start(seq[0], mask=mask), *(star.track(seq[i]) for i in range(1, 12))]
 
 
 def test_another_recording_that_is_added_is_ok_and_what_follows_is_weak():
     seq = sequence()
-    star = st.Reconstructor(CAMERA, **FREE)
-    star.start(seq[0], mask=half(first_mask(seq)))
-    assert not [star.track(seq[i]) for i in range(1, 12)][-1].ok
+    star, results = run(half(first_mask(seq)))
+    assert not results[-1].ok
     result = star.resume(seq[12], mask=seq.masks(12)[0])
     assert result.ok
     assert result.index == 12
@@ -41,18 +38,18 @@ def half(mask):
 
 
 def test_a_shape_that_has_grown_beyond_its_mask_is_weak_with_the_reason():
-    results = run(half(first_mask(sequence())))
+    _, results = run(half(first_mask(sequence())))
     assert results[-1].status == ["weak"]
     assert "beyond the first mask" in results[-1].reason[0]
     assert results[-1].confidence[0] <= 0.5
 
 
 def test_one_whose_mask_shows_all_of_it_is_not():
-    assert all(r.ok for r in run(first_mask(sequence())))
+    assert all(r.ok for r in run(first_mask(sequence()))[1])
 
 
 def test_where_the_mask_bounds_the_shape_nothing_is_doubted():
-    assert not any("beyond" in r.reason[0] for r in run(half(first_mask(sequence())), keep_to_mask=True))
+    assert not any("beyond" in r.reason[0] for r in run(half(first_mask(sequence())), keep_to_mask=True)[1])
 
 
 class Volume:

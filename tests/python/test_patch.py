@@ -7,6 +7,7 @@ import pickle
 import cv2
 import numpy as np
 import pytest
+from tracking_scene import increment
 
 import sdftrack as st
 from reference import primitives as twin
@@ -19,13 +20,9 @@ from sdftrack.synth.solids import rendered_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 PLANE = _core.PrimitiveKind.__members__["plane"]
-SCALING = _core.Scaling.__members__
 SIZE = {"width": 0.2, "height": 0.12}
 LENGTHS = list(SIZE.values())
 NOISE_M = 0.001
-STEP = 1e-6  # m; phi is smooth but for the rim and the patch itself, where a difference straddles a kink
-SLOPE_ATOL = 1e-6  # of central differences in double; the second derivative is at most 1 / (a few mm)
-SLOPE_RTOL = 1e-5  # the printed form has slopes of up to 25 beside the rim, and curvatures to match
 TWIN_ATOL_M = 1e-12  # both are closed formulas
 RIM_ATOL_M = 2e-6  # the twin's rim is points 50 micrometres apart, seen from some 10 mm
 POSE = st.geometry.pose([0.4, -0.7, 0.3], [0.03, -0.02, 0.8])
@@ -48,62 +45,6 @@ def scene(view, noise=None, seed=1, size=None):
     rng = np.random.default_rng(seed)
     truth = patch_scene(view, size or SIZE, CAMERA, rng, (0.7, 0.8))
     return st.Frame(truth.depth if noise is None else noise(truth.depth, truth.cosine, rng)), truth
-
-
-# ---- field ----
-
-
-@pytest.mark.parametrize("scaling", ["exact", "printed"])
-def test_the_gradient_and_the_derivative_by_each_length_are_those_of_the_distance(scaling):
-    points = np.random.default_rng(0).uniform(-0.15, 0.15, (400, 3))
-
-    def phi(p, size):
-        return _core.primitive_distances(PLANE, size, p, SCALING[scaling])[0]
-
-    _, grad, by_size = _core.primitive_distances(PLANE, LENGTHS, points, SCALING[scaling])
-    for i, axis in enumerate(STEP * np.eye(3)):
-        slope = (phi(points + axis, LENGTHS) - phi(points - axis, LENGTHS)) / (2 * STEP)
-        np.testing.assert_allclose(grad[:, i], slope, rtol=SLOPE_RTOL, atol=SLOPE_ATOL)
-    for i in range(2):
-        step = STEP * np.eye(2)[i]
-        slope = (phi(points, (LENGTHS + step).tolist()) - phi(points, (LENGTHS - step).tolist())) / (2 * STEP)
-        np.testing.assert_allclose(by_size[:, i], slope, rtol=SLOPE_RTOL, atol=SLOPE_ATOL)
-
-
-def test_distances_are_those_of_the_twin_and_nowhere_negative():
-    points = np.random.default_rng(1).uniform(-0.15, 0.15, (500, 3))
-    exact = _core.primitive_distances(PLANE, LENGTHS, points)[0]
-    np.testing.assert_allclose(exact, twin.distance("plane", SIZE, points), atol=TWIN_ATOL_M)
-    assert exact.min() >= 0
-    printed = _core.primitive_distances(PLANE, LENGTHS, points, SCALING["printed"])[0]
-    # The twin differentiates by differences of 1e-6 of a length.
-    np.testing.assert_allclose(printed, twin.printed_distance("plane", SIZE, points), rtol=1e-4, atol=1e-7)
-
-
-def test_distances_with_known_answers():
-    for p, wanted in [
-        ([0, 0, 0], 0),
-        ([0.099, -0.059, 0], 0),
-        ([0.02, 0.01, 0.03], 0.03),
-        ([0.02, 0.01, -0.03], 0.03),  # the same behind it
-        ([0.1 + 0.03, 0, 0.04], 0.05),  # 3-4-5 off a side
-        ([0.1 + 0.02, 0.06 + 0.01, -0.02], 0.03),  # 1-2-2 off a corner
-    ]:
-        phi, grad, _ = _core.primitive_distances(PLANE, LENGTHS, np.array([p], float))
-        assert phi[0] == pytest.approx(wanted, abs=1e-15), p
-        assert np.linalg.norm(grad) == pytest.approx(1, abs=1e-12), p  # on the patch itself too
-
-
-def test_the_reach_is_that_of_the_farthest_corner_and_so_is_its_derivative():
-    for v in np.random.default_rng(2).normal(size=(6, 3)):
-        v /= np.linalg.norm(v)
-        reach, at, by_size = _core.primitive_reach(PLANE, LENGTHS, v.tolist())
-        assert reach == pytest.approx(twin.surface_reach("plane", SIZE, v), abs=1e-12)
-        assert np.dot(at, v) == pytest.approx(reach, abs=1e-12)
-        for i in range(2):
-            more = (LENGTHS + STEP * np.eye(2)[i]).tolist()
-            slope = (_core.primitive_reach(PLANE, more, v.tolist())[0] - reach) / STEP
-            assert by_size[i] == pytest.approx(slope, abs=1e-6)
 
 
 # ---- rays ----
@@ -140,20 +81,10 @@ def test_the_clearance_changes_with_pose_and_size_as_it_says():
 
         def at(d, ray=ray, near=near, far=far):
             size = [LENGTHS[0] + d[6], LENGTHS[1] + d[7]]
-            return clearance(ray, near, far, _increment(d[:6]) @ T_OBJ_CAM, size)[0]
+            return clearance(ray, near, far, increment(d[:6]) @ T_OBJ_CAM, size)[0]
 
         slopes = [(at(h * e) - at(-h * e)) / (2 * h) for e in np.eye(8)]
         np.testing.assert_allclose(J, slopes, atol=2e-5)  # curvature 1 / |m|, h^2, and rounding
-
-
-def _increment(d):
-    r = np.array(d[3:6]) / 4
-    s = r @ r
-    K = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
-    T = np.eye(4)
-    T[:3, :3] += (8 * K @ K + 4 * (1 - s) * K) / (1 + s) ** 2
-    T[:3, 3] = d[:3]
-    return T
 
 
 def view_of(noise=None):
@@ -174,43 +105,6 @@ def test_the_way_along_a_ray_is_that_of_the_twin_before_the_patch_and_behind_it(
     assert met.sum() > 300
     np.testing.assert_allclose(found[met], wanted[met], atol=TWIN_ATOL_M)
     assert wanted[met].min() < -NOISE_M < NOISE_M < wanted[met].max()  # of both sides
-
-
-def test_the_gradient_of_the_energy_is_the_slope_of_its_cost():
-    """Beside the truth, by readings, outline and table together, over pose and log sizes."""
-    view, truth = view_of(Gaussian(NOISE_M))
-    options = _core.PrimitiveEnergyOptions()
-    options.scale_m, options.outline_scale_px = 0.004, 2.0
-    T0 = st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
-    size0 = 1.03 * np.array(LENGTHS)
-
-    def cost(delta):
-        T = _increment(delta[:6]) @ T0
-        return view.energy(PLANE, T, (size0 * np.exp(delta[6:])).tolist(), options)["cost"]
-
-    gradient = view.energy(PLANE, T0, size0.tolist(), options)["gradient"]
-    h = 1e-6  # a longer step changes which rays meet the patch
-    slopes = np.array([(cost(h * e) - cost(-h * e)) / (2 * h) for e in np.eye(8)])
-    np.testing.assert_allclose(gradient, slopes, rtol=0.02, atol=0.02 * np.abs(slopes).max())
-
-
-# In float: a residual's 6e-8 m is 1e-5 of the scale of 5 mm. Of sums whose terms cancel, in standard deviations.
-PACK_RTOL, PACK_SDS = 2e-5, 1e-3
-
-
-def test_points_many_at_a_time_cost_and_pull_as_they_do_one_by_one():
-    far = np.array([40.0, -30, 5])  # from the frame's origin
-    view = _core.PrimitiveView.of_points(moved(cloud(1003, NOISE_M), POSE) + far)
-    options = _core.PrimitiveEnergyOptions()
-    T = np.linalg.inv(POSE)
-    T[:3, 3] += [0.002, -0.001, 0.0015] - T[:3, :3] @ far
-    packs = view.energy(PLANE, T, LENGTHS, options)
-    options.in_double = True
-    single = view.energy(PLANE, T, LENGTHS, options)
-    assert packs["cost"] == pytest.approx(single["cost"], rel=PACK_RTOL)
-    np.testing.assert_allclose(packs["residuals"], single["residuals"], atol=1e-7)  # m; rounding of 0.1 m
-    unit = np.sqrt(np.diag(single["hessian"]) + 1)
-    np.testing.assert_allclose(packs["gradient"] / unit, single["gradient"] / unit, atol=PACK_SDS)
 
 
 # ---- points ----
@@ -235,15 +129,6 @@ def test_a_haze_of_outliers_does_not_make_a_patch_larger():
     points = np.concatenate([cloud(noise=NOISE_M), rng.uniform(-0.2, 0.2, (600, 3))])
     fit = st.fit_primitive(moved(points, POSE), "plane")
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(LENGTHS), rtol=0.02)
-
-
-def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads():
-    frame, truth = scene("held", Gaussian(NOISE_M))
-    one, two = (
-        st.fit_primitive(frame, "plane", camera=CAMERA, mask=truth.mask, seed=5, threads=t) for t in (1, 2)
-    )
-    assert one.size == two.size
-    np.testing.assert_array_equal(one.T_cam_obj, two.T_cam_obj)
 
 
 # ---- frames ----

@@ -92,12 +92,9 @@ def test_a_first_shape_goes_with_the_printed_evolution_alone():
 
 
 def test_the_bits_are_the_same_for_any_number_of_threads():
-    seq = scene.sequence()
     fields = []
     for threads in (1, 3):
-        star = st.Reconstructor(seq.camera, voxels=48, threads=threads, evolution="printed")
-        star.start(seq[0], mask=scene.first_mask(seq))
-        star.track(seq[1])
+        star, _ = scene.begun(2, voxels=48, threads=threads, evolution="printed")
         fields.append(star.shape.values)
     np.testing.assert_array_equal(*fields)
 
@@ -105,11 +102,9 @@ def test_the_bits_are_the_same_for_any_number_of_threads():
 @pytest.mark.slow
 def test_an_unknown_body_is_tracked_and_reconstructed_as_printed(tmp_path):
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=64, threads=1, evolution="printed")
-    results = [star.start(seq[0], mask=scene.first_mask(seq))]
-    results += [star.track(seq[i]) for i in range(1, 13)]
+    star, results = scene.begun(13, evolution="printed")
     assert all(r.ok for r in results)
-    errors = scene.pose_errors(seq, {i: r.pose for i, r in enumerate(results)})
+    errors = scene.pose_errors(seq, scene.poses_of(results))
     assert errors[:, 0].max() < MOST_M
     assert np.degrees(errors[:, 1]).max() < MOST_DEG
     off = scene.surface_error(seq, star, results[0].pose, least=1.0)
@@ -124,8 +119,7 @@ def test_an_unknown_body_is_tracked_and_reconstructed_as_printed(tmp_path):
 
 def test_without_colours_the_readings_that_hang_together_are_taken():
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=48, threads=1, evolution="printed", mode="depth")
-    star.start(seq[0], mask=scene.first_mask(seq))
+    star, _ = scene.begun(1, voxels=48, evolution="printed", mode="depth")
     before = star.shape.values
     assert star.track(seq[1]).ok
     assert (star.shape.values != before).any()

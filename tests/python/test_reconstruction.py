@@ -17,11 +17,8 @@ VOXELS = 96
 
 @functools.cache
 def reconstructed(threads: int = 1, mode: str = "auto") -> tuple[st.Reconstructor, dict[int, Any], list[Any]]:
-    seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=threads, mode=mode)
-    results = [star.start(seq[0], mask=scene.first_mask(seq))]
-    results += [star.track(seq[i]) for i in range(1, len(seq))]
-    return star, {i: r.pose for i, r in enumerate(results)}, results
+    star, results = scene.begun(36, voxels=VOXELS, threads=threads, mode=mode)
+    return star, scene.poses_of(results), results
 
 
 def test_poses_are_right_while_the_shape_is_unknown() -> None:
@@ -44,9 +41,8 @@ def test_the_seen_surface_lies_where_it_is() -> None:
 
 def test_refining_takes_out_what_is_left() -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, mode="depth")
-    live = {0: star.start(seq[0], mask=scene.first_mask(seq)).pose}
-    live.update({i: star.track(seq[i]).pose for i in range(1, len(seq))})
+    star, results = scene.begun(36, voxels=VOXELS, mode="depth")
+    live = scene.poses_of(results)
     shares: list[float] = []
     refined = star.refine(progress=shares.append)
     assert shares == sorted(shares)
@@ -61,8 +57,7 @@ def test_refining_takes_out_what_is_left() -> None:
 
 def test_few_kept_frames_show_all_that_was_shown(tmp_path: Any) -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, kept_frames=10)
-    star.start(seq[0], mask=scene.first_mask(seq))
+    star, _ = scene.begun(1, voxels=VOXELS, kept_frames=10)
     assert " in 1 frame;" in star.quality().summary
     for i in range(1, len(seq)):
         star.track(seq[i])
@@ -140,13 +135,10 @@ def test_same_bits_on_any_number_of_threads() -> None:
 
 def test_the_tracker_goes_on() -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
-    for i in range(1, 24):
-        star.track(seq[i])
+    star, results = scene.begun(24, voxels=VOXELS)
     tracker = star.tracker()
     before = star.shape.values
-    poses = {0: first}
+    poses = {0: results[0].pose}
     for i in range(24, 32):
         result = tracker.track(seq[i])
         assert result.ok
@@ -180,21 +172,15 @@ def test_a_known_shape_is_a_guess_where_nothing_was_seen() -> None:
 
 
 def test_the_volume_grows_where_the_shape_reaches_its_border() -> None:
-    seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=64, extent=0.125, threads=1)
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
-    for i in range(1, len(seq)):
-        star.track(seq[i])
+    star, results = scene.begun(36, extent=0.125)
     assert max(star.shape.values.shape) > 64
-    assert scene.surface_error(seq, star, first, least=3.0).mean() < 0.0006
+    assert scene.surface_error(scene.sequence(), star, results[0].pose, least=3.0).mean() < 0.0006
 
 
 def test_a_jump_and_blank_frames_add_nothing() -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
-    for i in range(1, 12):
-        star.track(seq[i])
+    star, results = scene.begun(12, voxels=VOXELS)
+    first = results[0].pose
     before = star.shape.values
     blank = star.track(st.Frame(np.zeros((240, 320), np.float32)))
     assert blank.status == ["bad_frame"]
@@ -220,31 +206,13 @@ def assert_same_minimum(one: Any, two: Any) -> None:
     assert radians < 0.5 * np.linalg.norm(sd[3:])
 
 
-def test_saved_and_read_again(tmp_path: Any) -> None:
+def test_what_is_saved_goes_on_with_shape_and_colours(tmp_path: Any) -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=64, threads=1)
-    star.start(seq[0], mask=scene.first_mask(seq))
-    for i in range(1, 8):
-        star.track(seq[i])
+    star, _ = scene.begun(8)
     star.save(tmp_path / "star.rec")
     other = st.Reconstructor.load(tmp_path / "star.rec")
     np.testing.assert_array_equal(other.shape.values, star.shape.values)
-    one, two = other.track(seq[8]), star.track(seq[8])
-    assert_same_minimum(one, two)
-    (tmp_path / "cut.rec").write_bytes((tmp_path / "star.rec").read_bytes()[:1000])
-    with pytest.raises(ValueError, match="got a truncated or damaged one"):
-        st.Reconstructor.load(tmp_path / "cut.rec")
-
-
-def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
-    seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=64, threads=1)
-    star.start(seq[0], mask=scene.first_mask(seq))
-    for i in range(1, 8):
-        star.track(seq[i])
-    star.save(tmp_path / "star.rec")
-    other = st.Reconstructor.load(tmp_path / "star.rec")
-    tracker = star.tracker()
+    tracker = star.tracker()  # with the colours that were learnt
     before = tracker.track(seq[8])
     assert tracker.mode_used == ["rgbd"]
     for new in (star, other):  # each has a new tracker inside
@@ -255,48 +223,38 @@ def test_colours_learnt_are_not_lost(tmp_path: Any) -> None:
 
 
 def test_the_printed_likelihood_is_selectable() -> None:
-    seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=64, threads=1, evidence="printed")
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
-    poses = {0: first, **{i: star.track(seq[i]).pose for i in range(1, 12)}}
-    assert scene.pose_errors(seq, poses)[:, 0].max() < 0.003
-    smooth = st.Reconstructor(seq.camera, voxels=64, threads=1)
-    smooth.start(seq[0], mask=scene.first_mask(seq))
-    for i in range(1, 12):
-        smooth.track(seq[i])
+    star, results = scene.begun(12, evidence="printed")
+    assert scene.pose_errors(scene.sequence(), scene.poses_of(results))[:, 0].max() < 0.003
+    smooth, _ = scene.begun(12)
     assert (smooth.shape.values != star.shape.values).any()
 
 
 def test_a_hand_that_holds_the_object_is_not_part_of_it() -> None:
     seq = scene.sequence(occluder="grip")
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
     # Later only the ball looks out between the fingers, and nothing tells how far it has turned.
-    poses = {0: first, **{i: star.track(seq[i]).pose for i in range(1, 26)}}
-    assert scene.pose_errors(seq, poses)[:, 0].mean() < 0.0012
-    off = scene.surface_error(seq, star, first, least=1.0)
+    star, results = scene.begun(26, seq, voxels=VOXELS)
+    assert scene.pose_errors(seq, scene.poses_of(results))[:, 0].mean() < 0.0012
+    off = scene.surface_error(seq, star, results[0].pose, least=1.0)
     assert len(off) > 300
     assert (off < 0.003).mean() > 0.97
 
 
 def test_no_colours_no_hand_either_where_depth_tells_them_apart() -> None:
     seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, mode="depth")
-    first = star.start(seq[0], mask=scene.first_mask(seq)).pose
+    star, results = scene.begun(1, voxels=VOXELS, mode="depth")
     for i in range(1, 12):
         depth = np.array(seq[i].depth)
         depth[:, 150:170] = np.where(depth[:, 150:170] > 0, 0.40, 0)  # a bar 6 cm in front of the object
         star.track(st.Frame(depth))
-    off = scene.surface_error(seq, star, first, least=1.0)
+    off = scene.surface_error(seq, star, results[0].pose, least=1.0)
     assert (off < 0.003).mean() > 0.99
 
 
 def turned_there_and_back(threads, **options):
     """A reconstructor after 71 frames: the distances far away are updated at half the rate, known blocks too."""
     seq = scene.sequence()
-    star = st.Reconstructor(scene.CAMERA, voxels=96, threads=threads, **options)
+    star, _ = scene.begun(1, voxels=96, threads=threads, **options)
     order = [*range(36), *range(34, -1, -1)]
-    star.start(seq[0], mask=scene.first_mask(seq))
     results = [star.track(seq[i].replace(timestamp=n / 30)) for n, i in enumerate(order[1:], 1)]
     assert all(r.ok for r in results)
     return star, results

@@ -12,12 +12,7 @@ import sdftrack as st
 
 
 def begun(frames, **options):
-    seq = scene.sequence()
-    star = st.Reconstructor(seq.camera, voxels=48, threads=1, **options)
-    star.start(seq[0], mask=scene.first_mask(seq))
-    for i in range(1, frames):
-        star.track(seq[i])
-    return star
+    return scene.begun(frames, voxels=48, **options)[0]
 
 
 CALLS = {

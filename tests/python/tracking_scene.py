@@ -36,6 +36,22 @@ def wall_frame():
     return st.Frame(np.full(CAMERA.shape, WALL_M, np.float32))
 
 
+def followed(tracker, frames, **place):
+    """Results of a tracker that starts in the first frame at `place`."""
+    frames = list(frames)
+    return [tracker.start(frames[0], **place), *map(tracker.track, frames[1:])]
+
+
+def increment(d):
+    """The motion by which the optimiser moves T_obj_cam: d[:3] in metres, d[3:] four times an MRP."""
+    r = np.array(d[3:6]) / 4
+    s, K = r @ r, np.cross(np.eye(3), r)
+    T = np.eye(4)
+    T[:3, :3] += (8 * K @ K + 4 * (1 - s) * K) / (1 + s) ** 2
+    T[:3, 3] = d[:3]
+    return T
+
+
 def error_vector(T, T_true):
     """(d, r) with t = t^ + d, R = Exp(r) R^: what a covariance speaks of."""
     turn = np.eye(4)
