@@ -240,7 +240,7 @@ def _motion() -> dict[str, Call]:
         "butterworth": Call(m.butterworth, Fixed(given), 6.0, 2),
         "savgol": Call(m.savitzky_golay, Fixed(given), 0.3, 4),
         "resample": Call(m.resample, Fixed(given), 60.0, max_gap_s=0.3),
-        "contacts": Call(m.contacts, np.abs(np.sin(times))[None], times, touching_m=0.3, least_s=0.1),
+        "contacts": Call(m.contacts, np.abs(np.sin(times))[None], times, touching_m=0.3, min_s=0.1),
         "dtw": Call(m.dtw_distance, T[:, :3, 3], T[:, :3, 3], 0.15),
         "jerk": Call(m.log_dimensionless_jerk, T[None, :, :3, 3], 30.0),
         "sparc": Call(m.sparc, np.abs(np.sin(times))[None], 30.0, padding=Few(4)),

@@ -186,7 +186,7 @@ def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(standing):
     star, _ = rebuilt(standing[:4])
     whole, part = star.mesh(), star.mesh(seen_only=True)
     assert 0.2 * len(whole.faces) < len(part.faces) < 0.9 * len(whole.faces)
-    assert part.seen.min() >= star.options.least_seen
+    assert part.seen.min() >= star.options.min_seen
     assert part.colors is not None
     assert set(map(tuple, part.vertices)) <= set(map(tuple, whole.vertices))
 

@@ -134,7 +134,7 @@ class TestContacts:
         assert found.count.tolist() == [1]
         assert found.share[0] == pytest.approx(0.5, abs=0.01)
         assert found.onset_s[0] == pytest.approx(0.51)
-        assert motion.contacts([distance], t, least_s=0).count.tolist() == [3]
+        assert motion.contacts([distance], t, min_s=0).count.tolist() == [3]
 
     def test_never_touching_is_no_contact_and_a_gap_is_not_known(self):
         t = times()
@@ -162,7 +162,7 @@ class TestContacts:
             ([0.1, 0.1], [0, 1], {}, "distances_m, times_s: expected"),
             ([[0.1, 0.1]], [0, 1, 2], {}, "distances_m, times_s: expected"),
             ([[0.1]], [0], {}, "distances_m, times_s: expected"),
-            ([[0.1, 0.1]], [0, 1], {"least_s": -1}, "least_s: expected 0 or more"),
+            ([[0.1, 0.1]], [0, 1], {"min_s": -1}, "min_s: expected 0 or more"),
         ],
     )
     def test_wrong_input_is_told(self, distances, t, more, message):

@@ -46,19 +46,19 @@ def test_chamfer_of_points_that_are_not_finite_is_refused():
         lambda: contacts(np.zeros((1, 5)), TIMES[::-1]),
         lambda: contacts(np.zeros((1, 5)), np.full(5, 0.5)),
         lambda: contacts(np.zeros((1, 5)), [0, np.nan, 1, 2, 3]),
-        lambda: contacts(np.zeros((1, 5)), TIMES, least_s=np.inf),
+        lambda: contacts(np.zeros((1, 5)), TIMES, min_s=np.inf),
         lambda: contacts(np.zeros((0, 5)), TIMES),
     ],
 )
 def test_contacts_of_times_that_do_not_increase_are_refused(call):
-    with pytest.raises(ValueError, match=r"(times_s|least_s): expected"):
+    with pytest.raises(ValueError, match=r"(times_s|min_s): expected"):
         call()
 
 
 def test_a_contact_longer_than_the_recording_is_asked_for_in_no_time():
-    whole = contacts(np.zeros((1, 5)), TIMES, least_s=1e300)
+    whole = contacts(np.zeros((1, 5)), TIMES, min_s=1e300)
     assert whole.share == 1
-    assert contacts(np.array([[1.0, 1, 0, 1, 1]]), TIMES, least_s=1e300).share in (0, 1)
+    assert contacts(np.array([[1.0, 1, 0, 1, 1]]), TIMES, min_s=1e300).share in (0, 1)
 
 
 @pytest.mark.parametrize("s", [1e300, np.inf, 1e9])

@@ -109,7 +109,7 @@ def test_a_decimated_mesh_is_closed_and_keeps_to_the_surface() -> None:
     part = star.mesh(seen_only=True, faces=1000)
     assert len(part.faces) <= 1000
     assert part.seen is not None
-    assert part.seen.min() >= star.options.least_seen
+    assert part.seen.min() >= star.options.min_seen
 
 
 def test_voxels_go_by_name_too() -> None:

@@ -18,7 +18,7 @@ import pytest
 import reconstruction_scene
 
 import sdftrack as st
-from sdftrack._internal import array_archive, saved_file
+from sdftrack._internal import saved_file
 from sdftrack._internal.saved_file import FileKind
 
 KIND = FileKind("sdftrack.Test", 2, "Test.save")
@@ -91,7 +91,12 @@ MADE: dict[str, bytes] = {}
 def content_of(name: str, folder: Path) -> bytes:
     """The bytes of the object's file, made once."""
     if name not in MADE:
-        SAVED[name].make().save(folder / "made")
+        if name == "savez":
+            ball = volume()
+            with (folder / "made").open("wb") as file:
+                np.savez_compressed(file, values=ball.values, voxel_size=ball.voxel_size, origin=ball.origin)
+        else:
+            SAVED[name].make().save(folder / "made")
         MADE[name] = (folder / "made").read_bytes()
         (folder / "made").unlink()
     return MADE[name]
@@ -212,40 +217,30 @@ def test_a_file_cut_anywhere_is_refused_by_name(name: str, step: int, tmp_path: 
             SAVED[name].load(path)
 
 
-@pytest.mark.parametrize("name", SAVED)
+@pytest.mark.parametrize("name", ["tracker", "volume", "model", "savez"])
 @pytest.mark.parametrize("step", STEPS)
-def test_a_file_with_a_wrong_bit_anywhere_is_refused_by_name(name: str, step: int, tmp_path: Path) -> None:
-    """At the beginning, through headers and arrays, and at every byte of the directory and the checksum at the end."""
+def test_a_file_with_a_wrong_bit_is_refused_by_name_or_has_the_same_content(
+    name: str, step: int, tmp_path: Path
+) -> None:
+    """At the beginning, through headers and arrays, and at every byte of the directory at the end."""
     content, path = content_of(name, tmp_path), tmp_path / "bad.file"
+    saved = SAVED[name if name in SAVED else "volume"]
+    path.write_bytes(content)
+    whole = saved.load(path)
     places = [*range(60), *range(60, len(content), step), *range(len(content) - 200, len(content))]
+    refusals = []
     for at in places:
         bad = bytearray(content)
         bad[at] ^= 1 << at % 8
         path.write_bytes(bad)
-        with pytest.raises(ValueError, match=rf"bad\.file: expected a file of {SAVED[name].writer}, got"):
-            SAVED[name].load(path)
-
-
-def test_a_volume_without_checksum_that_is_damaged_is_refused_or_unchanged(tmp_path: Path) -> None:
-    sdf, path = volume(), tmp_path / "v.npz"
-    np.savez_compressed(
-        path, values=sdf.values, voxel_size=sdf.voxel_size, origin=sdf.origin, colors=sdf.colors
-    )
-    content, refused, unchanged = path.read_bytes(), 0, 0
-    places = [*range(0, len(content), 401), *range(len(content) - 120, len(content))]
-    for at in places:
-        for bit in (0, 3, 7):
-            bad = bytearray(content)
-            bad[at] ^= 1 << bit
-            path.write_bytes(bad)
-            try:
-                assert st.SDF.load(path) in (sdf, st.SDF(sdf.values, sdf.voxel_size, sdf.origin))
-            except ValueError as error:
-                refused += str(error).startswith(f"{path}: ") and "\n" not in str(error)
-            else:
-                unchanged += 1
-    assert refused + unchanged == 3 * len(places)
-    assert refused > unchanged
+        try:  # the time of a member and the like have no meaning
+            assert saved.same(whole, saved.load(path)), at
+        except ValueError as error:
+            refusals.append(str(error))
+    assert len(refusals) > len(places) / 2
+    for text in refusals:
+        assert text.startswith(f"{path}: expected a file of {saved.writer}, got ")
+        assert "\n" not in text
 
 
 @pytest.mark.parametrize("name", SAVED)
@@ -281,22 +276,22 @@ def test_a_later_version_says_so_and_earlier_ones_are_read(tmp_path: Path) -> No
     with pytest.raises(
         ValueError, match=r"file: expected a file of Test\.save, got version 3 of sdftrack 0\.\d"
     ):
-        saved_file.read(path, KIND)
+        saved_file.read(path, KIND, dict)
     for version in (1, 2):
         saved_file.write(path, FileKind(KIND.name, version, KIND.writer), {"a": 1})
-        assert saved_file.read(path, KIND) == {"a": 1}
+        assert saved_file.read(path, KIND, dict) == {"a": 1}
 
 
 def changed(name: str, folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
-    """A file with a right checksum whose content somebody has changed."""
+    """A file of the right form whose content somebody has changed."""
     path = folder / "changed.file"
     path.write_bytes(content_of(name, folder))
     with zipfile.ZipFile(path) as archive:
         head = json.loads(archive.read("header.json"))
-    with array_archive.ArrayArchive(path, path.stat().st_size) as opened:
-        content = saved_file.unpack(head["content"], opened.array)
+    kind = FileKind(head["format"], head["version"], "")
+    content = saved_file.read(path, kind, dict)
     change(content)
-    saved_file.write(path, FileKind(head["format"], head["version"], ""), content)
+    saved_file.write(path, kind, content)
     return path
 
 
@@ -355,15 +350,12 @@ def test_contents_that_do_not_fit_are_refused_by_name(name: str, change: Any, tm
     assert "\n" not in str(told.value)
 
 
-def sealed(path: Path, head: bytes, arrays: dict[str, bytes], method: int = zipfile.ZIP_STORED) -> None:
-    """A file with a right checksum and any header and members."""
+def written(path: Path, head: bytes, arrays: dict[str, bytes], method: int = zipfile.ZIP_STORED) -> None:
+    """A file of any header and members."""
     with zipfile.ZipFile(path, "w", method) as archive:
-        archive.comment = saved_file.SEAL + b"0" * saved_file.DIGITS
         archive.writestr("header.json", head)
         for name, data in arrays.items():
             archive.writestr(name, data)
-    digest = saved_file._digest(path)
-    path.write_bytes(path.read_bytes()[: -saved_file.DIGITS] + digest)
 
 
 def npy(shape: str, dtype: str = "<f4", data: bytes = b"") -> bytes:
@@ -392,7 +384,6 @@ CRAFTED = {
     "has no JSON": (b"{", {}),
     "has a list for a header": (b"[]", {}),
     "has a version that is none": (b'{"format": "sdftrack.Test", "version": "1", "content": 1}', {}),
-    "has a float that is none": (with_content('{"$float": "x"}'), {}),
     "has a huge header": (b" " * 5_000_000 + b"{}", {}),
 }
 
@@ -400,17 +391,17 @@ CRAFTED = {
 @pytest.mark.parametrize("crafted", CRAFTED)
 def test_a_crafted_file_is_refused_in_one_line(crafted: str, tmp_path: Path) -> None:
     path = tmp_path / "crafted.file"
-    sealed(path, *CRAFTED[crafted])
+    written(path, *CRAFTED[crafted])
     with pytest.raises(ValueError, match=r"crafted\.file: expected a file of Test\.save, got") as told:
-        saved_file.read(path, KIND)
+        saved_file.read(path, KIND, dict)
     assert "\n" not in str(told.value)
 
 
 def test_other_compressions_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "crafted.file"
-    sealed(path, with_content("1"), {}, zipfile.ZIP_LZMA)
+    written(path, with_content("1"), {}, zipfile.ZIP_LZMA)
     with pytest.raises(ValueError, match="compression other than deflate"):
-        saved_file.read(path, KIND)
+        saved_file.read(path, KIND, dict)
 
 
 # -- memory
@@ -440,22 +431,18 @@ def peak_of(path: Path) -> tuple[str, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("has_seal", [False, True])
-def test_a_small_file_cannot_take_all_memory(has_seal: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize("has_header", [False, True])
+def test_a_small_file_cannot_take_all_memory(has_header: bool, tmp_path: Path) -> None:
     """2 GB of zeros are 2 MB in a zip file."""
     path = tmp_path / "bomb.npz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        if has_seal:
-            archive.comment = saved_file.SEAL + b"0" * saved_file.DIGITS
+        if has_header:
             head = {"format": "sdftrack.SDF", "version": 1, "content": {"values": {"$array": "values"}}}
             archive.writestr("header.json", json.dumps(head))
         with archive.open("values.npy", "w", force_zip64=True) as file:
             file.write(npy("(800, 800, 800)"))
             for _ in range(800):
                 file.write(bytes(4 * 800 * 800))
-    if has_seal:
-        digest = saved_file._digest(path)
-        path.write_bytes(path.read_bytes()[: -saved_file.DIGITS] + digest)
     word, mb = peak_of(path)
     assert word == "refused"
     assert mb < 50

@@ -16,7 +16,7 @@ WHOLE = ("replacing(", "write_whole(")
 HIDDEN = "under a hidden name, renamed by its owner"
 GROWS = "a recording or its journal, which is read up to where it was cut"
 OTHERS = {
-    ("_internal/array_archive", "write_archive"): "into what its caller replaces",
+    ("_internal/saved_file", "_write_archive"): "into what its caller replaces",
     ("cli/batch_files", "__init__"): GROWS,
     ("cli/batch_task", "_placed"): "in a hidden folder, which gets its name when it is whole",
     ("cli/batch_task", "_run"): "a log, which is read while it grows",

@@ -11,7 +11,7 @@ __all__ = ["BURN_IN", "TABLES", "schema_of"]
 # ruff: noqa: E501 (an option is a line)
 RECONSTRUCT = (
     Option("prior", "number", 0.4, min=0, meaning="log ratio of the initial guess, positive inside, negative outside; 0: no prior"),
-    Option("least_seen", "number", 0.15, min=0, meaning="a surface patch is used for tracking once it has been observed in this many (frontal) views"),
+    Option("min_seen", "number", 0.15, min=0, meaning="a surface patch is used for tracking once it has been observed in this many (frontal) views"),
     Option("padding_m", "number", 0.02, "m", min=0, min_open=True, meaning="pixels within this distance of the current shape are considered in the next frame"),
     Option("planes", "bool", True, meaning="planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object"),
     Option("keep_to_mask", "bool", True, meaning="the object is excluded where the first frame observes free space outside its mask"),

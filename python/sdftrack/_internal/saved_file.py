@@ -1,45 +1,37 @@
 # SPDX-License-Identifier: MIT
-"""Files of this package's objects: an .npz with a header of JSON and a checksum of everything (docs/files.md)."""
+"""Files of this package's objects: an .npz whose member header.json has all but the arrays (docs/files.md)."""
 
 from __future__ import annotations
 
 import contextlib
+import enum
+import errno
 import json
 import os
+import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.array_archive import ArrayArchive, may_hold, write_archive
+from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold, read_array
 from sdftrack._internal.files import replacing
-from sdftrack._internal.saved_tree import pack, unpack
 from sdftrack._internal.text_files import WRONG, reason
 
-__all__ = [
-    "HEADER",
-    "FileKind",
-    "array_of",
-    "consistent",
-    "first_bytes",
-    "found",
-    "is_sealed",
-    "loaded",
-    "read",
-    "write",
-]
+__all__ = ["FileKind", "array_of", "loaded", "read", "write"]
 
 T = TypeVar("T")
 
 HEADER = "header.json"
-MOST_HEADER_BYTES = 4_000_000  # of JSON, which takes up to 25 times as much as Python's objects
-# The comment at the end of the zip file: the BLAKE2b digest, 32 bytes, of everything before its digits.
-SEAL = b"sdftrack blake2b "
-DIGITS = 64
-CHUNK_BYTES = 1 << 20
+MAX_HEADER_BYTES = 4_000_000  # of JSON, which takes up to 25 times as much as Python's objects
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+ARRAY, BYTES = (
+    "$array",
+    "$bytes",
+)  # {"$array": name} stands for an array in the header, {"$bytes": name} for bytes
 
 
 @dataclass(frozen=True)
@@ -65,76 +57,77 @@ def write(path: str | os.PathLike[str], kind: FileKind, content: Any, *, compres
     """Write nested dictionaries and lists of numbers, text, bytes and arrays, completely or not at all."""
     from sdftrack import __version__
 
-    tree, arrays = pack(content)
-    head = {"format": kind.name, "version": kind.version, "sdftrack": __version__, "content": tree}
-    text = json.dumps(head, allow_nan=False).encode()
-    if len(text) > MOST_HEADER_BYTES:
+    arrays: dict[str, NDArray[Any]] = {}
+    head = {"format": kind.name, "version": kind.version, "sdftrack": __version__}
+    text = json.dumps({**head, "content": _packed(content, "", arrays)}).encode()
+    if len(text) > MAX_HEADER_BYTES:
         raise ValueError(
-            f"{os.fspath(path)}: expected less than {MOST_HEADER_BYTES} bytes of settings, got {len(text)}"
+            f"{os.fspath(path)}: expected less than {MAX_HEADER_BYTES} bytes of settings, got {len(text)}"
         )
     with replacing(path) as temporary:
-        write_archive(temporary, (HEADER, text), arrays, compress, SEAL + b"0" * DIGITS)
+        _write_archive(temporary, text, arrays, zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED)
         declared = len(text) + sum(array.nbytes for array in arrays.values())
         if not may_hold(temporary.stat().st_size, declared):  # too well compressed to be read again
-            write_archive(temporary, (HEADER, text), arrays, False, SEAL + b"0" * DIGITS)
-        with temporary.open("r+b") as file:
-            digest = _digest(temporary)
-            file.seek(-DIGITS, os.SEEK_END)
-            file.write(digest)
+            _write_archive(temporary, text, arrays, zipfile.ZIP_STORED)
 
 
-def read(path: str | os.PathLike[str], kind: FileKind) -> Any:
-    """Read what `write` was given, with lists for tuples.
+def read(
+    path: str | os.PathLike[str], kind: FileKind, make: Callable[[Any], T], plain: tuple[str, ...] = ()
+) -> T:
+    """What `make` makes of the content that `write` was given (with lists for tuples; arrays are writable).
 
-    FileNotFoundError; ValueError in one line that names the file, if it is damaged, of another kind or a later version.
-    The arrays are writable. Nothing in a file is executed, and sizes are checked before memory is taken.
+    FileNotFoundError; ValueError in one line that names the file, if it is damaged, of another kind or a later version,
+    or if `make` refuses its content. Nothing in a file is executed, and sizes are checked before memory is taken.
+    A file without a header is read if all of `plain` that it has are arrays of it.
     """
-    file = found(path, kind)
-    with _named(file, kind):
-        if not is_sealed(file):
-            cut = first_bytes(file, 4) == b"PK\x03\x04"
-            raise ValueError("a truncated or damaged one" if cut else "another kind of file")
-        if _digest(file) != _last_bytes(file, DIGITS):
-            raise ValueError("a damaged one: the checksum does not match; use another copy")
-        with ArrayArchive(file, file.stat().st_size) as archive:
-            return unpack(_content(archive, kind), archive.array)
+    file = Path(path)
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: no such file; expected one of {kind.writer}")
+    with _refused(file, kind), zipfile.ZipFile(file) as archive:
+        members = {info.filename: info for info in archive.infolist()}
+        declared, size = sum(info.file_size for info in members.values()), file.stat().st_size
+        if not may_hold(size, declared):
+            raise ValueError(
+                f"{declared / 1e6:.0f} MB declared by a file of {size / 1e6:.3g} MB; at most {MOST_EXPANSION} times "
+                f"its size and {ALLOWANCE_BYTES / 1e6:.0f} MB more are read"
+            )
+
+        def array(name: str) -> NDArray[Any]:
+            info = members.pop(
+                f"{name}.npy", None
+            )  # not there twice: one array for many would take all memory
+            if info is None:
+                raise ValueError(f"no array {name[:60]!r}, or two references to it")
+            with _opened(archive, info) as opened:
+                out = read_array(opened, info.file_size)
+                opened.read(1)  # where the end is found, the CRC is compared
+                return out
+
+        if HEADER in members or not plain:
+            content = _content(archive, members.get(HEADER), kind, array)
+        else:
+            content = {name: array(name) for name in plain if f"{name}.npy" in members}
+    try:
+        return make(content)
+    except WRONG as error:
+        told = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        raise ValueError(
+            f"{file}: expected a file of {kind.writer}, got inconsistent contents ({told})"
+        ) from error
 
 
 def loaded(
     path: str | os.PathLike[str], kind: FileKind, cls: type[T], state_from: Callable[[Any], dict[str, Any]]
 ) -> T:
     """An object of type `cls` with the state that `state_from` makes of a file's content."""
-    content = read(path, kind)
-    thing: Any = cls.__new__(cls)
-    with consistent(path, kind):
+
+    def make(content: Any) -> T:
+        thing: Any = cls.__new__(cls)
         thing.__setstate__(state_from(content))
-    return cast(T, thing)
+        out: T = thing
+        return out
 
-
-def found(path: str | os.PathLike[str], kind: FileKind) -> Path:
-    """The path of an existing file; FileNotFoundError."""
-    file = Path(path)
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: no such file; expected one of {kind.writer}")
-    return file
-
-
-def is_sealed(file: Path) -> bool:
-    """Whether a file ends as `write` ends it, with a checksum, right or wrong."""
-    return _last_bytes(file, len(SEAL) + DIGITS)[: len(SEAL)] == SEAL
-
-
-@contextlib.contextmanager
-def consistent(path: str | os.PathLike[str], kind: FileKind) -> Iterator[None]:
-    """Errors of objects made from a file's contents, as ValueError that names the file."""
-    try:
-        yield
-    except WRONG as error:
-        text = " ".join(f"{error}".split())
-        raise ValueError(
-            f"{os.fspath(path)}: expected a file of {kind.writer}, got inconsistent contents "
-            f"({type(error).__name__}: {text[:200]})"
-        ) from error
+    return read(path, kind, make)
 
 
 def array_of(value: Any, name: str, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
@@ -150,10 +143,44 @@ def array_of(value: Any, name: str, dtype: Any, shape: tuple[int | None, ...]) -
     return value
 
 
-def _content(archive: ArrayArchive, kind: FileKind) -> Any:
-    """The checked header's content."""
-    text = archive.text(HEADER, MOST_HEADER_BYTES)
-    head = None if text is None else json.loads(text)
+def _packed(value: Any, place: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """JSON values; arrays and bytes go to `arrays`, named by their place (``shapes/0/values``)."""
+    if isinstance(value, dict):
+        return {key: _packed(each, f"{place}/{key}", arrays) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_packed(each, f"{place}/{i}", arrays) for i, each in enumerate(value)]
+    name = place.removeprefix("/")
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return {ARRAY: name}
+    if isinstance(value, bytes):
+        arrays[name] = np.frombuffer(value, np.uint8)
+        return {BYTES: name}
+    if isinstance(value, enum.Enum):
+        return value.value
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _content(
+    archive: zipfile.ZipFile,
+    info: zipfile.ZipInfo | None,
+    kind: FileKind,
+    array: Callable[[str], NDArray[Any]],
+) -> Any:
+    """The content of the checked header, with its arrays."""
+    if info is None:
+        raise ValueError("one without a header")
+    if info.file_size > MAX_HEADER_BYTES:
+        raise ValueError(f"a header of more than {MAX_HEADER_BYTES / 1e6:.0f} MB")
+
+    def whole(value: dict[str, Any]) -> Any:
+        if value.keys() == {ARRAY}:
+            return array(value[ARRAY])
+        return array(value[BYTES]).tobytes() if value.keys() == {BYTES} else value
+
+    with _opened(archive, info) as opened:
+        text = opened.read()
+    head = json.loads(text)
     if not isinstance(head, dict) or "content" not in head:
         raise ValueError("one without a header")
     name, version = head.get("format"), head.get("version")
@@ -166,40 +193,39 @@ def _content(archive: ArrayArchive, kind: FileKind) -> Any:
             f"version {version} of sdftrack {str(head.get('sdftrack'))[:20]}, later than version {kind.version}; "
             "read it with that release"
         )
-    return head["content"]
+    return json.loads(text, object_hook=whole)["content"]
+
+
+def _opened(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Any:
+    if info.compress_type not in METHODS:
+        raise ValueError(f"a compression other than deflate (method {info.compress_type})")
+    return archive.open(info)
+
+
+def _write_archive(path: Path, text: bytes, arrays: dict[str, NDArray[Any]], method: int) -> None:
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.writestr(zipfile.ZipInfo(HEADER), text)  # of no time: the same object, the same bytes
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
 
 
 @contextlib.contextmanager
-def _named(file: Path, kind: FileKind) -> Iterator[None]:
+def _refused(file: Path, kind: FileKind) -> Iterator[None]:
+    """Any error of zipfile, zlib, json and numpy in contents that are not those of `kind`, as ValueError."""
     try:
         yield
-    except (ValueError, RecursionError) as error:
-        told = "a header nested too deeply" if isinstance(error, RecursionError) else reason(error)
+    except MemoryError:
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:  # an offset outside the file
+            raise
+        told = reason(error)[:200]
+        if isinstance(error, zipfile.BadZipFile):
+            told = f"a truncated or damaged one ({told})" if _is_zip(file) else "another kind of file"
         raise ValueError(f"{file}: expected a file of {kind.writer}, got {told}") from None
 
 
-def first_bytes(file: Path, count: int) -> bytes:
-    """The beginning of a file, by which others than ours are recognised."""
+def _is_zip(file: Path) -> bool:
     with file.open("rb") as opened:
-        return opened.read(count)
-
-
-def _last_bytes(file: Path, count: int) -> bytes:
-    with file.open("rb") as opened:
-        size = opened.seek(0, os.SEEK_END)
-        opened.seek(max(0, size - count))
-        return opened.read(count)
-
-
-def _digest(file: Path) -> bytes:
-    """Hexadecimal digits of the digest of a file without its last `DIGITS` bytes."""
-    import hashlib
-
-    digest = hashlib.blake2b(digest_size=DIGITS // 2)
-    with file.open("rb") as opened:
-        left = opened.seek(0, os.SEEK_END) - DIGITS
-        opened.seek(0)
-        while left > 0 and (piece := opened.read(min(left, CHUNK_BYTES))):
-            digest.update(piece)
-            left -= len(piece)
-    return digest.hexdigest().encode()
+        return opened.read(4) == b"PK\x03\x04"

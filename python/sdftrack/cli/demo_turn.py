@@ -88,14 +88,14 @@ def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: boo
     mesh, quality = star.mesh(), star.quality()
     assert mesh.seen is not None
     T_duck_obj = np.linalg.solve(turned.poses[0], first)
-    seen = mesh.vertices[mesh.seen >= star.options.least_seen]
+    seen = mesh.vertices[mesh.seen >= star.options.min_seen]
     return Reconstruction(
         mesh=mesh,
         pose=first,
         T_duck_obj=T_duck_obj,
         distances_m=np.abs(sdf(seen @ T_duck_obj[:3, :3].T + T_duck_obj[:3, 3])),
         seen_share=quality.seen_share,
-        min_seen=star.options.least_seen,
+        min_seen=star.options.min_seen,
         summary=quality.summary,
         frames=frames,
         seconds=float(np.mean(seconds[1:])),

@@ -87,7 +87,7 @@ class Run:
                         self.star.mesh(),
                         self._first,
                         job.threads,
-                        self.star.options.least_seen,
+                        self.star.options.min_seen,
                         tell,
                     )
                 )
@@ -156,10 +156,10 @@ class Run:
         mesh = self.star.mesh()
         recorder.wrote(*write_shape(self.out, self.star.shape))
         recorder.wrote(
-            *write_sides(self.out, mesh, self._first, self.job.threads, self.star.options.least_seen)
+            *write_sides(self.out, mesh, self._first, self.job.threads, self.star.options.min_seen)
         )
         self._note(recorder, mesh)
-        whole = seen_part(mesh, self.star.options.least_seen) if self.job.seen_only else mesh
+        whole = seen_part(mesh, self.star.options.min_seen) if self.job.seen_only else mesh
         written = whole
         if self.job.faces is not None:
             # The whole mesh first: a ring cannot be made of four triangles.

@@ -65,7 +65,7 @@ class ReconstructorOptions:
     prior: float = described(
         0.4, "log ratio of the initial guess, positive inside, negative outside; 0: no prior"
     )
-    least_seen: float = described(
+    min_seen: float = described(
         0.15, "a surface patch is used for tracking once it has been observed in this many (frontal) views"
     )
     padding_m: float = described(

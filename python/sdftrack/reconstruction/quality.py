@@ -136,10 +136,10 @@ def surface_mesh(core: Any, number: int = CPU) -> Mesh:
     return Mesh(vertices, faces, colors if colored else None, seen=seen)
 
 
-def seen_part(mesh: Mesh, least_seen: float) -> Mesh:
+def seen_part(mesh: Mesh, min_seen: float) -> Mesh:
     """The faces whose vertices were all observed at least this often: open where the rest is guessed."""
     assert mesh.seen is not None
-    kept = mesh.faces[(mesh.seen >= least_seen)[mesh.faces].all(axis=1)]
+    kept = mesh.faces[(mesh.seen >= min_seen)[mesh.faces].all(axis=1)]
     used, faces = np.unique(kept, return_inverse=True)
     return Mesh(
         mesh.vertices[used],
@@ -156,11 +156,11 @@ def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) ->
     return out
 
 
-def quality_of(mesh: Mesh, fused: int, voxel_m: float, noise_m: float, least_seen: float) -> Quality:
+def quality_of(mesh: Mesh, fused: int, voxel_m: float, noise_m: float, min_seen: float) -> Quality:
     """Quality of the result of `surface_mesh`, from `fused` frames with the sensor's noise (m)."""
     assert mesh.seen is not None
     errors = expected_error(mesh.seen, noise_m, voxel_m)
-    share = float((mesh.seen >= least_seen).mean())
+    share = float((mesh.seen >= min_seen).mean())
     rest = "" if share > 0.9 else "; turn the object further to see the rest"
     frames = f"{fused} frame{'s' * (fused != 1)}"
     text = f"{100 * share:.0f} % of the surface was observed in {frames}{rest}"

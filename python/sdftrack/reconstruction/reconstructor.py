@@ -312,14 +312,14 @@ class Reconstructor:
         Parameters
         ----------
         seen_only : bool
-            Omit the guessed surface (seen less than ``options.least_seen``); the mesh is then open.
+            Omit the guessed surface (seen less than ``options.min_seen``); the mesh is then open.
         faces : int, optional
             Maximum number of faces, by :meth:`Mesh.decimated`, which requires the extra ``sdftrack[export]``.
         """
         self._started("mesh")
         mesh = quality.surface_mesh(self._volume.core, device_number(self.device))
         if seen_only:
-            mesh = quality.seen_part(mesh, self.options.least_seen)
+            mesh = quality.seen_part(mesh, self.options.min_seen)
         return mesh if faces is None else mesh.decimated(faces)
 
     @alone
@@ -330,7 +330,7 @@ class Reconstructor:
             self._volume.fused,
             self._volume.core.voxel_m,
             self._beginning.noise_m,
-            self.options.least_seen,
+            self.options.min_seen,
         )
 
     @alone
@@ -444,7 +444,7 @@ class Reconstructor:
     @property
     def _least(self) -> int:
         """Minimum observation weight of a surface patch, in the core's unit."""
-        return max(1, round(quality.SEEN_SCALE * self.options.least_seen))
+        return max(1, round(quality.SEEN_SCALE * self.options.min_seen))
 
     def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
         """Give the tracker (or another one) the current shape, or given copies of it."""
@@ -531,10 +531,9 @@ class Reconstructor:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write keyframes, their poses and the settings to one file, completely or not at all (docs/files.md)."""
         from sdftrack._internal.saved_file import write
-        from sdftrack.reconstruction.saved_content import KIND, content_of
 
         self._started("save")
-        write(path, KIND, content_of(self.__getstate__()))
+        write(path, saved_state.KIND, saved_state.content_of(self.__getstate__()))
 
     @staticmethod
     def load(path: str | os.PathLike[str], *, device: str = "auto") -> Reconstructor:
@@ -552,10 +551,13 @@ class Reconstructor:
             No such file; a file of another kind, of a later version, truncated or damaged.
         """
         from sdftrack._internal.saved_file import loaded
-        from sdftrack.reconstruction.saved_content import KIND, state_from
 
         device_number(device)  # before the file is read
-        return loaded(path, KIND, Reconstructor, lambda content: {**state_from(content), "device": device})
+
+        def state(content: Any) -> dict[str, Any]:
+            return {**saved_state.state_from(content), "device": device}
+
+        return loaded(path, saved_state.KIND, Reconstructor, state)
 
     def __getstate__(self) -> dict[str, Any]:
         return saved_state.state_of(self)

@@ -100,10 +100,10 @@ def begin_again(
         if result.status[0] is not Status.OK:
             return result, None
         shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, shape, options)
-        looked = Looked(core, mesh, options.least_seen, frame, shown.on_object, camera)
+        looked = Looked(core, mesh, options.min_seen, frame, shown.on_object, camera)
     else:
         shown = find_object(frame.depth, place, camera, None, options)
-        looked = Looked(core, mesh, options.least_seen, frame, shown.on_object, camera)
+        looked = Looked(core, mesh, options.min_seen, frame, shown.on_object, camera)
         result = _find_known(tracker, shape, looked, frame, shown.on_object)
     if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
         result = doubted(result, reason)
@@ -145,10 +145,10 @@ class Looked:
     """Compares a frame of another recording with the known shape; `mesh` is its surface, with `seen`."""
 
     def __init__(
-        self, core: Any, mesh: Mesh, least_seen: float, frame: Frame, on_object: Mask, camera: Camera
+        self, core: Any, mesh: Mesh, min_seen: float, frame: Frame, on_object: Mask, camera: Camera
     ) -> None:
         assert frame.depth is not None
-        self.mesh, self._part = mesh, seen_part(mesh, least_seen)
+        self.mesh, self._part = mesh, seen_part(mesh, min_seen)
         self._core, self._camera, self._depth = core, camera, frame.depth
         self.read_cam: NDArray[np.float64] = camera.back_project(frame.depth)[on_object & (frame.depth > 0)]
 

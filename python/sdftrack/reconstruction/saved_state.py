@@ -1,18 +1,39 @@
 # SPDX-License-Identifier: MIT
-"""State of a reconstructor in a file: frames and poses, from which the shape is rebuilt."""
+"""A reconstructor's state: frames and poses, from which the shape is fused again, and their record in a file."""
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.saved_file import FileKind, array_of
 from sdftrack._internal.thread_guard import reentrant_lock
+from sdftrack._internal.validation import number, whole
+from sdftrack.camera import depth_camera
 from sdftrack.device import resolve_device
+from sdftrack.options import TrackerOptions
+from sdftrack.reconstruction.arguments import check_settings
+from sdftrack.reconstruction.first_view import FirstView
+from sdftrack.reconstruction.initialization import Ball, Beginning
+from sdftrack.reconstruction.keyframe import Keyframe
+from sdftrack.reconstruction.keyframe_selection import Keyframes
+from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.volume import MAX_VOXELS, Lattice
 from sdftrack.tracking.interface import TrackerInterface
+from sdftrack.tracking.saved_state import camera_from, camera_record, volume_from, volume_record
 
 if TYPE_CHECKING:
     from sdftrack.reconstruction.reconstructor import Reconstructor
 
-__all__ = ["restore", "state_of"]
+__all__ = ["KIND", "content_of", "restore", "state_from", "state_of"]
+
+KIND = FileKind("sdftrack.Reconstructor", 1, "Reconstructor.save")
+PLAIN = ("voxels", "extent", "mode", "threads")
+
+Size = tuple[int, int]
 
 
 def state_of(star: Reconstructor) -> dict[str, Any]:
@@ -43,3 +64,113 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     star._tracker = star._new_tracker()
     star._fuse_all(lambda share: None)  # counts the frames that the shape is made of from now on
     star._go_on(pose)
+
+
+def content_of(state: dict[str, Any]) -> dict[str, Any]:
+    """Content of a file, from ``Reconstructor.__getstate__`` after a start."""
+    lattice, fused, pose = state["saved"]
+    initial, kept = state["initial"], state["_keyframes"]
+    return {
+        **{name: state[name] for name in PLAIN},
+        "camera": camera_record(state["camera"]),
+        "initial": None if initial is None else volume_record(initial),
+        "options": _fields(state["options"]),
+        "tracker_options": state["tracker_options"].to_dict(),
+        "beginnings": [_beginning_record(b) for b in (state["_beginning"], *state["_later"])],
+        "keyframes": [_fields(keyframe) for keyframe in kept.frames],
+        "selection": kept.record(),
+        "index": state["_index"],
+        "lattice": _fields(lattice),
+        "fused": fused,
+        "pose": pose,
+    }
+
+
+def state_from(content: dict[str, Any]) -> dict[str, Any]:
+    """What ``Reconstructor.__setstate__`` takes, from the content of a file; any error of a wrong value is possible."""
+    camera = camera_from(content["camera"])
+    size = depth_camera(camera).shape
+    options = ReconstructorOptions(**content["options"])
+    initial = None if content["initial"] is None else volume_from(content["initial"])
+    whole(content["threads"], "threads", 0)
+    check_settings(initial, content["voxels"], content["extent"], "cpu", content["mode"])
+    beginnings = [_beginning_from(record, size) for record in content["beginnings"]]
+    frames = [_keyframe_from(record, size, len(beginnings)) for record in content["keyframes"]]
+    saved = _lattice_from(content["lattice"]), int(content["fused"]), rigid_pose(content["pose"], "pose")
+    return {
+        **{name: content[name] for name in PLAIN},
+        "camera": camera,
+        "_frame_camera": depth_camera(camera),
+        "initial": initial,
+        "options": options,
+        "tracker_options": TrackerOptions.from_dict(content["tracker_options"]),
+        "_beginning": beginnings[0],
+        "_later": beginnings[1:],
+        "_keyframes": Keyframes.from_record(content["selection"], frames, options.kept_frames),
+        "_index": whole(content["index"], "index", 0),
+        "saved": saved,
+    }
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {f.name: getattr(record, f.name) for f in dataclasses.fields(record)}
+
+
+def _beginning_record(beginning: Beginning) -> dict[str, Any]:
+    view = beginning.view
+    return {
+        **_fields(beginning),
+        "ball": _fields(beginning.ball),
+        "view": None if view is None else _fields(view),
+    }
+
+
+def _beginning_from(record: dict[str, Any], size: Size) -> Beginning:
+    values = dict(record)
+    ball, view = dict(values["ball"]), values["view"]
+    array_of(values["T_cam_obj"], "T_cam_obj", np.float64, (4, 4))
+    rigid_pose(values["T_cam_obj"], "T_cam_obj")
+    array_of(values["on_object"], "on_object", np.bool_, size)
+    array_of(ball["centre_cam"], "centre_cam", np.float64, (3,))
+    for name in ("radius_m", "behind_m", "shorter_m"):
+        ball[name] = number(ball[name], name)
+    if values["outline"] is not None:
+        array_of(values["outline"], "outline", np.bool_, size)
+    if view is not None:
+        view = FirstView(
+            array_of(view["from_m"], "from_m", np.float32, size),
+            array_of(view["planes"], "planes", np.float64, (None, 5)),
+        )
+    noise_m = number(values["noise_m"], "noise_m")
+    return Beginning(**{**values, "ball": Ball(**ball), "view": view, "noise_m": noise_m})
+
+
+def _keyframe_from(record: dict[str, Any], size: Size, recordings: int) -> Keyframe:
+    values = dict(record)
+    height, width = size
+    x0, y0, x1, y1 = region = tuple(whole(v, "region", 0) for v in values["region"])
+    if not (x0 < x1 <= width and y0 < y1 <= height):
+        raise ValueError(f"region: expected pixels of an image of {width} x {height}, got {region}")
+    shape = (y1 - y0, x1 - x0)
+    array_of(values["depth"], "depth", np.float32, shape)
+    if values["rgb"] is not None:
+        array_of(values["rgb"], "rgb", np.uint8, (*shape, 3))
+    if values["mask"] is None:
+        array_of(values["foreground"], "foreground", np.float32, shape)
+    else:
+        array_of(values["mask"], "mask", np.uint8, shape)
+        array_of(values["foreground"], "foreground", np.float32, (0,))
+    array_of(values["T_cam_obj"], "T_cam_obj", np.float64, (4, 4))
+    rigid_pose(values["T_cam_obj"], "T_cam_obj")
+    whole(values["index"], "index", 0)
+    whole(values["recording"], "recording", 0, recordings - 1)
+    return Keyframe(**{**values, "region": region})
+
+
+def _lattice_from(record: dict[str, Any]) -> Lattice:
+    x, y, z = (whole(n, "voxels", 2, MAX_VOXELS) for n in record["voxels"])
+    voxel_m = number(record["voxel_m"], "voxel_m")
+    ox, oy, oz = (number(o, "origin") for o in record["origin"])
+    if not (0 < voxel_m < np.inf and np.isfinite([ox, oy, oz]).all()):
+        raise ValueError(f"voxel_m, origin: expected finite metres, got {voxel_m}, {[ox, oy, oz]}")
+    return Lattice((x, y, z), voxel_m, (ox, oy, oz))

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Volumes in .npz files: values, voxel_size, origin, and colors if present."""
+"""Volumes in .npz files: values, voxel_size, origin, and colors if present; also those of ``numpy.savez``."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal import saved_file
-from sdftrack._internal.array_archive import ArrayArchive
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
@@ -38,21 +36,11 @@ def write_volume(
 
 def read_volume(path: str | os.PathLike[str], kind: type[SDF]) -> SDF:
     """Read a volume, validated by its constructor `kind`. FileNotFoundError; ValueError for an invalid file."""
-    file = saved_file.found(path, KIND)
-    data = saved_file.read(file, KIND) if saved_file.is_sealed(file) else _plain(file)
-    with saved_file.consistent(file, KIND):
+
+    def volume(data: Any) -> SDF:
         return kind(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
 
-
-def _plain(file: Path) -> dict[str, NDArray[Any]]:
-    """The arrays of an .npz without header and checksum: of numpy.savez, or of version 0.1."""
-    try:
-        with ArrayArchive(file, file.stat().st_size) as archive:
-            if archive.text(saved_file.HEADER, saved_file.MOST_HEADER_BYTES) is not None:
-                raise ValueError("a truncated or damaged one")
-            return {name: archive.array(name) for name in NAMES if name in archive}
-    except ValueError as error:
-        raise ValueError(f"{file}: expected a file of {KIND.writer}, got {error}") from None
+    return saved_file.read(path, KIND, volume, plain=NAMES)
 
 
 def checked_colors(colors: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.uint8]:

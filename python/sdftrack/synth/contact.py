@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from sdftrack.metrics.scores import _surface_points
 
-__all__ = ["Solid", "deepest", "first_contact", "gap", "least_gap"]
+__all__ = ["Solid", "deepest", "first_contact", "gap", "min_gap"]
 
 Array = NDArray[np.float64]
 POINTS, INNER = 3000, 1000
@@ -108,7 +108,7 @@ def _inner_points(sdf: Any) -> tuple[Array, Array]:
     return np.asarray(sdf.origin) + sdf.voxel_size * at[order][:, ::-1], depth[order]
 
 
-def least_gap(solid: Solid, poses: Iterable[Array]) -> float:
+def min_gap(solid: Solid, poses: Iterable[Array]) -> float:
     """The smallest gap of any pair; inf for one object."""
     return min((gap(solid, a, b) for a, b in combinations(list(poses), 2)), default=float("inf"))
 
@@ -121,7 +121,7 @@ def deepest(solid: Solid, poses: Array, counts: NDArray[np.bool_] | None = None)
     out = np.zeros(len(poses))
     for i, frame in enumerate(poses):
         kept = frame if counts is None else frame[counts[i]]
-        out[i] = max(0.0, -least_gap(solid, kept))
+        out[i] = max(0.0, -min_gap(solid, kept))
     return out
 
 

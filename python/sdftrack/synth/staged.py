@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.files import write_whole
-from sdftrack.synth.contact import Solid, least_gap
+from sdftrack.synth.contact import Solid, min_gap
 
 __all__ = ["Scene", "kept", "make"]
 
@@ -115,7 +115,7 @@ def make(
         ("truth", mesh.vertices, poses, drawn, occluder, clutter, seed),
         lambda: {
             "share": _shares(seq, painted, drawn, threads),
-            "gaps": np.array([least_gap(solid, p) for p in poses]),
+            "gaps": np.array([min_gap(solid, p) for p in poses]),
         },
     )
     return Scene(name, solid, poses, known["share"], known["gaps"], seq, seed)

@@ -67,7 +67,7 @@ class TrackerInterface:
         k: int,
         volume: tuple[NDArray[np.float32], float, list[float]],
         rgb_seen: NDArray[np.uint16],
-        least_seen: int,
+        min_seen: int,
         boxes: NDArray[np.int32],
     ) -> None:
         """Give the only object another volume, in the object frame as it was.
@@ -76,11 +76,11 @@ class TrackerInterface:
         ----------
         volume : values, voxel size and origin (m)
         rgb_seen : (z, y, x, 4) uint16
-            Colours, and the observation weight of the surface near each voxel; below `least_seen` it is unknown.
+            Colours, and the observation weight of the surface near each voxel; below `min_seen` it is unknown.
         boxes : (n, 6) int32
             Voxels x0 y0 z0 x1 y1 z1 that hold the surface.
         """
-        self._tracker._core.reshape(k, volume, rgb_seen[..., 3], least_seen, boxes, rgb_seen)
+        self._tracker._core.reshape(k, volume, rgb_seen[..., 3], min_seen, boxes, rgb_seen)
 
     def replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64]) -> None:
         """Replace the volumes of the objects; tracking continues from `poses` (M, 4, 4), NaN: unknown."""

@@ -41,7 +41,7 @@ def four_sides(
         Size of one view.
     threads : int
     min_seen : float
-        Minimum ``mesh.seen`` of an observed vertex: ``options.least_seen`` of its reconstructor.
+        Minimum ``mesh.seen`` of an observed vertex: ``options.min_seen`` of its reconstructor.
 
     Returns
     -------

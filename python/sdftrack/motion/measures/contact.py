@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers
-from sdftrack.motion.measures.runs import LEAST_S, beginnings, settled
+from sdftrack.motion.measures.runs import MIN_S, beginnings, settled
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.sdf import SDF
 
@@ -78,11 +78,11 @@ def surface_distances(a: MotionSamples, b: MotionSamples, sdf_a: SDF, points_b: 
 
 
 def contacts(
-    distances_m: ArrayLike, times_s: ArrayLike, *, touching_m: float = TOUCHING_M, least_s: float = LEAST_S
+    distances_m: ArrayLike, times_s: ArrayLike, *, touching_m: float = TOUCHING_M, min_s: float = MIN_S
 ) -> Contacts:
     """When two objects touch: their distance is `touching_m` or less.
 
-    Breaks shorter than `least_s` do not end a contact, and what is then shorter than that is none.
+    Breaks shorter than `min_s` do not end a contact, and what is then shorter than that is none.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def contacts(
         Regular, at least two.
     touching_m : float
         Above the error of shapes and poses together.
-    least_s : float
+    min_s : float
 
     >>> contacts([[0.1, 0.0, 0.0, 0.1]], [0.0, 0.1, 0.2, 0.3]).share
     array([0.5])
@@ -105,9 +105,9 @@ def contacts(
     if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
         raise ValueError("times_s: expected times that are finite and increase")
     limit = number(touching_m, "touching_m")
-    if not 0 <= number(least_s, "least_s") < np.inf:
-        raise ValueError(f"least_s: expected 0 or more, got {least_s!r}")
-    touch = settled(d <= limit, 1 / float(t[1] - t[0]), least_s)
+    if not 0 <= number(min_s, "min_s") < np.inf:
+        raise ValueError(f"min_s: expected 0 or more, got {min_s!r}")
+    touch = settled(d <= limit, 1 / float(t[1] - t[0]), min_s)
     first = np.where(touch.any(axis=1), t[touch.argmax(axis=1)], np.nan)
     values = touch.mean(axis=1), first, beginnings(touch).sum(axis=1), d.min(axis=1)
     known = np.isfinite(d).all(axis=1)

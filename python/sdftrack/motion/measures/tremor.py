@@ -20,7 +20,7 @@ __all__ = ["Tremor", "tremor_of"]
 Array = NDArray[np.float64]
 BAND_HZ = (3.0, 12.0)
 TAPERS = 5
-LEAST_S = 1.0
+MIN_S = 1.0
 MOST_M = 1e6
 
 
@@ -90,7 +90,7 @@ def tremor_of(
         raise ValueError(f"noise_m: expected metres from 0 to {MOST_M:g}, got {shown(noise_m)}")
     inside = (trajectory.times_s >= start_s) & (trajectory.times_s <= end_s)
     t, x = trajectory.times_s[inside], trajectory.poses[inside, :3, 3]
-    if len(t) < 16 or t[-1] - t[0] < LEAST_S or not trajectory.usable[inside].all():
+    if len(t) < 16 or t[-1] - t[0] < MIN_S or not trajectory.usable[inside].all():
         return None
     step = float(np.median(np.diff(t)))
     if np.diff(t).max() > 1.5 * step:
