@@ -96,8 +96,8 @@ def test_unknown_covariances_of_some_frames_stay_unknown(tmp_path):
         ("cov_x_y,", "", "expected all 21 columns"),
         (",ok,", ",good,", "line 5: expected a status"),
         (",ok,", ",ok,abc,", "expected a number as x_m, got 'abc'"),
-        ('\n"cup",', "\nmug,", "line 5: expected an object of the header"),
-        ('{"name": "cup"', "{", "expected header lines"),
+        ("\ncup,", "\nmug,", "line 5: expected an object of the header"),
+        ('{""name"": ""cup""', "{", "expected header lines"),
     ],
 )
 def test_a_damaged_table_is_refused_with_its_line(tmp_path, old, new, words):

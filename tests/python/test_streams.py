@@ -21,7 +21,7 @@ import sdftrack as st
 from sdftrack.io.trajectories import rotation
 from sdftrack.live.streams import STREAMS, Receiver, Stream, open_stream, register_stream
 from sdftrack.live.streams.addresses import host_and_port, safe_names
-from sdftrack.live.streams.admission import Admission
+from sdftrack.live.streams.websocket import Admission
 
 pytest.importorskip("websockets")
 CAMERA = st.Camera(525.0, 524.0, 319.5, 239.5, 640, 480, (0.1, -0.2, 0.001, 0.002, 0.01))
@@ -308,7 +308,9 @@ def test_pages_of_other_sites_may_not_read_the_stream(server):
     with admits as stream, client(stream, origin="null") as connection:
         stream.send(frame(), result())
         assert json.loads(connection.recv(timeout=10))["index"] == 0
-    assert "got one from https://localhost.evil" in Admission().refusal("/", "https://localhost.evil")
+    assert "got one from https://localhost.evil" in Admission().refusal(
+        "/", ["localhost"], ["https://localhost.evil"]
+    )
 
 
 # -- OSC

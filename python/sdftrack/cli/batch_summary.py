@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.csv_cells import text_cell
 from sdftrack._internal.extras import need
 from sdftrack._internal.files import replacing, write_text
 from sdftrack.cli.batch_plan import Item
@@ -93,19 +92,21 @@ def _leaves(content: dict[str, Any], prefix: str, depth: int) -> Iterable[tuple[
 def write_summary(out: Path, rows: list[dict[str, Any]]) -> list[str]:
     """summary.csv, and summary.parquet where pyarrow is there; returns the names written."""
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(out / "summary.csv", text.getvalue())
+    table = [[text_cell(column) for column in columns]]
+    table += [[_cell(row.get(column)) for column in columns] for row in rows]
+    write_text(out / "summary.csv", "".join(",".join(cells) + "\n" for cells in table))
     try:
         pyarrow, parquet = need("pyarrow", "batch"), need("pyarrow.parquet", "batch")
     except ImportError:
         return ["summary.csv"]
-    table = pyarrow.table({c: _column([row.get(c) for row in rows]) for c in columns})
+    typed = pyarrow.table({c: _column([row.get(c) for row in rows]) for c in columns})
     with replacing(out / "summary.parquet") as temporary:
-        parquet.write_table(table, temporary)
+        parquet.write_table(typed, temporary)
     return ["summary.csv", "summary.parquet"]
+
+
+def _cell(value: Any) -> str:
+    return text_cell(value) if isinstance(value, str) else "" if value is None else str(value)
 
 
 def _column(values: list[Any]) -> list[Any]:

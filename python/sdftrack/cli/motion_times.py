@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.csv_cells import cell_text
 from sdftrack._internal.text_files import WRONG, read_text
 from sdftrack._internal.validation import shown
 from sdftrack.cli.common import Usage
@@ -75,8 +77,8 @@ def _spans_of_json(content: str) -> Spans:
 
 def _spans_of_csv(content: str) -> Spans:
     spans: Spans = {}
-    for row in csv.DictReader(content.splitlines(), skipinitialspace=True):
-        spans.setdefault(row.get("object") or None, []).append(_span(row))
+    for row in csv.DictReader(io.StringIO(content, newline=""), skipinitialspace=True):
+        spans.setdefault(cell_text(row.get("object") or "") or None, []).append(_span(row))
     return spans or {None: []}
 
 

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from sdftrack._internal.extras import need
-from sdftrack._internal.hosts import bound_address, is_local, shown_name
+from sdftrack._internal.hosts import bound_address, is_local, listen, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.addresses import host_and_port
+from sdftrack.live.streams.addresses import PORT, host_and_port
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
-from sdftrack.live.streams.listening import PORT, listen
 from sdftrack.live.streams.ros_messages import RosMessages
 
 __all__ = ["FoxgloveServer"]
@@ -94,7 +93,9 @@ def _started(host: str, port: int, context: Any, backlog: int) -> Any:
     import foxglove
 
     for _ in range(TRIES):
-        with listen(host, port, "foxglove") as free:  # finds the port, and says what is wrong with the host
+        with listen(
+            host, port, f"foxglove://{host}:{port}"
+        ) as free:  # finds the port, and says what is wrong with the host
             found = free.getsockname()[1]
         try:
             return foxglove.start_server(

@@ -6,27 +6,83 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import secrets
 import socket
 import threading
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any, Self
+from urllib.parse import parse_qs
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.addresses import host_and_port
-from sdftrack.live.streams.admission import Admission
+from sdftrack.live.streams.addresses import PORT, host_and_port
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
-from sdftrack.live.streams.listening import PORT, listen
 from sdftrack.live.streams.messages import frame_message
 
-__all__ = ["WebsocketServer"]
+__all__ = ["Admission", "WebsocketServer"]
 
+# Bytes that the operating system keeps for a client that does not read: seconds of stale poses with its default.
+SEND_BUFFER = 1 << 16
 CLIENT_WAITING = 8  # messages for one client; the newest are kept
 CLOSE_S = 1.0  # for the last messages, and again for the farewell
 LARGEST_REQUEST = 4096  # bytes; what clients say is read, so that pings are answered, and ignored
 LOG = logging.getLogger("sdftrack.live.streams")
 LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a traceback
+
+
+@dataclass(frozen=True)
+class Admission:
+    """Who may connect: local programs and pages, and from elsewhere those that know the token.
+
+    Attributes
+    ----------
+    token : str
+        Must be in the client's URL as ``?token=...``; "": the server is local and asks for none.
+    origins : tuple of str
+        Origins of web pages that a local server admits beside those of this computer. A browser lets any page connect
+        to localhost, so the server has to look where a page is from.
+    """
+
+    token: str = ""
+    origins: tuple[str, ...] = ()
+
+    @classmethod
+    def at(cls, host: str, origins: Sequence[str] = ()) -> Self:
+        """The rule of a server bound to `host`: a new token unless it is local."""
+        return cls("" if is_local(host) else secrets.token_urlsafe(16), tuple(origins))
+
+    def address(self, host: str, port: int) -> str:
+        """The URL for clients."""
+        return f"ws://{shown_name(host)}:{port}" + (f"/?token={self.token}" if self.token else "")
+
+    def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> str:
+        """ "" for a client that is admitted, else what it should change.
+
+        `hosts`, `origins`: values of these headers, one of the former and at most one of the latter.
+        """
+        if self.token:
+            given = parse_qs(path.partition("?")[2]).get("token", [""])[0]
+            right = secrets.compare_digest(given.encode(errors="surrogateescape"), self.token.encode())
+            return (
+                "" if right else "expected ?token=... in the URL, as the program that streams has shown it\n"
+            )
+        if len(hosts) != 1 or host_of(hosts[0]) not in LOCAL:
+            return "expected localhost as the host of the URL\n"  # a foreign name may resolve to 127.0.0.1
+        if all(o in self.origins or host_of(origin_host(o) or "") in LOCAL for o in origins):
+            return ""
+        return f"expected a page from this computer (http://localhost), got one from {', '.join(origins)}\n"
+
+    def answer(self, connection: Any, request: Any) -> Any:
+        """`process_request` of websockets: None admits, a response refuses."""
+        headers = request.headers
+        refusal = self.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
+        if not refusal:
+            return None
+        return connection.respond(HTTPStatus.UNAUTHORIZED if self.token else HTTPStatus.FORBIDDEN, refusal)
 
 
 class _Client:
@@ -147,7 +203,8 @@ def open_websocket(
     host, port = host_and_port(rest if rest.strip("/") else "//localhost", "ws", PORT)
     need("websockets", "stream")
     admission = Admission.at(host, origins)
-    listening = listen(host, port)
+    listening = listen(host, port, f"ws://{host}:{port}")
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # connections inherit it
     try:
         server = WebsocketServer(listening, admission, names, camera)
     except BaseException:

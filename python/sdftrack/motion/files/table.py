@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack._internal.csv_cells import cell_text, text_cell
 from sdftrack._internal.quaternions import quaternion
 from sdftrack._internal.validation import shown
 from sdftrack.motion.files.record import Array, Record, gaps_as_lost, quaternions_as_poses
@@ -38,12 +39,10 @@ def table_text(trajectories: Sequence[Trajectory], covariances: bool) -> str:
     """The text of the file. Numbers have the digits that give the same double back; unknown ones are empty."""
     with_covariance = covariances and any(t.covariances is not None for t in trajectories)
     heads = [json.dumps({"name": t.name, "frame": t.frame}, ensure_ascii=False) for t in trajectories]
-    rows = [*HEADER, *(OBJECT + head for head in heads)]
+    rows = [*HEADER, *(text_cell(OBJECT + head) for head in heads)]  # one cell each, whatever the name
     rows.append(",".join([*COLUMNS, *(COVARIANCE if with_covariance else ())]))
     for t in trajectories:
-        name = (
-            '"' + t.name.replace('"', '""') + '"'
-        )  # quoted always: csv.writer leaves a carriage return bare
+        name = text_cell(t.name)
         for i, (time, T) in enumerate(zip(t.times_s, t.poses, strict=True)):
             pose = [*T[:3, 3], *quaternion(T[:3, :3])] if np.isfinite(T).all() else [np.nan] * 7
             C = np.full((6, 6), np.nan) if t.covariances is None else t.covariances[i]
@@ -60,7 +59,7 @@ def _cell(value: float) -> str:
 def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
     """One record per object, in the order of the header lines."""
     lines = text.split("\n")
-    start = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    start = next((i for i, line in enumerate(lines) if not line.startswith(("#", '"#'))), len(lines))
     frames = _frames(path, lines[:start])
     reader = csv.DictReader(io.StringIO("\n".join(lines[start:]), newline=""))
     missing = [column for column in COLUMNS if column not in (reader.fieldnames or ())]
@@ -78,7 +77,7 @@ def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
     columns = ("time_s", *POSE, *known)
     for row in reader:
         line = start + reader.line_num
-        name, status = row["object"], row["status"]
+        name, status = cell_text(row["object"] or ""), row["status"]
         if name not in rows:
             raise ValueError(
                 f"{path}, line {line}: expected an object of the header, {shown(list(rows))}, got {shown(name)}"
@@ -116,7 +115,8 @@ def _symmetric(upper: Array) -> Array:
 def _frames(path: Path, lines: list[str]) -> dict[str, str]:
     """Reference frame of each object of the header lines."""
     try:
-        heads: list[Any] = [json.loads(line[len(OBJECT) :]) for line in lines if line.startswith(OBJECT)]
+        texts = [next(csv.reader([line]))[0] if line.startswith('"') else line for line in lines]
+        heads: list[Any] = [json.loads(text[len(OBJECT) :]) for text in texts if text.startswith(OBJECT)]
         return {str(head["name"]): str(head["frame"]) for head in heads}
     except (ValueError, TypeError, KeyError):
         raise ValueError(

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack import __version__
+from sdftrack._internal.csv_cells import text_cell
 from sdftrack.io.result_rows import plain
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
 from sdftrack.motion.report.pair import Pair
@@ -129,14 +128,12 @@ def measures_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
     head = ["session", "object", "repetition", "start_s", "end_s", "gap_s"]
     for name, unit in units.items():
         head += [name if unit == "1" else f"{name}_{unit_text(unit)}", f"{name}_low", f"{name}_high"]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(head)
+    rows = [[text_cell(column) for column in head]]
     for session, a, k, r in everything:
         row = [
-            session,
-            a.trajectory.name,
-            k,
+            text_cell(session),
+            text_cell(a.trajectory.name),
+            str(k),
             f"{r.span.start_s:.4f}",
             f"{r.span.end_s:.4f}",
             f"{r.gap_s:.3f}",
@@ -148,8 +145,8 @@ def measures_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
                 if m is None
                 else [_cell(m.value) if m.determined else "", _cell(m.low), _cell(m.high)]
             )
-        writer.writerow(row)
-    return out.getvalue()
+        rows.append(row)
+    return "".join(",".join(row) + "\n" for row in rows)
 
 
 def unit_text(unit: str) -> str:

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sdftrack._internal.csv_cells import text_cell
 from sdftrack.motion.analysis import Analysis
 
 __all__ = ["smoothed_csv"]
@@ -30,7 +29,7 @@ def smoothed_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
     lines = [",".join(["session", "object", *NUMBERS])]
     for session, each in sessions.items():
         for a in each:
-            head = _quoted([session, a.trajectory.name])
+            head = f"{text_cell(session)},{text_cell(a.trajectory.name)}"
             lines += [f"{head},{row}" for row in _rows(a)]
     return "\n".join(lines) + "\n"
 
@@ -50,9 +49,3 @@ def _rows(a: Analysis) -> list[str]:
         FORMAT % tuple(row) if known else f"{row[0]:.4f}{empty}"
         for row, known in zip(table.tolist(), seen.tolist(), strict=True)
     ]
-
-
-def _quoted(cells: list[str]) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="").writerow(cells)
-    return out.getvalue()

@@ -1,131 +1,110 @@
 # SPDX-License-Identifier: MIT
-"""The door of the page's server: refuses connections without the token, and those of other sites' pages."""
+"""The check of every request to the page's server: the token, and no pages of other sites."""
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
 import hmac
-from urllib.parse import urlsplit
+import logging
+import socket
+import threading
+import weakref
+from collections.abc import Callable, Iterator
+from http import HTTPStatus
+from typing import Any
 
-from sdftrack._internal.hosts import LOCAL
+from sdftrack._internal.hosts import LOCAL, host_of, origin_host
 
-__all__ = ["Gate"]
+__all__ = ["Gate", "admitted"]
 
-MAX_HEAD = 1 << 16  # bytes of a request's head
-HEAD_S = 10.0  # a connection that sends no request is closed
-PIECE = 1 << 16
-REFUSED = b"Refused: open the complete address that the program printed.\n"
+REFUSED = "Refused: open the complete address that the program printed.\n"
+LOG = logging.getLogger("sdftrack.viewer")
+LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a traceback
+_replacing = threading.Lock()
 
 
 class Gate:
-    """Passes HTTP and WebSocket connections on to a server at 127.0.0.1:`inner_port`.
+    """Has viser serve at a socket of ours, and answers each request before viser sees it.
 
-    The token is the first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie
-    would be shared by all ports of a host, and be refused within the frame of a notebook.
-    All methods run in one event loop.
+    viser's server has neither an argument for a socket nor one for a check of requests, and a second server in front of
+    it would leave its port open to every program and page of this computer. websockets, on which it is built, has both.
 
     Parameters
     ----------
-    inner_port : int
+    listening : socket
     token : str or None
-        None: no token, and only names of this computer as the host, so that a foreign name that resolves to 127.0.0.1
-        does not reach the page.
+        The first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie would be
+        shared by all ports of a host, and be refused within the frame of a notebook. None: no token, and only names of
+        this computer as the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
     """
 
-    def __init__(self, inner_port: int, token: str | None) -> None:
-        self._inner_port, self._token = inner_port, token
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._server: asyncio.Server | None = None
+    def __init__(self, listening: socket.socket, token: str | None) -> None:
+        self._listening, self._token = listening, token
+        self._connections: weakref.WeakSet[Any] = weakref.WeakSet()
+        self.serving = False
 
-    async def open(self, host: str, port: int) -> int:
-        """Listen; returns the port (a free one for 0). OSError where that is not possible."""
-        self._server = await asyncio.start_server(self._connected, host, port, limit=MAX_HEAD)
-        return int(self._server.sockets[0].getsockname()[1])
+    @contextlib.contextmanager
+    def in_front_of(self, host: str) -> Iterator[None]:
+        """While this lasts, the server that is opened for this very string `host` is behind this gate."""
+        from websockets.asyncio import server as websockets
 
-    async def close(self) -> None:
-        """Stop listening and end all connections."""
-        if self._server is not None:
-            self._server.close()
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        plain: Any = websockets.serve
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task is not None
-        self._tasks.add(task)
-        try:
-            await self._serve(reader, writer)
-        except (OSError, EOFError, TimeoutError, asyncio.LimitOverrunError):
-            pass  # the other side went away, or sent no request
-        except asyncio.CancelledError:
-            writer.transport.abort()  # the viewer is closed: nothing waits for a browser that does not read
-        finally:
-            self._tasks.discard(task)
-            writer.close()
+        def serve(handler: Any, at: Any = None, port: Any = None, **options: Any) -> Any:
+            if at is not host:  # a server of another thread
+                return plain(handler, at, port, **options)
+            self.serving = True
+            options |= {
+                "process_request": self._before(options.get("process_request")),
+                "create_connection": self._connected,
+                "logger": LOG,
+            }
+            return plain(handler, sock=self._listening, **options)
 
-    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        head = (await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), HEAD_S)).decode("latin-1")
-        passed = admitted(head, self._token)
-        if passed is None:
-            writer.write(
-                b"HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain\r\nConnection: close\r\n"
-                + b"Content-Length: %d\r\n\r\n" % len(REFUSED)
-                + REFUSED
-            )
-            await writer.drain()
-            return
-        inner_reader, inner_writer = await asyncio.open_connection("127.0.0.1", self._inner_port)
-        try:
-            inner_writer.write(passed.encode("latin-1"))
-            there = asyncio.create_task(_pump(reader, inner_writer))
-            back = asyncio.create_task(_pump(inner_reader, writer))
+        with _replacing:
+            websockets.serve = serve  # type: ignore[assignment, misc]
             try:
-                await asyncio.wait((there, back), return_when=asyncio.FIRST_COMPLETED)
+                yield
             finally:
-                there.cancel()
-                back.cancel()
-                await asyncio.gather(there, back, return_exceptions=True)
-        finally:
-            inner_writer.close()
+                websockets.serve = plain  # type: ignore[misc]
+
+    def abort(self) -> None:
+        """End all connections: a viewer that is closed does not wait for a browser that does not read."""
+        for connection in list(self._connections):
+            connection.transport.abort()
+
+    def _connected(self, *arguments: Any, **options: Any) -> Any:
+        from websockets.asyncio.server import ServerConnection
+
+        connection = ServerConnection(*arguments, **options)
+        self._connections.add(connection)
+        return connection
+
+    def _before(self, answer: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Any]:
+        def checked(connection: Any, request: Any) -> Any:
+            path = admitted(request.path, request.headers, self._token)
+            if path is None:
+                return connection.respond(HTTPStatus.FORBIDDEN, REFUSED)
+            request.path = path
+            return None if answer is None else answer(connection, request)
+
+        return checked
 
 
-async def _pump(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    while piece := await reader.read(PIECE):
-        writer.write(piece)
-        await writer.drain()  # a slow browser slows the server's sending, not this program
+def admitted(path: str, headers: Any, token: str | None) -> str | None:
+    """The path of a request without the token; None: refused.
 
-
-def admitted(head: str, token: str | None) -> str | None:
-    """The head of an HTTP request as it is passed on, without the token; None: refused.
-
-    >>> admitted("GET /abc/ HTTP/1.1\\r\\nHost: pc:8080\\r\\n\\r\\n", "abc")
-    'GET / HTTP/1.1\\r\\nHost: pc:8080\\r\\n\\r\\n'
-    >>> admitted("GET /?token=abc HTTP/1.1\\r\\nHost: pc:8080\\r\\n\\r\\n", "abc") is None
-    True
+    `headers`: those of websockets, of which one name may have several values.
     """
-    line, _, rest = head.partition("\r\n")
-    words = line.split(" ")
-    if len(words) != 3 or not words[1].startswith("/"):
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) != 1 or len(origins) > 1 or not path.startswith("/"):
         return None
-    method, target, version = words
-    fields = dict(part.partition(":")[::2] for part in rest.split("\r\n") if ":" in part)
-    headers = {name.strip().lower(): value.strip() for name, value in fields.items()}
-    host = headers.get("host", "")
-    origin = headers.get("origin")
-    if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+    if origins and origin_host(origins[0]) != hosts[0].lower():
         return None  # a page of another site, opened in the same browser
     if token is None:
-        return head if _hostname(host) in LOCAL else None
-    path, mark, query = target.partition("?")
-    first, _, remaining = path[1:].partition("/")
-    if not hmac.compare_digest(first.encode("latin-1"), token.encode("latin-1")):
+        return path if host_of(hosts[0]) in LOCAL else None
+    place, mark, query = path.partition("?")
+    first, _, remaining = place[1:].partition("/")
+    if not hmac.compare_digest(first.encode(errors="surrogateescape"), token.encode()):
         return None
-    return f"{method} /{remaining}{mark}{query} {version}\r\n{rest}"
-
-
-def _hostname(host: str) -> str | None:
-    try:
-        return urlsplit(f"//{host}").hostname
-    except ValueError:
-        return None
+    return f"/{remaining}{mark}{query}"

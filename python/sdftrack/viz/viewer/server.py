@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The page's server: viser, reached only through the gate."""
+"""The page's server: viser behind the gate."""
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
-import errno
 import re
 import secrets
 import threading
@@ -13,18 +11,17 @@ from collections.abc import Iterator
 from typing import Any
 
 from sdftrack._internal.extras import need
-from sdftrack._internal.hosts import bound_address, is_local, shown_name
+from sdftrack._internal.hosts import is_local, listen, shown_name
 from sdftrack._internal.validation import whole
 from sdftrack.viz.viewer.gate import Gate
 
 __all__ = ["PageServer"]
 
-TRIED_PORTS = 100
 _quiet = threading.Lock()
 
 
 class PageServer:
-    """A viser server at `host`, with a token unless only this computer can reach it.
+    """A viser server at `host`, with a token unless only this computer can reach it. It has no other port.
 
     Parameters
     ----------
@@ -45,7 +42,7 @@ class PageServer:
     Raises
     ------
     ImportError
-        viser is not installed.
+        viser is not installed, or is a version that cannot be put behind the gate.
     ValueError
         A token with other characters.
     OSError
@@ -59,20 +56,28 @@ class PageServer:
         if token is None and not is_local(host):
             token = secrets.token_urlsafe(16)
         viser = need("viser", "viewer")
-        self.note = ""
-        with _silent():
-            # Its port is known to this process alone; what reaches it has passed the gate.
-            self.viser: Any = viser.ViserServer("127.0.0.1", 0, label="sdftrack", verbose=False)
-        self._loop: asyncio.AbstractEventLoop = self.viser.get_event_loop()
-        self._gate = Gate(self.viser.get_port(), token)
+        listening = listen(host, port, f"host and port: http://{shown_name(host)}:{port}")
+        self.port = int(listening.getsockname()[1])
+        self._gate = Gate(listening, token)
         self._closed = False
+        inner = "".join(["127.0.0.", "1"])  # a string of our own: the gate knows viser's call by it
         try:
-            self.port = self._open(host, port)
+            with _silent(), self._gate.in_front_of(inner):
+                self.viser: Any = viser.ViserServer(inner, self.port, label="sdftrack", verbose=False)
         except BaseException:
-            self.close()
+            listening.close()
             raise
-        if port not in (0, self.port):
-            self.note = f"port {port} is in use, the viewer is at port {self.port}"
+        if (
+            not self._gate.serving
+        ):  # another version has opened a server of its own; it has not shown anything yet
+            self.close()
+            listening.close()
+            raise ImportError(
+                f"viser: {viser.__version__} does not work with sdftrack; pip install 'viser==1.1.1'"
+            )
+        self.note = (
+            "" if port in (0, self.port) else f"port {port} is in use, the viewer is at port {self.port}"
+        )
         self.url = f"http://{shown_name(host)}:{self.port}/" + (f"{token}/" if token else "")
 
     def pages(self) -> int:
@@ -84,24 +89,10 @@ class PageServer:
         if self._closed:
             return
         self._closed = True
-        self._call(self._gate.close())
+        with contextlib.suppress(RuntimeError):  # its loop has ended
+            self.viser.get_event_loop().call_soon_threadsafe(self._gate.abort)
         with _silent():
             self.viser.stop()
-
-    def _open(self, host: str, port: int) -> int:
-        address = bound_address(host)
-        for tried in range(port, min(port + TRIED_PORTS, 65536)):
-            try:
-                return int(self._call(self._gate.open(address, tried)))
-            except OSError as error:
-                if error.errno != errno.EADDRINUSE:
-                    raise OSError(
-                        f"host: cannot listen at {host}:{tried}: {error.strerror or error}"
-                    ) from None
-        raise OSError(f"port: expected a free port from {port} on, got {TRIED_PORTS} that are in use")
-
-    def _call(self, work: Any) -> Any:
-        return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout=10)
 
 
 @contextlib.contextmanager

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""Text in CSV files: no spreadsheet takes a name for a formula, and names come back as they were."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from motion_cases import noisy, reaches
+from scipy.spatial.transform import Rotation
+
+from sdftrack import motion
+from sdftrack._internal.csv_cells import cell_text, text_cell
+from sdftrack.cli.app import run
+from sdftrack.cli.batch_summary import write_summary
+
+HOSTILE = [
+    "=cmd|' /C calc'!A0", '=HYPERLINK("http://evil.example.com","a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1",
+    "＝1", "'=1", "''-1", "=", "x,=1+1", '"=1', "cup\r=1",
+]  # fmt: skip
+PLAIN = ["cup", "'tis", "'", "", "a=b", "1-2", "left hand", 'a "big" cup', "a,b"]
+FORMULA = tuple("=+-@\t\r\n＝")
+
+
+def cells(text: str) -> list[list[str]]:
+    return list(csv.reader(io.StringIO(text, newline="")))
+
+
+def no_formulas(text: str) -> None:
+    """No cell begins as a formula, except numbers; also where commas within quotes are taken for separators."""
+    for row in cells(text):
+        for cell in row:
+            try:
+                float(cell)
+            except ValueError:
+                assert not cell.startswith(FORMULA), cell
+
+
+@pytest.mark.parametrize("text", HOSTILE + PLAIN)
+def test_text_comes_back_and_is_never_a_formula(text):
+    row = cells(f"{text_cell(text)},{text_cell('next')}\n")
+    assert [[cell_text(cell) for cell in each] for each in row] == [[text, "next"]]
+    assert not row[0][0].startswith(FORMULA)
+    if text in PLAIN:
+        assert row[0][0] == text
+
+
+def cup(name, seed=0):
+    times = np.arange(150) / 30
+    turned = Rotation.from_rotvec(np.outer(np.linspace(0, 0.4, len(times)), [0, 0, 1.0]))
+    return noisy(times, reaches(times, (1.0,), (0.25, -0.1, 0.0)), turned, seed=seed, name=name)
+
+
+def test_trajectories_keep_hostile_names_and_frames(tmp_path):
+    given = [cup(name, seed) for seed, name in enumerate(HOSTILE)]
+    motion.save(tmp_path / "all.csv", given)
+    no_formulas((tmp_path / "all.csv").read_bytes().decode())
+    back = motion.load(tmp_path / "all.csv")
+    assert [t.name for t in back] == HOSTILE
+    for a, b in zip(given, back, strict=True):
+        np.testing.assert_array_equal(a.times_s, b.times_s)
+        np.testing.assert_allclose(a.poses, b.poses, atol=1e-12)  # through a quaternion
+    assert (np.stack([t.poses for t in back])[..., :3, 3] < 0).any()  # negative numbers stay numbers
+
+
+def test_measures_of_hostile_names_are_text_and_numbers_are_numbers(tmp_path):
+    names = HOSTILE[:4]
+    motion.save(tmp_path / "-monday.csv", [cup(name, seed) for seed, name in enumerate(names)])
+    out = tmp_path / "out"
+    files = [str(tmp_path / "-monday.csv"), "--up", "0,-1,0", "--measures", "path_length", "--quiet"]
+    assert run(["motion", *files, "--out", str(out)]) == 0
+    for name in ("measures.csv", "trajectory_smoothed.csv"):
+        text = (out / name).read_bytes().decode()
+        no_formulas(text)
+        head, *rows = cells(text)
+        assert {cell_text(row[head.index("object")]) for row in rows} == set(names)
+        assert {cell_text(row[head.index("session")]) for row in rows} <= {"-monday"}
+    x = head.index("y_m")
+    assert min(float(row[x]) for row in rows if row[x]) < 0
+    # The table of repetitions is a list of corrected ones for the same command.
+    again = [*files, "--repetitions", str(out / "measures.csv"), "--out", str(tmp_path / "again")]
+    assert run(["motion", *again]) == 0
+
+
+def test_the_summary_of_a_batch_has_hostile_text_as_text(tmp_path):
+    rows = [
+        {
+            "item": name,
+            "reason": f"{name}: no such file",
+            "=note": name,
+            "x_m": -0.5,
+            "frames": -3,
+            "none": None,
+        }
+        for name in HOSTILE
+    ]
+    write_summary(tmp_path, rows)
+    text = (tmp_path / "summary.csv").read_bytes().decode()
+    no_formulas(text)
+    head, *table = cells(text)
+    assert [cell_text(name) for name in head] == list(rows[0])
+    assert [cell_text(row[0]) for row in table] == HOSTILE
+    assert {tuple(row[3:]) for row in table} == {("-0.5", "-3", "")}
