@@ -63,42 +63,6 @@ def tracking(
     return run
 
 
-@benchmark("tracking/frame_2000px", unit="frame")
-def frame_2000() -> Callable[[], object]:
-    return tracking(2000)
-
-
-@benchmark("tracking/frame_5000px", unit="frame")
-def frame_5000() -> Callable[[], object]:
-    return tracking(5000)
-
-
-@benchmark("tracking/frame_8000px", unit="frame")
-def frame_8000() -> Callable[[], object]:
-    return tracking(8000)
-
-
-@benchmark("tracking/rgbd_frame_2000px", unit="frame")
-def rgbd_frame_2000() -> Callable[[], object]:
-    return tracking(2000, "rgbd")
-
-
-@benchmark("tracking/rgbd_frame_5000px", unit="frame")
-def rgbd_frame_5000() -> Callable[[], object]:
-    return tracking(5000, "rgbd")
-
-
-@benchmark("tracking/fast_frame_8000px", unit="frame")
-def fast_frame_8000() -> Callable[[], object]:
-    return tracking(8000, options=st.TrackerOptions.fast())
-
-
-@benchmark("tracking/fast_rgbd_frame_8000px", unit="frame")
-def fast_rgbd_frame_8000() -> Callable[[], object]:
-    return tracking(8000, "rgbd", st.TrackerOptions.fast())
-
-
-@benchmark("tracking/frame_5000px_from_memory", unit="frame")
 def frame_from_memory() -> Callable[[], object]:
     """Frames that no cache holds, as a camera delivers them: 100 copies are 120 MB."""
     shape = st.SDF.box(SIZE_M)
@@ -107,16 +71,6 @@ def frame_from_memory() -> Callable[[], object]:
     tracker.start(images[0], poses=poses(5000)[:1])
     turn = itertools.cycle(images)
     return lambda: tracker.track(next(turn))
-
-
-@benchmark("tracking/200_frames_in_1_python_thread", items=200, unit="frame")
-def one_python_thread() -> Callable[[], object]:
-    return tracking_in_threads(1)
-
-
-@benchmark("tracking/200_frames_in_2_python_threads", items=200, unit="frame")
-def two_python_threads() -> Callable[[], object]:
-    return tracking_in_threads(2)
 
 
 def tracking_in_threads(count: int) -> Callable[[], object]:
@@ -148,21 +102,6 @@ def tracking_many(count: int) -> Callable[[], object]:
     return lambda: tracker.track(image)
 
 
-@benchmark("tracking/1_object_of_2000px", items=1, unit="object")
-def one_object() -> Callable[[], object]:
-    return tracking_many(1)
-
-
-@benchmark("tracking/5_objects_of_2000px", items=5, unit="object")
-def five_objects() -> Callable[[], object]:
-    return tracking_many(5)
-
-
-@benchmark("tracking/20_objects_of_2000px", items=20, unit="object")
-def twenty_objects() -> Callable[[], object]:
-    return tracking_many(20)
-
-
 def searching(threads: int, how: str) -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
     image = frames(shape, 5000)[0]
@@ -174,22 +113,6 @@ def searching(threads: int, how: str) -> Callable[[], object]:
     return lambda: tracker.start(image, **given)
 
 
-@benchmark("tracking/start_from_mask_2_threads", unit="start")
-def start_from_mask() -> Callable[[], object]:
-    return searching(2, "mask")
-
-
-@benchmark("tracking/start_from_box_2_threads", unit="start")
-def start_from_box() -> Callable[[], object]:
-    return searching(2, "box")
-
-
-@benchmark("tracking/start_anywhere_2_threads", unit="start")
-def start_anywhere() -> Callable[[], object]:
-    return searching(2, "anywhere")
-
-
-@benchmark("tracking/lost_frame_2_threads", unit="frame")
 def lost_frame() -> Callable[[], object]:
     """A frame in which the object is looked for: clutter of the object's size, but not the object."""
     shape, other = st.SDF.box(SIZE_M), st.SDF.sphere(0.05)
@@ -199,13 +122,6 @@ def lost_frame() -> Callable[[], object]:
     return lambda: tracker.track(image)
 
 
-@benchmark("tracking/new_tracker_200_voxels", unit="tracker")
-def new_tracker() -> Callable[[], object]:
-    shape = st.SDF.box(SIZE_M)
-    return lambda: st.Tracker(shape, CAMERA, threads=1)
-
-
-@benchmark("tracking/start_5000px", unit="start")
 def start_5000() -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
     image, pose = frames(shape, 5000)[0], poses(5000)[0]
@@ -213,8 +129,35 @@ def start_5000() -> Callable[[], object]:
     return lambda: tracker.start(image, poses=[pose])
 
 
-@benchmark("tracking/linearize_5000px", items=5000, unit="pixel")
 def linearize_5000() -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
     energy = st.Energy(shape, CAMERA, frames(shape, 5000)[0], poses(5000)[0], threads=1)
     return lambda: energy.linearize(energy.start)
+
+
+def new_tracker() -> Callable[[], object]:
+    shape = st.SDF.box(SIZE_M)
+    return lambda: st.Tracker(shape, CAMERA, threads=1)
+
+
+FAST = st.TrackerOptions.fast()
+benchmark("tracking/frame_2000px", lambda: tracking(2000), unit="frame")
+benchmark("tracking/frame_5000px", lambda: tracking(5000), unit="frame")
+benchmark("tracking/frame_8000px", lambda: tracking(8000), unit="frame")
+benchmark("tracking/rgbd_frame_2000px", lambda: tracking(2000, "rgbd"), unit="frame")
+benchmark("tracking/rgbd_frame_5000px", lambda: tracking(5000, "rgbd"), unit="frame")
+benchmark("tracking/fast_frame_8000px", lambda: tracking(8000, options=FAST), unit="frame")
+benchmark("tracking/fast_rgbd_frame_8000px", lambda: tracking(8000, "rgbd", FAST), unit="frame")
+benchmark("tracking/frame_5000px_from_memory", frame_from_memory, unit="frame")
+benchmark("tracking/200_frames_in_1_python_thread", lambda: tracking_in_threads(1), 200, "frame")
+benchmark("tracking/200_frames_in_2_python_threads", lambda: tracking_in_threads(2), 200, "frame")
+benchmark("tracking/1_object_of_2000px", lambda: tracking_many(1), 1, "object")
+benchmark("tracking/5_objects_of_2000px", lambda: tracking_many(5), 5, "object")
+benchmark("tracking/20_objects_of_2000px", lambda: tracking_many(20), 20, "object")
+benchmark("tracking/start_from_mask_2_threads", lambda: searching(2, "mask"), unit="start")
+benchmark("tracking/start_from_box_2_threads", lambda: searching(2, "box"), unit="start")
+benchmark("tracking/start_anywhere_2_threads", lambda: searching(2, "anywhere"), unit="start")
+benchmark("tracking/lost_frame_2_threads", lost_frame, unit="frame")
+benchmark("tracking/new_tracker_200_voxels", new_tracker, unit="tracker")
+benchmark("tracking/start_5000px", start_5000, unit="start")
+benchmark("tracking/linearize_5000px", linearize_5000, 5000, "pixel")

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Timing that can be compared from one month to the next.
 
-A benchmark file is ``bench_<topic>.py`` with functions marked by :func:`benchmark`. Each does its own set-up
-and returns the function to time, with what the figure refers to::
+A benchmark file is ``bench_<topic>.py``, which names its benchmarks by :func:`benchmark`. Each is a set-up that returns
+the function to time, with what the figure refers to::
 
-    @benchmark("sdf/from_mesh_100")
     def from_mesh():
         mesh = ...
         return lambda: st.SDF.from_mesh(mesh, voxels=100)
+
+    benchmark("sdf/from_mesh_100", from_mesh, 100**3, "voxel")
 
 Sizes, seeds, warm-up and repeats are fixed: changing these numbers breaks comparisons. Give a changed
 benchmark a new name instead.
@@ -40,15 +41,10 @@ REGISTERED: list[Benchmark] = []
 
 
 def benchmark(
-    name: str, *, items: int = 1, unit: str = "run"
-) -> Callable[[Callable[[], Callable[[], object]]], Callable[[], Callable[[], object]]]:
+    name: str, setup: Callable[[], Callable[[], object]], items: int = 1, unit: str = "run"
+) -> None:
     """Register a set-up function that returns what is to be timed."""
-
-    def register(setup: Callable[[], Callable[[], object]]) -> Callable[[], Callable[[], object]]:
-        REGISTERED.append(Benchmark(name, setup, items, unit))
-        return setup
-
-    return register
+    REGISTERED.append(Benchmark(name, setup, items, unit))
 
 
 def measure(bench: Benchmark) -> dict[str, object]:

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""Volumes, calibration, planes, contours and shapes. Changing these numbers breaks comparisons."""
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from harness import benchmark
+
+import sdftrack as st
+from experiments.thesis.scenes.sweeps import TRUTH, box_mesh, swept
+from sdftrack import _core
+from sdftrack.calibration.lens import core_lens
+from sdftrack.synth import table_scene
+from sdftrack.synth.blob import blob_video
+
+# Volumes: a closed mesh of 20,000 faces, 0.2 m: a ball with ripples, about as many triangles as a scanned object.
+VOXELS = 200
+CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+POSE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0.8], [0, 0, 0, 1]])
+
+
+def ripple_mesh() -> st.Mesh:
+    n = 100
+    theta = np.linspace(0, np.pi, n + 1)[1:-1, None]
+    phi = np.linspace(0, 2 * np.pi, n, endpoint=False)[None, :]
+    r = 0.09 + 0.01 * np.sin(6 * theta) * np.cos(5 * phi)
+    ring = np.stack([r * np.sin(theta) * np.cos(phi), r * np.sin(theta) * np.sin(phi), r * np.cos(theta)], -1)
+    vertices = np.concatenate([ring.reshape(-1, 3), [[0, 0, 0.09], [0, 0, -0.09]]])
+    i, j = np.meshgrid(np.arange(n - 2), np.arange(n), indexing="ij")
+    a, b = (i * n + j).ravel(), (i * n + (j + 1) % n).ravel()
+    c, d = a + n, b + n
+    k, last = np.arange(n), (n - 2) * n
+    top = np.stack([np.full(n, len(vertices) - 2), k, (k + 1) % n], 1)
+    bottom = np.stack([np.full(n, len(vertices) - 1), last + (k + 1) % n, last + k], 1)
+    return st.Mesh(vertices, np.concatenate([np.stack([a, c, d], 1), np.stack([a, d, b], 1), top, bottom]))
+
+
+def from_mesh() -> Callable[[], object]:
+    mesh = ripple_mesh()
+    return lambda: st.SDF.from_mesh(mesh, voxels=VOXELS)
+
+
+def rendering() -> Callable[[], object]:
+    sdf = st.SDF.from_mesh(ripple_mesh(), voxels=VOXELS)
+    return lambda: sdf.render(CAMERA, POSE)
+
+
+def casting() -> Callable[[], object]:
+    mesh = ripple_mesh()
+    return lambda: mesh.raycast(CAMERA, POSE)
+
+
+benchmark("sdf/from_mesh_200", from_mesh, VOXELS**3, "voxel")
+benchmark(
+    "sdf/redistanced_100", lambda: st.SDF.from_mesh(ripple_mesh(), voxels=100).redistanced, 100**3, "voxel"
+)
+benchmark("render/sdf_vga", rendering, 640 * 480, "pixel")
+benchmark("render/mesh_vga", casting, 640 * 480, "pixel")
+
+# Intrinsics of 100 frames of a cube of 200 mm swept through 640 x 480 pixels, 1 mm of noise.
+FRAMES, SIGMA_M, POSE_SCALE_M = 100, 0.001, 0.004
+GUESS = st.Camera(632.5, 632.5, 339.5, 259.5, 640, 480)  # 10 % and 20 px off
+NEAR = st.Camera(577.0, 573.0, 321.0, 238.5, 640, 480)  # where the frames before have led to
+
+
+def calibrating(joint_alone: bool) -> Callable[[], object]:
+    seq, sdf = swept(box_mesh(), FRAMES, SIGMA_M), st.SDF.from_mesh(box_mesh())
+    frames, poses = [seq[i] for i in range(FRAMES)], [seq.ground_truth[i][0] for i in range(FRAMES)]
+    options = _core.IntrinsicsOptions()
+    options.threads = 0
+
+    def solve() -> object:
+        core = _core.Calibration(sdf._core_args, core_lens(TRUTH), [0, 1, 2, 3], options)
+        for frame, T in zip(frames, poses, strict=True):
+            core.add(frame.depth, None, T)
+        core.lens = core_lens(NEAR)
+        core.solve(POSE_SCALE_M)
+        return core.examine()
+
+    return solve if joint_alone else lambda: st.calibrate_intrinsics(frames, sdf, GUESS, poses[0])
+
+
+benchmark("calibration/joint_100_frames", lambda: calibrating(True), FRAMES, "frame")
+benchmark("calibration/intrinsics_100_frames", lambda: calibrating(False), FRAMES, "frame")
+
+
+# A table 0.6 m below a camera that looks down by 45 degrees, with three boxes and the noise of a structured-light
+# sensor, found and masked in 640 x 480 pixels on one thread.
+def removing(**given: object) -> Callable[[], object]:
+    scene = table_scene()
+    return lambda: st.remove_plane(scene.frame, scene.camera, **given)  # type: ignore[arg-type]
+
+
+def plane_angles() -> Callable[[], object]:
+    seq = st.synth.corner(1, "kinect")
+    frame = seq[0]
+    return lambda: st.metrics.plane_angles(frame, seq.camera)
+
+
+benchmark("planes/remove_plane", removing, unit="frame")
+benchmark("planes/remove_plane_from_a_pixel", lambda: removing(start_px=(320, 440)), unit="frame")
+benchmark("planes/remove_plane_bent", lambda: removing(method="bent"), unit="frame")
+benchmark("planes/remove_plane_printed", lambda: removing(method="printed"), unit="frame")
+benchmark("planes/plane_angles", plane_angles, unit="frame")
+
+
+# A contour on one thread: a textured blob of a third of the image's height before texture with noise; the first frames
+# of a slow video, back and forth.
+def contouring(size: tuple[int, int], **options: object) -> Callable[[], object]:
+    video = blob_video(frames=60, size=size)
+    tracker = st.contour.ContourTracker(**options)  # type: ignore[arg-type]
+    tracker.start(video.images[0], mask=video.masks[0])
+    images = itertools.cycle(video.images[1:12] + video.images[12:0:-1])
+    return lambda: tracker.track(next(images))
+
+
+benchmark("contour/track_427x240", lambda: contouring((427, 240)), unit="frame")
+benchmark("contour/track_427x240_affine", lambda: contouring((427, 240), warp="affine"), unit="frame")
+benchmark("contour/track_854x480", lambda: contouring((854, 480)), unit="frame")
+
+# One silhouette of 64 x 64 pixels of the walker: 250 learnt, 20 others with a bar before 40 % asked about in turn.
+KIND, LEARN, ASK, HIDDEN = "walker", 250, 20, 0.4
+
+
+def learnt(masks: np.ndarray, rule: str = "remembered") -> st.contour.ShapeMemory:
+    memory = st.contour.ShapeMemory(rule=rule)
+    for mask in masks[:LEARN]:
+        memory.learn(mask)
+    return memory
+
+
+def asking(rule: str) -> Callable[[], object]:
+    masks = st.synth.gait(KIND, LEARN + ASK)
+    memory = learnt(masks, rule)
+    seen = itertools.cycle([st.synth.hide(m, HIDDEN, "bar", k) for k, m in enumerate(masks[LEARN:])])
+    return lambda: memory.assess(next(seen))
+
+
+def learning() -> Callable[[], object]:
+    masks = st.synth.gait(KIND, LEARN)
+    return lambda: learnt(masks)
+
+
+def harmonics() -> Callable[[], object]:
+    mask = st.synth.gait(KIND, 1)[0]
+    return lambda: st.contour.harmonics(mask, 10)
+
+
+benchmark("shape_memory/assess_remembered", lambda: asking("remembered"), unit="frame")
+benchmark("shape_memory/assess_printed", lambda: asking("printed"), unit="frame")
+benchmark("shape_memory/learn_250", learning, LEARN, "frame")
+benchmark("shape_memory/harmonics", harmonics, unit="frame")
