@@ -58,11 +58,6 @@ def _saved(layout: str) -> Any:
     return make
 
 
-def _video(folder: Path) -> Case:
-    st.save_sequence(folder / "source", sequence(), layout="bop", color="video")
-    return folder_case(folder, contents(folder / "source"), read)
-
-
 def _k1(folder: Path) -> Case:
     st.save_sequence(folder / "source", sequence(), layout="bop")
     files = contents(folder / "source")
@@ -93,7 +88,6 @@ def _results(folder: Path) -> Case:
 LAYOUTS = ("bop", "tum", "open3d")
 TARGETS = (
     *(Target(f"folder_{layout}", _saved(layout), weight=0.3) for layout in LAYOUTS),
-    Target("folder_video", _video, weight=0.2),
     Target("folder_k1", _k1, weight=0.3),
     Target("folder_results", _results),
 )

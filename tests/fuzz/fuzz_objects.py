@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fuzz_arrays import ONE_THREAD, POSE, made
 from fuzz_targets import Case, Target, any_of, finite
-from fuzz_values import Call, Few, OneOf, nasty, nasty_array
+from fuzz_values import Call, OneOf, nasty, nasty_array
 
 import sdftrack as st
 
@@ -90,69 +90,6 @@ def _trackers(folder: Path) -> Case:
             finite(ways[rng.choice(list(ways))](tracker, rng))
 
     return case
-
-
-def _search(folder: Path) -> Case:
-    """The search for a lost object, over frames with tiny readings."""
-    shapes = [st.SDF.box(BOX, voxels=14), st.SDF.cylinder(0.04, 0.1, voxels=14)]
-    cameras = [
-        CAMERA,
-        st.Camera(110.0, 110.0, 31.5, 23.5, 64, 48),
-        st.Camera(1668.0, 1668.0, 31.5, 23.5, 64, 48),
-    ]
-
-    def case(rng: random.Random) -> None:
-        tracker = st.Tracker(rng.choice(shapes), rng.choice(cameras), mode="depth", threads=1)
-        d = depth()
-        for _ in range(rng.choice((1, 2, 30))):
-            d[rng.randrange(H), rng.randrange(W)] = 10.0 ** rng.uniform(-45, 12)
-        if rng.random() < 0.6:
-            d[0, 0] = 10.0 ** rng.uniform(-45, -4)
-        if rng.random() < 0.2:
-            d *= np.float32(10.0 ** rng.uniform(-12, 6))
-        frame = st.Frame(d, check_units=False)
-        if rng.random() < 0.4:
-            finite(tracker.start(frame))
-        else:
-            finite(tracker.start(st.Frame(depth()), poses=POSE))
-            for _ in range(2):
-                finite(tracker.track(st.Frame(np.full((H, W), 1.2, np.float32))))
-            finite(tracker.recover(frame) if rng.random() < 0.5 else tracker.track(frame))
-
-    return case
-
-
-def _counted(value: Any) -> Any:
-    """Counts of points, pixels and steps are honoured, however many."""
-    return Few(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-def _made_trackers() -> dict[str, Call]:
-    box = st.SDF.box(BOX, voxels=14)
-
-    def options(**values: Any) -> Any:
-        tracker = st.Tracker(box, CAMERA, threads=1, options=st.TrackerOptions().replace(**values))
-        return tracker.start(st.Frame(depth()), poses=POSE)
-
-    names = [name for name, value in st.TrackerOptions().to_dict().items() if isinstance(value, int | float)]
-    calls = {
-        name: Call(options, **{name: _counted(getattr(st.TrackerOptions(), name))}, check=finite)
-        for name in names
-        if "iterations" not in name and "steps" not in name
-    }
-    return calls | {
-        "tracker": Call(
-            st.Tracker,
-            OneOf((box, [box, box])),
-            CAMERAS,
-            OneOf(("auto", "depth", "rgbd")),
-            threads=ONE_THREAD,
-            recover=True,
-            motion=OneOf(("adaptive", "static")),
-            membership=False,
-            names=None,
-        )
-    }
 
 
 def _reconstructors(folder: Path) -> Case:
@@ -326,8 +263,6 @@ def _energies() -> dict[str, Call]:
 
 TARGETS = (
     Target("tracker", _trackers, weight=0.4),
-    Target("search", _search, weight=0.15),
-    Target("tracker_options", made(_made_trackers), weight=0.6),
     Target("reconstructor", _reconstructors, weight=0.15),
     Target("contour", _contours, weight=1.5),
     Target("lwpr", _lwpr, weight=1.5),

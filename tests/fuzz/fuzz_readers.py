@@ -135,37 +135,6 @@ def _options(folder: Path) -> Case:
     )
 
 
-def _times(folder: Path) -> Case:
-    """What ``sdftrack motion`` and ``batch`` are given: signals, repetitions, tasks."""
-    import typer
-
-    from sdftrack.cli.motion_times import read_cues, read_spans
-
-    def cues(path: Path) -> Any:
-        try:
-            return read_cues(str(path))
-        except (typer.BadParameter, Exception) as error:
-            if type(error).__name__ == "BadParameter":
-                raise ValueError(f"{path.name}: {error}") from None
-            raise
-
-    spans = {"repetitions": [{"start_s": 0.5, "end_s": 1.5}, {"start_s": 2.0, "end_s": 3.0}]}
-    named = {"objects": [{"object": "cup", **spans}]}
-    seeds = {
-        "a.json": json.dumps(spans).encode(), "b.json": json.dumps(named).encode(),
-        "c.csv": b"object,start_s,end_s\ncup,0.5,1.5\ncup,2.0,3.0\n",
-    }  # fmt: skip
-    first, second = folder / "spans", folder / "cues"
-    first.mkdir()
-    second.mkdir()
-    return any_of(
-        [
-            file_case(first, seeds, read_spans),
-            file_case(second, {"a.json": b'{"cues_s": [1, 2.5]}', "a.txt": b"1.0\n2.5\n"}, cues),
-        ]
-    )
-
-
 def image_seeds() -> dict[str, bytes]:
     """Small images of each kind."""
     import cv2
@@ -212,6 +181,5 @@ TARGETS = (
     Target("c3d", _c3d, weight=0.5, needs=("ezc3d",)),
     Target("cameras", _cameras),
     Target("options", _options),
-    Target("times", _times),
     Target("images", _images),
 )

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Recordings: ROS 1 and ROS 2 bags, Foxglove's mcap, Azure Kinect's mkv, RealSense's db3."""
+"""Recordings: ROS 1 and ROS 2 bags, Foxglove's mcap."""
 
 from __future__ import annotations
 
-import random
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -69,57 +68,9 @@ def _own_mcap(folder: Path) -> Case:
     return folder_case(folder, contents(folder / "source"), read)
 
 
-def _azure(folder: Path) -> Case:
-    _beside()
-    import test_azure
-
-    seeds = {}
-    for name, tracks in (("depth.mkv", ("DEPTH",)), ("both.mkv", ("COLOR", "DEPTH"))):
-        test_azure.write(folder / name, 1, names=tracks)
-        seeds[name] = (folder / name).read_bytes()
-    (folder / "files").mkdir()
-    return file_case(folder / "files", seeds, read)
-
-
-def _realsense(folder: Path) -> Case:
-    _beside()
-    import test_realsense_files as files
-
-    from support.software_realsense import SoftwareRealSense
-
-    path = folder / "recorded.db3"
-    files.record(path, SoftwareRealSense(files.CAMERA, files.SCALE), files.frames(1))
-    (folder / "files").mkdir()
-    return file_case(folder / "files", {"a.db3": path.read_bytes()}, read)
-
-
-def _messages(folder: Path) -> Case:
-    """The parts that messages are made of: compressed depth and images, CDR."""
-    from sdftrack.io.datasets.cdr import CdrReader
-    from sdftrack.io.frames import decode_depth_units
-
-    def cdr(rng: random.Random) -> None:
-        reader = CdrReader(rng.randbytes(rng.choice((0, 4, 9, 40, 300))))
-        for _ in range(6):
-            rng.choice(
-                (
-                    reader.string,
-                    lambda: reader.sequence(4) if hasattr(reader, "sequence") else reader.string(),
-                )
-            )()
-
-    def depth(rng: random.Random) -> None:
-        decode_depth_units(rng.randbytes(rng.choice((0, 3, 50))), "the image")
-
-    return any_of([cdr, depth])
-
-
 TARGETS = (
     Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2, needs=BAGS),
     Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2, needs=BAGS),
     Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3, needs=BAGS),
     Target("folder_mcap", _own_mcap, weight=0.2, needs=BAGS),
-    Target("azure", _azure, weight=0.2),
-    Target("realsense_db3", _realsense, weight=0.2, needs=("pyrealsense2", "rosbags")),
-    Target("messages", _messages, private=True, weight=0.3),
 )

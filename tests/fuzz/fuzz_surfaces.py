@@ -6,7 +6,6 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 import fuzz_arrays
-import fuzz_core
 import fuzz_datasets
 import fuzz_objects
 import fuzz_readers
@@ -19,7 +18,7 @@ __all__ = ["TARGETS"]
 TARGETS: dict[str, Target] = {
     target.name: target
     for module in (
-        fuzz_readers, fuzz_saved, fuzz_datasets, fuzz_recordings, fuzz_arrays, fuzz_objects, fuzz_core,
+        fuzz_readers, fuzz_saved, fuzz_datasets, fuzz_recordings, fuzz_arrays, fuzz_objects,
     )
     for target in module.TARGETS
     if all(find_spec(name) is not None for name in target.needs)

@@ -13,8 +13,6 @@ from typing import Any
 __all__ = ["MEANT", "Case", "Target", "Unclear", "outcome_of"]
 
 MEANT = (ValueError, TypeError, OSError)
-# Of the private core also these: a size that was asked for, an index of its own arrays, a path that the build lacks.
-MEANT_PRIVATE = (MemoryError, IndexError, RuntimeError)
 LONGEST_MESSAGE = 1500  # characters
 MEMORY_FACTOR, MEMORY_BYTES = 10, 200_000_000  # what a file of so many bytes may take: factor * size + these
 
@@ -34,8 +32,6 @@ class Target:
     name : str
     make : callable
         Given an empty folder, returns a case: a function of a random generator. Called once in a process.
-    private : bool
-        Whether it is an interface of our own, whose messages may be those of the binding.
     weight : float
         Share of the cases of a run, relative to other targets: less for slow ones.
     needs : tuple of str
@@ -44,7 +40,6 @@ class Target:
 
     name: str
     make: Callable[[Path], Case]
-    private: bool = False
     weight: float = 1.0
     needs: tuple[str, ...] = ()
 
@@ -61,12 +56,10 @@ def outcome_of(target: Target, case: Case, seed: int) -> tuple[str, str]:
             warnings.simplefilter("ignore")
             case(rng_of(target.name, seed))
     except MEANT as error:
-        wrong = "" if target.private else unclear(error)
+        wrong = unclear(error)
         return ("unclear", f"{type(error).__name__}: {wrong}: {error}") if wrong else ("refused", str(error))
     except Unclear as error:
         return "unclear", str(error)
-    except MEANT_PRIVATE as error:
-        return ("refused" if target.private else "error"), f"{type(error).__name__}: {error}"
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt | SystemExit):
             raise

@@ -45,26 +45,14 @@ def replay(target: Target, seed: int, plain: bool = False) -> tuple[str, str]:
 
 
 def table(scores: Sequence[Score]) -> str:
-    """The rows of all targets and their sum."""
-    rows = [score.row() for score in scores]
-    if not rows:
-        return ""
-    total = {name: sum(row[name] for row in rows) for name in rows[0] if name not in ("target", "cases/s")}  # type: ignore[misc]
-    seconds = sum(score.seconds for score in scores)
-    rows.append(
-        {"target": "all", **total, "cases/s": round(sum(s.cases for s in scores) / max(seconds, 1e-9), 1)}
-    )
+    """The rows of all targets and their sum, as Markdown."""
+    whole = Score("all")
+    for score in scores:
+        whole.add(score)
+    rows = [score.row() for score in (*scores, whole)]
     heads = list(rows[0])
-    widths = [
-        max(len(str(row[head])) for row in [dict(zip(heads, heads, strict=True)), *rows]) for head in heads
-    ]
-    lines = ["| " + " | ".join(h.ljust(w) for h, w in zip(heads, widths, strict=True)) + " |"]
-    lines.append("| " + " | ".join("-" * w for w in widths) + " |")
-    lines += [
-        "| " + " | ".join(str(row[h]).ljust(w) for h, w in zip(heads, widths, strict=True)) + " |"
-        for row in rows
-    ]
-    return "\n".join(lines)
+    cells = [heads, ["-" * len(head) for head in heads], *([str(row[h]) for h in heads] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in cells)
 
 
 def main() -> int:

@@ -5,13 +5,10 @@ from __future__ import annotations
 
 import json
 import random
-import struct
-import zlib
 from pathlib import Path
 
 import fuzz_arrays
 import fuzz_batches
-import fuzz_core
 import fuzz_files
 import fuzz_objects
 import numpy as np
@@ -25,13 +22,12 @@ from run import plan, table
 
 import sdftrack as st
 
-SHORT_RUN = 10_400  # cases; a long one: python tests/fuzz/run.py --cases 1000000
+SHORT_RUN = 9_000  # cases; a long one: python tests/fuzz/run.py --cases 1000000
 CALLS = {
     f"{module.__name__}.{group}": getattr(module, group)
     for module, groups in (
         (fuzz_arrays, ("_geometry", "_mesh", "_sdf", "_levelset", "_superpixels", "_metrics", "_motion")),
-        (fuzz_objects, ("_made_trackers", "_primitives", "_planes", "_energies")),
-        (fuzz_core, ("_volumes", "_small", "_images", "_objects")),
+        (fuzz_objects, ("_primitives", "_planes", "_energies")),
     )
     for group in groups
 }
@@ -41,7 +37,7 @@ CALLS = {
 def test_every_target_refuses_or_accepts_what_it_is_given() -> None:
     scores = run_batches(plan(list(TARGETS), SHORT_RUN, seed=0), jobs=2)
     print(table(list(scores.values())))
-    assert sum(score.cases for score in scores.values()) >= 10_000
+    assert sum(score.cases for score in scores.values()) >= 8_900
     found = [
         f"{score.target}:{f.seed} {f.kind} {f.message}" for score in scores.values() for f in score.findings
     ]
@@ -61,13 +57,6 @@ def test_a_file_that_once_failed_is_refused_by_name_or_read(path: Path, tmp_path
     assert outcome in ("accepted", "refused"), message
 
 
-def test_the_corpus_is_small() -> None:
-    files = [p for p in CORPUS.rglob("*") if p.is_file()]
-    assert files
-    assert sum(p.stat().st_size for p in files) < 200_000
-    assert {p.parent.name for p in files} <= set(READERS)
-
-
 @pytest.mark.parametrize("group", CALLS)
 @pytest.mark.filterwarnings("ignore")
 def test_valid_arguments_are_accepted(group: str) -> None:
@@ -79,12 +68,12 @@ def test_valid_arguments_are_accepted(group: str) -> None:
 # -- the harness
 
 
-def _outcome(error: BaseException | None, private: bool = False) -> str:
+def _outcome(error: BaseException | None) -> str:
     def case(rng: random.Random) -> None:
         if error is not None:
             raise error
 
-    return outcome_of(Target("a", lambda _: case, private=private), case, 0)[0]
+    return outcome_of(Target("a", lambda _: case), case, 0)[0]
 
 
 def test_outcomes_are_told_apart() -> None:
@@ -93,12 +82,9 @@ def test_outcomes_are_told_apart() -> None:
     assert _outcome(OSError("x")) == "refused"
     assert _outcome(ValueError("")) == "unclear"
     assert _outcome(TypeError("one\ntwo")) == "unclear"
-    assert _outcome(TypeError("one\ntwo"), private=True) == "refused"
     assert _outcome(Unclear("two")) == "unclear"
     assert _outcome(MemoryError()) == "error"
-    assert _outcome(MemoryError(), private=True) == "refused"
-    assert _outcome(IndexError("3")) == "error"
-    assert _outcome(AttributeError("x"), private=True) == "error"
+    assert _outcome(AttributeError("x")) == "error"
 
 
 def test_a_pose_that_counts_as_found_must_be_finite() -> None:
@@ -124,13 +110,6 @@ def test_a_case_is_the_same_for_the_same_seed_and_another_for_another() -> None:
     arrays = [nasty_array(rng_of("x", seed), np.ones((3, 3))) for seed in range(200)]
     kinds = {(type(a).__name__, getattr(a, "dtype", None), getattr(a, "shape", None)) for a in arrays}
     assert len(kinds) > 15
-
-
-def test_checksums_of_a_png_are_made_right() -> None:
-    chunk = struct.pack(">I", 3) + b"teSt" + b"abc" + bytes(4)
-    whole = fuzz_files.repaired_png(b"\x89PNG\r\n\x1a\n" + chunk)
-    assert whole[-4:] == struct.pack(">I", zlib.crc32(b"teStabc"))
-    assert fuzz_files.repaired_png(whole[:-5]) == whole[:-5]
 
 
 def test_memory_beyond_what_a_file_may_take_is_a_finding(tmp_path: Path) -> None:
