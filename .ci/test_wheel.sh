@@ -20,7 +20,7 @@ rm -rf "$work"
 mkdir -p "$work/place/tests"
 # Beside the tests nothing of this folder: what is imported is what was installed.
 cp -r pyproject.toml experiments "$work/place"
-cp -r tests/conftest.py tests/python tests/reference tests/support tests/data "$work/place/tests"
+cp -r tests/conftest.py tests/tiers.py tests/nightly.txt tests/python tests/reference tests/support tests/data "$work/place/tests"
 tag=$("$python" -c 'import sys; print("cp{0}{1}-cp{0}{1}".format(*sys.version_info))')
 wheels=("$dist"/sdftrack-*-"$tag"-*"_$(uname -m).whl")
 if [ ${#wheels[@]} != 1 ] || [ ! -f "${wheels[0]}" ]; then

@@ -4,8 +4,8 @@
 from pathlib import Path
 
 import pytest
-import tiers
 
+import tiers
 from experiments.data import root
 
 
@@ -36,7 +36,7 @@ def _named(config: pytest.Config) -> set[Path]:
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Files that are left to the night are not even imported."""
-    if collection_path not in tiers.whole_files() or _runs_all(config) or collection_path in _named(config):
+    if not tiers.is_left_whole(collection_path) or _runs_all(config) or collection_path in _named(config):
         return None
     return True
 

@@ -11,30 +11,40 @@ TESTS = Path(__file__).resolve().parent
 TABLE = TESTS / "nightly.txt"
 
 
+BUT = "but "
+
+
 @functools.cache
 def lines() -> tuple[str, ...]:
-    """Files of tests/, and FILE::TEST with patterns of tests."""
+    """FILE, FILE::TEST and "but FILE::TEST", files of tests/."""
     written = (line.partition("#")[0].strip() for line in TABLE.read_text().splitlines())
     return tuple(line for line in written if line)
 
 
-@functools.cache
-def whole_files() -> frozenset[Path]:
-    return frozenset(TESTS / line for line in lines() if "::" not in line)
-
-
-@functools.cache
-def patterns(path: Path) -> tuple[str, ...]:
-    """Patterns of the tests of a file that are in the table one by one."""
-    here = [line.split("::", 1) for line in lines() if "::" in line]
-    return tuple(pattern for file, pattern in here if TESTS / file == path)
+def _matches(path: Path, test: str, line: str) -> bool:
+    file, _, pattern = line.partition("::")
+    # A bracket is that of a parameter, not of a set of characters.
+    escaped = pattern.replace("[", "[[]") or "*"
+    return fnmatch.fnmatchcase(path.as_posix(), (TESTS / file).as_posix()) and any(
+        fnmatch.fnmatchcase(name, escaped) for name in (test, test.partition("[")[0])
+    )
 
 
 def is_nightly(path: Path, test: str) -> bool:
-    """Whether a test, as pytest names it within its file, is in the table."""
-    names = (test, test.partition("[")[0])
-    # A bracket is that of a parameter, not of a set of characters.
-    escaped = [pattern.replace("[", "[[]") for pattern in patterns(path)]
-    return path in whole_files() or any(
-        fnmatch.fnmatchcase(name, pattern) for pattern in escaped for name in names
+    """Whether a test, as pytest names it within its file, is left to the night."""
+    left = [line for line in lines() if not line.startswith(BUT)]
+    kept = [line.removeprefix(BUT) for line in lines() if line.startswith(BUT)]
+    return any(_matches(path, test, line) for line in left) and not any(
+        _matches(path, test, line) for line in kept
+    )
+
+
+@functools.cache
+def is_left_whole(path: Path) -> bool:
+    """Whether nothing of a file is in the first tier."""
+    left = [line for line in lines() if "::" not in line and _matches(path, "", line)]
+    return bool(left) and not any(
+        _matches(path, "*", f"{line.removeprefix(BUT).partition('::')[0]}")
+        for line in lines()
+        if line.startswith(BUT)
     )

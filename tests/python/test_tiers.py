@@ -6,10 +6,11 @@ import fnmatch
 from pathlib import Path
 
 import pytest
+
 import tiers
 
 
-def tests_of(path: Path) -> list[str]:
+def names_in(path: Path) -> list[str]:
     """Names of test functions and classes, and Class::test."""
     out = []
     for node in ast.parse(path.read_text()).body:
@@ -20,25 +21,25 @@ def tests_of(path: Path) -> list[str]:
     return out
 
 
-@pytest.mark.parametrize("file", sorted({line.split("::")[0] for line in tiers.lines()}))
-def test_every_line_names_tests_that_there_are(file):
-    path = tiers.TESTS / file
-    assert path.is_file(), f"{file}: not there; take its lines out of tests/nightly.txt, or rename them"
-    names = tests_of(path)
-    for pattern in tiers.patterns(path):
-        function = pattern.partition("[")[0]
-        assert any(fnmatch.fnmatchcase(name, function) for name in names), f"{file}::{pattern}: no such test"
+@pytest.mark.parametrize("line", tiers.lines())
+def test_every_line_names_tests_that_there_are(line):
+    file, _, pattern = line.removeprefix(tiers.BUT).partition("::")
+    paths = list(tiers.TESTS.glob(file))
+    assert paths, f"{line}: no such file; take the line out of tests/nightly.txt, or rename it"
+    names = [name for path in paths for name in names_in(path)]
+    wanted = pattern.partition("[")[0] or "*"
+    assert any(fnmatch.fnmatchcase(name, wanted) for name in names), f"{line}: no such test"
 
 
-def test_a_file_and_a_pattern_are_nightly(monkeypatch):
-    for cached in (tiers.whole_files, tiers.patterns):
-        cached.cache_clear()
-    monkeypatch.setattr(tiers, "lines", lambda: ("a.py", "b.py::test_long*", "b.py::test_each[huge-*]"))
-    a, b = tiers.TESTS / "a.py", tiers.TESTS / "b.py"
+def test_a_file_a_pattern_and_an_exception(monkeypatch):
+    table = ("a.py", "but a.py::test_smoke", "b.py::test_long*", "b.py::test_each[huge-*]", "c_*.py")
+    monkeypatch.setattr(tiers, "lines", lambda: table)
+    tiers.is_left_whole.cache_clear()
+    a, b, c = tiers.TESTS / "a.py", tiers.TESTS / "b.py", tiers.TESTS / "c_1.py"
     assert tiers.is_nightly(a, "test_any")
+    assert not tiers.is_nightly(a, "test_smoke[1]")
     assert tiers.is_nightly(b, "test_longer[3]")
     assert tiers.is_nightly(b, "test_each[huge-1]")
     assert not tiers.is_nightly(b, "test_each[small-1]")
-    assert not tiers.is_nightly(tiers.TESTS / "c.py", "test_long")
-    for cached in (tiers.whole_files, tiers.patterns):
-        cached.cache_clear()
+    assert [tiers.is_left_whole(path) for path in (a, b, c)] == [False, False, True]
+    tiers.is_left_whole.cache_clear()
