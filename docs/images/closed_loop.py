@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/shape_memory.md, "In a video", made of synthesis alone.
 
-python docs/images/closed_loop.py docs/images/closed_loop.png
+python -m docs.images.closed_loop docs/images/closed_loop.png
 """
 
 import sys
@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
-from sdftrack.synth.gait_video import gait_video
+from experiments.synth.gait_video import gait_video
 
 SHOWN = (99, 108, 114, 120, 126, 132, 138, 148)
 HALF = 66  # pixels around the middle of the figure

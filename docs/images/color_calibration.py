@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/color_calibration.md: the ball in both images, and depth drawn on colour before and after.
 
-python docs/images/color_calibration.py docs/images/color_calibration.png
+python -m docs.images.color_calibration docs/images/color_calibration.png
 """
 
 import sys
@@ -10,11 +10,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
+from experiments.synth.ball import ball_scene
 from sdftrack.calibration.ball_color import BallColor
 from sdftrack.calibration.ball_in_color import find_outlines
 from sdftrack.calibration.ball_in_depth import search_balls
 
-scene = st.synth.ball_scene(40, noise="kinect", seed=2)
+scene = ball_scene(40, noise="kinect", seed=2)
 depth_camera, color_camera = scene.camera.depth, scene.camera.color
 result = st.calibrate_color_to_depth(scene.sequence, depth_camera, scene.radius_m, scene.color)
 inside = np.all((scene.color_px > 110) & (scene.color_px < (530, 370)), axis=1)

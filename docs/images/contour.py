@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/contour.md, made of synthesis alone.
 
-python docs/images/contour.py docs/images/contour.png
+python -m docs.images.contour docs/images/contour.png
 """
 
 import sys
@@ -11,8 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
+from experiments.synth.blob import blob_video
 from sdftrack.contour.drawing import draw_outline
-from sdftrack.synth.blob import blob_video
 
 video = blob_video(frames=60, post=True)
 y, x = np.nonzero(video.masks[0])

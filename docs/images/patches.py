@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/primitives.md: boards on a table as plane patches, one of them half behind another.
 
-python docs/images/patches.py docs/images/patches.png
+python -m docs.images.patches docs/images/patches.png
 """
 
 import sys
@@ -10,9 +10,9 @@ import numpy as np
 from PIL import Image
 
 import sdftrack as st
+from experiments.synth.patches import patch_scene
+from experiments.synth.solids import ray_depth
 from sdftrack.synth.noise import Kinect
-from sdftrack.synth.patches import patch_scene
-from sdftrack.synth.solids import ray_depth
 from sdftrack.viz.primitives import draw_primitives
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)

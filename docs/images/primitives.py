@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/primitives.md: solids of unknown size on a table, found one after another.
 
-python docs/images/primitives.py docs/images/primitives.png
+python -m docs.images.primitives docs/images/primitives.png
 """
 
 import sys
@@ -10,8 +10,8 @@ import numpy as np
 from PIL import Image
 
 import sdftrack as st
+from experiments.synth.solids import ray_depth, standing_scene
 from sdftrack.synth.noise import Kinect
-from sdftrack.synth.solids import ray_depth, standing_scene
 from sdftrack.viz.primitives import draw_primitives
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/several_objects.md: two look-alikes that touch and hide each other, tracked together.
 
-python docs/images/several_objects.py docs/images/several_objects.png
+python -m docs.images.several_objects docs/images/several_objects.png
 """
 
 import sys
@@ -11,9 +11,9 @@ import numpy as np
 from PIL import Image
 
 import sdftrack as st
-from sdftrack.synth.contact import Solid
+from experiments.synth.contact import Solid
+from experiments.synth.several import meetings
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.synth.several import meetings
 
 SHOWN, MARGIN, SIZE = (6, 52), 50, 240  # frames; pixels around the objects; of a panel
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/shape_memory.md: harmonics of a silhouette, and hidden silhouettes recovered.
 
-python docs/images/shape_memory.py docs/images/shape_memory.png
+python -m docs.images.shape_memory docs/images/shape_memory.png
 """
 
 import sys
@@ -11,6 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
+from experiments.synth.covers import hide
+from experiments.synth.gait import gait
 
 LEARN, ASK = 200, 231
 LEVELS = (3, 5, 10, 15, 27)
@@ -33,7 +35,7 @@ def painted(seen, mask, whole):
 
 
 figure, axes = plt.subplots(5, 6, figsize=(9.6, 8.6), layout="constrained")
-whole = st.synth.gait("cat", 1, seed=4)[0]
+whole = gait("cat", 1, seed=4)[0]
 axes[0, 0].imshow(painted(whole, whole, whole))
 axes[0, 0].set_title("silhouette", fontsize=9)
 for ax, n in zip(axes[0, 1:], LEVELS, strict=True):
@@ -42,13 +44,13 @@ for ax, n in zip(axes[0, 1:], LEVELS, strict=True):
     ax.set_title(f"{n} harmonics", fontsize=9)
 
 for row, (kind, share, by, seed) in zip(axes[1:], SHOWN, strict=True):
-    masks = st.synth.gait(kind, ASK + 1)
+    masks = gait(kind, ASK + 1)
     memories = [st.contour.ShapeMemory(rule=rule) for rule in ("remembered", "printed")]
     for mask in masks[:LEARN]:
         for memory in memories:
             memory.learn(mask)
     whole = masks[ASK]
-    seen = st.synth.hide(whole, share, by, seed)
+    seen = hide(whole, share, by, seed)
     for ax, mask in zip(row[:2], (whole, seen), strict=True):
         ax.imshow(painted(mask, mask, whole))
     row[0].set_title("the truth, not learnt", fontsize=9)

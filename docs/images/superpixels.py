@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/superpixels.md: a made picture, cut finely, as squares, and coarsely.
 
-python docs/images/superpixels.py docs/images/superpixels.png
+python -m docs.images.superpixels docs/images/superpixels.png
 """
 
 import sys
@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import sdftrack as st
-from sdftrack.synth import region_picture
+from experiments.synth.region_picture import region_picture
 
 image = region_picture(320, 480, regions=40, seed=2)[0]
 labels = st.superpixels.slic(image, 300)

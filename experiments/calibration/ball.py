@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import sdftrack as st
 from experiments.common.protocol import say
 from experiments.registry import experiment
+from experiments.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 from experiments.table import Table
 from sdftrack.calibration.color_to_depth import registered, result_of
 from sdftrack.calibration.observe import moving_first, watch
@@ -18,7 +19,6 @@ from sdftrack.calibration.pairs import BallPairs
 from sdftrack.calibration.projective import ProjectiveMap, dlt
 from sdftrack.calibration.robust_fit import fit_map
 from sdftrack.calibration.statistics import student_t975
-from sdftrack.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 
 __all__ = ["Row", "color_calibration", "coverage_of_pairs", "judged"]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD, Run
+from experiments.common.tracked_scene import WRONG_M, WRONG_RAD, Run
 
 __all__ = ["MESHES", "load_mesh", "load_sdf", "say", "summary"]
 

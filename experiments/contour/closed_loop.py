@@ -17,14 +17,14 @@ from experiments.common.protocol import say
 from experiments.contour.contour import SEQUENCES, THESIS, open_davis
 from experiments.data import has
 from experiments.registry import experiment
+from experiments.synth.gait import FIGURES
+from experiments.synth.gait_video import GaitVideo, gait_video, occluder
 from experiments.table import Table
 from sdftrack.contour.masks import align
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.result import ContourResult
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
-from sdftrack.synth.gait import FIGURES
-from sdftrack.synth.gait_video import GaitVideo, gait_video, occluder
 
 __all__ = ["Run", "closed_loop", "davis_video", "follow"]
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from experiments.common.protocol import say
 from experiments.contour.gplvm import GPLVM, LatentSearch
 from experiments.registry import experiment
+from experiments.synth.gait import gait
 from experiments.table import Table
 from experiments.thesis.measures.shape_protocol import FRAMES, SIZE, Case, cases, learnt
 from sdftrack.contour.dct import block_of, count, series
 from sdftrack.contour.silhouette_library import with_hidden
 from sdftrack.metrics import iou
-from sdftrack.synth.gait import gait
 
 __all__ = ["latent_space"]
 

@@ -18,11 +18,11 @@ from experiments.common.protocol import say
 from experiments.contour.breakdancer import breakdancer, tumbling
 from experiments.data import has
 from experiments.registry import experiment
+from experiments.synth.gait import gait
 from experiments.table import Table
 from experiments.thesis.measures.shape_protocol import FRAMES, cases, davis_masks, halves, learnt
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.metrics import iou
-from sdftrack.synth.gait import gait
 
 __all__ = ["unknown_poses"]
 

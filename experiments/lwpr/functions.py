@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.functions import cross
+from experiments.synth.functions import cross
 
 __all__ = ["CHOSEN_ON", "REPORTED_ON", "Case"]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.registry import experiment
+from experiments.synth.functions import cross, cross_data, surface_data
 from experiments.table import Table
 from sdftrack.contour import LWPR
-from sdftrack.synth.functions import cross, cross_data, surface_data
 
 __all__ = ["CROSS", "SURFACE", "lwpr", "measure"]
 

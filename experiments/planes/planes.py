@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 import sdftrack as st
 from experiments.data import has
 from experiments.registry import experiment
+from experiments.synth.table_scene import TableScene
 from experiments.table import Table
 from experiments.thesis.measures.table_shares import STANDS_OUT_M, removed
 from experiments.thesis.scenes.table_scenes import open_scenes, through
-from sdftrack.synth.table_scene import TableScene
 
 __all__ = ["NOISES", "angle_errors", "planes", "ransac"]
 
@@ -75,7 +75,7 @@ def scene_row(scene: TableScene, method: str) -> dict[str, float]:
 
 def angle_errors(noise: Any, count: int, seed: int = 0, camera: Any = None, judged: Any = None) -> Array:
     """(count, 3) deviations from 90 degrees in a synthetic corner; `judged`: the camera that is judged, if another."""
-    from sdftrack.synth import corner
+    from experiments.synth.room import corner
 
     seq = corner(count, noise, seed, camera=camera)
     return np.array([st.metrics.plane_angles(frame, judged or seq.camera) - 90 for frame in seq])

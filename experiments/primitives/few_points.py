@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import sdftrack as st
 from experiments.primitives.solids import EVERY_KIND, Kind
 from experiments.registry import experiment
+from experiments.synth.solids import KINDS, ray_depth
 from experiments.table import Table
 from sdftrack.primitives.kinds import FREE
-from sdftrack.synth.solids import KINDS, ray_depth
 
 __all__ = ["FREE", "Few", "few", "few_points", "found_and_z", "run"]
 

@@ -9,16 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.primitive_errors import is_own, measure
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
+from experiments.synth.solids import SolidScene, random_solid, ray_depth, standing_scene
 from experiments.table import Table
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.evaluation.primitive_errors import is_own, measure
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
-from sdftrack.synth.solids import SolidScene, random_solid, ray_depth, standing_scene
 
 __all__ = ["bound", "limits"]
 

@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.primitive_errors import angle_deg, measure_patch
 from experiments.data import has
 from experiments.primitives.kinect_objects import BOXES, objects_of
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
+from experiments.synth.open_views import open_view
+from experiments.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
+from experiments.synth.solids import SolidScene, random_solid, standing_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
-from sdftrack.evaluation.primitive_errors import angle_deg, measure_patch
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.primitives.kinds import KINDS
 from sdftrack.primitives.segmentation import SegmentedFrame, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Noise
-from sdftrack.synth.open_views import open_view
-from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
-from sdftrack.synth.solids import SolidScene, random_solid, standing_scene
 
 __all__ = ["auto_with_patches", "open_patches", "osd_faces", "patch", "patches"]
 

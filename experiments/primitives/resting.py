@@ -8,16 +8,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.primitive_errors import measure
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
+from experiments.synth.leaning import posed_scene
+from experiments.synth.solids import KINDS
 from experiments.table import Table
 from sdftrack.camera import Camera
-from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
-from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Noise
-from sdftrack.synth.solids import KINDS
 
 __all__ = ["resting"]
 

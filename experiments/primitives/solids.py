@@ -10,15 +10,15 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.primitive_errors import measure
 from experiments.registry import experiment
+from experiments.synth.open_views import open_view
+from experiments.synth.solids import KINDS, SolidScene, random_solid, standing_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
-from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
-from sdftrack.synth.open_views import open_view
-from sdftrack.synth.solids import KINDS, SolidScene, random_solid, standing_scene
 
 __all__ = ["CAMERA", "NOISES", "scenes", "synthetic", "unbounded"]
 

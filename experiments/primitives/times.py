@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from experiments.primitives.kinect_objects import objects_of
 from experiments.registry import experiment
+from experiments.synth.solids import random_solid, standing_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
@@ -22,7 +23,6 @@ from sdftrack.primitives.kinds import SOLIDS
 from sdftrack.primitives.segmentation import SegmentedFrame
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Kinect
-from sdftrack.synth.solids import random_solid, standing_scene
 
 __all__ = ["primitive_times"]
 

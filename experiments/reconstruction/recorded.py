@@ -13,6 +13,7 @@ import sdftrack as st
 from experiments.common.protocol import load_mesh, say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
+from experiments.synth.standing import standing
 from experiments.table import Table
 
 __all__ = ["on_table", "recorded"]
@@ -142,7 +143,7 @@ def on_table(
         mesh = load_mesh(data, name)
         for kind in noise:
             for taken_up_at in (None, frames // 2):
-                seq = st.synth.standing(
+                seq = standing(
                     mesh, frames, 0.001 if kind == "gaussian" else kind, taken_up_at=taken_up_at, seed=3
                 )
                 star, results = rebuild(seq, seq.masks(0)[0], frames, settings)

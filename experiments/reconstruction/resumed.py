@@ -12,6 +12,7 @@ import sdftrack as st
 from experiments.common.protocol import load_mesh, say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
+from experiments.synth.standing import standing
 from experiments.table import Table
 from sdftrack import geometry
 
@@ -65,7 +66,7 @@ def resumed(
 
 
 def _standing(mesh: Any, kind: str, frames: int, seed: int) -> Any:
-    return st.synth.standing(mesh, frames, 0.001 if kind == "gaussian" else kind, turns=1.0, seed=seed)
+    return standing(mesh, frames, 0.001 if kind == "gaussian" else kind, turns=1.0, seed=seed)
 
 
 def _rebuilt(seq: Any, settings: dict[str, Any]) -> tuple[Any, Any]:

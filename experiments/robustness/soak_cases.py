@@ -13,8 +13,8 @@ import numpy as np
 
 import sdftrack as st
 from experiments.robustness.soak_scene import CAMERA, FRAMES, box, following, frames, poses, there_and_back
-from sdftrack.synth.blob import BlobVideo, blob_video
-from sdftrack.synth.functions import cross_data
+from experiments.synth.blob import BlobVideo, blob_video
+from experiments.synth.functions import cross_data
 
 __all__ = ["CASES", "Step"]
 

@@ -20,13 +20,13 @@ from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.several.shuffle import hands
+from experiments.synth import several as scenes
+from experiments.synth.contact import Solid
+from experiments.synth.staged import Scene
 from experiments.table import Table
 from experiments.thesis.measures.growth import COUNTS, fit_text, growth, time_row
 from experiments.thesis.measures.identity import run_way
 from experiments.thesis.measures.judged import HEAD, Measured, cells, judge, measure, total
-from sdftrack.synth import several as scenes
-from sdftrack.synth.contact import Solid
-from sdftrack.synth.staged import Scene
 
 __all__ = ["Setting", "noise_of"]
 

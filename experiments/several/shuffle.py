@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.contact import Solid, first_contact, gap
+from experiments.synth.contact_paths import CONTACT_M, DISTANCE_M, ramped, rotations, unit
+from experiments.synth.staged import Scene, kept, make
 from sdftrack import geometry
-from sdftrack.synth.contact import Solid, first_contact, gap
-from sdftrack.synth.contact_paths import CONTACT_M, DISTANCE_M, ramped, rotations, unit
 from sdftrack.synth.stage import SKIN, Stage
-from sdftrack.synth.staged import Scene, kept, make
 from sdftrack.synth.surroundings import Layer, hand_mesh, mesh_layer
 
 __all__ = ["Hands", "hands"]

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.region_picture import region_picture
 from experiments.table import Table
 from experiments.thesis.measures.call_times import PER_SEGMENT_PX, times_ms
-from sdftrack.synth import region_picture
 
 __all__ = ["memory", "photographs", "speed"]
 

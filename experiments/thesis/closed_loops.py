@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.gait_video import GaitVideo, gait_video
 from experiments.thesis import Context
 from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
-from sdftrack.synth.gait_video import GaitVideo, gait_video
 
 __all__ = ["followed"]
 

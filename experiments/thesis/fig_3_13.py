@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.room import corner
 from experiments.thesis import Context
 from experiments.thesis.fig_3_12 import FIRST_GUESS, calibration_object
 from experiments.thesis.scenes.sweeps import TRUTH, swept
@@ -41,7 +42,6 @@ Array = NDArray[np.float64]
 
 def run(context: Context) -> dict[str, Any]:
     """Make the table: figure.png, table.txt, and the numbers."""
-    import sdftrack as st
     from sdftrack._internal.files import write_text
 
     found = _calibrated(context)
@@ -52,7 +52,7 @@ def run(context: Context) -> dict[str, Any]:
         "start values": FIRST_GUESS,
         "true intrinsics": TRUTH,
     }
-    corners = list(st.synth.corner(CORNERS, "kinect", SEED, camera=TRUTH))
+    corners = list(corner(CORNERS, "kinect", SEED, camera=TRUTH))
     levels = [_judged(name, camera, corners) for name, camera in cameras.items()]
     cells = [_cells(level) for level in levels]
     cells += [

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.table_scene import TableScene, table_scene
 from experiments.thesis import Context
 from experiments.thesis.measures.table_shares import removed
 from experiments.thesis.scenes.table_scenes import open_scenes
 from sdftrack.evaluation.tables import text_table
-from sdftrack.synth.table_scene import TableScene, table_scene
 
 __all__ = ["middle_of_table", "run"]
 

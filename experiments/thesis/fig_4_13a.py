@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.tracked_scene import Run, track_scene
 from experiments.thesis import Context
 from experiments.thesis.curves import rotation_vectors
 from experiments.thesis.scenes.truth import motion
 from sdftrack.evaluation.tables import text_table
-from sdftrack.evaluation.tracked_scene import Run, track_scene
 
 __all__ = ["run"]
 

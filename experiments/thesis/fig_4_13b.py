@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.tracked_scene import track_scene
 from experiments.thesis import Context
 from experiments.thesis.curves import rotation_vectors
 from experiments.thesis.growing import VOXELS, Scene, reconstructor, scene_of
 from experiments.thesis.measures.rebuilt import Errors, rebuild, relative_errors
 from sdftrack.evaluation.tables import text_table
-from sdftrack.evaluation.tracked_scene import track_scene
 
 __all__ = ["run"]
 

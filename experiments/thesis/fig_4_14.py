@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.tracked_scene import WRONG_M, WRONG_RAD
 from experiments.thesis import Context
 from experiments.thesis.growing import VOXELS, Scene, reconstructor, scene_of
 from experiments.thesis.measures.rebuilt import rebuild, relative_errors, settled_at
 from experiments.thesis.measures.seen_part import sampled
 from sdftrack import geometry
 from sdftrack.evaluation.tables import text_table
-from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 
 __all__ = ["aligned_error", "run"]
 

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.several import approach
 from experiments.thesis import Context
 from experiments.thesis.look_alikes import name_of, pair_of, ways
 from experiments.thesis.measures.identity import run_way
 from experiments.thesis.measures.judged import errors, measure
 from sdftrack.evaluation.tables import text_table
-from sdftrack.synth.several import approach
 
 __all__ = ["run"]
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.several import still_pair
 from experiments.thesis import Context
 from experiments.thesis.look_alikes import name_of, pair_of, ways
 from experiments.thesis.measures.identity import run_way
 from sdftrack import geometry
 from sdftrack.evaluation.tables import text_table
-from sdftrack.synth.several import still_pair
 
 __all__ = ["relative_motion", "run"]
 

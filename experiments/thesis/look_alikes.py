@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from experiments.synth.contact import Solid
 from experiments.thesis import Context
-from sdftrack.synth.contact import Solid
 
 __all__ = ["name_of", "pair_of", "ways"]
 

@@ -31,8 +31,8 @@ def run(context: Context) -> dict[str, Any]:
     from skimage.segmentation import slic as cpu_slic
 
     import sdftrack as st
+    from experiments.synth.region_picture import region_picture
     from sdftrack._internal.files import write_text
-    from sdftrack.synth import region_picture
 
     device, threads = context.options.get("device", "auto"), context.options.get("threads", 0)
     resolve_device(device)  # a GPU that is asked for and missing is an error

@@ -25,8 +25,8 @@ PRINTED = {"k-means": (6.5, 13, 53), "connectivity": (2.5, 8, 33)}
 
 def run(context: Context) -> dict[str, Any]:
     """Make the table: table.txt, and the numbers."""
+    from experiments.synth.region_picture import region_picture
     from sdftrack._internal.files import write_text
-    from sdftrack.synth import region_picture
 
     used = resolve_device(context.options.get("device", "auto"))
     seconds = SECONDS if context.frames is None else QUICK_SECONDS

@@ -10,10 +10,10 @@ import numpy as np
 
 import sdftrack as st
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, summary
+from experiments.common.tracked_scene import track_scene
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.evaluation.tracked_scene import track_scene
 
 __all__ = ["fast_motion"]
 

@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say, summary
+from experiments.common.tracked_scene import Run, track_scene
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.evaluation.tracked_scene import Run, track_scene
 
 __all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "kept", "occlusion", "scene"]
 

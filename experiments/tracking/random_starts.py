@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.bound import pose_information
+from experiments.common.pose_sets import half_turns, off_pose
 from experiments.table import Table
-from sdftrack.evaluation.bound import pose_information
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
-from sdftrack.evaluation.pose_sets import half_turns, off_pose
 
 __all__ = ["YCB_NAMES", "cup_axis", "run_ycbv10", "table"]
 

@@ -10,11 +10,11 @@ from typing import Any, Literal
 import numpy as np
 
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.common.tracked_scene import WRONG_M, WRONG_RAD, Run, track_scene
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import synth
-from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD, Run, track_scene
 
 __all__ = ["Trial", "judge", "recovery"]
 

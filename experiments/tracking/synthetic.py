@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
+from experiments.common.tracked_scene import WRONG_M, WRONG_RAD
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 from experiments.thesis.scenes.truth import Truth, default_camera, motion, noisy, render_truth
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
-from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
 
 __all__ = ["MESHES", "cells", "run_mesh", "synthetic"]
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.pose_sets import off_pose
+from experiments.common.pose_sets import off_pose
 
 __all__ = [
     "FEATURES",

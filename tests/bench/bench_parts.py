@@ -8,11 +8,14 @@ import numpy as np
 from harness import benchmark
 
 import sdftrack as st
+from experiments.synth.blob import blob_video
+from experiments.synth.covers import hide
+from experiments.synth.gait import gait
+from experiments.synth.room import corner
+from experiments.synth.table_scene import table_scene
 from experiments.thesis.scenes.sweeps import TRUTH, box_mesh, swept
 from sdftrack import _core
 from sdftrack.calibration.lens import core_lens
-from sdftrack.synth import table_scene
-from sdftrack.synth.blob import blob_video
 
 # Volumes: a closed mesh of 20,000 faces, 0.2 m: a ball with ripples, about as many triangles as a scanned object.
 VOXELS = 200
@@ -93,7 +96,7 @@ def removing(**given: object) -> Callable[[], object]:
 
 
 def plane_angles() -> Callable[[], object]:
-    seq = st.synth.corner(1, "kinect")
+    seq = corner(1, "kinect")
     frame = seq[0]
     return lambda: st.metrics.plane_angles(frame, seq.camera)
 
@@ -131,19 +134,19 @@ def learnt(masks: np.ndarray, rule: str = "remembered") -> st.contour.ShapeMemor
 
 
 def asking(rule: str) -> Callable[[], object]:
-    masks = st.synth.gait(KIND, LEARN + ASK)
+    masks = gait(KIND, LEARN + ASK)
     memory = learnt(masks, rule)
-    seen = itertools.cycle([st.synth.hide(m, HIDDEN, "bar", k) for k, m in enumerate(masks[LEARN:])])
+    seen = itertools.cycle([hide(m, HIDDEN, "bar", k) for k, m in enumerate(masks[LEARN:])])
     return lambda: memory.assess(next(seen))
 
 
 def learning() -> Callable[[], object]:
-    masks = st.synth.gait(KIND, LEARN)
+    masks = gait(KIND, LEARN)
     return lambda: learnt(masks)
 
 
 def harmonics() -> Callable[[], object]:
-    mask = st.synth.gait(KIND, 1)[0]
+    mask = gait(KIND, 1)[0]
     return lambda: st.contour.harmonics(mask, 10)
 
 

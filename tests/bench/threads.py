@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import sdftrack as st
+from experiments.synth.region_picture import region_picture
 
 CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 # Changing these numbers breaks comparisons.
@@ -72,7 +73,7 @@ def rebuilt(mesh: st.Mesh) -> Case:
 
 
 def segmented(_: st.Mesh) -> Case:
-    image = st.synth.region_picture(480, 640)[0]
+    image = region_picture(480, 640)[0]
     return lambda threads: lambda i: st.superpixels.slic(image, 1200, threads=threads)
 
 

@@ -13,9 +13,9 @@ from experiments.contour.confidence import starts
 from experiments.contour.contour import Davis, follow_davis, open_davis
 from experiments.contour.gplvm import GPLVM, LatentSearch
 from experiments.contour.opencv_ways import WAYS, follow_by, grabcut_in_box
+from experiments.synth.gait import gait
 from sdftrack.contour.dct import harmonics, series
 from sdftrack.metrics import iou
-from sdftrack.synth.gait import gait
 
 
 @pytest.mark.parametrize(("sequence", "by", "least"), [("cows", "mask", 0.82), ("camel", "mask", 0.75)])

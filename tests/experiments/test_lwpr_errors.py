@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.lwpr import lwpr as cases
-from sdftrack.synth.functions import cross, cross_data, surface_data
+from experiments.synth.functions import cross, cross_data, surface_data
 
 
 def test_the_cross_is_learnt_as_well_as_is_wanted():

@@ -8,9 +8,9 @@ import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
+from experiments.common.tracked_scene import Run
 from experiments.tracking import occlusion, recovery
 from sdftrack.evaluation.pose_errors import Errors
-from sdftrack.evaluation.tracked_scene import Run
 from sdftrack.synth.duck import duck_mesh
 
 

@@ -8,6 +8,8 @@ import pytest
 
 import sdftrack as st
 from experiments.contour.closed_loop import follow
+from experiments.synth.gait import gait
+from experiments.synth.gait_video import gait_video, occluder
 from reference import alignment as slow
 from sdftrack import _core
 from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
@@ -15,7 +17,6 @@ from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.motion_prediction import MotionPredictor, Prediction
 from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
 from sdftrack.metrics import iou
-from sdftrack.synth.gait_video import gait_video, occluder
 
 FLOAT_SUM = 2e-6  # relative: sums of some thousand float32 in another order
 # OpenCV's bilinear warp knows 1/32 of a pixel, so that a sample between the values 0 and 1 is off by up to 0.03; over a
@@ -69,7 +70,7 @@ def test_the_cost_of_a_silhouette_at_a_place_is_that_of_a_slow_loop(stage):
     evidence = np.zeros((side, side, 2), np.float32)
     wave = np.sin(np.add.outer(np.arange(side) * 0.21, np.arange(side) * 0.13)).astype(np.float32)
     evidence[..., 0], evidence[..., 1] = np.maximum(wave, 0), np.maximum(-wave, 0)
-    phi = signed_distances(st.synth.gait("cat", 1)[0])
+    phi = signed_distances(gait("cat", 1)[0])
     start = Placement(ANYWHERE.center_px, ANYWHERE.size_px, np.eye(2))
     search = _Search(evidence, start, ANYWHERE)
     around = np.array([1.5, -2.25, 0.03, 0.05])
@@ -82,7 +83,7 @@ def test_the_cost_of_a_silhouette_at_a_place_is_that_of_a_slow_loop(stage):
 
 @pytest.mark.parametrize(("move", "hidden"), [((4.0, -3.0, 0.05, 0.0), 0), ((-3.0, 2.0, -0.03, 0.03), 6)])
 def test_a_known_silhouette_is_found_where_it_lies_though_a_part_is_hidden(move, hidden):
-    masks = st.synth.gait("walker", 60)
+    masks = gait("walker", 60)
     memory = st.contour.ShapeMemory()
     for mask in masks:
         memory.learn(mask)
@@ -177,7 +178,7 @@ def test_a_fence_or_a_hole_leaves_no_other_shape_behind():
 def test_a_memory_that_was_taught_before_serves_another_tracker():
     video = gait_video("jumper", 60, during=(20, 50), size=(240, 180), seed=0)
     memory = st.contour.ShapeMemory()
-    for mask in st.synth.gait("jumper", 120, seed=3):
+    for mask in gait("jumper", 120, seed=3):
         memory.learn(mask)
     plain, with_it = follow(video, None, burn_in=5), follow(video, memory, burn_in=5)
     assert with_it.during > plain.during + GAIN

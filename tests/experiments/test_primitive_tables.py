@@ -14,9 +14,9 @@ from experiments.primitives.kinds import kinds, views
 from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
 from experiments.primitives.patches import _largest_face, patches
 from experiments.primitives.times import primitive_times
+from experiments.synth.patches import VIEWS
 from sdftrack.primitives.kinds import SOLIDS
 from sdftrack.synth.noise import Gaussian
-from sdftrack.synth.patches import VIEWS
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 NOISE_M = 0.001

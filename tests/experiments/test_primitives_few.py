@@ -6,7 +6,7 @@ import pytest
 
 import sdftrack as st
 from experiments.primitives.few_points import FREE, few_points, found_and_z, run
-from sdftrack.synth.solids import KINDS
+from experiments.synth.solids import KINDS
 
 RUNS = 10
 FOUND = 9  # of 10 at 50 points; before, a cylinder and a cone 0

@@ -6,9 +6,9 @@ import pytest
 
 import sdftrack as st
 from experiments.primitives.limits import _depth_slopes, bound
+from experiments.synth.solids import standing_scene
 from sdftrack import _core
 from sdftrack.synth.noise import Gaussian, Kinect
-from sdftrack.synth.solids import standing_scene
 
 CAMERA = st.Camera(262, 262, 159.5, 119.5, 320, 240)
 SIZES = {"cone": {"radius": 0.06, "height": 0.13}, "ellipsoid": {"rx": 0.05, "ry": 0.08, "rz": 0.035}}

@@ -12,6 +12,10 @@ import sdftrack as st
 from experiments.__main__ import main
 from experiments.several import several
 from experiments.several.shuffle import hands
+from experiments.synth import contact_paths as paths
+from experiments.synth import several as scenes
+from experiments.synth.contact import Solid, deepest, first_contact, gap
+from experiments.synth.staged import Scene
 from experiments.thesis import fig_5_4, look_alikes
 from experiments.thesis.fig_5_8 import relative_motion
 from experiments.thesis.measures.growth import growth
@@ -19,11 +23,7 @@ from experiments.thesis.measures.identity import Tracked, swapped, swaps, track
 from experiments.thesis.measures.judged import judge, measure, total
 from sdftrack import geometry
 from sdftrack.cli.app import run
-from sdftrack.synth import contact_paths as paths
-from sdftrack.synth import several as scenes
-from sdftrack.synth.contact import Solid, deepest, first_contact, gap
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.synth.staged import Scene
 
 RADIUS_M = 0.05
 BALL_ATOL_M = 4e-4  # 3000 points on the ball lie 3 mm apart, the volume's voxels 2 mm

@@ -6,6 +6,7 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from experiments.synth.ball import ball_scene
 from sdftrack.calibration.ball_color import BallColor, moving_color
 from sdftrack.calibration.ball_in_color import find_outlines
 from sdftrack.calibration.ball_in_depth import fit_ball, ray_hits, search_balls
@@ -184,9 +185,7 @@ def test_the_colour_that_moves_is_the_balls():
 
 def test_a_scene_is_the_same_each_time_and_its_truth_fits_its_cameras():
     scene, frames = recorded(8, noise=None, seed=3)
-    again = st.synth.ball_scene(
-        8, RADIUS_M, depth_camera=DEPTH, color_camera=COLOR, fps=7.5, noise=None, seed=3
-    )
+    again = ball_scene(8, RADIUS_M, depth_camera=DEPTH, color_camera=COLOR, fps=7.5, noise=None, seed=3)
     assert again.sequence[5] == frames[5]
     px = scene.camera.project_to_color(scene.centers_cam)
     assert np.allclose(px, scene.color_px)  # no time offset

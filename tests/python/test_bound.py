@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from experiments.common.bound import expected_length, pose_bound, pose_information
 from experiments.thesis.scenes.truth import motion
-from sdftrack.evaluation.bound import expected_length, pose_bound, pose_information
 from sdftrack.evaluation.pose_errors import swing_and_turn
 
 SIGMA_M = 1e-3

@@ -8,6 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
+from experiments.synth.blob import BlobVideo, blob_video
 from sdftrack.cli.app import run
 from sdftrack.cli.contour_files import WRITTEN
 from sdftrack.contour.memory import ShapeMemory
@@ -15,7 +16,6 @@ from sdftrack.io.color_video import ColorVideo
 from sdftrack.io.frames import read_mask, write_color, write_mask
 from sdftrack.io.video import write_video
 from sdftrack.metrics import iou
-from sdftrack.synth.blob import BlobVideo, blob_video
 
 FRAMES = 6
 # Soft texture and little noise; in the video file coded colours.

@@ -16,6 +16,7 @@ from motion_recordings import results_of, write_folder
 from scipy.spatial.transform import Rotation
 
 import sdftrack as st
+from experiments.synth.table_scene import table_scene
 from sdftrack import motion
 from sdftrack.cli.app import run
 
@@ -355,7 +356,7 @@ def test_the_same_file_twice_shows_no_change(command):
 @pytest.fixture
 def on_a_table(tmp_path):
     """A result folder whose report names a recording with a table."""
-    scene = st.synth.table_scene()
+    scene = table_scene()
     frame = st.Frame(scene.frame.depth, timestamp=0.0)
     st.save_sequence(tmp_path / "recording", st.Sequence([frame], scene.camera), layout="tum")
     folder = write_folder(tmp_path / "result", results_of(cup()), TIMES)

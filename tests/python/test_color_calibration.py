@@ -8,12 +8,12 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from experiments.synth.ball import ball_path, ball_scene
 from sdftrack.calibration.color_checks import check_spread
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
 from sdftrack.calibration.robust_fit import consensus, fit_map
 from sdftrack.calibration.robust_initialization import first_map
-from sdftrack.synth.ball import ball_path
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
 LENS = st.Camera(305.0, 306.0, 161.0, 118.0, 320, 240, (0.1, -0.2, 0.001, -0.001, 0.05))
@@ -297,7 +297,7 @@ def test_a_plane_is_enough_when_the_colour_camera_is_known():
 
 def test_a_ball_that_is_too_small_in_the_image_is_called_that():
     small = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
-    scene = st.synth.ball_scene(
+    scene = ball_scene(
         6, RADIUS_M, depth_camera=DEPTH, color_camera=small, fps=7.5, clutter=False, hand=False, color_noise=0
     )
     with pytest.raises(ValueError, match="too small"):

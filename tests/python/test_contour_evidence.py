@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.blob import blob_video
 from sdftrack.contour.evidence import (
     MOST_INSTABILITY,
     SURE,
@@ -18,7 +19,6 @@ from sdftrack.contour.evidence import (
 from sdftrack.contour.image_flow import ImageFlow, moved_mask
 from sdftrack.metrics import iou
 from sdftrack.results import Status
-from sdftrack.synth.blob import blob_video
 
 SIZE = (240, 180)
 STEP_PX = 6

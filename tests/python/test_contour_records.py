@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.synth.blob import blob_video
-from sdftrack.synth.gait import gait
+from experiments.synth.blob import blob_video
+from experiments.synth.gait import gait
 
 SHORT = 110  # characters of a repr
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.blob import BlobVideo, blob_video
 from sdftrack.metrics import iou
-from sdftrack.synth.blob import BlobVideo, blob_video
 
 FOUND_PX = 0.1  # place and size of a disc on two colours, which the data allow to some hundredths
 # A soft rim has more pixels outside a round outline than inside and draws it inwards, by some 0.15 px at a softness of

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.synth.room import corner_poses, render_corner
+from experiments.synth.room import corner, corner_poses, render_corner
 
 CAMERA = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
 FLOAT_M = 1e-6  # depth and rays are float32: half a unit in the last place at 4 m is 2.4e-7
 
 
 def test_every_reading_lies_on_the_plane_that_it_is_said_to_lie_on():
-    seq = st.synth.corner(5, camera=CAMERA, seed=3)
+    seq = corner(5, camera=CAMERA, seed=3)
     for i, frame in enumerate(seq):
         T = seq.ground_truth[i][0]
         depth, cosine, which = render_corner(CAMERA, T)
@@ -33,7 +33,7 @@ def test_each_of_the_three_planes_has_a_tenth_of_every_picture():
 
 def test_a_true_lens_bends_the_picture_and_not_the_planes():
     lens = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120, distortion=(0.1, -0.05, 1e-3, 1e-3, 0.0))
-    seq = st.synth.corner(1, camera=lens)
+    seq = corner(1, camera=lens)
     p = st.geometry.transform_points(
         st.geometry.inverse(seq.ground_truth[0][0]), lens.back_project(seq[0].depth).reshape(-1, 3)
     )
@@ -41,14 +41,14 @@ def test_a_true_lens_bends_the_picture_and_not_the_planes():
 
 
 def test_the_same_arguments_give_the_same_noisy_pictures_in_any_order():
-    one, two = (st.synth.corner(3, "kinect", seed=5, camera=CAMERA) for _ in range(2))
+    one, two = (corner(3, "kinect", seed=5, camera=CAMERA) for _ in range(2))
     np.testing.assert_array_equal(one[2].depth, two[2].depth)
-    assert not np.array_equal(one[0].depth, st.synth.corner(3, camera=CAMERA, seed=5)[0].depth)
+    assert not np.array_equal(one[0].depth, corner(3, camera=CAMERA, seed=5)[0].depth)
 
 
 def test_given_poses_are_those_of_the_pictures_and_reach_ends_them():
     T = corner_poses(2, seed=9)
-    seq = st.synth.corner(poses=T, camera=CAMERA, reach_m=1.2)
+    seq = corner(poses=T, camera=CAMERA, reach_m=1.2)
     assert len(seq) == 2
     np.testing.assert_allclose(seq.ground_truth[1][0], T[1])
     assert 0 < seq[0].depth.max() <= np.float32(1.2)
@@ -61,13 +61,13 @@ SUM_LIMIT_DEG = {0.001: 0.02, "kinect": 0.1}
 
 @pytest.mark.parametrize("noise", [0.001, "kinect"])
 def test_right_angles_are_right_under_noise(noise):
-    seq = st.synth.corner(4, noise, seed=2)
+    seq = corner(4, noise, seed=2)
     for frame in seq:
         assert np.abs(st.metrics.plane_angles(frame, seq.camera) - 90).sum() < SUM_LIMIT_DEG[noise]
 
 
 def test_wrong_intrinsics_are_seen_in_the_angles():
-    frame = st.synth.corner(1, 0.001)[0]
+    frame = corner(1, 0.001)[0]
     good, bad = (
         np.abs(st.metrics.plane_angles(frame, st.Camera(*K, 640, 480)) - 90).sum()
         for K in ((525, 525, 319.5, 239.5), (540, 540, 310, 230))
@@ -79,7 +79,7 @@ def test_the_planes_do_not_depend_on_the_focal_length_that_is_judged():
     """Inverse depth is linear in pixels whatever the focal length: other intrinsics, the same planes."""
     from sdftrack.imaging.corner_planes import three_planes
 
-    frame = st.synth.corner(1, 0.001, seed=4)[0]
+    frame = corner(1, 0.001, seed=4)[0]
     planes = []
     for f in (525.0, 560.0):
         n, d = three_planes(frame, st.Camera(f, f, 319.5, 239.5, 640, 480), 0.01)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.standing import standing
 from reference import first_view as twin
 from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
@@ -25,11 +26,11 @@ def duck():
 
 
 def on_table(duck, n=FRAMES, **options):
-    return st.synth.standing(duck, n, camera=CAMERA, distance_m=0.45, turns=0.3, seed=2, **options)
+    return standing(duck, n, camera=CAMERA, distance_m=0.45, turns=0.3, seed=2, **options)
 
 
 @pytest.fixture(scope="module")
-def standing(duck):
+def scene(duck):
     return on_table(duck)
 
 
@@ -71,17 +72,17 @@ def test_the_room_is_that_of_the_twin():
     assert 200 < got.sum() < 2000
 
 
-def test_the_table_is_found_under_the_object(standing):
-    depth, mask = first(standing)
+def test_the_table_is_found_under_the_object(scene):
+    depth, mask = first(scene)
     planes = planes_below(depth, mask, CAMERA, 0.12)
     assert len(planes) == 1
-    up = standing.ground_truth[0][0][:3, 2]
+    up = scene.ground_truth[0][0][:3, 2]
     assert planes[0, :3] @ up > np.cos(np.radians(2))
     assert planes[0, 4] < 0.004
 
 
-def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(standing):
-    depth, mask = first(standing)
+def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(scene):
+    depth, mask = first(scene)
     hand = depth.copy()
     hand[:, :40] = 0.2  # stands before the object
     from_m = room(hand, mask, mask, 3)
@@ -91,8 +92,8 @@ def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(standi
 
 
 @pytest.mark.parametrize("where", ["mask", "box"])
-def test_a_piece_of_the_table_is_no_object(standing, where):
-    depth, mask = first(standing)
+def test_a_piece_of_the_table_is_no_object(scene, where):
+    depth, mask = first(scene)
     rows = slice(95, 118) if not mask[95:118].any() else slice(0, 20)
     star = st.Reconstructor(CAMERA, voxels=48)
     place = np.zeros(CAMERA.shape, bool)
@@ -125,12 +126,12 @@ def test_without_its_room_the_table_joins_it(duck):
     assert (off_truth(star, results, seq) > 2 * VOXEL_M).mean() > 0.3
 
 
-def test_a_box_around_an_object_on_a_table_takes_the_object(standing):
-    _, mask = first(standing)
+def test_a_box_around_an_object_on_a_table_takes_the_object(scene):
+    _, mask = first(scene)
     rows, columns = np.nonzero(mask)
     box = (columns.min() - 6, rows.min() - 6, np.ptp(columns) + 13, np.ptp(rows) + 13)
     star = st.Reconstructor(CAMERA, voxels=VOXELS)
-    star.start(standing[0], box=tuple(int(v) for v in box))
+    star.start(scene[0], box=tuple(int(v) for v in box))
     taken = star._beginning.on_object
     assert (taken & ~mask).sum() < 0.05 * mask.sum()
     assert (taken & mask).sum() > 0.85 * mask.sum()
@@ -182,8 +183,8 @@ def test_a_body_seen_all_round_has_its_volume():
     assert volume == pytest.approx(0.12 * 0.1 * 0.08, rel=0.02)
 
 
-def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(standing):
-    star, _ = rebuilt(standing[:4])
+def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(scene):
+    star, _ = rebuilt(scene[:4])
     whole, part = star.mesh(), star.mesh(seen_only=True)
     assert 0.2 * len(whole.faces) < len(part.faces) < 0.9 * len(whole.faces)
     assert part.seen.min() >= star.options.min_seen
@@ -194,8 +195,8 @@ def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(standing):
 # --- refine
 
 
-def test_a_refinement_that_explains_the_frames_worse_is_not_taken(standing, monkeypatch):
-    star, _ = rebuilt(standing[:8])
+def test_a_refinement_that_explains_the_frames_worse_is_not_taken(scene, monkeypatch):
+    star, _ = rebuilt(scene[:8])
     shape, poses = star.shape.values.copy(), [k.T_cam_obj.copy() for k in star._kept]
 
     def worse(keyframes, *arguments):
@@ -213,6 +214,6 @@ def test_a_refinement_that_explains_the_frames_worse_is_not_taken(standing, monk
         np.testing.assert_array_equal(k.T_cam_obj, pose)
 
 
-def test_a_refinement_that_helps_is_taken(standing):
-    star, _ = rebuilt(standing)
+def test_a_refinement_that_helps_is_taken(scene):
+    star, _ = rebuilt(scene)
     assert star.refine().taken

@@ -8,10 +8,10 @@ import pytest
 from gpu_marks import on_gpu
 
 import sdftrack as st
+from experiments.synth.functions import surface_data
 from reference import lwpr as plain
 from sdftrack import _core
 from sdftrack.contour import lwpr_auto
-from sdftrack.synth.functions import surface_data
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.
 TWIN_RTOL = 1e-9

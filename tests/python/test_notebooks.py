@@ -9,8 +9,7 @@ import pytest
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "notebooks").glob("*.ipynb"))
 PUBLIC = {"sdftrack", *(f"sdftrack.{name}" for name in (
-    "contour", "geometry", "levelset", "metrics", "superpixels", "synth", "synth.contact", "synth.several",
-    "testing",
+    "contour", "geometry", "levelset", "metrics", "superpixels", "synth", "testing",
 ))}  # fmt: skip
 
 

@@ -10,13 +10,13 @@ import pytest
 from tracking_scene import increment
 
 import sdftrack as st
+from experiments.common.primitive_errors import measure_patch
+from experiments.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
+from experiments.synth.solids import rendered_scene
 from reference import primitives as twin
 from sdftrack import _core
 from sdftrack.cli.app import run
-from sdftrack.evaluation.primitive_errors import measure_patch
 from sdftrack.synth.noise import Gaussian, Kinect
-from sdftrack.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
-from sdftrack.synth.solids import rendered_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 PLANE = _core.PrimitiveKind.__members__["plane"]

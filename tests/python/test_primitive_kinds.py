@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth import solids
 from reference.primitives import distance
 from sdftrack import _core
 from sdftrack.cli.fit import Kind
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import volume_of
-from sdftrack.synth import solids
 
 LENGTHS_M = (0.05, 0.09, 0.07)
 MADE = {

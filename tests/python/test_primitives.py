@@ -9,15 +9,15 @@ import pytest
 from tracking_scene import increment
 
 import sdftrack as st
+from experiments.common.primitive_errors import measure
+from experiments.synth.leaning import posed_scene
+from experiments.synth.patches import patch_scene
+from experiments.synth.solids import KINDS, random_solid, ray_depth, standing_scene
 from reference import primitives as twin
 from sdftrack import _core
-from sdftrack.evaluation.primitive_errors import measure
 from sdftrack.primitives.multi_frame import fuse_sizes
 from sdftrack.primitives.segmentation import ON, TABLE_M, SegmentedFrame, pieces
-from sdftrack.synth.leaning import posed_scene
 from sdftrack.synth.noise import Gaussian, Kinect
-from sdftrack.synth.patches import patch_scene
-from sdftrack.synth.solids import KINDS, random_solid, ray_depth, standing_scene
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 SIZES = {
@@ -551,7 +551,7 @@ def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
 
 
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
-    from sdftrack.synth.open_views import open_view
+    from experiments.synth.open_views import open_view
 
     depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
     fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.solids import ray_depth, standing_scene
 from sdftrack.primitives.multi_frame import SizeSum, fuse_sizes
 from sdftrack.synth.noise import Gaussian
-from sdftrack.synth.solids import ray_depth, standing_scene
 
 CAMERA = st.Camera(262, 262, 159.5, 119.5, 320, 240)
 LARGE = {"x": 0.20, "y": 0.15, "z": 0.12}

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.solids import standing_scene
 from sdftrack.cli.app import run
 from sdftrack.synth.noise import Gaussian
-from sdftrack.synth.solids import standing_scene
 
 CAMERA = st.Camera(262, 262, 159.5, 119.5, 320, 240)
 SIZE = {"radius": 0.04, "height": 0.11}

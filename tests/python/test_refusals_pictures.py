@@ -8,6 +8,7 @@ import pytest
 from refusals import assert_refused, refused
 
 import sdftrack as st
+from experiments.synth.gait import gait
 from sdftrack import _core
 from sdftrack.contour import lwpr_auto
 
@@ -122,7 +123,7 @@ def test_a_memory_that_has_learnt_nothing_says_so(rule):
 @functools.cache
 def memory():
     learnt = st.contour.ShapeMemory()
-    for mask in st.synth.gait("cat", 12):
+    for mask in gait("cat", 12):
         learnt.learn(mask)
     return learnt
 

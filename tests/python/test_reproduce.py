@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.common.pose_sets import half_turns, off_pose
 from experiments.thesis import FIGURES, fig_3_12, fig_4_13a, find, speed_3_9
 from experiments.thesis.scenes.sweeps import TRUTH, box_mesh, swept, values_of
 from experiments.thesis.scenes.truth import default_camera, motion, noisy, render_truth
 from sdftrack.cli.app import run
-from sdftrack.evaluation.pose_sets import half_turns, off_pose
 from sdftrack.synth.demo_scene import SWEEP, make_scene
 from sdftrack.synth.duck import duck_mesh, field
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.standing import standing
 from sdftrack import geometry
 from sdftrack.reconstruction.first_view import FirstView
 from sdftrack.reconstruction.keyframe import Keyframe
@@ -23,7 +24,7 @@ POSE_M, POSE_RAD = 0.003, np.radians(2.0)  # of the second recording's first fra
 
 def on_table(mesh, n=FRAMES, **options):
     settings = {"camera": CAMERA, "distance_m": AWAY_M, "turns": 1.0, "seed": 2} | options
-    return st.synth.standing(mesh, n, **settings)
+    return standing(mesh, n, **settings)
 
 
 def turned_over(mesh, n=FRAMES, **options):

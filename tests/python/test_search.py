@@ -6,9 +6,9 @@ import pytest
 from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, depth_of
 
 import sdftrack as st
+from experiments.common.pose_sets import half_turns
 from reference import search as reference
 from sdftrack import _core, metrics
-from sdftrack.evaluation.pose_sets import half_turns
 
 FOUND_M = 0.003  # ADD of a found box; noise is 1 mm, a wrong local minimum is beyond 10 mm
 SAME_ROTATION = 1e-12  # both sides compute in double

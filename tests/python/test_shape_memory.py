@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.covers import hide
+from experiments.synth.gait import gait
 from experiments.thesis.measures.shape_protocol import (
     Answer,
     asked,
@@ -42,7 +44,7 @@ FRAMES = 120
 
 @pytest.fixture(scope="module")
 def cat():
-    return st.synth.gait("cat", FRAMES)
+    return gait("cat", FRAMES)
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +139,7 @@ def test_many_small_occluders_are_novel_or_come_out_right(memory, cat):
 
 
 def test_a_fine_fence_before_a_hand_is_novel():
-    hand = st.synth.gait("hand", 60)
+    hand = gait("hand", 60)
     memory = learnt(hand)
     fence = np.zeros((64, 64), bool)
     fence[:, ::6] = fence[:, 1::6] = fence[:, 2::6] = True
@@ -146,7 +148,7 @@ def test_a_fine_fence_before_a_hand_is_novel():
 
 def test_slats_before_a_pose_that_is_not_known_do_not_make_it_whole():
     """Thin slats could pass for slivers of another pose (12 of 57 would), and the fence would be learnt."""
-    walker = st.synth.gait("walker", 120, seed=1)
+    walker = gait("walker", 120, seed=1)
     memory = learnt(walker[:8])  # a quarter of a stride
     answers = asked(memory, cases(walker[8::6], (0.3, 0.4, 0.5), "fence"))
     assert all(a.judgement != "unoccluded" for a in answers)
@@ -161,7 +163,7 @@ def test_a_silhouette_full_of_small_holes_is_novel(memory, cat):
 
 @pytest.mark.parametrize("kind", ["cat", "walker", "hand"])
 def test_a_silhouette_without_any_detail_is_novel(kind):
-    masks = st.synth.gait(kind, 40)
+    masks = gait(kind, 40)
     memory = learnt(masks)
     for mask in masks[::5]:
         phi = signed_distances(mask)
@@ -172,14 +174,14 @@ def test_a_silhouette_without_any_detail_is_novel(kind):
 
 
 def test_another_object_is_novel(memory):
-    for mask in st.synth.gait("jumper", 6, seed=3):
+    for mask in gait("jumper", 6, seed=3):
         assert memory.judge(mask) == "novel"
 
 
 @pytest.mark.parametrize("kind", ["cat", "jumper"])
 def test_a_pose_that_is_not_known_is_not_made_worse(kind):
     """A somersault: the figure learnt upright, then upside down and lying. Completed it would be up to 0.03 worse."""
-    masks = st.synth.gait(kind, 120)
+    masks = gait(kind, 120)
     memory = learnt(masks[:60])
     unknown = np.concatenate([masks[60::4, ::-1], np.rot90(masks[60::4], axes=(1, 2))])
     what = cases(unknown, (0.1, 0.2, 0.3), "bar")
@@ -196,7 +198,7 @@ def test_what_is_in_doubt_is_not_added_but_still_called_occluded(memory, bars, c
     said = memory.assess(bars[4].seen)
     assert said.doubt < 1
     assert said.mask.sum() > bars[4].seen.sum()
-    upright = st.synth.gait("jumper", 60)
+    upright = gait("jumper", 60)
     handstands = learnt(upright)
     doubtful = [handstands.assess(c.seen) for c in cases(upright[::4, ::-1], (0.1,), "bar")]
     doubtful = [a for a in doubtful if a.judgement == "occluded" and a.doubt > MAX_DOUBT]
@@ -211,7 +213,7 @@ def test_the_printed_rule_calls_details_novel_that_it_has_not_learnt(cat):
     memory = learnt(cat, rule="printed", reach=8.0)
     fences = cases(cat[::10], (0.4,), "fence")
     assert np.mean([a.judgement == "novel" for a in asked(memory, fences)]) > 0.8  # measured 0.92
-    assert {memory.judge(mask) for mask in st.synth.gait("jumper", 4, seed=3)} == {"novel"}
+    assert {memory.judge(mask) for mask in gait("jumper", 4, seed=3)} == {"novel"}
     assert "novel" not in {memory.judge(mask) for mask in cat[::10]}
 
 
@@ -273,7 +275,7 @@ def test_the_answers_do_not_depend_on_what_was_asked_before(rule, cat, bars):
 
 
 def test_a_mask_of_another_size_than_the_grid_is_judged_and_recovered_in_its_own():
-    big = np.kron(st.synth.gait("hand", 40), np.ones((3, 2), bool))
+    big = np.kron(gait("hand", 40), np.ones((3, 2), bool))
     memory = learnt(big)
     hidden = big[7].copy()
     hidden[60:110] = False
@@ -404,7 +406,7 @@ def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
 
 @pytest.mark.parametrize("kind", ["cat", "walker", "jumper", "hand"])
 def test_gaits_are_seeded_aligned_and_move(kind):
-    masks, again, other = (st.synth.gait(kind, 12, seed=s) for s in (1, 1, 2))
+    masks, again, other = (gait(kind, 12, seed=s) for s in (1, 1, 2))
     np.testing.assert_array_equal(masks, again)
     assert (masks != other).any()
     assert masks.shape == (12, 64, 64)
@@ -420,7 +422,7 @@ def test_gaits_are_seeded_aligned_and_move(kind):
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
 def test_the_share_that_is_hidden_is_the_one_asked_for(cat, by, share):
     for seed, mask in enumerate(cat[:6]):
-        seen = st.synth.hide(mask, share, by, seed)
+        seen = hide(mask, share, by, seed)
         assert not (seen & ~mask).any()
         hidden = 1 - seen.sum() / mask.sum()
         assert share <= hidden < share + 0.2  # a fence grows by a column of all slats at once

@@ -11,11 +11,7 @@ import pytest
 import sdftrack
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-MODULES = [
-    name
-    for name in sdftrack.__all__
-    if type(getattr(sdftrack, name)).__name__ == "module"
-] + ["synth.contact", "synth.several"]  # fmt: skip
+MODULES = [name for name in sdftrack.__all__ if type(getattr(sdftrack, name)).__name__ == "module"]
 DIRECTIVE = re.compile(r"^\.\. auto(\w+):: sdftrack\.([\w.]+)", re.MULTILINE)
 
 

@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as hs
 
 import sdftrack as st
+from experiments.synth.region_picture import region_picture
 from reference import superpixels as twin
 from sdftrack import _core, metrics
 from sdftrack.cli.app import run
-from sdftrack.synth import region_picture
 
 COLOR_ATOL = 0.02  # units of L, a, b: 1/128 from rounding to 1/64, the rest from float32 and 6-digit matrices
 

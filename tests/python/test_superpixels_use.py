@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.synth.region_picture import region_picture
 from reference import superpixels as twin
 from sdftrack.cli.app import run
-from sdftrack.synth import region_picture
 
 SCENE = region_picture(120, 480, 5)[0]
 FEWER = 0.93  # of a cold start's segments; measured 0.99 and more, 0.6 after a cut when centres are kept as they are

@@ -13,9 +13,10 @@ import pytest
 from tracking_scene import CAMERA, POSE, SIZE_M, depth_of
 
 import sdftrack as st
+from experiments.synth.region_picture import region_picture
 
 BOX = st.SDF.box(SIZE_M, voxels=64)
-IMAGE = st.synth.region_picture(240, 320)[0]
+IMAGE = region_picture(240, 320)[0]
 needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 
 
@@ -62,7 +63,7 @@ def test_the_interpreter_ends_while_threads_are_inside_the_core(daemon):
     script = f"""
         import threading, time
         import numpy as np, sdftrack as st
-        image = st.synth.region_picture(240, 320)[0]
+        image = region_picture(240, 320)[0]
         def work():
             for _ in range(1000000 if {daemon} else 20):
                 st.superpixels.slic(image, 200)
@@ -150,7 +151,7 @@ def test_where_no_thread_can_be_started_the_result_is_the_same():
             print("threads can be started")
         except RuntimeError:
             import sdftrack as st
-            image = st.synth.region_picture(240, 320)[0]
+            image = region_picture(240, 320)[0]
             print((st.superpixels.slic(image, 200) == st.superpixels.slic(image, 200, threads=1)).all())
     """
     one_thread = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}

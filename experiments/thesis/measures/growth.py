@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from experiments.synth import several as scenes
+from experiments.synth.contact import Solid
 from experiments.thesis.measures.identity import run_way
 from experiments.thesis.measures.judged import measure, total
-from sdftrack.synth import several as scenes
-from sdftrack.synth.contact import Solid
 
 __all__ = ["COUNTS", "fit_text", "growth", "time_row"]
 

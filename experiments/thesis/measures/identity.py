@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.staged import Scene
+from experiments.synth.staged import Scene
 
 __all__ = ["WAYS", "Tracked", "run_way", "swapped", "swaps", "track"]
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.tracked_scene import WRONG_M, WRONG_RAD
+from experiments.synth.contact import Solid, deepest
+from experiments.synth.staged import Scene
 from experiments.thesis.measures.identity import Tracked, swapped, swaps
-from sdftrack.evaluation.tracked_scene import WRONG_M, WRONG_RAD
-from sdftrack.synth.contact import Solid, deepest
-from sdftrack.synth.staged import Scene
 
 __all__ = ["HEAD", "Measured", "cells", "errors", "judge", "measure", "total"]
 

@@ -13,13 +13,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.covers import hide
+from experiments.synth.gait import gait
 from experiments.thesis.measures.shape_baselines import BASELINES
 from sdftrack.contour.dct import block_of, harmonic_numbers, series
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.silhouette_library import with_hidden
 from sdftrack.metrics import iou
-from sdftrack.synth.covers import hide
-from sdftrack.synth.gait import gait
 
 __all__ = [
     "DAVIS", "FRAMES", "SHARES", "Answer", "Case", "Detection", "asked", "baseline", "cases", "davis_folder",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.table_scene import TableScene
+from experiments.synth.table_scene import TableScene
 
 __all__ = ["STANDS_OUT_M", "removed"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.table_scene import TableScene
+from experiments.synth.table_scene import TableScene
 
 __all__ = ["open_scenes", "through"]
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.bound import MAX_INCIDENCE_RAD, expected_length, pose_information
 from sdftrack._internal.files import replacing
-from sdftrack.evaluation.bound import MAX_INCIDENCE_RAD, expected_length, pose_information
 
 __all__ = ["DISTANCE_M", "Truth", "default_camera", "motion", "noisy", "render_truth"]
 

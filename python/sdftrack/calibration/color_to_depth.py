@@ -92,8 +92,8 @@ def calibrate_color_to_depth(
 
     Examples
     --------
-    >>> scene = st.synth.ball_scene(60)                                                    # doctest: +SKIP
-    >>> result = st.calibrate_color_to_depth(scene.sequence, scene.camera.depth, 0.04)     # doctest: +SKIP
+    >>> seq = st.open_sequence("ball_on_a_wand")                                           # doctest: +SKIP
+    >>> result = st.calibrate_color_to_depth(seq, seq.camera.depth, 0.04)                  # doctest: +SKIP
     >>> tracker = st.Tracker(shape, result.camera)                                         # doctest: +SKIP
     """
     check_arguments(frames, depth_camera, ball_radius, ball_color, mask_fn, color_camera)

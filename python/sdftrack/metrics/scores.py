@@ -178,9 +178,8 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
 
     Examples
     --------
-    >>> from sdftrack.synth import corner
-    >>> seq = corner(1, noise=0.001)
-    >>> plane_angles(seq[0], seq.camera).round(0)
+    >>> seq = st.open_sequence("corner_of_a_room")                                         # doctest: +SKIP
+    >>> plane_angles(seq[0], seq.camera).round(0)                                          # doctest: +SKIP
     array([90., 90., 90.])
     """
     from sdftrack.imaging.corner_planes import three_planes

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.contact import Solid, min_gap
 from sdftrack._internal.files import write_whole
-from sdftrack.synth.contact import Solid, min_gap
 
 __all__ = ["Scene", "kept", "make"]
 

@@ -47,7 +47,7 @@ def gait(kind: str, n: int = 400, seed: int = 0, size: int = 64, fill: float = F
 
     Examples
     --------
-    >>> masks = st.synth.gait("walker", 400, seed=0)
+    >>> masks = gait("walker", 400, seed=0)
     """
     if kind not in FIGURES:
         raise ValueError(f"kind: expected one of {', '.join(FIGURES)}, got {kind!r}")

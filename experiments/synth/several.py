@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import geometry
-from sdftrack.synth.contact import Solid, first_contact, gap
-from sdftrack.synth.contact_paths import (
+from experiments.synth.contact import Solid, first_contact, gap
+from experiments.synth.contact_paths import (
     CONTACT_M,
     DISTANCE_M,
     MAX_STEP_M,
@@ -29,7 +28,8 @@ from sdftrack.synth.contact_paths import (
     unit,
     wander,
 )
-from sdftrack.synth.staged import Scene, kept, make
+from experiments.synth.staged import Scene, kept, make
+from sdftrack import geometry
 
 __all__ = ["approach", "hidden", "meetings", "push", "row", "still_pair"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.gait import gait
+from experiments.synth.gait import gait
 
 __all__ = ["OCCLUDERS", "GaitVideo", "gait_video", "occluder"]
 

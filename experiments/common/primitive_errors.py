@@ -9,8 +9,8 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.solids import SolidScene
 from sdftrack.primitives import PrimitiveFit
-from sdftrack.synth.solids import SolidScene
 
 __all__ = ["Error", "angle_deg", "is_own", "measure", "measure_patch"]
 

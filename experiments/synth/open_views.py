@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.solids import random_solid, ray_depth
 from sdftrack.camera import Camera
-from sdftrack.synth.solids import random_solid, ray_depth
 
 __all__ = ["open_view"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from experiments.synth.solids import SolidScene, random_solid, rendered_scene, standing_scene
 from sdftrack import _core
 from sdftrack.camera import Camera
 from sdftrack.geometry import pose
-from sdftrack.synth.solids import SolidScene, random_solid, rendered_scene, standing_scene
 
 __all__ = ["posed_scene"]
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.contact import Solid, first_contact
 from sdftrack import geometry
-from sdftrack.synth.contact import Solid, first_contact
 
 __all__ = [
     "CONTACT_M", "DISTANCE_M", "MAX_RAD", "MAX_STEP_M", "apart", "ramped", "rotations", "smooth", "spins", "steps",

@@ -34,7 +34,7 @@ def hide(mask: Mask, share: float, by: str = "rectangle", seed: int | np.random.
 
     Examples
     --------
-    >>> half = st.synth.hide(masks[0], 0.5, "bar", seed=1)
+    >>> half = hide(masks[0], 0.5, "bar", seed=1)
     """
     if by not in HIDDEN_BY:
         raise ValueError(f"by: expected one of {', '.join(HIDDEN_BY)}, got {by!r}")

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.synth.solids import FAR_M, SolidScene, rendered_scene
 from sdftrack.camera import Camera
-from sdftrack.synth.solids import FAR_M, SolidScene, rendered_scene
 
 __all__ = ["VIEWS", "cut_scene", "hidden_scene", "patch_scene"]
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from experiments.synth.ball_view import BallView, Props
 from sdftrack import geometry
 from sdftrack._internal.validation import number, of_kind
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
-from sdftrack.synth.ball_view import BallView, Props
 from sdftrack.synth.noise import noise_of
 
 __all__ = ["BallScene", "ball_path", "ball_scene"]
