@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 
 import sdftrack as st
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # for experiments, which is not installed
 from experiments.synth.region_picture import region_picture
 
 CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
