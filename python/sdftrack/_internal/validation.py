@@ -81,9 +81,9 @@ def whole(value: Any, name: str, least: int, most: int = INT_MAX, what: str = ""
             raise TypeError
         out = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name}: expected {wanted}, got {value!r}") from None
+        raise TypeError(f"{name}: expected {wanted}, got {shown(value)}") from None
     if not least <= out <= most:
-        raise ValueError(f"{name}: expected {wanted}, got {value!r}")
+        raise ValueError(f"{name}: expected {wanted}, got {shown(value)}")
     return out
 
 
