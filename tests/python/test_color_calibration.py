@@ -118,13 +118,6 @@ def test_the_path_passes_its_points_and_is_smooth_between_them():
     assert np.allclose(share.sum(axis=1), 1)
 
 
-def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
-    t = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1])
-    path = Path(t, np.column_stack([t, t, 1 + t]))
-    p = path.at(np.array([-0.01, 0.15, 0.5, 0.95, 1.2]))[0]
-    assert np.isfinite(p).all(axis=1).tolist() == [False, True, False, True, False]
-
-
 def test_a_point_that_jumps_aside_is_no_part_of_the_path():
     at, t = ball_path(4), np.arange(40) / 15
     c = at(t)
@@ -164,14 +157,6 @@ def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
         fit = first_map(pairs, DEPTH, None, True, 6, 0)
         assert abs(fit.offset_s - late) < TIME_S
         assert not fit.kept[5]
-
-
-def test_an_outline_that_makes_no_cone_is_left_out():
-    pairs = simulated(30, NOISE_PX, seed=2)
-    pairs.color_px[4] = np.nan
-    fit = first_map(pairs, DEPTH, None, False, 6, 0)
-    assert not fit.kept[4]
-    assert np.count_nonzero(fit.kept) >= 28
 
 
 def test_a_thing_that_does_not_shrink_with_the_distance_is_not_the_ball():

@@ -106,16 +106,6 @@ def test_a_textured_blob_is_followed(warp, options):
     assert all(r.ok for r in results)
 
 
-def test_a_box_is_enough_to_start():
-    video = blob_video(frames=15)
-    y, x = np.nonzero(video.masks[0])
-    tracker = st.contour.ContourTracker()
-    box = (x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1)
-    start = tracker.start(video.images[0], box=box)
-    assert iou(start.mask, video.masks[0]) > BLOB_IOU
-    assert iou(tracker.track(video.images[1]).mask, video.masks[1]) > BLOB_IOU
-
-
 def test_a_blob_behind_a_post_is_not_lost():
     video = blob_video(frames=40, post=True)
     results = follow(video, st.contour.ContourTracker(), mask=video.masks[0])

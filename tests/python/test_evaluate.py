@@ -144,16 +144,6 @@ def test_results_of_other_images_or_of_another_object_are_refused(tmp_path):
         assert compare(report, some)[0].compared == 3
 
 
-def test_it_says_what_it_compared(tmp_path, capsys):
-    results = recorded(tmp_path / "run")
-    save_sequence(tmp_path / "seq", sequence(), layout="bop")
-    assert run(["evaluate", str(results), str(tmp_path / "seq")]) == 0
-    assert "(obj_id 1) against instance 0: 6 of 6 frames compared, images 0 to 5" in capsys.readouterr().out
-    numbers = json.loads((results / "evaluation/result.json").read_text())["objects"][0]
-    assert numbers["compared_images"] == [0, 5]
-    assert numbers["adds_mm"]["mean"] <= numbers["add_mm"]["mean"] <= numbers["mssd_mm"]["mean"]
-
-
 def test_mssd_takes_the_symmetries_that_are_stated(tmp_path):
     half = np.diag([-1.0, -1.0, 1.0, 1.0])
     with Recorder(tmp_path, CAMERA) as recorder:

@@ -11,7 +11,7 @@ from experiments.synth.standing import standing
 from reference import first_view as twin
 from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
-from sdftrack.reconstruction.first_view import planes_below, room
+from sdftrack.reconstruction.first_view import planes_below
 from sdftrack.reconstruction.quality import without_cavities
 
 CAMERA = st.Camera(200.0, 200.0, 79.5, 59.5, 160, 120)
@@ -79,16 +79,6 @@ def test_the_table_is_found_under_the_object(scene):
     up = scene.ground_truth[0][0][:3, 2]
     assert planes[0, :3] @ up > np.cos(np.radians(2))
     assert planes[0, 4] < 0.004
-
-
-def test_what_the_first_frame_looks_past_is_no_room_and_what_is_hidden_is(scene):
-    depth, mask = first(scene)
-    hand = depth.copy()
-    hand[:, :40] = 0.2  # stands before the object
-    from_m = room(hand, mask, mask, 3)
-    assert (from_m[mask] == 0).all()
-    assert np.isinf(from_m[5, 100])
-    assert from_m[5, 5] == np.float32(0.2)
 
 
 @pytest.mark.parametrize("where", ["mask", "box"])

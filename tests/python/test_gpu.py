@@ -36,11 +36,6 @@ def test_the_gpu_computes_what_the_cpu_does(vectors):
     )
 
 
-@on_gpu
-def test_the_device_has_a_name():
-    assert _core.cuda_device_name(_core.cuda_devices()[0])
-
-
 class OnGpu:
     """What CuPy and PyTorch hand out: an address, a shape and a type."""
 
@@ -220,13 +215,6 @@ def test_the_self_test_passes_and_auto_takes_the_gpu(tmp_path, monkeypatch):
     number = _core.cuda_devices()[0]
     assert [c for c in run_self_test(number) if not c.agrees] == []
     assert device.resolve_device("auto") == f"cuda:{number}"
-
-
-@on_gpu
-def test_the_command_prints_the_self_test_and_exits_with_0(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert run(["info", "--self-test"]) == 0
-    assert "superpixels: agrees" in capsys.readouterr().out
 
 
 @pytest.mark.skipif(st.cuda_available(), reason="a GPU is here")

@@ -7,7 +7,7 @@ import pytest
 import sdftrack as st
 from reference import shape_memory as twin
 from sdftrack.contour.dct import block_of, count, harmonic_numbers, series
-from sdftrack.contour.masks import signed_distances, transformed
+from sdftrack.contour.masks import transformed
 
 ORDERS = ["max", "sum"]
 ROUNDING = 1e-11  # sums of 4,096 numbers of about 1, in double; measured 3e-15
@@ -89,12 +89,6 @@ def test_without_a_contour_the_level_set_is_everywhere_far_away():
     empty = np.array([-64.0, 0, 0, 0])
     assert (st.contour.silhouette(empty, 32, level_set=True) == np.float32(np.hypot(32, 32))).all()
     assert (st.contour.silhouette(-empty, 32, level_set=True) == -np.float32(np.hypot(32, 32))).all()
-
-
-def test_signed_distances_change_sign_between_two_pixels():
-    mask = np.zeros((9, 9), bool)
-    mask[:, :4] = True
-    np.testing.assert_array_equal(signed_distances(mask)[0], np.arange(9) - 3.5)
 
 
 def test_a_mask_of_another_size_is_resampled_by_area():

@@ -10,7 +10,6 @@ import pytest
 import trimesh
 
 import sdftrack as st
-from sdftrack.mesh.texture import textured
 
 SIZE = 256
 RADIUS = 0.05
@@ -105,24 +104,6 @@ def test_a_coarse_mesh_shows_the_colours_of_the_fine_one(tmp_path):
 
     assert wrong(coarse, colors_from=fine) < 10
     assert wrong(coarse) > 40  # 300 faces hold no stripes
-
-
-def test_the_charts_leave_no_face_out_and_do_not_overlap():
-    mesh = painted()
-    out = textured(mesh, SIZE, mesh)
-    np.testing.assert_array_equal(out.vertices, mesh.vertices[out.copy_of])
-    np.testing.assert_array_equal(
-        np.sort(out.copy_of[out.faces].sum(axis=1)), np.sort(mesh.faces.sum(axis=1))
-    )
-    assert out.uv.min() >= 0
-    assert out.uv.max() <= 1
-    a, b, c = np.moveaxis(out.uv[out.faces], 1, 0)
-    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    area = 0.5 * np.abs(ux * vy - uy * vx)
-    assert 0.4 < area.sum() < 1  # of the picture; more would be an overlap
-    assert (area > 0).mean() > 0.999
-    again = textured(mesh, SIZE, mesh)
-    np.testing.assert_array_equal(again.image, out.image)
 
 
 def test_without_the_library_one_line_names_the_extra(tmp_path, monkeypatch):

@@ -82,6 +82,7 @@ def test_boundaries_and_leaks_of_superpixels():
     one = np.zeros_like(truth)
     assert metrics.boundary_recall(one, truth) == 0
     assert metrics.undersegmentation(one, truth) == 1  # both halves: min(100, 100) of 200 pixels
+    assert metrics.achievable_accuracy(np.array([[1, 1, 1, 2]]), np.array([[1, 1, 2, 2]])) == 0.75
     shifted = np.roll(truth, 3, axis=1)
     shifted[:, :3] = 0
     assert metrics.boundary_recall(shifted, truth, tolerance=2) == 0

@@ -3,7 +3,6 @@
 
 import pickle
 
-import cv2
 import numpy as np
 import pytest
 from tracking_scene import increment
@@ -185,16 +184,6 @@ def test_axes_are_named_by_their_lengths_and_a_start_keeps_its_names(kind):
             _core.primitive_distances(KIND[kind], size, moved(points, np.linalg.inv(fit.T_cam_obj)))[0],
             atol=2e-3,
         )
-
-
-def test_labels_in_a_window_about_the_mask_are_those_of_the_whole_image():
-    frame, truth = scene("cone", Gaussian(NOISE_M))
-    seen = SegmentedFrame.of(frame, CAMERA, "auto", truth.mask)
-    grown = (
-        cv2.dilate(truth.mask.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
-    )  # holds some of the table
-    for mask in (grown, truth.mask, np.zeros_like(truth.mask)):
-        np.testing.assert_array_equal(seen.labels(mask, False), seen._labels(mask, False))
 
 
 # ---- energies ----

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Progress in a pipe: rate, remaining time and a note, now and then and at the end."""
 
-import re
-
 import pytest
 
 from sdftrack.cli import progress as module
@@ -27,15 +25,6 @@ def test_lines_have_rate_remaining_time_and_note(clock, capsys):
         "cup: 11/30, 2.0/s, 10 s left, 1 lost",
         "cup: 22/30, 2.0/s, 4 s left, 2 lost",
         "cup: 30/30, 2.0/s, 15.0 s, 2 lost",
-    ]
-
-
-def test_an_unknown_total_has_no_remaining_time(clock, capsys):
-    for _ in progress(range(12), 0, "video", False):
-        clock[0] += 1.0
-    assert [re.sub(r"^video: ", "", line) for line in capsys.readouterr().err.splitlines()] == [
-        "6, 1.0/s, 6.0 s",
-        "12, 1.0/s, 12.0 s",
     ]
 
 

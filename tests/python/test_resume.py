@@ -12,8 +12,6 @@ import sdftrack as st
 from experiments.synth.standing import standing
 from sdftrack import geometry
 from sdftrack.reconstruction.first_view import FirstView
-from sdftrack.reconstruction.keyframe import Keyframe
-from sdftrack.reconstruction.keyframe_selection import Keyframes
 
 CAMERA = st.Camera(260.0, 260.0, 159.5, 119.5, 320, 240)
 FRAMES, VOXELS, AWAY_M = 24, 80, 0.45
@@ -145,16 +143,6 @@ def test_a_box_or_about_the_pose_does_in_place_of_a_mask(place):
     assert off.max() < 0.005
 
 
-def test_a_loaded_one_goes_on_too(tmp_path):
-    star, X = first_recording()
-    star.save(tmp_path / "star.rec")
-    other = st.Reconstructor.load(tmp_path / "star.rec")
-    _, seq, truth = recordings()
-    result = other.resume(seq[0], mask=seq.masks(0)[0])
-    assert result.ok
-    assert error(result.pose, X, truth[0])[0] < POSE_M
-
-
 def test_a_shape_of_another_run_is_found_and_is_the_guess(tmp_path):
     star, X = first_recording()
     star.shape.cropped().save(tmp_path / "shape.npz")
@@ -228,17 +216,6 @@ def test_a_pose_that_the_frame_refutes_is_not_taken():
     np.testing.assert_array_equal(star.shape.values, shape)
 
 
-def test_a_new_start_forgets_all_recordings():
-    star, _, *_ = both()
-    other = first_recording()[0]
-    _, seq, _ = recordings()
-    other.resume(seq[0], mask=seq.masks(0)[0])
-    other.start(seq[0], mask=seq.masks(0)[0])
-    assert other._later == []
-    assert {k.recording for k in other._kept} == {0}
-    assert {k.recording for k in star._kept} == {0, 1}
-
-
 def test_a_view_bounds_what_is_guessed_and_nothing_that_was_seen():
     star, _ = first_recording()
     core, T = star._volume.core, np.array(star._beginning.T_cam_obj)
@@ -257,13 +234,3 @@ def test_a_view_bounds_what_is_guessed_and_nothing_that_was_seen():
     assert (bounded.log_ratio[behind][guessed[behind]] < 0).all()
     np.testing.assert_array_equal(bounded.log_ratio[before], core.log_ratio[before])
     np.testing.assert_array_equal(core.continued(None).log_ratio, core.log_ratio)
-
-
-def test_the_first_frame_of_each_recording_is_kept():
-    frames = Keyframes(6)
-    nothing = np.empty(0, np.float32)
-    for i in range(40):
-        T = geometry.pose([0, 0.05 * (i % 20), 0], [0, 0, 0.5])
-        frames.add(Keyframe(i, (0, 0, 0, 0), nothing, None, nothing, T, None, i // 20))
-    assert len(frames.frames) == 6
-    assert {0, 20} <= {k.index for k in frames.frames}

@@ -89,16 +89,6 @@ def test_any_run_of_rotations_leaves_no_large_gap(first, count, gap_deg):
     assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < gap_deg
 
 
-def test_a_box_is_found_from_its_mask(searcher):
-    found = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
-    assert least_add(found[0]["pose"]) < FOUND_M
-
-
-def test_the_half_turns_of_a_box_make_the_start_ambiguous(searcher):
-    found = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
-    assert found[1]["score"] > AMBIGUOUS * found[0]["score"]
-
-
 @pytest.mark.parametrize("where", ["mask", "box", "near", "whole image"])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge, where, seed):
@@ -149,17 +139,6 @@ def test_another_shape_scores_less_than_the_right_one(wedge):
     assert not wrong or wrong[0]["score"] < AMBIGUOUS * right
 
 
-@pytest.mark.parametrize(
-    ("query", "threads"), [({"mask": mask_of()}, 2), ({"mask": mask_of()}, 3), ({}, 2), ({}, 3)]
-)
-def test_the_same_bits_come_from_any_number_of_threads(searcher, query, threads):
-    one, more = (searcher.search(depth_of(), CAMERA._core, threads=n, **query) for n in (1, threads))
-    assert len(one) == len(more) > 0
-    for a, b in zip(one, more, strict=True):
-        assert a["score"] == b["score"]
-        np.testing.assert_array_equal(a["pose"], b["pose"])
-
-
 def test_a_second_search_does_not_remember_the_first(searcher):
     first = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
     searcher.search(depth_of(seed=5), CAMERA._core)
@@ -177,14 +156,6 @@ def test_nothing_to_look_at_is_an_empty_list(searcher, case):
     elif case == "only a wall":
         depth, query = np.full_like(depth, WALL_M), {}
     assert searcher.search(depth, CAMERA._core, **query) == []
-
-
-def test_a_slice_of_the_rotations_is_a_search_of_its_own(searcher):
-    slices = [
-        searcher.search(depth_of(), CAMERA._core, mask=mask_of(), first_seed=60 * k, seeds=60)
-        for k in range(4)
-    ]
-    assert all(least_add(found[0]["pose"]) < FOUND_M for found in slices)
 
 
 def test_a_lens_does_not_hide_the_object(wedge):

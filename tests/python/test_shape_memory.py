@@ -329,18 +329,6 @@ def _eroded(mask):
     return mask & inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
 
 
-def test_harmonics_choose_the_silhouettes_that_pixels_would_choose(cat, bars):
-    shapes = SilhouetteLibrary(10, "max", 64, 256, 0.0)
-    for mask in cat:
-        shapes.add(mask)
-    for case in bars[::6]:
-        near, out = shapes._nearest(case.seen)
-        best = (case.seen & ~shapes.masks).sum(axis=(1, 2)).min()
-        assert (case.seen & ~shapes.masks[near]).sum(axis=(1, 2)).min() <= best + 3  # px, of some 300
-        assert len(near) == 32
-        assert out.shape == (32,)
-
-
 # Files and copies
 
 
@@ -402,20 +390,6 @@ def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
 
 
 # Synthesis and protocol
-
-
-@pytest.mark.parametrize("kind", ["cat", "walker", "jumper", "hand"])
-def test_gaits_are_seeded_aligned_and_move(kind):
-    masks, again, other = (gait(kind, 12, seed=s) for s in (1, 1, 2))
-    np.testing.assert_array_equal(masks, again)
-    assert (masks != other).any()
-    assert masks.shape == (12, 64, 64)
-    rows, columns = np.indices((64, 64))
-    for mask in masks:
-        # A walker who is seen from the side is higher than the grid: a head that is cut off moves the centroid.
-        assert abs(columns[mask].mean() - 31.5) < 0.5
-        assert abs(rows[mask].mean() - 31.5) < 1.0
-    assert min(st.metrics.iou(m, masks[0]) for m in masks) < 0.95
 
 
 @pytest.mark.parametrize("by", ["rectangle", "bar", "fence"])

@@ -91,28 +91,3 @@ def test_the_lists_of_the_index_become_the_navigation(extensions):
     assert contents.with_toctrees("# a\n\n## One\n[b](b/c.md), [d](d.ipynb)\n").endswith(
         "```{toctree}\n:hidden:\n:caption: One\n\nb/c\nd\n```\n"
     )
-
-
-@pytest.mark.parametrize(
-    ("link", "in_the_site"),
-    [
-        ("[a](docs/data.md#layouts)", "[a](../data.md#layouts)"),
-        ("[docs/data.md](docs/data.md)", "[](../data.md)"),  # the title of the page in place of its file
-        ("[b](CONTRIBUTING.md)", "[b](CONTRIBUTING.md)"),
-        ("[c](notebooks/)", "[c](../index.md#notebooks)"),
-        ("[d](https://e.org/f.md) and [g](#figures)", "[d](https://e.org/f.md) and [g](#figures)"),
-        ("![x](docs/images/demo.png)", "![x](../images/demo.png)"),
-    ],
-)
-def test_links_of_copied_files_are_rewritten_to_the_site(extensions, link, in_the_site):
-    repository = extensions("repository")
-    readme = repository.ROOT / "README.md"
-    assert repository.site_links(link, readme, repository.PAGES[readme]) == in_the_site
-
-
-def test_the_landing_page_is_the_readme_with_the_lists(extensions):
-    landing = extensions("contents").landing_page("# old title\n\nlists\n", DOCS / "index.md")
-    assert landing.startswith("# sdftrack\n")
-    assert "sdftrack demo" in landing
-    assert "## Figures" not in landing
-    assert "old title" not in landing

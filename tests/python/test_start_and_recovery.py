@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Starts without a pose, loss, recovery, motion, and objects that come and go."""
 
-import pickle
-
 import numpy as np
 import pytest
 from tracking_scene import CAMERA, NOISE_M, POSE, WALL_M, wall_frame
@@ -297,16 +295,6 @@ def test_a_start_settles_before_it_is_judged(body):
         assert radians < np.radians(0.5), seed
 
 
-def test_twists_are_the_motion_between_two_frames(tracker, body):
-    step = geometry.pose([0, 0, 0.03], [0.003, 0, 0])
-    later = POSE.copy()
-    later[:3, :3] = step[:3, :3] @ POSE[:3, :3]
-    later[:3, 3] += step[:3, 3]
-    tracker.start(shot(body, POSE, timestamp=1.0)[0], poses=POSE)
-    result = tracker.track(shot(body, later, timestamp=1.1)[0])
-    np.testing.assert_allclose(result.twists[0], [0.03, 0, 0, 0, 0, 0.3], atol=0.02)
-
-
 # --- priors, coming and going
 
 
@@ -360,12 +348,6 @@ def test_objects_are_added_and_removed(tracker, body):
     tracker.add(body, pose=other)
     tracker.remove(0)
     assert_pose_close(tracker.track(both).pose, other, FOUND_ATOL_M, FOUND_ATOL_RAD)
-
-
-def test_a_tracker_with_a_lost_object_is_pickled(tracker):
-    tracker.start(wall_frame())
-    again = pickle.loads(pickle.dumps(tracker))
-    assert again.track(wall_frame()).status == ["lost"]
 
 
 # --- bad input

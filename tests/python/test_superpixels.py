@@ -157,7 +157,7 @@ def test_every_instruction_set_gives_the_same_labels(isa):
     assert len(set(said)) == 1
 
 
-@pytest.mark.parametrize("threads", [2, 3, 7])
+@pytest.mark.parametrize("threads", [2, 3, 7, 16])
 def test_labels_do_not_depend_on_the_number_of_threads(threads):
     for options in ({}, {"mask": DISC}, {"distance": "thesis"}):
         one = st.superpixels.slic(IMAGE, 60, threads=1, **options)
@@ -301,11 +301,6 @@ def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel_on_any_p
     assert memory_of(image) <= 12
 
 
-def test_achievable_accuracy_of_a_known_overlap():
-    labels, truth = np.array([[1, 1, 1, 2]]), np.array([[1, 1, 2, 2]])
-    assert metrics.achievable_accuracy(labels, truth) == 0.75
-
-
 def test_the_command_writes_labels_and_pictures(tmp_path, capsys):
     import cv2
 
@@ -341,9 +336,7 @@ def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
     [
         (["nothing.png", "--out", "x"], 1, "IMAGE nothing.png: the file is missing"),
         (["README.md", "--out", "x"], 1, "IMAGE README.md: not a readable image"),
-        (["README.md"], 2, "--out DIR"),
         (["README.md", "--segments", "0", "--out", "x"], 2, "--segments"),
-        (["README.md", "--compactness", "0", "--out", "x"], 2, "--compactness"),
         (["README.md", "--color-space", "hsv", "--out", "x"], 2, "--color-space"),
     ],
 )
@@ -361,19 +354,3 @@ def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, m
 def test_the_gpu_gives_the_labels_of_the_cpu(options):
     cpu = st.superpixels.slic(IMAGE, 60, device="cpu", **options)
     np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, device="cuda", **options), cpu)
-
-
-def test_the_command_replaces_no_input_and_deletes_no_array_of_others(tmp_path, capsys):
-    import cv2
-
-    cv2.imwrite(str(tmp_path / "mean.png"), IMAGE[..., ::-1])
-    before = (tmp_path / "mean.png").read_bytes()
-    given = ["superpixels", str(tmp_path / "mean.png"), "--segments", "40", "-q", "--overwrite", "--out"]
-    assert run([*given, str(tmp_path)]) == 1
-    assert "IMAGE: expected no file that would be replaced by the results" in capsys.readouterr().err
-    assert (tmp_path / "mean.png").read_bytes() == before
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "labels.npy").write_bytes(b"mine")
-    assert run([*given, str(out)]) == 0
-    assert (out / "labels.npy").read_bytes() == b"mine"

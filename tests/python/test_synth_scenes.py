@@ -8,7 +8,7 @@ import sdftrack as st
 from sdftrack.synth import Cover, Grip, leave_and_return
 from sdftrack.synth.bodies import Body
 from sdftrack.synth.capsules import Capsules, cast
-from sdftrack.synth.grip import JOINT_M, _Held
+from sdftrack.synth.grip import _Held
 from sdftrack.synth.stage import Stage
 from sdftrack.synth.surroundings import box_mesh
 from sdftrack.synth.tabletop import Tabletop
@@ -77,14 +77,6 @@ def test_a_grip_hides_the_wanted_share(share, color):
         np.testing.assert_array_equal(seq.ground_truth[i][0], bare.ground_truth[i][0])
 
 
-def test_a_hand_that_closes_hides_more_and_more():
-    bare = st.synth.sequence(BOX, 12, "static", camera=CAMERA, seed=3)
-    seq = st.synth.sequence(BOX, 12, "static", occluder=Grip(0.6, grow=10), camera=CAMERA, seed=3)
-    count = bare.masks(0)[0].sum()
-    shares = [1 - seq.masks(i)[0].sum() / count for i in (0, 5, 10, 11)]
-    np.testing.assert_allclose(shares, [0, 0.3, 0.6, 0.6], atol=SHARE_TOLERANCE)
-
-
 def test_fingers_touch_the_object_and_stay_outside():
     held = _Held(Grip(0.6), _stage(_poses(60)))
     for i in (0, 17, 25, 44):
@@ -113,26 +105,6 @@ def test_a_grip_moves_with_the_object_then_slides_back():
     # In the camera's frame the hand's back stays towards the camera.
     up = np.array([held._stage.poses[i][:3, :3] @ R[i, :, 2] for i in range(60)])
     assert (up[:, 2] < -0.8).all()
-
-
-def test_fingers_creep_while_the_hand_holds():
-    held = _Held(Grip(0.5), _stage(_poses(20)))
-    first = []
-    for hand in (held.hand(2), held.hand(8)):
-        first.append({j: hand.reach[hand.finger == j][0] for j in np.unique(hand.finger)[:-1]})
-    crept = [abs(first[0][j] - first[1][j]) for j in first[0].keys() & first[1].keys()]
-    assert len(crept) >= 4
-    assert 0.0005 < max(crept) < JOINT_M
-
-
-def test_a_similar_hand_has_colours_of_the_object_and_another_has_none():
-    red = st.Mesh(BOX.vertices, BOX.faces, np.tile(np.uint8([200, 20, 10]), (len(BOX.vertices), 1)))
-    stage = Stage(Body(red, 0, 0), _poses(2), CAMERA, 0, 30.0)
-    np.testing.assert_array_equal(
-        np.unique(_Held(Grip(0.3, "similar"), stage)._colors, axis=0), [[200, 20, 10]]
-    )
-    other = _Held(Grip(0.3, "other"), stage)._colors
-    assert (np.linalg.norm(other - [200, 20, 10], axis=1) > 150).all()
 
 
 def test_a_cover_hides_all_of_the_object_in_its_frames_alone():
@@ -215,21 +187,3 @@ def test_the_same_pictures_come_from_the_cache(tmp_path):
     for change in ({"occluder": Grip(0.5)}, {"seed": 5}, {"color": False}, {"clutter": "wall"}):
         make(cache=tmp_path, **change)[0]
     assert len(list(tmp_path.iterdir())) == 5
-
-
-def test_grips_are_the_same_in_any_order_and_differ_with_the_seed():
-    def make(seed):
-        return st.synth.sequence(BOX, 35, occluder="grip", camera=CAMERA, seed=seed)
-
-    a, b = make(1), make(1)
-    forward = [a[i] for i in (0, 22, 34)]
-    backward = [b[i] for i in (34, 22, 0)][::-1]
-    assert forward == backward
-    assert make(2)[0] != forward[0]
-
-
-def test_a_signed_distance_function_can_be_held_and_stand_on_a_table():
-    sphere = st.SDF.sphere(0.05)
-    seq = st.synth.sequence(sphere, 1, occluder="grip", camera=CAMERA, clutter="touching", color=False)
-    assert seq.masks(0)[0].any()
-    assert seq[0].color is None

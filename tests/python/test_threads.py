@@ -78,18 +78,6 @@ def test_the_interpreter_ends_while_threads_are_inside_the_core(daemon):
         assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("threads", [2, 3, 16])
-def test_any_number_of_threads_gives_the_same_bits(threads):
-    assert np.array_equal(
-        st.superpixels.slic(IMAGE, 200, threads=threads), st.superpixels.slic(IMAGE, 200, threads=1)
-    )
-    one, many = (
-        st.Tracker(BOX, CAMERA, threads=n).start(st.Frame(depth_of()), poses=[POSE]) for n in (1, threads)
-    )
-    assert one.poses.tobytes() == many.poses.tobytes()
-    assert one.covariances.tobytes() == many.covariances.tobytes()
-
-
 STORM = 64
 
 

@@ -66,13 +66,6 @@ def test_a_moving_box_is_followed(tracker, noise, atol_m, atol_rad, clutter):
         assert_pose_close(result.pose, seq.ground_truth[i][0], atol_m, atol_rad)
 
 
-def test_a_start_off_the_truth_is_refined(tracker):
-    off = shifted(POSE @ geometry.pose([0.03, -0.03, 0.03]), 0.006, -0.004, 0.005)
-    result = tracker.start(frame_of(), poses=[off])
-    assert_pose_close(result.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
-    assert result.iterations == len(result.steps[0]) > 3
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_any_view_is_found_from_18_mm_and_6_degrees_off(box, seed):
     rng = np.random.default_rng(seed)
@@ -289,11 +282,6 @@ def test_a_bad_frame_is_reported_with_its_reason_and_the_tracker_goes_on(tracker
     assert np.isnan(bad.covariance).all()
     assert bad.confidence[0] == 0
     assert tracker.track(frame_of(seed=1)).ok
-
-
-def test_a_bad_first_frame_keeps_the_given_pose(tracker):
-    assert tracker.start(st.Frame.unreadable("gone"), poses=[POSE]).status == ["bad_frame"]
-    assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
 
 
 # --- covariance

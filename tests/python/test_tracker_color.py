@@ -202,11 +202,6 @@ def test_colour_is_asked_for_by_mode_rgbd(box):
     assert tracker.track(st.Frame.unreadable("torn")).status[0] == "bad_frame"
 
 
-def test_depth_mode_does_not_look_at_the_colour_image(box):
-    tracker = st.Tracker(box, CAMERA, mode="depth")
-    assert tracker.start(st.Frame(pair(0).depth, np.zeros((5, 5, 3), np.uint8)), poses=POSE).ok
-
-
 def test_the_mode_survives_a_pickle(box):
     import pickle
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result
@@ -79,11 +77,6 @@ def test_without_colour_the_depth_is_shown_and_holes_are_dark():
     np.testing.assert_array_equal(backdrop(Frame(depth), CAMERA), picture)
 
 
-def test_an_empty_depth_image_is_dark():
-    f = Frame(np.zeros(CAMERA.shape, np.float32))
-    assert (backdrop(f, CAMERA) == NOTHING_RGB).all()
-
-
 def test_an_unreadable_frame_is_dark_with_its_status():
     picture = draw(Frame.unreadable("cut short"), result([pose()], ["bad_frame"]), Ball(), CAMERA)
     assert (picture[-5:, -5:] == NOTHING_RGB).all()
@@ -120,47 +113,6 @@ def test_the_outline_of_an_object_behind_another_is_hidden_there():
     right = np.arange(160)[None, :] > CAMERA.project(behind[:3, 3])[0]
     assert (red & rim & ~right).any()
     assert not (red & inner)[:58].any()  # above the second ball's red x axis
-
-
-def test_drawing_keeps_up_with_a_camera():
-    """At 640 x 480, the SDF's own renderer included; generous, for machines under load."""
-    import time
-
-    from sdftrack import SDF, Camera
-
-    sdf, camera = SDF.box((0.2, 0.15, 0.1)), Camera(525, 525, 319.5, 239.5, 640, 480)
-    f = Frame(np.full(camera.shape, 1.2, np.float32), np.full((*camera.shape, 3), 90, np.uint8))
-    seconds = []
-    for _ in range(5):
-        began = time.perf_counter()
-        draw(f, result([pose(z=0.8)]), sdf, camera)
-        seconds.append(time.perf_counter() - began)
-    assert min(seconds) < 1 / 15  # measured 0.01
-
-
-def test_the_share_that_four_sides_names_is_that_of_what_counts_as_seen(monkeypatch):
-    from sdftrack.viz import turntable
-
-    ball = st.SDF.sphere(0.05, voxels=24).to_mesh()
-    seen = np.linspace(0, 1, len(ball.vertices)).astype(np.float32)
-    written = []
-    monkeypatch.setattr(turntable, "_write", lambda picture, text, *rest: written.append(text))
-    turntable.four_sides(st.Mesh(ball.vertices, ball.faces, seen=seen), np.eye(4), 32, min_seen=0.25)
-    assert written[-1] == "violet: not observed, guessed (25 % of the surface)"
-
-
-def test_a_long_reason_is_shown_whole(monkeypatch):
-    import cv2
-
-    from sdftrack.viz import overlay
-
-    reason = "only 5 % of the surface that the camera should see is where the pose puts it, and nothing explains it"
-    result = SimpleNamespace(status=["lost"], confidence=[0.0], reason=[reason])
-    lines = []
-    monkeypatch.setattr(cv2, "putText", lambda picture, text, *rest: lines.append(text))
-    overlay._captions(np.zeros((480, 640, 3), np.uint8), result, ["duck"])
-    assert " ".join(lines[1:]) == reason
-    assert max(map(len, lines)) <= overlay.REASON
 
 
 def test_four_sides_begin_with_the_side_that_was_seen_and_go_round_by_the_right():
