@@ -12,7 +12,7 @@ from tracking_fakes import CAMERA, frame, pose, result
 
 import sdftrack as st
 from sdftrack.live import LiveCamera
-from sdftrack.live.clock import CameraClock
+from sdftrack.live.camera import CameraClock
 from sdftrack.live.replay import Replay
 from sdftrack.motion import LiveMotion
 

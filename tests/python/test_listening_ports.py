@@ -194,7 +194,7 @@ def test_a_viewer_that_viser_would_serve_elsewhere_is_not_opened(monkeypatch):
     """A version that opens its server in another way must not be left open."""
     from websockets.asyncio import server
 
-    from sdftrack.viz.viewer.gate import Gate
+    from sdftrack.viz.viewer.server import Gate
 
     plain = server.serve
     monkeypatch.setattr(Gate, "in_front_of", lambda self, host: contextlib.nullcontext())

@@ -9,7 +9,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.live import CameraLost, LiveCamera, open_camera
-from sdftrack.live.clock import CameraClock
+from sdftrack.live.camera import CameraClock
 from sdftrack.live.replay import Replay
 from sdftrack.live.sources import CAMERAS, CameraKind
 from support.faulty_camera import FaultyCamera

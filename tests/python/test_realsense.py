@@ -9,8 +9,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.live import CameraLost, LiveCamera, open_camera
-from sdftrack.live.pairing import Pairing
-from sdftrack.live.realsense import RealSense
+from sdftrack.live.realsense import Pairing, RealSense
 from support.software_realsense import SoftwareRealSense
 
 rs = pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")

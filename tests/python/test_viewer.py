@@ -21,9 +21,9 @@ from sdftrack.contour.drawing import draw_outline
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
-from sdftrack.viz.viewer.gate import admitted
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.panel import lines_html, rates_html
+from sdftrack.viz.viewer.server import admitted
 from sdftrack.viz.viewer.stage import place_board, scene_distance
 
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")

@@ -11,8 +11,7 @@ import sdftrack as st
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.viz import draw
-from sdftrack.viz.backdrop import NOTHING_RGB, backdrop, depth_picture
-from sdftrack.viz.overlay import STATUS_RGB
+from sdftrack.viz.overlay import NOTHING_RGB, STATUS_RGB, backdrop, depth_picture
 
 
 def rim_pixel(T):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import time
 import warnings
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,6 @@ from numpy.typing import NDArray
 from sdftrack._internal.extras import need
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.live.pairing import Pairing
-from sdftrack.live.realsense_align import AlignedToDepth
 from sdftrack.live.realsense_device import (
     choose,
     color_profile,
@@ -27,7 +26,8 @@ from sdftrack.live.realsense_device import (
 )
 from sdftrack.live.sources import CameraLost, register_camera
 
-__all__ = ["RealSense"]
+__all__ = ["AlignedToDepth", "Pairing", "RealSense"]
+
 
 FIRST_S = 5.0  # a camera delivers its first image within so long: D400 take up to 2 s
 SILENT_S = 1.0  # and every other one
@@ -206,3 +206,90 @@ def _rgb(color: Any) -> NDArray[np.uint8] | None:
 @register_camera("realsense", "serial number, or nothing for the only one")
 def open_realsense(address: str, **options: Any) -> RealSense:
     return RealSense(address, **options)
+
+
+TIMEOUT_MS = 1000  # the block works on this thread: its result is there at once
+
+
+class AlignedToDepth:
+    """Applies ``rs.align`` to a depth and a colour frame of two sensors.
+
+    The filter takes a frameset, which pipelines make; here a processing block makes one of the two frames.
+    """
+
+    def __init__(self, rs: Any) -> None:
+        self._pair: list[Any] = []
+        self._sets = rs.frame_queue(1)
+        self._block = rs.processing_block(self._collect)
+        self._block.start(self._sets)
+        self._align = rs.align(rs.stream.depth)
+
+    def __call__(self, depth: Any, color: Any) -> Any:
+        """The colour frame, in the geometry of the depth frame."""
+        for frame in (depth, color):
+            self._block.invoke(frame)
+        both = self._sets.wait_for_frame(TIMEOUT_MS).as_frameset()
+        return self._align.process(both).get_color_frame()
+
+    def _collect(self, frame: Any, source: Any) -> None:
+        self._pair.append(frame)
+        if len(self._pair) == 2:
+            pair, self._pair = self._pair, []
+            source.frame_ready(source.allocate_composite_frame(pair))
+
+
+MAX_WAITING = 3  # depth images; later ones show that the colour images have stopped
+KEPT = 8  # colour images
+
+
+class Pairing:
+    """Assigns to each depth image the colour image that is nearest in time, at most half a period away.
+
+    Two streams of the same period: once a colour image is within half a period, no other one is nearer, so that
+    nothing has to wait for the next one. A depth image whose colour image is missing is returned alone, as soon as a
+    later colour image shows that it is.
+
+    Parameters
+    ----------
+    period_s : float
+        Period of the slower stream, seconds.
+
+    Examples
+    --------
+    >>> pairing = Pairing(1 / 30)
+    >>> pairing.add_color(0.001, "c0")
+    >>> pairing.add_depth(0.0, "d0")
+    >>> pairing.pop()
+    (0.0, 'd0', 'c0')
+    >>> pairing.add_depth(0.033, "d1")
+    >>> pairing.pop() is None  # its colour may still come
+    True
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._half_s = 0.5 * period_s
+        self._depth: deque[tuple[float, Any]] = deque()
+        self._color: deque[tuple[float, Any]] = deque(maxlen=KEPT)
+
+    def add_depth(self, stamp_s: float, image: Any) -> None:
+        """A depth image taken at `stamp_s` seconds has arrived."""
+        self._depth.append((stamp_s, image))
+
+    def add_color(self, stamp_s: float, image: Any) -> None:
+        """A colour image taken at `stamp_s` seconds has arrived."""
+        self._color.append((stamp_s, image))
+
+    def pop(self) -> tuple[float, Any, Any] | None:
+        """(timestamp, depth, colour or None) of the oldest depth image; None while its colour may still arrive."""
+        if not self._depth:
+            return None
+        stamp, depth = self._depth[0]
+        found = min(self._color, key=lambda color: abs(color[0] - stamp), default=None)
+        if found is not None and abs(found[0] - stamp) <= self._half_s:
+            self._depth.popleft()
+            return stamp, depth, found[1]
+        passed = any(color[0] > stamp + self._half_s for color in self._color)
+        if passed or len(self._depth) > MAX_WAITING:
+            self._depth.popleft()
+            return stamp, depth, None
+        return None

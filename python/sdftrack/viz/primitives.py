@@ -65,7 +65,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
     import cv2
 
     from sdftrack.camera import depth_camera
-    from sdftrack.viz.backdrop import backdrop
+    from sdftrack.viz.overlay import backdrop
 
     lens = depth_camera(frame.camera if frame.camera is not None else camera)
     picture = np.ascontiguousarray(backdrop(frame, camera)).copy()

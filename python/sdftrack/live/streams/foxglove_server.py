@@ -13,7 +13,7 @@ from sdftrack._internal.hosts import bound_address, is_local, listen, shown_name
 from sdftrack.camera import Camera
 from sdftrack.live.streams.addresses import PORT, host_and_port
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
-from sdftrack.live.streams.ros_messages import RosMessages
+from sdftrack.live.streams.messages import RosMessages
 
 __all__ = ["FoxgloveServer"]
 

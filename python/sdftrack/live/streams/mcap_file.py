@@ -11,7 +11,7 @@ from typing import ClassVar, NoReturn
 from sdftrack.camera import Camera
 from sdftrack.io.mcap_output import McapOutput
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
-from sdftrack.live.streams.ros_messages import RosMessages
+from sdftrack.live.streams.messages import RosMessages
 
 __all__ = ["McapFile"]
 

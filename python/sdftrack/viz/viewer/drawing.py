@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is computed of one frame for the page: overlay, coloured points, ellipsoids of the positions' errors."""
+"""What is computed of one frame for the page: overlay, coloured points, light meshes, ellipsoids of errors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,22 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.quaternions import quaternion
 from sdftrack.contour.drawing import draw_outline
-from sdftrack.viz.backdrop import backdrop
-from sdftrack.viz.overlay import OBJECT_RGB, draw
+from sdftrack.mesh import Mesh
+from sdftrack.viz.overlay import OBJECT_RGB, backdrop, draw
 
-__all__ = ["Shown", "cloud", "cloud_step", "ellipsoid", "object_rgb", "overlay", "trail_segments", "wxyz"]
+__all__ = [
+    "MeshShape",
+    "Shown",
+    "cloud",
+    "cloud_step",
+    "ellipsoid",
+    "light_mesh",
+    "object_rgb",
+    "overlay",
+    "trail_segments",
+    "wxyz",
+]
+
 
 MAX_POINTS = 30_000  # 0.5 MB a frame
 FAR = 2.5  # points farther than so many distances of the objects are left out: a hall hides the table
@@ -94,3 +106,31 @@ def trail_segments(positions: Sequence[Array]) -> NDArray[np.float32]:
     p = np.asarray(positions, np.float32).reshape(-1, 3)
     segments = np.stack([p[:-1], p[1:]], axis=1)
     return segments[np.isfinite(segments).all(axis=(1, 2))]
+
+
+MAX_FACES = 60_000  # a browser turns more, but a page takes seconds to load them
+FEWER_FACES = 30_000
+
+
+class MeshShape:
+    """A mesh with what `draw` asks a shape for, so that a result is shown without building volumes."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        self.bounds = mesh.bounds
+
+    def render(self, camera: Any, T_cam_obj: Any) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        return self.mesh.raycast(camera, T_cam_obj)[:2]
+
+    def to_mesh(self) -> Mesh:
+        return self.mesh
+
+
+def light_mesh(mesh: Mesh) -> Mesh:
+    """The mesh, simplified if it is large and the extra ``export`` is there."""
+    if len(mesh.faces) <= MAX_FACES:
+        return mesh
+    try:
+        return mesh.decimated(FEWER_FACES)
+    except (ImportError, ValueError):
+        return mesh

@@ -14,15 +14,14 @@ from sdftrack.viz.viewer.drawing import (
     cloud,
     cloud_step,
     ellipsoid,
+    light_mesh,
     object_rgb,
     overlay,
     trail_segments,
     wxyz,
 )
 from sdftrack.viz.viewer.history import History
-from sdftrack.viz.viewer.models import light_mesh
-from sdftrack.viz.viewer.pointer import BoardPointer
-from sdftrack.viz.viewer.stage import FOV_RAD, Board, initial_view, place_board, scene_distance
+from sdftrack.viz.viewer.stage import FOV_RAD, Board, BoardPointer, initial_view, place_board, scene_distance
 
 __all__ = ["Scene"]
 

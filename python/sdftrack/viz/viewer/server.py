@@ -1,21 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""The page's server: viser behind the gate."""
+"""The page's server: viser behind a check of every request, the token, and no pages of other sites."""
 
 from __future__ import annotations
 
 import contextlib
+import hmac
+import logging
 import re
 import secrets
+import socket
 import threading
-from collections.abc import Iterator
+import weakref
+from collections.abc import Callable, Iterator
+from http import HTTPStatus
 from typing import Any
 
 from sdftrack._internal.extras import need
-from sdftrack._internal.hosts import is_local, listen, shown_name
+from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack._internal.validation import whole
-from sdftrack.viz.viewer.gate import Gate
 
-__all__ = ["PageServer"]
+__all__ = ["Gate", "PageServer", "admitted"]
+
 
 _quiet = threading.Lock()
 
@@ -107,3 +112,96 @@ def _silent() -> Iterator[None]:
             yield
         finally:
             console.quiet = before
+
+
+REFUSED = "Refused: open the complete address that the program printed.\n"
+LOG = logging.getLogger("sdftrack.viewer")
+LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a traceback
+_replacing = threading.Lock()
+
+
+class Gate:
+    """Has viser serve at a socket of ours, and answers each request before viser sees it.
+
+    viser's server has neither an argument for a socket nor one for a check of requests, and a second server in front of
+    it would leave its port open to every program and page of this computer. websockets, on which it is built, has both.
+
+    Parameters
+    ----------
+    listening : socket
+    token : str or None
+        The first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie would be
+        shared by all ports of a host, and be refused within the frame of a notebook. None: no token, and only names of
+        this computer as the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
+    """
+
+    def __init__(self, listening: socket.socket, token: str | None) -> None:
+        self._listening, self._token = listening, token
+        self._connections: weakref.WeakSet[Any] = weakref.WeakSet()
+        self.serving = False
+
+    @contextlib.contextmanager
+    def in_front_of(self, host: str) -> Iterator[None]:
+        """While this lasts, the server that is opened for this very string `host` is behind this gate."""
+        from websockets.asyncio import server as websockets
+
+        plain: Any = websockets.serve
+
+        def serve(handler: Any, at: Any = None, port: Any = None, **options: Any) -> Any:
+            if at is not host:  # a server of another thread
+                return plain(handler, at, port, **options)
+            self.serving = True
+            options |= {
+                "process_request": self._before(options.get("process_request")),
+                "create_connection": self._connected,
+                "logger": LOG,
+            }
+            return plain(handler, sock=self._listening, **options)
+
+        with _replacing:
+            websockets.serve = serve  # type: ignore[assignment, misc]
+            try:
+                yield
+            finally:
+                websockets.serve = plain  # type: ignore[misc]
+
+    def abort(self) -> None:
+        """End all connections: a viewer that is closed does not wait for a browser that does not read."""
+        for connection in list(self._connections):
+            connection.transport.abort()
+
+    def _connected(self, *arguments: Any, **options: Any) -> Any:
+        from websockets.asyncio.server import ServerConnection
+
+        connection = ServerConnection(*arguments, **options)
+        self._connections.add(connection)
+        return connection
+
+    def _before(self, answer: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Any]:
+        def checked(connection: Any, request: Any) -> Any:
+            path = admitted(request.path, request.headers, self._token)
+            if path is None:
+                return connection.respond(HTTPStatus.FORBIDDEN, REFUSED)
+            request.path = path
+            return None if answer is None else answer(connection, request)
+
+        return checked
+
+
+def admitted(path: str, headers: Any, token: str | None) -> str | None:
+    """The path of a request without the token; None: refused.
+
+    `headers`: those of websockets, of which one name may have several values.
+    """
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) != 1 or len(origins) > 1 or not path.startswith("/"):
+        return None
+    if origins and origin_host(origins[0]) != hosts[0].lower():
+        return None  # a page of another site, opened in the same browser
+    if token is None:
+        return path if host_of(hosts[0]) in LOCAL else None
+    place, mark, query = path.partition("?")
+    first, _, remaining = place[1:].partition("/")
+    if not hmac.compare_digest(first.encode(errors="surrogateescape"), token.encode()):
+        return None
+    return f"/{remaining}{mark}{query}"

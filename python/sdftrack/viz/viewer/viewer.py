@@ -17,9 +17,8 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import depth_camera
 from sdftrack.mesh import Mesh
 from sdftrack.viz.viewer.drawer import Drawer
-from sdftrack.viz.viewer.drawing import Shown
+from sdftrack.viz.viewer.drawing import MeshShape, Shown
 from sdftrack.viz.viewer.history import History
-from sdftrack.viz.viewer.models import MeshShape
 from sdftrack.viz.viewer.panel import Panel
 from sdftrack.viz.viewer.requests import Box, Click, Request
 from sdftrack.viz.viewer.scene import Scene
