@@ -79,7 +79,9 @@ class Workplace:
     def _configure(self) -> None:
         import pybind11
 
-        command = ["cmake", "-S", str(self.tree), "-B", str(self.build), "-G", "Ninja", "-DSDFTRACK_TESTS=ON"]
+        # The flags of .ci/run, as deep below the sources: so what that has compiled is in the compiler's cache.
+        command = ["cmake", "-S", str(self.tree), "-B", str(self.build), "-G", "Ninja"]
+        command += ["-DSDFTRACK_TESTS=ON", "-DSDFTRACK_WERROR=ON"]
         command += [f"-DPython_EXECUTABLE={sys.executable}", f"-Dpybind11_DIR={pybind11.get_cmake_dir()}"]
         if shutil.which("ccache"):
             command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
