@@ -108,7 +108,7 @@ def _cameras(folder: Path) -> Case:
 
 
 def _options(folder: Path) -> Case:
-    from sdftrack.cli.poses_file import read_poses
+    from sdftrack.cli.init import read_poses
     from sdftrack.contour.options import options_from_file
     from sdftrack.reconstruction import ReconstructorOptions
 

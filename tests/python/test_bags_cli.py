@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import get_type_hints
 
 import pytest
 from bag_writers import DEPTH_TOPIC, recording, write
@@ -12,7 +13,7 @@ from test_bags import CAMERA, scene
 from typer.testing import CliRunner
 
 import sdftrack as st
-from sdftrack.cli.common import LayoutOption, opening
+from sdftrack.cli.sources import Layout
 from sdftrack.io.datasets import LAYOUTS
 
 
@@ -54,9 +55,11 @@ def test_a_bag_is_tracked_from_the_command_line(tmp_path):
 
 
 def test_the_help_names_every_layout():
-    text = LayoutOption.__metadata__[0].help
+    text = get_type_hints(Layout, include_extras=True)["layout"].__metadata__[0].more["help"]
     assert all(name in text for name in LAYOUTS)
-    assert opening("mcap", "a", None) == {"layout": "mcap", "depth_topic": "a", "color_topic": None}
+    assert Layout(layout="mcap", depth_topic="a").opening == {
+        "layout": "mcap", "depth_topic": "a", "color_topic": None
+    }  # fmt: skip
 
 
 def test_a_bag_is_replayed_as_a_camera(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import typer
@@ -13,9 +14,7 @@ from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.cli import (
     batch,
     calibrate,
-    config,
     contour,
-    convert,
     demo,
     evaluate,
     fit,
@@ -31,6 +30,7 @@ from sdftrack.cli import (
     view,
 )
 from sdftrack.cli.advice import as_options, options_of
+from sdftrack.cli.options import command
 from sdftrack.io.folder_lock import one_run
 
 __all__ = ["app", "run"]
@@ -43,7 +43,7 @@ app = typer.Typer(
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (
+COMMANDS: tuple[Callable[[Any], None], ...] = (
     demo.demo,
     track.track,
     reconstruct.reconstruct,
@@ -52,18 +52,23 @@ for command in (
     superpixels.superpixels,
     evaluate.evaluate,
     motion.motion,
-    batch.batch,
     live.live,
     record.record,
-    convert.convert,
+    record.convert,
     synth.synth,
     reproduce.reproduce,
     view.view,
     info.info,
-    config.config,
-):
-    app.command()(command)
-app.add_typer(calibrate.calibrate)
+    info.config,
+)
+CALIBRATIONS: tuple[Callable[[Any], None], ...] = (calibrate.intrinsics, calibrate.color, calibrate.depth)
+for run_job in COMMANDS:
+    app.command()(command(run_job))
+app.command()(batch.batch)
+calibrations = typer.Typer(help="Calibrate cameras from recorded sequences.", no_args_is_help=True)
+for run_job in CALIBRATIONS:
+    calibrations.command()(command(run_job))
+app.add_typer(calibrations, name="calibrate")
 
 
 def _version(wanted: bool) -> None:
@@ -87,15 +92,15 @@ def run(arguments: list[str]) -> int:
     """Run one command; returns the exit code."""
     import warnings
 
-    command: Any = typer.main.get_command(app)
+    whole: Any = typer.main.get_command(app)
     with warnings.catch_warnings():
-        options = options_of(command, arguments)
+        options = options_of(whole, arguments)
 
         def warn(message: Warning | str, *about: Any, **more: Any) -> None:
             print(f"sdftrack: warning: {as_options(_one_line(str(message)), options)}", file=sys.stderr)
 
         warnings.showwarning = warn
-        return _run(command, arguments, options)
+        return _run(whole, arguments, options)
 
 
 def _run(command: Any, arguments: list[str], options: dict[str, str]) -> int:

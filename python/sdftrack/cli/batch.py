@@ -14,9 +14,9 @@ from sdftrack.cli.common import (
     OutOption,
     OverwriteOption,
     QuietOption,
-    Usage,
     check_common,
 )
+from sdftrack.cli.options import Usage
 
 __all__ = ["batch"]
 

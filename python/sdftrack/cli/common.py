@@ -1,113 +1,92 @@
 # SPDX-License-Identifier: MIT
-"""Common options, progress reports, and output folders."""
+"""Options of every command, and what several commands make of them: settings, boxes, tables."""
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal
 
-import typer
-
+from sdftrack.cli.options import Usage, option
 from sdftrack.evaluation.tables import text_table
 
-__all__ = [
-    "ColorTopicOption",
-    "ConfigOption",
-    "DepthTopicOption",
-    "DeviceOption",
-    "LayoutOption",
-    "OutOption",
-    "OverwriteOption",
-    "QuietOption",
-    "SensorOption",
-    "StartOption",
-    "StepOption",
-    "StopOption",
-    "ThreadsOption",
-    "Usage",
-    "check_common",
-    "check_cpu_only",
-    "contour_settings",
-    "opening",
-    "parse_box",
-    "reconstructor_settings",
-    "refuse_cuda",
-    "show_table",
-    "tracker_settings",
-]
-
-T = TypeVar("T")
 MAX_PX = 1e6  # of a window in an image
+ALL_LOST = 3  # exit code
+Unit = Literal["m", "mm", "cm", "in"]
+Holes = Literal["error", "close"]
 
 
-def _device(value: str) -> str:
+def device_name(value: str) -> str:
+    """ "auto", "cpu" or "cuda:N" in small letters."""
     if re.fullmatch(r"auto|cpu|cuda(:\d{1,4})?", value, re.IGNORECASE) is None:
-        raise typer.BadParameter(f"expected one of auto, cpu, cuda, cuda:N, got {value!r}")
+        raise Usage(f"expected one of auto, cpu, cuda, cuda:N, got {value!r}")
     return value.lower()
 
 
-DeviceOption = Annotated[
-    str, typer.Option(help="Device for the computation.", metavar="auto|cpu|cuda|cuda:N", callback=_device)
-]
-ThreadsOption = Annotated[
-    int, typer.Option(min=0, help="Number of threads; 0: all cores. Results do not depend on it.")
-]
-ConfigOption = Annotated[
-    Path | None,
-    typer.Option("--config", metavar="FILE.toml", help="Options file, see sdftrack config."),
-]
-SensorOption = Annotated[
-    str | None,
-    typer.Option(
-        "--sensor",
-        metavar="NAME|FILE",
-        help="Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
-    ),
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
-OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Output folder.")]
-OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Allow DIR to contain files; files of this command are replaced.")
-]
-StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
-StopOption = Annotated[int | None, typer.Option(min=0, help="End frame (exclusive).")]
-StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
-LayoutOption = Annotated[
-    str,
-    typer.Option(
-        help="auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md)."
-    ),
-]
-DepthTopicOption = Annotated[
-    str | None,
-    typer.Option(
-        "--depth-topic", metavar="TOPIC", help="Depth images of a bag that has several topics of them."
-    ),
-]
-ColorTopicOption = Annotated[
-    str | None,
-    typer.Option(
-        "--color-topic", metavar="TOPIC", help="Colour images of a bag, likewise; none: without colour."
-    ),
-]
+def above_zero(what: str, limit: float = math.inf) -> Any:
+    """A check of numbers: above 0, finite and below the limit."""
+
+    def check(value: float) -> float:
+        if not 0 < value < limit:
+            below = "" if limit == math.inf else f" and below {limit:g}"
+            raise Usage(f"expected {what} above 0{below}, got {value:g}")
+        return value
+
+    return check
 
 
-def Usage(message: str, option: str | None = None) -> typer.BadParameter:
-    """A usage error (exit code 2)."""
-    return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
+@dataclass(frozen=True, kw_only=True)
+class Common:
+    """Options of every command."""
+
+    out: Annotated[Path | None, option("Output folder.", "--out", "-o", metavar="DIR")] = None
+    overwrite: Annotated[
+        bool, option("Allow DIR to contain files; files of this command are replaced.", "--overwrite")
+    ] = False
+    config: Annotated[Path | None, option("Options file, see sdftrack config.", metavar="FILE.toml")] = None
+    device: Annotated[
+        str, option("Device for the computation.", metavar="auto|cpu|cuda|cuda:N"), device_name
+    ] = "auto"
+    threads: Annotated[
+        int, option("Number of threads; 0: all cores. Results do not depend on it.", min=0)
+    ] = 0
+    quiet: Annotated[bool, option("Print only errors.", "--quiet", "-q")] = False
+
+    @property
+    def folder(self) -> Path:
+        """--out, of a command that needs it."""
+        if self.out is None:
+            raise Usage("expected a folder for the results: --out DIR", "--out")
+        return self.out
+
+    def on_cpu(self) -> None:
+        """For commands that run on the CPU and do not use --config: an invalid one is an error."""
+        check_cpu_only(self.config, self.device)
 
 
-def opening(layout: str, depth_topic: str | None, color_topic: str | None) -> dict[str, Any]:
-    """Keyword arguments for `open_sequence` from the options; usage error for an unknown layout."""
-    from sdftrack.io.datasets import LAYOUTS
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """--sensor, of commands that track."""
 
-    known = ["auto", *LAYOUTS]
-    if layout not in known:
-        raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
-    return {"layout": layout, "depth_topic": depth_topic, "color_topic": color_topic}
+    sensor: Annotated[
+        str | None,
+        option(
+            "Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
+            metavar="NAME|FILE",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Meshes:
+    """How models become volumes."""
+
+    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
+    voxels: Annotated[int, option("Voxels along the longest side of a model's volume.", min=8)] = 200
 
 
 def check_cpu_only(config: Path | None, device: str) -> None:
@@ -189,12 +168,18 @@ def _there(config: Path) -> Path:
     return config
 
 
+def floats(text: str, count: int) -> tuple[float, ...]:
+    """The finite numbers between commas; () if there are not `count` of them."""
+    try:
+        values = tuple(float(v) for v in text.split(","))
+    except ValueError:
+        return ()
+    return values if len(values) == count and all(map(math.isfinite, values)) else ()
+
+
 def parse_box(text: str) -> tuple[float, float, float, float]:
     """The numbers of ``--box x,y,w,h``."""
-    try:
-        x, y, w, h = (float(v) for v in text.split(","))
-    except ValueError:
-        x = y = w = h = 0.0
+    x, y, w, h = floats(text, 4) or (0.0,) * 4
     if not (abs(x) < MAX_PX and abs(y) < MAX_PX and 0 < w < MAX_PX and 0 < h < MAX_PX):
         raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
     return x, y, w, h
@@ -226,3 +211,63 @@ def show_table(
     else:
         print(text)
     return text
+
+
+# -- to be removed
+import typer  # noqa: E402
+
+DeviceOption = Annotated[
+    str,
+    typer.Option(help="Device for the computation.", metavar="auto|cpu|cuda|cuda:N", callback=device_name),
+]
+ThreadsOption = Annotated[
+    int, typer.Option(min=0, help="Number of threads; 0: all cores. Results do not depend on it.")
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option("--config", metavar="FILE.toml", help="Options file, see sdftrack config."),
+]
+SensorOption = Annotated[
+    str | None,
+    typer.Option(
+        "--sensor",
+        metavar="NAME|FILE",
+        help="Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
+    ),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Output folder.")]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Allow DIR to contain files; files of this command are replaced.")
+]
+StartOption = Annotated[int, typer.Option(min=0, help="First frame.")]
+StopOption = Annotated[int | None, typer.Option(min=0, help="End frame (exclusive).")]
+StepOption = Annotated[int, typer.Option(min=1, help="Every n-th frame.")]
+LayoutOption = Annotated[
+    str,
+    typer.Option(
+        help="auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md)."
+    ),
+]
+DepthTopicOption = Annotated[
+    str | None,
+    typer.Option(
+        "--depth-topic", metavar="TOPIC", help="Depth images of a bag that has several topics of them."
+    ),
+]
+ColorTopicOption = Annotated[
+    str | None,
+    typer.Option(
+        "--color-topic", metavar="TOPIC", help="Colour images of a bag, likewise; none: without colour."
+    ),
+]
+
+
+def opening(layout: str, depth_topic: str | None, color_topic: str | None) -> dict[str, Any]:
+    """Keyword arguments for `open_sequence` from the options; usage error for an unknown layout."""
+    from sdftrack.io.datasets import LAYOUTS
+
+    known = ["auto", *LAYOUTS]
+    if layout not in known:
+        raise Usage(f"expected one of {', '.join(known)}, got {layout!r}", "--layout")
+    return {"layout": layout, "depth_topic": depth_topic, "color_topic": color_topic}

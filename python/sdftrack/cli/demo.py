@@ -6,21 +6,12 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    show_table,
-    tracker_settings,
-)
+from sdftrack.cli.common import Common, show_table, tracker_settings
+from sdftrack.cli.options import option
 from sdftrack.cli.progress import progress
 
 DEFAULT_OUT = Path("sdftrack-demo")
@@ -39,93 +30,124 @@ PART_OF_SEQUENCE = re.compile(
 )
 
 
-def demo(
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    frames: Annotated[int, typer.Option(min=12, help="Number of frames.")] = 240,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of noise and colours.")] = 0,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Demo(Common):
     """Synthesise a hand-held duck over a cluttered table, track it by depth, and write a report.
 
     Then the duck rotates once in front of the camera, and its shape is reconstructed: mesh.ply, mesh.png.
     The first frames are kept in the folder sequence, for trying ``sdftrack track``.
     Without --out the folder is ./sdftrack-demo; files of an earlier demo are replaced.
     """
-    import numpy as np
 
+    frames: Annotated[int, option("Number of frames.", min=12)] = 240
+    seed: Annotated[int, option("Random seed of noise and colours.", min=0)] = 0
+
+
+def demo(job: Demo) -> None:
     import sdftrack as st
-    from sdftrack._internal.files import write_text
-    from sdftrack.cli.demo_turn import WHOLE_TURN, duck_mask, reconstruct_duck
-    from sdftrack.evaluation.pose_errors import pose_errors
-    from sdftrack.evaluation.tables import text_table
+    from sdftrack.cli.demo_turn import WHOLE_TURN, reconstruct_duck
     from sdftrack.recorder import prepare_folder
     from sdftrack.synth.demo_scene import make_scene
-    from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
+    from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides
 
-    folder = DEFAULT_OUT if out is None else out
-    overwrite = overwrite or (out is None and _ours(folder))
-    options = {**tracker_settings(config), "device": device, "threads": threads}
-    shown = {round(s * (frames - 1)) for s in STRIP}
-    pictures, results, first = [], [], []
-    settings = {"command": "demo", "frames": frames, "seed": seed, "voxels": VOXELS, "threads": threads}
+    folder = DEFAULT_OUT if job.out is None else job.out
+    job = replace(job, out=folder, overwrite=job.overwrite or (job.out is None and _ours(folder)))
+    options = {**tracker_settings(job.config), "device": job.device, "threads": job.threads}
     if not _may_replace(folder / SEQUENCE):
         raise FileExistsError(
             f"out: expected no files of others in {folder / SEQUENCE}, which the demo replaces; choose another folder"
         )
-    prepare_folder(folder, overwrite)  # a folder that will not do is an error before the work, not after it
-    if not quiet:
+    prepare_folder(
+        folder, job.overwrite
+    )  # a folder that will not do is an error before the work, not after it
+    if not job.quiet:
         print("making the scene and the duck's signed distances", flush=True)
-    scene = make_scene(frames, seed, threads)
+    scene = make_scene(job.frames, job.seed, job.threads)
     sdf = st.SDF.from_mesh(scene.duck, voxels=VOXELS)
     tracker = st.Tracker(sdf, scene.camera, mode="depth", names=["duck"], **options)
+    settings = {
+        "command": "demo",
+        "frames": job.frames,
+        "seed": job.seed,
+        "voxels": VOXELS,
+        "threads": job.threads,
+    }
     settings["tracker"] = tracker.options.to_dict()
     with st.Recorder(
-        folder, scene.camera, sdf, True, overwrite, names=["duck"], settings=settings
+        folder, scene.camera, sdf, True, job.overwrite, names=["duck"], settings=settings
     ) as recorder:
-        for i, frame in enumerate(progress(scene.frames(), frames, "tracking", quiet)):
-            result = tracker.track(frame) if i else tracker.start(frame, poses=[scene.poses[0]])
-            recorder.add(frame, result, truth={0: scene.poses[i]})
-            if i in shown:
-                pictures.append(st.draw(frame, result, sdf, scene.camera, names=["duck"]))
-            results.append(result)
-            if i < KEPT_FRAMES:
-                first.append(frame)
-        masks = {0: {0: duck_mask(first[0], sdf, scene.camera, scene.poses[0])}}
-        sequence = st.Sequence(
-            first, scene.camera, scene.poses[: len(first)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
-        )
-        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
-        st.save_sequence(folder / SEQUENCE, sequence)
-        found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, frames // 4 + 8), threads, quiet)
+        results, pictures, first = _track(job, scene, sdf, tracker, recorder)
+        _save_sequence(folder / SEQUENCE, scene, sdf, first)
+        found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, job.frames // 4 + 8), job.threads, job.quiet)
         found.mesh.save(folder / "mesh.ply")
-        save_picture(
-            folder / "mesh.png", four_sides(found.mesh, found.pose, threads=threads, min_seen=found.min_seen)
-        )
+        sides = four_sides(found.mesh, found.pose, threads=job.threads, min_seen=found.min_seen)
+        save_picture(folder / "mesh.png", sides)
         recorder.wrote("mesh.ply", "mesh.png")
         recorder.note("reconstruction", found.section())
+    _report(job, scene, sdf, results, pictures, found)
+
+
+def _track(
+    job: Demo, scene: Any, sdf: Any, tracker: Any, recorder: Any
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """The results, the pictures of the strip, and the first frames."""
+    import sdftrack as st
+
+    shown = {round(s * (job.frames - 1)) for s in STRIP}
+    results: list[Any] = []
+    pictures, first = [], []
+    for i, frame in enumerate(progress(scene.frames(), job.frames, "tracking", job.quiet)):
+        result = tracker.track(frame) if i else tracker.start(frame, poses=[scene.poses[0]])
+        recorder.add(frame, result, truth={0: scene.poses[i]})
+        if i in shown:
+            pictures.append(st.draw(frame, result, sdf, scene.camera, names=["duck"]))
+        results.append(result)
+        if i < KEPT_FRAMES:
+            first.append(frame)
+    return results, pictures, first
+
+
+def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> None:
+    """The first frames, with the mask of the duck in the first of them."""
+    import sdftrack as st
+    from sdftrack.cli.demo_turn import duck_mask
+
+    masks = {0: {0: duck_mask(frames[0], sdf, scene.camera, scene.poses[0])}}
+    sequence = st.Sequence(
+        frames, scene.camera, scene.poses[: len(frames)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
+    )
+    shutil.rmtree(folder, ignore_errors=True)
+    st.save_sequence(folder, sequence)
+
+
+def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[Any], found: Any) -> None:
+    """Plots and the table of errors."""
+    import numpy as np
+
+    from sdftrack._internal.files import write_text
+    from sdftrack.evaluation.pose_errors import pose_errors
+    from sdftrack.evaluation.tables import text_table
+    from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
+
+    folder = job.folder
     errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
     save_picture(folder / "frames.png", strip(pictures))
     plot_sdf_slices(folder / "sdf_slices.png", sdf)
     plot_run(folder / "errors.png", errors.translation_m, errors.rotation_rad, results)
-    title = f"a hand-held duck, {frames} frames of 640 x 480, by depth alone"
+    title = f"a hand-held duck, {job.frames} frames of 640 x 480, by depth alone"
     head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), found.row()]
     write_text(folder / "table.txt", text_table(title, head, rows) + "\n")
-    if not quiet:
-        show_table(title, head, rows)
-        print(f"reconstruction: {found.summary}")
-        print(
-            f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it"
-        )
-        seq = folder / SEQUENCE
-        print(
-            f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "
-            f"--init {seq / 'mask_visib/000000_000000.png'} --out tracked"
-        )
+    if job.quiet:
+        return
+    show_table(title, head, rows)
+    print(f"reconstruction: {found.summary}")
+    print(f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it")
+    seq = folder / SEQUENCE
+    print(
+        f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "
+        f"--init {seq / 'mask_visib/000000_000000.png'} --out tracked"
+    )
 
 
 def _rows(errors: Any, results: list[Any]) -> list[list[str]]:

@@ -3,108 +3,25 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from enum import Enum
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-import typer
-
-from sdftrack.cli.common import (
-    ColorTopicOption,
-    ConfigOption,
-    DepthTopicOption,
-    DeviceOption,
-    LayoutOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    StartOption,
-    StepOption,
-    StopOption,
-    ThreadsOption,
-    Usage,
-    check_cpu_only,
-    opening,
-    parse_box,
-)
-from sdftrack.cli.fit_image import is_depth_image, parse_intrinsics, read_depth_image
+from sdftrack.cli.cameras import load_camera, parse_intrinsics
+from sdftrack.cli.common import Common, Unit, above_zero, parse_box
+from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
+from sdftrack.cli.sources import Frames, Layout, fitting
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
+IMAGES = (".png", ".tif", ".tiff")
+MILLIMETRE = 0.001
+HOW = "give its intrinsics by --camera FILE or --intrinsics fx,fy,cx,cy"
 
 
-class Kind(str, Enum):
-    auto = "auto"
-    sphere = "sphere"
-    cylinder = "cylinder"
-    cone = "cone"
-    box = "box"
-    ellipsoid = "ellipsoid"
-    plane = "plane"
-
-
-class Unit(str, Enum):
-    m = "m"
-    mm = "mm"
-    cm = "cm"
-    inch = "in"
-
-
-def fit(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SEQ|CLOUD.ply|DEPTH.png",
-            help="Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
-        ),
-    ],
-    kind: Annotated[
-        Kind,
-        typer.Option(
-            help="Kind of primitive; auto: the best solid; plane: a rectangle.", case_sensitive=False
-        ),
-    ] = Kind.auto,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    mask: Annotated[
-        Path | None, typer.Option(metavar="mask.png", help="Mask of the object in the first depth image.")
-    ] = None,
-    box: Annotated[
-        str | None,
-        typer.Option(metavar="x,y,w,h", help="Alternatively, a box in pixels; may contain other objects."),
-    ] = None,
-    frame: Annotated[int | None, typer.Option(min=0, help="Use only this frame.")] = None,
-    start: StartOption = 0,
-    stop: StopOption = None,
-    step: StepOption = 1,
-    no_plane: Annotated[bool, typer.Option("--no-plane", help="There is no supporting plane.")] = False,
-    unit: Annotated[
-        Unit | None, typer.Option(help="Unit of the point cloud (default: m).", case_sensitive=False)
-    ] = None,
-    camera: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Camera of a depth image: camera.json, .yaml, cam_K.txt."),
-    ] = None,
-    intrinsics: Annotated[
-        str | None, typer.Option(metavar="fx,fy,cx,cy", help="Alternatively, its intrinsics, pixels.")
-    ] = None,
-    depth_scale: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M", help="Metres per unit of a depth image (default: 0.001 of integers, 1 of floats)."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Random seed of the initial guesses.")] = 0,
-    layout: LayoutOption = "auto",
-    depth_topic: DepthTopicOption = None,
-    color_topic: ColorTopicOption = None,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Fit(Frames, Layout, Common):
     """Fit a sphere, cylinder, cone, box, ellipsoid or plane patch of unknown size.
 
     Without --mask or --box, the sequence's own mask or the largest object on the table is used. Several frames are
@@ -113,152 +30,174 @@ def fit(
     Writes into DIR result.json (pose, size, covariance, scores; null: infinite variance), fit.png, and primitive.ply in
     the pose of the last frame (metres, camera frame).
     """
-    if out is None:
-        raise Usage("expected a folder for the results: --out DIR", "--out")
-    from sdftrack.io.out_folder import refuse_inputs
 
-    arguments = opening(layout, depth_topic, color_topic)
-    check_cpu_only(config, device)
-    if mask is not None and box is not None:
-        raise Usage("expected --mask or --box, got both", "--mask")
-    if frame is not None and (start, stop) != (0, None):
-        raise Usage("expected --frame or --start and --stop, got both", "--frame")
-    if not source.exists():
-        raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
-    refuse_inputs(
-        out,
-        ("result.json", "fit.png", "primitive.ply"),
-        [("SEQ|CLOUD.ply", source), ("--mask", mask), ("--camera", camera)],
-    )
-    values = parse_intrinsics(intrinsics, camera)
-    if depth_scale is not None and not 0 < depth_scale < math.inf:
-        raise Usage(f"expected metres per unit, above 0, got {depth_scale:g}", "--depth-scale")
-    alone = is_depth_image(source)
-    if not alone and (camera is not None or values is not None or depth_scale is not None):
-        raise Usage(
-            "expected a depth image (16-bit PNG or TIFF, .npy) with --camera, --intrinsics and --depth-scale, "
-            "got a cloud or a sequence"
-        )
-    window = None if box is None else parse_box(box)
-    options: dict[str, Any] = {"seed": seed, "threads": threads}
-    if no_plane:
-        options["plane"] = None
-    part = slice(frame, frame + 1) if frame is not None else slice(start, stop, step)
-    if alone:
-        if unit is not None or part != slice(0, None, 1):
+    source: Annotated[
+        Path,
+        argument(
+            "Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
+            "SEQ|CLOUD.ply|DEPTH.png",
+        ),
+    ]
+    kind: Annotated[
+        Literal["auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"],
+        option("Kind of primitive; auto: the best solid; plane: a rectangle."),
+    ] = "auto"
+    mask: Annotated[
+        Path | None, option("Mask of the object in the first depth image.", metavar="mask.png")
+    ] = None
+    box: Annotated[
+        str | None, option("Alternatively, a box in pixels; may contain other objects.", metavar="x,y,w,h")
+    ] = None
+    frame: Annotated[int | None, option("Use only this frame.", min=0)] = None
+    no_plane: Annotated[bool, option("There is no supporting plane.")] = False
+    unit: Annotated[Unit | None, option("Unit of the point cloud (default: m).")] = None
+    camera: Annotated[
+        Path | None, option("Camera of a depth image: camera.json, .yaml, cam_K.txt.", metavar="FILE")
+    ] = None
+    intrinsics: Annotated[
+        str | None, option("Alternatively, its intrinsics, pixels.", metavar="fx,fy,cx,cy")
+    ] = None
+    depth_scale: Annotated[
+        float | None,
+        option("Metres per unit of a depth image (default: 0.001 of integers, 1 of floats).", metavar="M"),
+        above_zero("metres per unit"),
+    ] = None
+    seed: Annotated[int, option("Random seed of the initial guesses.", min=0, max=2**32 - 1)] = 0
+
+    @property
+    def part(self) -> slice:
+        return super().part if self.frame is None else slice(self.frame, self.frame + 1)
+
+    def check(self) -> None:
+        """Usage error for options that exclude each other."""
+        if self.mask is not None and self.box is not None:
+            raise Usage("expected --mask or --box, got both", "--mask")
+        if self.frame is not None and (self.start, self.stop) != (0, None):
+            raise Usage("expected --frame or --start and --stop, got both", "--frame")
+        if self.intrinsics is not None and self.camera is not None:
+            raise Usage("expected one of --intrinsics and --camera, got both", "--intrinsics")
+
+    def check_source(self, alone: bool, cloud: bool) -> None:
+        """Usage error for options that do not go with a single depth image, a cloud or a sequence."""
+        whole = super().part == slice(0, None, 1) and self.frame is None
+        if not alone and (self.camera, self.intrinsics, self.depth_scale) != (None,) * 3:
+            raise Usage(
+                "expected a depth image (16-bit PNG or TIFF, .npy) with --camera, --intrinsics and --depth-scale, "
+                "got a cloud or a sequence"
+            )
+        if alone and not (self.unit is None and whole):
             raise Usage(
                 "expected --depth-scale with a single depth image, got --unit, --frame, --start, --stop or --step"
             )
-        image = read_depth_image(source, camera, values, depth_scale)
-        _fit_image(source, image, kind.value, out, overwrite, (mask, window), options, quiet)
-    elif source.is_file() and source.suffix.lower() in CLOUDS:
-        if mask is not None or box is not None or part != slice(0, None, 1):
+        if cloud and not (self.mask is None and self.box is None and whole):
             raise Usage(
                 "expected a sequence with --mask, --box, --frame, --start, --stop and --step, got a cloud"
             )
-        options.pop("plane", None)
-        if unit is not None:
-            options["unit"] = unit.value
-        _fit_cloud(source, kind.value, out, overwrite, options, quiet)
-    else:
-        if unit is not None:
+        if not alone and not cloud and self.unit is not None:
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
-        _fit_sequence(source, kind.value, out, overwrite, (mask, window), part, arguments, options, quiet)
+
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of `fit_primitive`."""
+        return {"seed": self.seed, "threads": self.threads, **({"plane": None} if self.no_plane else {})}
 
 
-def _fit_cloud(source: Path, kind: str, out: Path, overwrite: bool, options: Any, quiet: bool) -> None:
+def fit(job: Fit) -> None:
+    from sdftrack.io.out_folder import refuse_inputs
+
+    out, source = job.folder, job.source
+    job.on_cpu()
+    job.check()
+    if not source.exists():
+        raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
+    inputs = [("SEQ|CLOUD.ply", source), ("--mask", job.mask), ("--camera", job.camera)]
+    refuse_inputs(out, ("result.json", "fit.png", "primitive.ply"), inputs)
+    window = None if job.box is None else parse_box(job.box)
+    alone = _is_depth_image(source)
+    cloud = not alone and source.is_file() and source.suffix.lower() in CLOUDS
+    job.check_source(alone, cloud)
+    if alone:
+        _fit_image(job, window)
+    elif cloud:
+        _fit_cloud(job)
+    else:
+        _fit_sequence(job, window)
+
+
+def _fit_cloud(job: Fit) -> None:
     import sdftrack as st
     from sdftrack.io.clouds import read_cloud
     from sdftrack.mesh.files import unit_scale
     from sdftrack.viz.primitives import plot_cloud
 
-    points = read_cloud(source)
-    found = st.fit_primitive(points, kind, **options)
-    folder = _written(
-        out, overwrite, found, {"cloud": str(source), "kind": kind, "points": len(points), **options}
-    )
-    plot_cloud(folder / "fit.png", points * unit_scale(options.get("unit")), found)
-    _tell(source, found, out, quiet)
+    points = read_cloud(job.source)
+    options = {k: v for k, v in job.options().items() if k != "plane"}
+    if job.unit is not None:
+        options["unit"] = job.unit
+    found = st.fit_primitive(points, job.kind, **options)
+    _write(job, found, {"cloud": str(job.source), "kind": job.kind, "points": len(points), **options})
+    plot_cloud(job.folder / "fit.png", points * unit_scale(job.unit), found)
+    _tell(job, found)
 
 
-def _fit_image(
-    source: Path,
-    frame: Any,
-    kind: str,
-    out: Path,
-    overwrite: bool,
-    place: tuple[Path | None, tuple[float, ...] | None],
-    options: dict[str, Any],
-    quiet: bool,
-) -> None:
+def _fit_image(job: Fit, window: tuple[float, ...] | None) -> None:
     import sdftrack as st
-    from sdftrack.viz.pictures import save_picture
-    from sdftrack.viz.primitives import draw_primitives
 
-    found = st.fit_primitive(frame, kind, mask=_mask(place, frame, []), **options)
-    folder = _written(out, overwrite, found, {"depth": str(source), "kind": kind, **options})
-    save_picture(folder / "fit.png", draw_primitives(frame, [found], frame.camera))
-    _tell(source, found, out, quiet)
+    frame = _depth_image(job)
+    found = st.fit_primitive(frame, job.kind, mask=_mask(job, window, frame, []), **job.options())
+    _write(job, found, {"depth": str(job.source), "kind": job.kind, **job.options()})
+    _draw(job, frame, found, frame.camera)
+    _tell(job, found)
 
 
-def _fit_sequence(
-    source: Path,
-    kind: str,
-    out: Path,
-    overwrite: bool,
-    place: tuple[Path | None, tuple[float, ...] | None],
-    part: slice,
-    arguments: dict[str, Any],
-    options: dict[str, Any],
-    quiet: bool,
-) -> None:
+def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> None:
     import sdftrack as st
-    from sdftrack.cli.track import fitting
-    from sdftrack.viz.pictures import save_picture
-    from sdftrack.viz.primitives import draw_primitives
 
-    with st.open_sequence(source, **arguments) as seq:
-        numbers = range(len(seq))[part]
+    source = job.source
+    with st.open_sequence(source, **job.opening) as seq:
+        numbers = range(len(seq))[job.part]
         if not len(numbers):
             raise ValueError(
                 f"--frame, --start, --stop: expected some of the {len(seq)} frames of {source}, got none"
             )
         first = fitting(seq[numbers[0]], seq.camera)
-        mask = _mask(place, first, list(seq.masks(numbers[0]).values()))
+        options = {
+            "camera": seq.camera,
+            "mask": _mask(job, window, first, list(seq.masks(numbers[0]).values())),
+            **job.options(),
+        }
 
-        def frames() -> Any:
-            for i in progress(numbers, len(numbers), source.name or str(source), quiet):
+        def frames() -> Iterator[Any]:
+            for i in progress(numbers, len(numbers), source.name or str(source), job.quiet):
                 yield first if i == numbers[0] else fitting(seq[i], seq.camera)
 
+        last = first
         if len(numbers) == 1:
-            found = st.fit_primitive(first, kind, camera=seq.camera, mask=mask, **options)
-            last = first
+            found = st.fit_primitive(first, job.kind, **options)
         else:
-            found = st.fit_primitive(frames(), kind, camera=seq.camera, mask=mask, **options)
+            found = st.fit_primitive(frames(), job.kind, **options)
             found = replace(found, skipped={numbers[i]: why for i, why in found.skipped.items()})
-            seen_in = [i for i in numbers if i not in found.skipped] or [numbers[0]]
-            last = fitting(seq[seen_in[-1]], seq.camera)
-        about = {"sequence": str(source), "kind": kind, "frames": list(numbers), **options}
-        folder = _written(out, overwrite, found, about)
-        save_picture(folder / "fit.png", draw_primitives(last, [found], seq.camera))
-    _tell(source, found, out, quiet)
+            used = [i for i in numbers if i not in found.skipped] or [numbers[0]]
+            last = fitting(seq[used[-1]], seq.camera)
+        about = {"sequence": str(source), "kind": job.kind, "frames": list(numbers), **job.options()}
+        _write(job, found, about)
+        _draw(job, last, found, seq.camera)
+    _tell(job, found)
 
 
-def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, own: list[Any]) -> Any:
-    """The mask that is asked for; else the only one of the sequence's `own`, or None."""
+def _mask(job: Fit, window: tuple[float, ...] | None, frame: Any, own: list[Any]) -> Any:
+    """The mask of the options; else the only one of the sequence's `own`, or None."""
     import numpy as np
 
     from sdftrack.io.frames import read_mask
 
-    path, box = place
-    if path is not None:
-        if not path.is_file():
-            raise FileNotFoundError(f"--mask: no such file: {path}")
-        return read_mask(path)
-    if box is None:
+    if job.mask is not None:
+        if not job.mask.is_file():
+            raise FileNotFoundError(f"--mask: no such file: {job.mask}")
+        return read_mask(job.mask)
+    if window is None:
         known = [m for m in own if m.any()]
         return known[0] if len(known) == 1 else None
-    x, y, w, h = (round(v) for v in box)
+    x, y, w, h = (round(v) for v in window)
     mask = np.zeros(frame.shape, bool)
     mask[max(0, y) : max(0, y + h), max(0, x) : max(0, x + w)] = True
     if not mask.any():
@@ -266,33 +205,81 @@ def _mask(place: tuple[Path | None, tuple[float, ...] | None], frame: Any, own: 
     return mask
 
 
-def _written(out: Path, overwrite: bool, found: Any, about: dict[str, Any]) -> Path:
+def _is_depth_image(source: Path) -> bool:
+    """Whether a file is a depth image: an image file, or a .npy of images, not of points (N, 3)."""
+    if not source.is_file():
+        return False
+    if source.suffix.lower() != ".npy":
+        return source.suffix.lower() in IMAGES
+    shape = _array(source).shape
+    return len(shape) > 1 and shape[1:] != (3,)
+
+
+def _array(source: Path) -> Any:
+    from sdftrack._internal.array_archive import read_array
+
+    try:
+        with source.open("rb") as opened:
+            return read_array(opened, source.stat().st_size)
+    except ValueError as error:
+        raise ValueError(f"{source}: not a readable .npy file ({' '.join(str(error).split())})") from None
+
+
+def _depth_image(job: Fit) -> Any:
+    """A single depth image as a frame with its camera."""
+    from sdftrack.camera import Camera
+    from sdftrack.frame import Frame
+    from sdftrack.io.frames import read_depth_units
+
+    source = job.source
+    values = None if job.intrinsics is None else parse_intrinsics(job.intrinsics, "--intrinsics")
+    if job.camera is None and values is None:
+        raise Usage(f"expected the camera of a single depth image, got none: {HOW}", "--camera")
+    depth: Any = _array(source) if source.suffix.lower() == ".npy" else read_depth_units(source)
+    if depth.ndim != 2 or depth.dtype.kind not in "uif" or not depth.size:
+        raise ValueError(
+            f"{source}: expected depth (H, W) or points (N, 3) of numbers, got {depth.dtype} {depth.shape}"
+        )
+    height, width = depth.shape
+    if values is not None:
+        camera = Camera(*values, width, height)
+    else:
+        assert job.camera is not None
+        camera = load_camera(job.camera, depth.shape, "the depth image")
+    unit = 1.0 if depth.dtype.kind == "f" else MILLIMETRE
+    return Frame(depth.astype("float32") * (job.depth_scale or unit), camera=camera)
+
+
+def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
     """Create the folder with result.json and primitive.ply."""
     import sdftrack as st
     from sdftrack._internal.files import write_json
     from sdftrack.recorder import prepare_folder
 
-    prepare_folder(out, overwrite)
-    mesh = found.to_mesh()
-    T = found.T_cam_obj
+    out = job.folder
+    prepare_folder(out, job.overwrite)
+    mesh, T = found.to_mesh(), found.T_cam_obj
     st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")
-    per_frame = [f.to_dict() for f in found.per_frame]
     settings = {k: v for k, v in about.items() if k != "threads"}
-    write_json(
-        out / "result.json",
-        {"version": st.__version__, "settings": settings, **found.to_dict(), "per_frame": per_frame},
-    )
-    return out
+    values = {"version": st.__version__, "settings": settings, **found.to_dict()}
+    write_json(out / "result.json", {**values, "per_frame": [f.to_dict() for f in found.per_frame]})
 
 
-def _tell(source: Path, found: Any, out: Path, quiet: bool) -> None:
-    if quiet:
+def _draw(job: Fit, frame: Any, found: Any, camera: Any) -> None:
+    from sdftrack.viz.pictures import save_picture
+    from sdftrack.viz.primitives import draw_primitives
+
+    save_picture(job.folder / "fit.png", draw_primitives(frame, [found], camera))
+
+
+def _tell(job: Fit, found: Any) -> None:
+    if job.quiet:
         return
-    print(f"{source}: {found!r}")
+    print(f"{job.source}: {found!r}")
     if found.reason:
         print(f"  {found.reason}")
     for i, why in found.skipped.items():
         print(f"  frame {i} left out: {why}")
     if len(found.scores) > 1:
         print("  scores: " + ", ".join(f"{kind} {score:.2f}" for kind, score in found.scores.items()))
-    print(f"  written to {out}")
+    print(f"  written to {job.folder}")

@@ -1,55 +1,44 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack info``: version, build, CPU features, GPU, threads."""
+"""``sdftrack info`` and ``sdftrack config``: what this build is, and every option that it has."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import typer
 
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    Usage,
-)
+from sdftrack.cli.common import Common, check_common, check_cpu_only, contour_settings, reconstructor_settings
+from sdftrack.cli.options import Usage, option
 
 
-def info(
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-    self_test: Annotated[
-        bool,
-        typer.Option(
-            "--self-test", help='Compare a GPU with the CPU; device="auto" uses one that has passed.'
-        ),
-    ] = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Info(Common):
     """Print version, build options, CPU features in use, GPU and threads; also written to DIR/info.json."""
+
+    self_test: Annotated[
+        bool, option('Compare a GPU with the CPU; device="auto" uses one that has passed.')
+    ] = False
+
+
+def info(job: Info) -> None:
     from sdftrack import _core
-    from sdftrack.cli.common import check_common
     from sdftrack.device import info as collect
 
-    check_common(config, device)
-    tested, passed = _self_test(device) if self_test else ([], True)
+    check_common(job.config, job.device)
+    tested, passed = _self_test(job.device) if job.self_test else ([], True)
     # After the self-test, which decides what "auto" is.
-    facts = {**collect(), "device": check_common(config, device), "threads": int(_core.thread_count(threads))}
-    if self_test:
+    device = check_common(job.config, job.device)
+    facts = {**collect(), "device": device, "threads": int(_core.thread_count(job.threads))}
+    if job.self_test:
         facts["self_test"] = tested
-    if out is not None:
+    if job.out is not None:
         from sdftrack._internal.files import write_json
         from sdftrack.recorder import prepare_folder
 
-        prepare_folder(out, overwrite)
-        write_json(out / "info.json", facts)
-    if not quiet:
+        prepare_folder(job.out, job.overwrite)
+        write_json(job.out / "info.json", facts)
+    if not job.quiet:
         width = max(map(len, facts))
         for name, value in facts.items():
             between = f"\n{'':{width}s}  " if name == "self_test" else ", "
@@ -70,3 +59,24 @@ def _self_test(device: str) -> tuple[list[str], bool]:
     checks = run_self_test(number)
     lines = [f"{c.name}: {'agrees' if c.agrees else 'DIFFERS'} ({c.detail})" for c in checks]
     return lines, all(c.agrees for c in checks)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config(Common):
+    """Print every option with its default, unit and meaning, as a TOML file for --config."""
+
+
+def config(job: Config) -> None:
+    from sdftrack._internal.option_text import options_as_toml
+
+    check_cpu_only(None, job.device)
+    given = reconstructor_settings(job.config)
+    text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(job.config))
+    if job.out is not None:
+        from sdftrack._internal.files import write_text
+        from sdftrack.recorder import prepare_folder
+
+        prepare_folder(job.out, job.overwrite)
+        write_text(job.out / "config.toml", text)
+    if not job.quiet:
+        print(text, end="")

@@ -1,24 +1,37 @@
 # SPDX-License-Identifier: MIT
-"""``--init``: conversion of the option to the arguments of `Tracker.start`."""
+"""``--init``: where objects are in the first image, as arguments of `Tracker.start`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdftrack.cli.common import Usage
-from sdftrack.cli.poses_file import read_poses
+from sdftrack.cli.common import floats
+from sdftrack.cli.objects import Target
+from sdftrack.cli.options import Usage
 from sdftrack.cli.start_picture import Selection, StartError
-from sdftrack.cli.targets import Target
 
-__all__ = ["INIT", "Init", "begin", "box_inside", "mask_file", "parse_init", "parse_inits", "places"]
+__all__ = [
+    "INIT",
+    "Init",
+    "begin",
+    "box_inside",
+    "mask_file",
+    "parse_init",
+    "parse_inits",
+    "places",
+    "read_poses",
+    "shape_of",
+]
 
 if TYPE_CHECKING:  # `--help` needs no numpy
     import numpy as np
     from numpy.typing import NDArray
 
+FARTHEST_M = 50.0  # beyond the depth cameras there are
 INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
 
 
@@ -36,7 +49,7 @@ class Init:
         return f"--init {self.text}"
 
 
-def parse_inits(texts: list[str], models: int) -> list[Init]:
+def parse_inits(texts: Sequence[str], models: int) -> list[Init]:
     """Parse --init options; gt, auto and a poses.json apply to all models, others to one each, in order."""
     inits = [parse_init(text) for text in texts]
     kinds = {i.kind for i in inits}
@@ -71,11 +84,8 @@ def parse_init(text: str, known: str = INIT, option: str = "--init", image: str 
 
 
 def _numbers(text: str, values: str, name: str, wanted: str, option: str, image: str) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(v) for v in values.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != len(wanted.split(",")) or not all(map(math.isfinite, numbers)):
+    numbers = floats(values, len(wanted.split(",")))
+    if not numbers:
         raise Usage(f"expected {name}:{wanted} in pixels of the {image} image, got {text!r}", option)
     if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
         raise Usage(f"expected a width and a height above 0, got {text!r}", option)
@@ -128,10 +138,10 @@ def places(
         return {"poses": read_poses(Path(inits[0].text), len(targets))}
     if kind == "auto":
         return {"masks": _known_masks(targets, first, seq)}
-    camera = seq.camera if frame.camera is None else frame.camera
-    shape = getattr(camera, "depth", camera).shape
+    shape = shape_of(frame, seq)
     if kind == "box":
         return {"boxes": [box_inside(i, shape) for i in inits]}
+    camera = seq.camera if frame.camera is None else frame.camera
     return {"masks": [_mask(i, t, frame, camera, shape) for i, t in zip(inits, targets, strict=True)]}
 
 
@@ -143,6 +153,13 @@ def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np
         found = [masks[k] for k in sorted(masks)]  # whose they are is not said; the order is all there is
     known = [m for m in found if m is not None]
     return known if len(known) == len(targets) else None
+
+
+def shape_of(frame: Any, seq: Any) -> tuple[int, int]:
+    """Rows and columns of the depth image of a frame, as its camera has them."""
+    from sdftrack.camera import depth_camera
+
+    return depth_camera(seq.camera if frame.camera is None else frame.camera).shape
 
 
 def box_inside(init: Init, shape: tuple[int, int], image: str = "depth") -> tuple[float, ...]:
@@ -213,3 +230,47 @@ def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[ND
             raise ValueError(f"--init gt: no ground truth of {t.path} in frame {first} of {folder}{hint}")
         poses.append(np.asarray(truth[t.instance], np.float64))
     return poses
+
+
+def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
+    """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
+    import numpy as np
+
+    from sdftrack._internal.text_files import read_json
+    from sdftrack.geometry import rigid
+
+    if not path.is_file():
+        raise FileNotFoundError(f"--init: no such file: {path}")
+    value = read_json(path)
+    poses = value.get("T_cam_obj") if isinstance(value, dict) else None
+    if not isinstance(poses, list):
+        raise ValueError(f'--init {path}: expected {{"T_cam_obj": [4x4, ...]}}, in the order of the models')
+    if len(poses) != count:
+        raise ValueError(
+            f"--init {path}: expected T_cam_obj to list one 4x4 matrix per --model ({count}), got {len(poses)}"
+        )
+    read = []
+    for k, p in enumerate(poses):
+        try:
+            matrix = np.asarray(p, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"--init {path}: T_cam_obj[{k}]: expected a 4x4 matrix of numbers") from None
+        try:
+            T = rigid(matrix, f"T_cam_obj[{k}]")
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"--init {path}: {error}") from None
+        _check_place(T, f"--init {path}: T_cam_obj[{k}]")
+        read.append(T)
+    return read
+
+
+def _check_place(T: NDArray[np.float64], name: str) -> None:
+    distance, z = math.hypot(*T[:3, 3]), float(T[2, 3])
+    if distance > FARTHEST_M:
+        raise ValueError(
+            f"{name}: the object is {distance:.4g} m away; translations are metres, are these mm?"
+        )
+    if z <= 0:
+        raise ValueError(
+            f"{name}: the object is behind the camera (z = {z:.4g} m); expected T_cam_obj, object to camera"
+        )

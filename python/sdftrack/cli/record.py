@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack record``: the frames of a camera, stored without loss."""
+"""``sdftrack record`` and ``sdftrack convert``: the frames of a camera, or of a recording in another layout."""
 
 from __future__ import annotations
 
@@ -8,77 +8,46 @@ import math
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    Usage,
-    check_cpu_only,
-)
-from sdftrack.cli.live_camera import FpsOption, HeightOption, WidthOption, open_from
+from sdftrack.cli.cameras import CameraSize
+from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
-from sdftrack.cli.recording import (
-    ColorFiles,
-    ColorOption,
-    Item,
-    ResumeOption,
-    ToOption,
-    check_to,
-    opened,
-    warn_of_color,
-    write_all,
-)
+from sdftrack.cli.recording import Item, Recording, items_of, warn_of_color, write_all
+from sdftrack.cli.sources import Frames, Layout
 
 WAITING = 60  # frames that may wait for the disk: 2 s
 
 
-def record(
-    source: Annotated[
-        str, typer.Argument(metavar="CAMERA", help="realsense:, realsense:SERIAL or replay:RECORDING.")
-    ],
-    to: ToOption = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    resume: ResumeOption = False,
-    color: ColorOption = ColorFiles.png,
-    seconds: Annotated[
-        float | None, typer.Option(min=0, help="Stop after this time; default: Ctrl-C.")
-    ] = None,
-    frames: Annotated[int | None, typer.Option(min=1, help="Stop after this number of frames.")] = None,
-    width: WidthOption = None,
-    height: HeightOption = None,
-    fps: FpsOption = None,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Record(CameraSize, Recording):
     """Record a camera until Ctrl-C: depth without loss, colour, camera and times.
 
     A full disk ends the recording; what was written before is complete and can be read. --resume continues after an
     interruption.
     """
+
+    source: Annotated[str, argument("realsense:, realsense:SERIAL or replay:RECORDING.", "CAMERA")]
+    seconds: Annotated[float | None, option("Stop after this time; default: Ctrl-C.", min=0)] = None
+    frames: Annotated[int | None, option("Stop after this number of frames.", min=1)] = None
+
+
+def record(job: Record) -> None:
     from sdftrack.io.writers import Contents
 
-    out = check_to(to, out)
-    if seconds == 0:
+    _ = job.folder  # there has to be one
+    if job.seconds == 0:
         raise Usage("expected a time above 0 s, got 0", "--seconds")
-    check_cpu_only(config, device)
-    with open_from(source, width, height, fps, waiting=WAITING) as camera:
-        contents = Contents(camera.camera)
-        with opened(out, to, contents, color, resume, overwrite) as writer:
+    job.on_cpu()
+    with job.opened(job.source, WAITING) as camera:
+        with job.writer(Contents(camera.camera)) as writer:
             warn_of_color(camera.camera, writer)
-            if not quiet:
+            if not job.quiet:
                 print(f"recording {camera.name}; end with Ctrl-C", file=sys.stderr, flush=True)
-            items = itertools.islice(_items(camera, seconds, quiet), frames)
-            write_all(writer, items, source, "record", quiet)
+            items = itertools.islice(_items(camera, job), job.frames)
+            write_all(writer, items, job.source, "record", job.quiet)
         if camera.dropped:
             print(
                 f"sdftrack: warning: {camera.dropped} of {camera.taken} frames were dropped: the disk or the "
@@ -87,9 +56,36 @@ def record(
             )
 
 
-def _items(camera: Any, seconds: float | None, quiet: bool) -> Iterator[Item]:
-    end = math.inf if seconds is None else time.monotonic() + seconds
-    for frame in progress(camera, 0, "recording", quiet, lambda: f"{camera.dropped} dropped"):
+def _items(camera: Any, job: Record) -> Iterator[Item]:
+    end = math.inf if job.seconds is None else time.monotonic() + job.seconds
+    for frame in progress(camera, 0, "recording", job.quiet, lambda: f"{camera.dropped} dropped"):
         if time.monotonic() >= end:
             return
         yield Item(frame)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Convert(Frames, Layout, Recording):
+    """Write a recorded sequence in another layout: depth, colour, camera, times, poses, masks and models.
+
+    Depth is stored without a change where the layout has a unit that represents it, and the result says where not.
+    If the command is interrupted, --resume continues it.
+    """
+
+    seq: Annotated[Path, argument("Recorded sequence.", "SEQ")]
+
+
+def convert(job: Convert) -> None:
+    import sdftrack as st
+    from sdftrack.io.writers import Contents
+
+    out = job.folder
+    job.on_cpu()
+    with st.open_sequence(job.seq, **job.opening) as whole:
+        if out.resolve() == job.seq.resolve():
+            raise ValueError(f"--out: expected another folder than the sequence {job.seq}, got the same")
+        part = whole[job.part]
+        with job.writer(Contents(part.camera, part.objects, part.models)) as writer:
+            warn_of_color(part.camera, writer)
+            items = items_of(part, writer.count, job.seq.name, job.quiet)
+            write_all(writer, items, str(job.seq), "convert", job.quiet)

@@ -6,28 +6,16 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from enum import Enum
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
-import typer
-
-from sdftrack.cli.common import Usage
+from sdftrack.cli.common import Common
+from sdftrack.cli.options import Usage, option
 from sdftrack.cli.progress import progress
 
-__all__ = [
-    "ColorFiles",
-    "ColorOption",
-    "Item",
-    "ResumeOption",
-    "ToOption",
-    "check_to",
-    "items_of",
-    "opened",
-    "warn_of_color",
-    "write_all",
-]
+__all__ = ["Item", "Recording", "items_of", "opened", "warn_of_color", "write_all"]
 
 NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
@@ -37,30 +25,40 @@ OURS = re.compile(
 )
 
 
-class ColorFiles(str, Enum):
-    png = "png"
-    jpg = "jpg"
-    video = "video"
+def _known_layout(value: str) -> str:
+    from sdftrack.io.writers import WRITERS
+
+    if value not in WRITERS:
+        raise Usage(f"expected one of {', '.join(WRITERS)}, got {value!r}")
+    return value
 
 
-ToOption = Annotated[
-    str | None,
-    typer.Option(
-        "--to",
-        metavar="bop|tum|open3d|mcap",
-        show_default="the one that holds everything",
-        help="Layout to write.",
-    ),
-]
-ColorOption = Annotated[
-    ColorFiles,
-    typer.Option(
-        help="Colour images: png is lossless, jpg smaller; video: color.mkv, smallest.", case_sensitive=False
-    ),
-]
-ResumeOption = Annotated[
-    bool, typer.Option("--resume", help="Continue the recording in DIR that was interrupted.")
-]
+@dataclass(frozen=True, kw_only=True)
+class Recording(Common):
+    """Options of a recording that is written."""
+
+    to: Annotated[
+        str | None,
+        option(
+            "Layout to write.", metavar="bop|tum|open3d|mcap", show_default="the one that holds everything"
+        ),
+        _known_layout,
+    ] = None
+    resume: Annotated[bool, option("Continue the recording in DIR that was interrupted.")] = False
+    color: Annotated[
+        Literal["png", "jpg", "video"],
+        option("Colour images: png is lossless, jpg smaller; video: color.mkv, smallest."),
+    ] = "png"
+
+    @property
+    def folder(self) -> Path:
+        if self.out is None:
+            raise Usage("expected a folder for the recording: --out DIR", "--out")
+        return self.out
+
+    def writer(self, contents: Any) -> Any:
+        """A `LayoutWriter` for --out."""
+        return opened(self.folder, contents, self.to, self.color, self.resume, self.overwrite)
 
 
 class Item(NamedTuple):
@@ -78,18 +76,14 @@ def items_of(seq: Any, done: int, label: str, quiet: bool) -> Iterator[Item]:
         yield Item(seq[i], seq.ground_truth.get(i), seq.masks(i), seq.ids[i])
 
 
-def check_to(to: str | None, out: Path | None) -> Path:
-    """Usage errors of --to and --out; returns the folder."""
-    from sdftrack.io.writers import WRITERS
-
-    if to is not None and to not in WRITERS:
-        raise Usage(f"expected one of {', '.join(WRITERS)}, got {to!r}", "--to")
-    if out is None:
-        raise Usage("expected a folder for the recording: --out DIR", "--out")
-    return out
-
-
-def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: bool, overwrite: bool) -> Any:
+def opened(
+    out: Path,
+    contents: Any,
+    to: str | None = None,
+    color: str = "png",
+    resume: bool = False,
+    overwrite: bool = False,
+) -> Any:
     """A `LayoutWriter` for the folder, which is new, empty, interrupted, or overwritten."""
     from sdftrack.io.writers import WRITERS
     from sdftrack.io.writers.journal import Journal
@@ -101,11 +95,11 @@ def opened(out: Path, to: str | None, contents: Any, color: ColorFiles, resume: 
                 f"--resume: {out} holds no interrupted recording; leave out --resume to begin one"
             )
         _hold(out)
-        return kind(out, contents, color.value, resume=True)
-    kind.check_color(color.value)
+        return kind(out, contents, color, resume=True)
+    kind.check_color(color)
     kind.check_contents(contents)  # before the folder is made: a refusal leaves nothing behind
     _make_empty(out, overwrite)
-    return kind(out, contents, color.value)
+    return kind(out, contents, color)
 
 
 def _fitting(contents: Any) -> str:

@@ -3,59 +3,42 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    check_common,
-)
+from sdftrack.cli.common import Common, Unit, check_common
+from sdftrack.cli.options import argument, option
 
 SOURCE = "a source checkout (git clone, or the sdist: pip download --no-binary sdftrack sdftrack)"
 
 
-def reproduce(
-    figure: Annotated[
-        list[str] | None, typer.Argument(metavar="FIGURE", help="Figure ids, see --list.")
-    ] = None,
-    show_list: Annotated[bool, typer.Option("--list", help="List the available figures.")] = False,
-    mesh: Annotated[
-        Path | None, typer.Option(metavar="M.ply", help="Mesh to use instead of the built-in shape.")
-    ] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = None,
-    frames: Annotated[
-        int | None, typer.Option(min=2, help="Number of frames, e.g. fewer for a quick test.")
-    ] = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Reproduce(Common):
     """Reproduce figures of the thesis; all of them if none is named. Needs a source checkout."""
-    import os
-    import subprocess
-    import sys
 
-    check_common(config, device)
+    figure: Annotated[tuple[str, ...], argument("Figure ids, see --list.", "FIGURE")] = ()
+    show_list: Annotated[bool, option("List the available figures.", "--list")] = False
+    mesh: Annotated[Path | None, option("Mesh to use instead of the built-in shape.", metavar="M.ply")] = None
+    unit: Annotated[Unit | None, option("Unit of the mesh.")] = None
+    frames: Annotated[int | None, option("Number of frames, e.g. fewer for a quick test.", min=2)] = None
+
+
+def reproduce(job: Reproduce) -> None:
+    check_common(job.config, job.device)
     places = [Path.cwd(), *Path.cwd().parents, Path(__file__).resolve().parents[3]]
     root = next((p for p in places if (p / "experiments/figures.py").is_file()), None)
     if root is None:
         raise FileNotFoundError(f"reproduce: the experiments are not installed; run it in {SOURCE}")
-    given = {"mesh": mesh, "unit": unit, "frames": frames, "out": out, "config": config, "device": device}
-    flags = {"list": show_list, "overwrite": overwrite, "quiet": quiet}
-    options = [
-        f"--{name}={value}" for name, value in {**given, "threads": threads}.items() if value is not None
-    ]
+    given = {name: getattr(job, name) for name in ("mesh", "unit", "frames", "out", "config", "device", "threads")}
+    flags = {"list": job.show_list, "overwrite": job.overwrite, "quiet": job.quiet}
+    options = [f"--{name}={value}" for name, value in given.items() if value is not None]
     options += [f"--{name}" for name, value in flags.items() if value]
     path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
-    command = [sys.executable, "-m", "experiments", "figures", *options, *(figure or [])]
+    command = [sys.executable, "-m", "experiments", "figures", *options, *job.figure]
     raise typer.Exit(subprocess.run(command, env={**os.environ, "PYTHONPATH": path}).returncode)

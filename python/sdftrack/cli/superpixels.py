@@ -4,86 +4,65 @@
 from __future__ import annotations
 
 import time
-from enum import Enum
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-import typer
-
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    Usage,
-    check_common,
-)
+from sdftrack.cli.common import Common, check_common
+from sdftrack.cli.options import Usage, argument, option
 
 FILES = ("labels.png", "labels.npy", "boundaries.png", "mean.png", "result.json")
 
 
-class Space(str, Enum):
-    lab = "lab"
-    xyz = "xyz"
-    rgb = "rgb"
+def _compactness(value: float) -> float:
+    if not 0 < value <= 4000:
+        raise Usage(f"expected a number above 0 and up to 4000, got {value}")
+    return value
 
 
-class Distance(str, Enum):
-    slic = "slic"
-    thesis = "thesis"
-
-
-def superpixels(
-    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG or another image file.")],
-    segments: Annotated[int, typer.Option(min=1, help="Approximate number of segments.")] = 1200,
-    compactness: Annotated[float, typer.Option(help="Compactness m; larger: rounder segments.")] = 10.0,
-    iterations: Annotated[int, typer.Option(min=1, help="Maximum number of k-means iterations.")] = 5,
-    color_space: Annotated[
-        Space, typer.Option(help="Colour space of the comparison.", case_sensitive=False)
-    ] = Space.lab,
-    distance: Annotated[
-        Distance, typer.Option(help="slic: squared; thesis: d_lab + (m / S) d_xy.", case_sensitive=False)
-    ] = Distance.slic,
-    mask: Annotated[Path | None, typer.Option(metavar="mask.png", help="Segment only these pixels.")] = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Superpixels(Common):
     """Segment an image into superpixels (small regions of uniform colour).
 
     Writes into DIR labels.png (16 bit; labels.npy, 32 bit, where there are
     more than 65535), boundaries.png, mean.png and result.json.
     """
-    if out is None:
-        raise Usage("expected a folder for the results: --out DIR", "--out")
-    if not 0 < compactness <= 4000:
-        raise Usage(f"expected a number above 0 and up to 4000, got {compactness}", "--compactness")
+
+    image: Annotated[Path, argument("PNG, JPEG or another image file.", "IMAGE")]
+    segments: Annotated[int, option("Approximate number of segments.", min=1)] = 1200
+    compactness: Annotated[float, option("Compactness m; larger: rounder segments."), _compactness] = 10.0
+    iterations: Annotated[int, option("Maximum number of k-means iterations.", min=1)] = 5
+    color_space: Annotated[Literal["lab", "xyz", "rgb"], option("Colour space of the comparison.")] = "lab"
+    distance: Annotated[Literal["slic", "thesis"], option("slic: squared; thesis: d_lab + (m / S) d_xy.")] = (
+        "slic"
+    )
+    mask: Annotated[Path | None, option("Segment only these pixels.", metavar="mask.png")] = None
+
+
+def superpixels(job: Superpixels) -> None:
+    out = job.folder
     import sdftrack as st
     from sdftrack.io.frames import read_color, read_mask
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
-    check_common(config, device)
-    picture = read_color(image, f"IMAGE {image}")
-    inside = None if mask is None else read_mask(mask, f"--mask {mask}")
-    refuse_folder(out, overwrite)
-    refuse_inputs(out, FILES, [("IMAGE", image), ("--mask", mask)])
+    check_common(job.config, job.device)
+    picture = read_color(job.image, f"IMAGE {job.image}")
+    inside = None if job.mask is None else read_mask(job.mask, f"--mask {job.mask}")
+    refuse_folder(out, job.overwrite)
+    refuse_inputs(out, FILES, [("IMAGE", job.image), ("--mask", job.mask)])
     options: dict[str, Any] = {
-        "n_segments": segments, "compactness": compactness, "max_num_iter": iterations,
-        "color_space": color_space.value, "distance": distance.value,
+        "n_segments": job.segments, "compactness": job.compactness, "max_num_iter": job.iterations,
+        "color_space": job.color_space, "distance": job.distance,
     }  # fmt: skip
     began = time.perf_counter()
-    labels = st.superpixels.slic(picture, **options, mask=inside, threads=threads, device=device)
+    labels = st.superpixels.slic(picture, **options, mask=inside, threads=job.threads, device=job.device)
     seconds = time.perf_counter() - began
-    prepare_folder(out, overwrite)
-    _write(out, picture, labels, {"image": str(image), "mask": mask and str(mask), **options}, seconds)
-    if not quiet:
+    prepare_folder(out, job.overwrite)
+    settings = {"image": str(job.image), "mask": job.mask and str(job.mask), **options}
+    _write(out, picture, labels, settings, seconds)
+    if not job.quiet:
         size = f"{picture.shape[1]} x {picture.shape[0]} pixels"
-        print(f"{image}: {labels.max()} segments of {size} in {1e3 * seconds:.1f} ms")
+        print(f"{job.image}: {labels.max()} segments of {size} in {1e3 * seconds:.1f} ms")
         print(f"  written to {out}")
 
 

@@ -3,172 +3,19 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-import typer
+from sdftrack.cli.common import Unit
+from sdftrack.cli.options import Usage, argument, option
+from sdftrack.cli.recording import Recording, items_of, write_all
 
-from sdftrack.cli.common import (
-    ConfigOption,
-    DeviceOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    Usage,
-    check_cpu_only,
-)
-from sdftrack.cli.recording import (
-    ColorFiles,
-    ColorOption,
-    ResumeOption,
-    ToOption,
-    check_to,
-    items_of,
-    opened,
-    write_all,
-)
-from sdftrack.cli.synth_exercise import (
-    TRUTH,
-    ExerciseKind,
-    ExerciseObject,
-    exercise_scene,
-    refuse_given,
-)
+TRUTH = "exercise.json"
+TOUCHING_M = 0.0005  # between objects that touch: none enters the other
 
 
-class Scene(str, Enum):
-    sequence = "sequence"
-    exercise = "exercise"
-
-
-class Motion(str, Enum):
-    random = "random"
-    orbit = "orbit"
-    sweep = "sweep"
-    static = "static"
-
-
-class Around(str, Enum):
-    none = "none"
-    wall = "wall"
-    table = "table"
-    objects = "objects"
-    touching = "touching"
-
-
-def synth(
-    scene: Annotated[
-        Scene,
-        typer.Argument(
-            help="sequence: objects on a path; exercise: of rehabilitation, with an object on a table, and its truth "
-            "in exercise.json.",
-            case_sensitive=False,
-        ),
-    ] = Scene.sequence,
-    model: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="M.ply",
-            help="Mesh; repeat for several objects.",
-            show_default="a duck; an exercise: a cup",
-        ),
-    ] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
-    frames: Annotated[
-        int | None,
-        typer.Option(min=1, help="Number of frames.", show_default="120; an exercise: all"),
-    ] = None,
-    motion: Annotated[
-        Motion | None,
-        typer.Option(help="Path of the objects in a sequence.", case_sensitive=False, show_default="random"),
-    ] = None,
-    kind: Annotated[
-        ExerciseKind | None,
-        typer.Option(help="Kind of exercise.", case_sensitive=False, show_default="reach"),
-    ] = None,
-    object_: Annotated[
-        ExerciseObject | None,
-        typer.Option("--object", help="Object of an exercise.", case_sensitive=False, show_default="cup"),
-    ] = None,
-    repetitions: Annotated[
-        int | None, typer.Option(min=1, help="Repetitions of an exercise.", show_default="5")
-    ] = None,
-    noise: Annotated[
-        str, typer.Option(metavar="none|kinect|stereo|SIGMA", help="Depth noise; SIGMA in metres.")
-    ] = "kinect",
-    hidden: Annotated[
-        float, typer.Option(min=0, max=0.8, help="Part of the first object that a hand hides.")
-    ] = 0.0,
-    around: Annotated[
-        Around | None,
-        typer.Option(
-            help="Surroundings; of an exercise: none, wall or table.",
-            case_sensitive=False,
-            show_default="objects; an exercise: table",
-        ),
-    ] = None,
-    fps: Annotated[float, typer.Option(min=1, max=1000, help="Frames per second.")] = 30.0,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Random seed of path, noise, surroundings and colours.")
-    ] = 0,
-    to: ToOption = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    resume: ResumeOption = False,
-    color: ColorOption = ColorFiles.png,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
-    """Render a sequence with exact poses, masks and models, to try the other commands with."""
-    import sdftrack as st
-    from sdftrack.io.writers import Contents
-    from sdftrack.synth.duck import duck_mesh
-
-    out = check_to(to, out)
-    level = _noise(noise)
-    check_cpu_only(config, device)
-    loaded = {path: st.Mesh.load(path, unit=unit) for path in model or []}
-    meshes = [loaded[path] for path in model or []]
-    truth = None
-    if scene is Scene.exercise:
-        refuse_given("exercise", {"--motion": motion})
-        truth, seq = exercise_scene(
-            kind, object_, meshes, repetitions, fps, seed, around=_around_exercise(around), frames=frames,
-            noise=level, occluder=hidden or None, threads=threads,
-        )  # fmt: skip
-    else:
-        refuse_given("sequence", {"--kind": kind, "--object": object_, "--repetitions": repetitions})
-        surroundings = around or Around.objects
-        seq = st.synth.sequence(
-            meshes or [duck_mesh()],
-            frames or 120,
-            (motion or Motion.random).value,
-            level,
-            hidden or None,
-            seed,
-            clutter=None if surroundings is Around.none else surroundings.value,
-            fps=fps,
-            threads=threads,
-        )
-    with opened(out, to, Contents(seq.camera, seq.objects, seq.models), color, resume, overwrite) as writer:
-        write_all(writer, items_of(seq, writer.count, "rendering", quiet), "synthetic", "synth", quiet)
-    if truth is not None:
-        truth.save(out / TRUTH)
-    if not quiet and writer.name == "bop" and len(seq.objects) == 1:
-        print(f"try it: sdftrack track {out} --model {out / 'models/obj_000001.ply'} --out tracked")
-
-
-def _around_exercise(around: Around | None) -> str | None:
-    if around in (Around.objects, Around.touching):
-        raise Usage("expected none, wall or table for an exercise", "--around")
-    return None if around is Around.none else (around or Around.table).value
-
-
-def _noise(text: str) -> Any:
+def _noise(text: str) -> str | float | None:
     if text in ("kinect", "stereo"):
         return text
     if text == "none":
@@ -178,7 +25,130 @@ def _noise(text: str) -> Any:
     except ValueError:
         sigma = -1.0
     if not 0 <= sigma < 1:
-        raise Usage(
-            f"expected none, kinect, stereo or a standard deviation in metres, got {text!r}", "--noise"
-        )
+        raise Usage(f"expected none, kinect, stereo or a standard deviation in metres, got {text!r}")
     return sigma
+
+
+@dataclass(frozen=True, kw_only=True)
+class Synth(Recording):
+    """Render a sequence with exact poses, masks and models, to try the other commands with."""
+
+    scene: Annotated[
+        Literal["sequence", "exercise"],
+        argument(
+            "sequence: objects on a path; exercise: of rehabilitation, with an object on a table, and its truth in "
+            "exercise.json.",
+            "sequence|exercise",
+        ),
+    ] = "sequence"
+    model: Annotated[
+        tuple[Path, ...],
+        option(
+            "Mesh; repeat for several objects.", metavar="M.ply", show_default="a duck; an exercise: a cup"
+        ),
+    ] = ()
+    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
+    frames: Annotated[
+        int | None, option("Number of frames.", min=1, show_default="120; an exercise: all")
+    ] = None
+    motion: Annotated[
+        Literal["random", "orbit", "sweep", "static"] | None,
+        option("Path of the objects in a sequence.", show_default="random"),
+    ] = None
+    kind: Annotated[
+        Literal["reach", "pouring", "circle", "tremor", "two-handed"] | None,
+        option("Kind of exercise.", show_default="reach"),
+    ] = None
+    object_: Annotated[
+        Literal["cup", "ball", "box", "stick", "duck", "can"] | None,
+        option("Object of an exercise.", show_default="cup"),
+    ] = None
+    repetitions: Annotated[int | None, option("Repetitions of an exercise.", min=1, show_default="5")] = None
+    noise: Annotated[str, option("Depth noise; SIGMA in metres.", metavar="none|kinect|stereo|SIGMA")] = (
+        "kinect"
+    )
+    hidden: Annotated[float, option("Part of the first object that a hand hides.", min=0, max=0.8)] = 0.0
+    around: Annotated[
+        Literal["none", "wall", "table", "objects", "touching"] | None,
+        option(
+            "Surroundings; of an exercise: none, wall or table.", show_default="objects; an exercise: table"
+        ),
+    ] = None
+    fps: Annotated[float, option("Frames per second.", min=1, max=1000)] = 30.0
+    seed: Annotated[int, option("Random seed of path, noise, surroundings and colours.", min=0)] = 0
+
+
+def synth(job: Synth) -> None:
+    import sdftrack as st
+    from sdftrack.io.writers import Contents
+
+    out = job.folder
+    noise = _noise(job.noise)
+    job.on_cpu()
+    loaded = {path: st.Mesh.load(path, unit=job.unit) for path in job.model}
+    meshes = [loaded[path] for path in job.model]
+    common = {"seed": job.seed, "threads": job.threads, "noise": noise, "occluder": job.hidden or None}
+    truth = None
+    if job.scene == "exercise":
+        truth, seq = _exercise(job, meshes, common)
+    else:
+        seq = _sequence(job, meshes, common)
+    with job.writer(Contents(seq.camera, seq.objects, seq.models)) as writer:
+        write_all(
+            writer, items_of(seq, writer.count, "rendering", job.quiet), "synthetic", "synth", job.quiet
+        )
+    if truth is not None:
+        truth.save(out / TRUTH)
+    if not job.quiet and writer.name == "bop" and len(seq.objects) == 1:
+        print(f"try it: sdftrack track {out} --model {out / 'models/obj_000001.ply'} --out tracked")
+
+
+def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
+    from sdftrack import synth
+    from sdftrack.synth.duck import duck_mesh
+
+    _refuse(job, {"--kind": job.kind, "--object": job.object_, "--repetitions": job.repetitions})
+    around = job.around or "objects"
+    return synth.sequence(
+        meshes or [duck_mesh()],
+        job.frames or 120,
+        trajectory=job.motion or "random",
+        clutter=None if around == "none" else around,
+        fps=job.fps,
+        **common,
+    )
+
+
+def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[Any, Any]:
+    """The exercise and its sequence."""
+    from sdftrack import synth
+
+    _refuse(job, {"--motion": job.motion})
+    if job.around in ("objects", "touching"):
+        raise Usage("expected none, wall or table for an exercise", "--around")
+    if models and job.object_ is not None:
+        raise Usage("expected one of --object and --model, got both", "--object")
+    meshes = models or [synth.exercise_object(job.object_ or "cup")]
+    if len({round(float(mesh.bounds[0][2]), 3) for mesh in meshes}) > 1:
+        raise Usage("expected models whose lowest points have the same z, which is their height", "--model")
+    kind = (job.kind or "reach").replace("-", "_")
+    own: dict[str, Any] = {}
+    if kind == "two_handed":
+        own["meeting_m"] = float(meshes[0].bounds[1][0] - meshes[-1].bounds[0][0]) + TOUCHING_M
+    made = synth.exercise(
+        kind,
+        seed=job.seed,
+        repetitions=job.repetitions or 5,
+        fps=job.fps,
+        origin_m=-float(meshes[0].bounds[0][2]),
+        **own,
+    )
+    around = None if job.around == "none" else job.around or "table"
+    return made, synth.exercise_sequence(made, meshes, around=around, frames=job.frames, **common)
+
+
+def _refuse(job: Synth, options: dict[str, Any]) -> None:
+    """Usage error for options that the scene would ignore."""
+    for name, value in options.items():
+        if value is not None:
+            raise Usage(f"the scene {job.scene!r} does not use this option; leave it out", name)

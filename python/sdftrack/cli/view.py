@@ -4,110 +4,83 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from sdftrack.cli.common import (
-    ColorTopicOption,
-    ConfigOption,
-    DepthTopicOption,
-    DeviceOption,
-    LayoutOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    ThreadsOption,
-    Usage,
-    check_cpu_only,
-    opening,
-)
-from sdftrack.cli.sequences import check_unit
+from sdftrack.cli.common import Common, Unit
+from sdftrack.cli.options import Usage, argument, option
+from sdftrack.cli.sources import Layout
 
 MESHES = (".ply", ".obj", ".glb", ".stl")
 
 
-def view(
-    path: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR|SEQ|MESH",
-            help="Output folder of track or reconstruct, a recorded sequence, or a mesh.",
-        ),
-    ],
-    seq: Annotated[
-        str | None,
-        typer.Option("--seq", metavar="SEQ", help="The sequence of the results, if it has been moved."),
-    ] = None,
-    host: Annotated[
-        str,
-        typer.Option(help="Address to listen at; others than localhost are for the network, with a token."),
-    ] = "localhost",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="First port tried; 0: any free one.")] = 8080,
-    seconds: Annotated[
-        float | None, typer.Option(metavar="S", help="End after so many seconds. Default: at Ctrl-C.")
-    ] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the meshes: m, mm, cm or in.")] = None,
-    layout: LayoutOption = "auto",
-    depth_topic: DepthTopicOption = None,
-    color_topic: ColorTopicOption = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+def _seconds(value: float) -> float:
+    if not 0 <= value < math.inf:
+        raise Usage(f"expected seconds, 0 or more, got {value}")
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class View(Layout, Common):
     """Show results, a sequence or a mesh on a page in the browser, until Ctrl-C.
 
     The page's save button writes the image that it shows into DIR of --out, as view_NNNNNN.png.
     """
-    source = opening(layout, depth_topic, color_topic)
-    check_cpu_only(config, device)
-    check_unit(unit)
-    if seconds is not None and not 0 <= seconds < math.inf:
-        raise Usage(f"expected seconds, 0 or more, got {seconds}", "--seconds")
+
+    path: Annotated[
+        Path,
+        argument("Output folder of track or reconstruct, a recorded sequence, or a mesh.", "DIR|SEQ|MESH"),
+    ]
+    seq: Annotated[
+        str | None, option("The sequence of the results, if it has been moved.", metavar="SEQ")
+    ] = None
+    host: Annotated[
+        str, option("Address to listen at; others than localhost are for the network, with a token.")
+    ] = "localhost"
+    port: Annotated[int, option("First port tried; 0: any free one.", min=0, max=65535)] = 8080
+    seconds: Annotated[
+        float | None, option("End after so many seconds. Default: at Ctrl-C.", metavar="S"), _seconds
+    ] = None
+    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
+
+
+def view(job: View) -> None:
     from sdftrack.cli.view_files import load_mesh_alone, load_recording
 
+    job.on_cpu()
+    path = job.path
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such folder or file")
     mesh = path.is_file() and path.suffix.lower() in MESHES
-    shown = load_mesh_alone(path, unit) if mesh else load_recording(path, seq, source, unit)
+    shown = load_mesh_alone(path, job.unit) if mesh else load_recording(path, job.seq, job.opening, job.unit)
     try:
-        if out is not None:
+        if job.out is not None:
             from sdftrack.recorder import prepare_folder
 
-            prepare_folder(out, overwrite)
-        _serve(shown, out, host, port, seconds, quiet)
+            prepare_folder(job.out, job.overwrite)
+        _serve(shown, job)
     except KeyboardInterrupt:
         pass  # the usual end
     finally:
         shown.close()
 
 
-def _serve(shown: Any, out: Path | None, host: str, port: int, seconds: float | None, quiet: bool) -> None:
+def _serve(shown: Any, job: View) -> None:
     import time
 
     from sdftrack.viz.view import view as open_view
 
-    with open_view(
-        shown.frames,
-        shown.results,
-        shown.meshes,
-        camera=shown.camera,
-        names=shown.names,
-        host=host,
-        port=port,
-    ) as viewer:
-        if viewer.note and not quiet:
+    about = {"camera": shown.camera, "names": shown.names, "host": job.host, "port": job.port}
+    with open_view(shown.frames, shown.results, shown.meshes, **about) as viewer:
+        if viewer.note and not job.quiet:
             print(viewer.note)
         # Also with --quiet: without its address the page cannot be opened.
         print(f"the page: {viewer.url} (Ctrl-C ends)", flush=True)
-        end = math.inf if seconds is None else time.monotonic() + seconds
+        end = math.inf if job.seconds is None else time.monotonic() + job.seconds
         while (left := end - time.monotonic()) > 0:
             viewer.wait(min(left, 0.2))
-            _save(viewer, out)
+            _save(viewer, job.out)
 
 
 def _save(viewer: Any, out: Path | None) -> None:

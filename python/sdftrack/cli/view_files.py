@@ -92,7 +92,7 @@ class _NoModels:
 
 def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:
     """One mesh per object: the reconstruction, or the models that were tracked."""
-    from sdftrack.cli.targets import load_mesh, own_obj_id
+    from sdftrack.cli.objects import load_mesh, own_obj_id
 
     if settings.get("command") == "reconstruct":
         return [load_mesh(path / "mesh.ply", "DIR", "m")]
@@ -116,7 +116,7 @@ def load_mesh_alone(path: Path, unit: str | None) -> Recording:
     import numpy as np
 
     import sdftrack as st
-    from sdftrack.cli.targets import load_mesh
+    from sdftrack.cli.objects import load_mesh
 
     mesh = load_mesh(path, "MESH", unit)
     low, high = mesh.bounds

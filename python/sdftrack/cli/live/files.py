@@ -18,12 +18,12 @@ class RawRecording:
     """The camera's frames in a folder of their own, written by another thread."""
 
     def __init__(self, folder: Path, camera: Any) -> None:
-        from sdftrack.cli.recording import ColorFiles, opened
+        from sdftrack.cli.recording import opened
         from sdftrack.io.writers import Contents
 
         self.folder = folder
         self.dropped = 0
-        self._writer = opened(folder, None, Contents(camera), ColorFiles.png, resume=False, overwrite=False)
+        self._writer = opened(folder, Contents(camera))
         self._work: Background[Any] = Background(self._writer.add, WAITING, "recording")
 
     def add(self, frame: Any) -> None:

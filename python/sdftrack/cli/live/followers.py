@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 from sdftrack.cli.init import Init, begin
+from sdftrack.cli.objects import Target
 from sdftrack.cli.start_picture import StartError
-from sdftrack.cli.targets import Target
 from sdftrack.tracking.interface import TrackerInterface
 
 __all__ = ["NO_COLOR", "Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]
@@ -28,7 +28,7 @@ def unknown_sequence(camera: Any) -> Any:
     return SimpleNamespace(camera=camera, models={}, objects=[], ground_truth={}, masks=lambda i: {})
 
 
-class Follower(Protocol):
+class Follower:
     """Follows objects from frame to frame; started by options or by the user.
 
     Attributes
@@ -37,35 +37,43 @@ class Follower(Protocol):
     needs : "depth" or "colour"
         The image without which a frame is of no use.
     start_by : str
-        What the user does with an object to start it: "click on".
+        What the user does with an object to start it.
     mask : (H, W) bool or None
         The object's pixels in the last frame, if that is what is followed.
+    missing : list of str
+        Names of the objects that have to be shown by the user before it starts.
     """
 
     names: list[str]
-    needs: str
-    start_by: str
-    mask: Any
+    needs = "depth"
+    start_by = "click on"
+
+    @property
+    def mask(self) -> Any:
+        return None
 
     @property
     def missing(self) -> list[str]:
-        """Names of the objects that have to be shown by the user before it starts."""
+        raise NotImplementedError
 
-    @property
-    def shapes(self) -> list[Any]:
-        """The shapes as they are now."""
+    def frames_of(self, camera: Any) -> Any:
+        """The camera whose frames are followed."""
+        return camera
 
     def step(self, frame: Any) -> Any:
         """The result of the frame; None until it is known where the objects are."""
+        raise NotImplementedError
 
     def click(self, frame: Any, k: int, px: tuple[float, float]) -> Any:
         """Start object k at a pixel of the image; ValueError if it is not there."""
+        raise NotImplementedError
 
     def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
         """Start object k in a box (x, y, w, h) of the image."""
+        raise NotImplementedError
 
 
-class TrackerFollower:
+class TrackerFollower(Follower):
     """A tracker that is started by --init, or by a click or box for each object.
 
     Parameters
@@ -76,19 +84,12 @@ class TrackerFollower:
         None: wait for the user.
     """
 
-    start_by = "click on"
-    mask = None
-
     def __init__(self, tracker: Any, targets: list[Target], inits: list[Init] | None) -> None:
         self.names = [t.name for t in targets]
         self._tracker, self._targets, self._inits = tracker, targets, inits
         self.needs = "colour" if tracker.mode == "rgb" else "depth"
         self._waiting: dict[int, Any] = {}  # places of objects, until all are known
         self._started = False
-
-    @property
-    def shapes(self) -> list[Any]:
-        return list(self._tracker.shapes)
 
     def step(self, frame: Any) -> Any:
         if self._started:
@@ -136,7 +137,7 @@ class TrackerFollower:
     def _start_again(self, frame: Any, k: int, box: tuple[float, float, float, float] | None = None) -> Any:
         """Without depth there is no search: the object is as in --init, moved into the box if there is one."""
         from sdftrack.camera import depth_camera
-        from sdftrack.cli.poses_file import read_poses
+        from sdftrack.cli.init import read_poses
         from sdftrack.imaging.pose_hint import moved_into
 
         if not self._started or self._inits is None:
@@ -163,7 +164,7 @@ class TrackerFollower:
         return [] if self._started else [n for k, n in enumerate(self.names) if k not in self._waiting]
 
 
-class ReconstructorFollower:
+class ReconstructorFollower(Follower):
     """A reconstructor that is started by --init, or by a click or box; its mesh grows.
 
     Parameters
@@ -172,9 +173,6 @@ class ReconstructorFollower:
     init : dict, optional
         Arguments of `Reconstructor.start`; None: wait for the user.
     """
-
-    needs, start_by = "depth", "click on"
-    mask = None
 
     def __init__(self, star: Any, init: dict[str, Any] | None) -> None:
         self.names = ["object"]

@@ -1,29 +1,63 @@
 # SPDX-License-Identifier: MIT
-"""The loop of `sdftrack live`: a frame, what the user asked for, a result, and everyone who wants to have it."""
+"""The loop of `sdftrack live`: a frame, what the user asked for, a result, and everything that receives it."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
+
 from sdftrack._internal.background import Background
-from sdftrack.cli.live_files import LiveFiles
-from sdftrack.cli.live_followers import Follower, ReconstructorFollower, has
-from sdftrack.cli.live_statistics import LiveStatistics
+from sdftrack.cli.live.files import LiveFiles
+from sdftrack.cli.live.followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.progress import PLAIN_EVERY_S
+from sdftrack.cli.track_summary import StatusCounts
 from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 
-__all__ = ["Live"]
+__all__ = ["Run"]
 
+KEPT = 4096  # ages of the newest frames, for the percentiles
 MESH_EVERY_S = 2.0  # of a growing shape; and of the copy of it that pictures show, which takes milliseconds
 COPY_EVERY_S = 0.5
 
 
-class Live:
+class Statistics:
+    """Counts of results by status, and the age of the newest ones, in constant memory."""
+
+    def __init__(self, objects: int) -> None:
+        self.frames = 0
+        self.followed = [0] * objects  # frames in which an object was "ok" or "weak"
+        self._counts = StatusCounts()
+        self._ages_s: deque[float] = deque(maxlen=KEPT)
+
+    def add(self, result: Any, age_s: float) -> None:
+        self.frames += 1
+        self._counts.add(result)
+        for k, status in enumerate(result.status):
+            self.followed[k] += str(status) in ("ok", "weak")
+        if math.isfinite(age_s):
+            self._ages_s.append(age_s)
+
+    def age_ms(self, percent: float) -> float:
+        """Percentile of the age of results; NaN without timestamps."""
+        return 1e3 * float(np.percentile(self._ages_s, percent)) if self._ages_s else math.nan
+
+    def line(self, seconds: float, camera: Any) -> str:
+        parts = [f"{self.frames} frames", f"{self.frames / max(seconds, 1e-9):.1f}/s"]
+        if self._ages_s:
+            parts.append(f"{self.age_ms(50):.1f} ms old (99 %: {self.age_ms(99):.1f})")
+        parts += [f"{camera.dropped} dropped", self._counts()]
+        return ", ".join(p for p in parts if p)
+
+
+class Run:
     """Runs a follower on the frames of a camera.
 
     Parameters
@@ -55,7 +89,7 @@ class Live:
         self.streams, self.files = streams, files
         self.recorder: Any = None
         self._new_recorder = new_recorder
-        self.statistics = LiveStatistics(len(follower.names))
+        self.statistics = Statistics(len(follower.names))
         self._quiet, self._paused, self._asked = quiet, False, ""
         grows = isinstance(follower, ReconstructorFollower) and viewer is not None
         self._meshes: Background[Any] | None = Background(self._show_mesh, 1, "mesh") if grows else None
@@ -72,6 +106,25 @@ class Live:
                 for part in (self._meshes, self.recorder, self.files):
                     if part is not None:
                         stack.callback(part.close)
+
+    @property
+    def lost(self) -> list[str]:
+        """Names of the objects that were lost in all frames."""
+        counted = zip(self.follower.names, self.statistics.followed, strict=True)
+        return [name for name, count in counted if self.statistics.frames and not count]
+
+    def tell(self, seconds: float) -> None:
+        """Print what a run of that duration did."""
+        print(self.statistics.line(seconds, self.camera))
+        for name, values in zip(self.follower.names, self.movements, strict=False):
+            print(f"{name}: {values.text()}")
+        for one in self.streams:
+            print(
+                f"{one.address}: {one.sent} messages sent, {one.dropped} dropped{one.error and '; ' + one.error}"
+            )
+        if self.recorder is not None:
+            lost = getattr(self.recorder, "dropped", 0)
+            print(f"written to {self.recorder.directory}{f', {lost} frames left out' if lost else ''}")
 
     def step(self, frame: Any) -> Any:
         """Process one frame; returns its result, or None if nothing is followed."""

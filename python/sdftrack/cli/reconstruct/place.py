@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``--init``, ``--object`` and ``--shape`` of ``sdftrack reconstruct``: where the object is at first, and what is
-guessed of it."""
+"""Where the object of ``sdftrack reconstruct`` is at first, and what is guessed of its shape."""
 
 from __future__ import annotations
 
@@ -8,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sdftrack.cli.common import Usage
-from sdftrack.cli.init import Init, box_inside, mask_file, parse_init
-from sdftrack.cli.targets import about_file, load_mesh
+from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, shape_of
+from sdftrack.cli.objects import about_file, load_mesh
+from sdftrack.cli.options import Usage
 
-__all__ = ["INIT", "SHAPE", "Place", "find_place", "load_shape", "parse_place", "parse_shape"]
+__all__ = ["INIT", "SHAPE", "Place", "find_place", "known_shape", "load_shape", "parse_place"]
 
 INIT = "box:x,y,w,h|mask.png|gt"
 SHAPE = "sphere:RADIUS|FILE.ply|FILE.npz"
@@ -29,20 +28,16 @@ class Place:
     instance: int | None
 
 
-def parse_place(text: str | None, option: str = "--init", forms: str = INIT) -> Init | None:
-    """Parse the value of an option; None: the sequence's own mask."""
-    if text is None:
-        return None
+def parse_place(text: str, option: str, forms: str) -> Init:
+    """Parse the value of an option."""
     init = parse_init(text, forms, option)
     if init.kind not in ("box", "mask", "gt") or init.kind not in forms:
         raise Usage(f"expected {forms.replace('|', ', ')}, got {text!r}", option)
     return init
 
 
-def parse_shape(text: str | None) -> str | None:
-    """Validate the value of --shape."""
-    if text is None:
-        return None
+def known_shape(text: str) -> str:
+    """Check the value of --shape."""
     kind, colon, value = text.partition(":")
     if colon and kind == "sphere":
         _radius(text, value)
@@ -97,8 +92,7 @@ def find_place(
         number = 0
     if init.kind == "gt":
         return _true_pose(number, seq, first, folder)
-    camera = seq.camera if frame.camera is None else frame.camera
-    shape = getattr(camera, "depth", camera).shape
+    shape = shape_of(frame, seq)
     if init.kind == "box":
         return Place({"box": box_inside(init, shape)}, number)
     return Place({"mask": mask_file(init, shape)}, number)

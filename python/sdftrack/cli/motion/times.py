@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+import io
 import json
 import math
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from typing import Any
 from sdftrack._internal.csv_cells import cell_text
 from sdftrack._internal.text_files import WRONG, read_text
 from sdftrack._internal.validation import shown
-from sdftrack.cli.common import Usage
+from sdftrack.cli.options import Usage
 
 __all__ = ["Spans", "read_cues", "read_spans", "spans_of"]
 

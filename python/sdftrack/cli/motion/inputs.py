@@ -6,31 +6,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sdftrack.cli.common import Usage
+if TYPE_CHECKING:
+    from sdftrack.cli.motion.command import Motion
 
-__all__ = ["AllLost", "Session", "Wishes", "load_sessions", "numbers_of", "parse_point"]
+__all__ = ["AllLost", "Session", "load_sessions"]
 
-Numbers = tuple[float, ...]
 FARTHEST_M = 20.0  # from the first position: no hand carries an object farther in front of a camera
 
 
 class AllLost(Exception):
     """No object of a result has any pose."""
-
-
-@dataclass(frozen=True)
-class Wishes:
-    """How trajectories are read. `point`: "center", "origin" or coordinates; `table`: find it in the recording."""
-
-    fps: float | None
-    unit: str | None
-    objects: tuple[str, ...]
-    point: str | Numbers
-    up: Numbers | None
-    table: bool
-    in_table_frame: bool
 
 
 @dataclass(frozen=True)
@@ -43,35 +30,35 @@ class Session:
     up: Any
 
 
-def load_sessions(paths: Sequence[Path], names: Sequence[str], wishes: Wishes) -> list[Session]:
-    """One session per result, of names that differ: `names`, or those of the files."""
+def load_sessions(job: Motion) -> list[Session]:
+    """One session per result, of names that differ: --session, or those of the files."""
     sessions: list[Session] = []
-    for k, path in enumerate(paths):
+    for k, path in enumerate(job.results):
         own = path.stem if path.is_file() else path.resolve().name
-        name = names[k] if names else own
+        name = job.session[k] if job.session else own
         taken = [s.name for s in sessions]
-        sessions.append(_load(path, f"{name} ({k + 1})" if name in taken else name, wishes))
+        sessions.append(_load(path, f"{name} ({k + 1})" if name in taken else name, job))
     return sessions
 
 
-def _load(path: Path, name: str, wishes: Wishes) -> Session:
+def _load(path: Path, name: str, job: Motion) -> Session:
     from sdftrack.motion import in_frame, load, table_frame
 
     try:
-        trajectories = load(path, fps=wishes.fps, unit=wishes.unit)
+        trajectories = load(path, fps=job.fps, unit=job.unit)
     except ValueError as error:
         if str(error).endswith("lost in all frames"):
             raise AllLost(str(error)) from None
         raise
-    places = _chosen(path, [t.name for t in trajectories], wishes.objects)
-    chosen = [_at_point(path, k, trajectories[k], wishes.point) for k in places]
+    places = _chosen(path, [t.name for t in trajectories], job.object_)
+    chosen = [_at_point(path, k, trajectories[k], job.point_obj()) for k in places]
     for t in chosen:
         _check_reach(path, t)
-    up: Any = wishes.up
-    if wishes.table:
+    up: Any = job.up_camera()
+    if job.table:
         T = table_frame(*_table_of(path))
-        up = T[2, :3] if wishes.up is None else up  # z of the table
-        if wishes.in_table_frame:
+        up = T[2, :3] if up is None else up  # z of the table
+        if job.frame == "table":
             chosen = [in_frame(t, T, "table") for t in chosen]
             up = T[:3, :3] @ up
     return Session(name, path, chosen, up)
@@ -103,7 +90,7 @@ def _check_reach(path: Path, trajectory: Any) -> None:
         )
 
 
-def _at_point(path: Path, k: int, trajectory: Any, point: str | Numbers) -> Any:
+def _at_point(path: Path, k: int, trajectory: Any, point: str | tuple[float, ...]) -> Any:
     from sdftrack.motion import at_point, best_known_point
 
     if point == "origin":
@@ -142,21 +129,3 @@ def _table_of(path: Path) -> Any:
         raise ValueError(f"--up, --frame: the recording {source} of {path} is not there; give --up x,y,z")
     with st.open_sequence(source, layout=settings.get("layout", "auto")) as seq:
         return st.remove_plane(seq[0], seq.camera)[1]
-
-
-def parse_point(text: str) -> str | Numbers:
-    """`center`, `origin` or coordinates in metres."""
-    return text if text in ("center", "origin") else numbers_of(text, 3, "--point")
-
-
-def numbers_of(text: str, count: int, option: str) -> Numbers:
-    """`count` finite numbers separated by commas; usage error otherwise."""
-    import math
-
-    try:
-        values = tuple(float(v) for v in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise Usage(f"expected {count} numbers separated by commas, got {text!r}", option)
-    return values

@@ -3,118 +3,89 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from sdftrack.cli.common import (
-    ColorTopicOption,
-    ConfigOption,
-    DepthTopicOption,
-    DeviceOption,
-    LayoutOption,
-    OutOption,
-    OverwriteOption,
-    QuietOption,
-    StartOption,
-    StepOption,
-    StopOption,
-    ThreadsOption,
-    Usage,
-    check_cpu_only,
-    opening,
-    show_table,
-)
+from sdftrack.cli.common import Common, above_zero, floats, show_table
+from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
+from sdftrack.cli.sources import Frames, Layout
 
 FILES = ("camera.json", "result.json", "residuals.png", "coverage.png", "path.png")
 STEPS = 100  # of the progress
 
 
-def color(
-    seq: Annotated[Path, typer.Argument(metavar="SEQ", help="Folder of a recorded sequence.")],
-    ball_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the ball, metres.")],
-    ball_color: Annotated[
-        str | None, typer.Option(metavar="r,g,b", help="0 to 255; default: the most saturated moving object.")
-    ] = None,
-    color_camera: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Known colour camera: only its pose is estimated; its distortion is used."
-        ),
-    ] = None,
-    time_offset: Annotated[
-        bool, typer.Option("--time-offset", help="Also estimate the delay of colour relative to depth.")
-    ] = False,
-    fps: Annotated[
-        float | None, typer.Option(metavar="N", help="Frames per second, if the sequence has no timestamps.")
-    ] = None,
-    out: OutOption = None,
-    overwrite: OverwriteOption = False,
-    start: StartOption = 0,
-    stop: StopOption = None,
-    step: StepOption = 1,
-    layout: LayoutOption = "auto",
-    depth_topic: DepthTopicOption = None,
-    color_topic: ColorTopicOption = None,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of the search for consistent pairs.")] = 0,
-    config: ConfigOption = None,
-    device: DeviceOption = "auto",
-    threads: ThreadsOption = 0,
-    quiet: QuietOption = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Color(Frames, Layout, Common):
     """Estimate the depth-to-colour mapping from a coloured ball moved in front of both cameras.
 
     Writes camera.json (with the mapping, in the format of a sequence folder), result.json and plots into DIR.
     """
-    if out is None:
-        raise Usage("expected a folder for the result", "--out")
-    wanted = _color(ball_color)
-    if not math.isfinite(ball_radius) or ball_radius <= 0:
-        raise Usage(f"expected metres above 0, got {ball_radius:g}", "--ball-radius")
-    if fps is not None and not (math.isfinite(fps) and fps > 0):
-        raise Usage(f"expected frames per second above 0, got {fps:g}", "--fps")
-    source = opening(layout, depth_topic, color_topic)
-    check_cpu_only(config, device)
+
+    seq: Annotated[Path, argument("Folder of a recorded sequence.", "SEQ")]
+    ball_radius: Annotated[float, option("Radius of the ball, metres.", metavar="R"), above_zero("metres")]
+    ball_color: Annotated[
+        str | None, option("0 to 255; default: the most saturated moving object.", metavar="r,g,b")
+    ] = None
+    color_camera: Annotated[
+        Path | None,
+        option("Known colour camera: only its pose is estimated; its distortion is used.", metavar="FILE"),
+    ] = None
+    time_offset: Annotated[bool, option("Also estimate the delay of colour relative to depth.")] = False
+    fps: Annotated[
+        float | None,
+        option("Frames per second, if the sequence has no timestamps.", metavar="N"),
+        above_zero("frames per second"),
+    ] = None
+    seed: Annotated[int, option("Random seed of the search for consistent pairs.", min=0)] = 0
+
+    def rgb(self) -> tuple[float, ...] | None:
+        """The numbers of --ball-color."""
+        if self.ball_color is None:
+            return None
+        values = floats(self.ball_color, 3)
+        if not values or not all(0 <= v <= 255 for v in values):
+            raise Usage(f"expected r,g,b from 0 to 255, got {self.ball_color!r}", "--ball-color")
+        return values
+
+
+def color(job: Color) -> None:
+    out, seq, rgb = job.folder, job.seq, job.rgb()
+    job.on_cpu()
     import sdftrack as st
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
-    refuse_folder(out, overwrite)  # now, not after the work
-    refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--color-camera", color_camera)])
-    lens = None if color_camera is None else st.Camera.load(color_camera)
-    with _opened(seq, source) as whole:
-        numbers = range(len(whole))[start:stop:step]
-        if not len(numbers):
-            raise ValueError(f"--start, --stop: expected some of the {len(whole)} frames of {seq}, got none")
-        frames = _Frames(whole, numbers, fps)
-        with progress_counter(quiet) as tell:
-            result = st.calibrate_color_to_depth(
-                frames,
-                whole.camera.depth,
-                ball_radius,
-                wanted,
-                color_camera=lens,
-                time_offset=time_offset,
-                progress=lambda share: tell(round(STEPS * share), STEPS, "ball"),
-                threads=threads,
-                seed=seed,
-            )
-        prepare_folder(out, overwrite)
+    refuse_folder(out, job.overwrite)  # now, not after the work
+    refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--color-camera", job.color_camera)])
+    lens = None if job.color_camera is None else st.Camera.load(job.color_camera)
+    with _opened(seq, job.opening) as whole, progress_counter(job.quiet) as tell:
+        numbers = job.numbers(whole, seq)
+        result = st.calibrate_color_to_depth(
+            _Frames(whole, numbers, job.fps),
+            whole.camera.depth,
+            job.ball_radius,
+            rgb,
+            color_camera=lens,
+            time_offset=job.time_offset,
+            progress=lambda share: tell(round(STEPS * share), STEPS, "ball"),
+            threads=job.threads,
+            seed=job.seed,
+        )
+        prepare_folder(out, job.overwrite)
         settings = {
             "command": "calibrate color",
             "sequence": str(seq),
-            "ball_radius_m": ball_radius,
-            "ball_color": None if wanted is None else list(wanted),
-            "color_camera": None if color_camera is None else str(color_camera),
+            "ball_radius_m": job.ball_radius,
+            "ball_color": None if rgb is None else list(rgb),
+            "color_camera": None if job.color_camera is None else str(job.color_camera),
             "frames": [numbers.start, numbers.stop, numbers.step],
-            "seed": seed,
+            "seed": job.seed,
         }
         _write(result, whole.camera, out, settings, _depth_scale(seq))
-    if not quiet:
+    if not job.quiet:
         _show(result, out)
 
 
@@ -135,18 +106,6 @@ class _Frames:
 
     def __iter__(self) -> Iterator[Any]:
         return (self[i] for i in range(len(self)))
-
-
-def _color(text: str | None) -> tuple[float, ...] | None:
-    if text is None:
-        return None
-    try:
-        values = tuple(float(v) for v in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) != 3 or not all(0 <= v <= 255 for v in values):
-        raise Usage(f"expected r,g,b from 0 to 255, got {text!r}", "--ball-color")
-    return values
 
 
 def _opened(path: Path, arguments: dict[str, Any]) -> Any:

@@ -11,15 +11,14 @@ from typing import Any
 from sdftrack._internal.background import Background
 from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
 from sdftrack.cli.init import Init, box_inside, mask_file
-from sdftrack.cli.live_followers import NO_COLOR
+from sdftrack.cli.live.followers import NO_COLOR, Follower
 
 __all__ = ["ColorAlone", "OutlineFiles", "OutlineFollower"]
 
 WAITING = 30  # frames that may wait for the disk
 TRIES = 30  # frames of which one has to have colour: the first ones of two sensors may come without
-ASSUMED_FOV_RAD = math.radians(
-    60
-)  # of a colour camera without intrinsics, for the page: an outline needs none
+# Of a colour camera without intrinsics, for the page: an outline needs none.
+ASSUMED_FOV_RAD = math.radians(60)
 
 
 class ColorAlone:
@@ -69,7 +68,7 @@ class ColorAlone:
         return frame.replace(depth=None, mask=None, camera=lens)
 
 
-class OutlineFollower:
+class OutlineFollower(Follower):
     """A contour tracker that is started by --init, or by a box that the user drags.
 
     Its results have no poses (NaN) but status, reason and confidence, as those of other followers.
@@ -99,10 +98,6 @@ class OutlineFollower:
         return dict(self._tracker.options)
 
     @property
-    def shapes(self) -> list[Any]:
-        return []
-
-    @property
     def missing(self) -> list[str]:
         return self.names if self.outline is None else []
 
@@ -111,6 +106,9 @@ class OutlineFollower:
         """(H, W) bool: the object's pixels in the last frame; None if that was not started or had no image."""
         usable = self.outline is not None and self.outline.status != "bad_frame"
         return self.outline.mask if usable else None
+
+    def frames_of(self, camera: Any) -> Any:
+        return ColorAlone(camera)
 
     def step(self, frame: Any) -> Any:
         if self.outline is None:

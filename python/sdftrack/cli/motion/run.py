@@ -5,11 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import show_table
-from sdftrack.cli.motion_inputs import Session
-from sdftrack.cli.motion_times import Spans, spans_of
+from sdftrack.cli.motion.inputs import Session
+from sdftrack.cli.motion.times import Spans, spans_of
+
+if TYPE_CHECKING:
+    from sdftrack.cli.motion.command import Motion
 
 __all__ = ["OUTPUTS", "measure"]
 
@@ -18,28 +21,39 @@ NOTE_RATE_HZ = 50.0  # a zone that is entered for less than 20 ms is not
 
 
 def measure(
-    sessions: Sequence[Session],
-    options: dict[str, Any],
-    spans: tuple[Path, Spans] | None,
-    out: Path,
-    overwrite: bool,
-    exports: Sequence[str],
-    quiet: bool,
+    sessions: Sequence[Session], options: dict[str, Any], spans: tuple[Path, Spans] | None, job: Motion
 ) -> None:
     """Measure and write; nothing is written where a trajectory cannot be measured."""
+    analyses = {s.name: [_analysis(t, s.up, options, spans) for t in s.trajectories] for s in sessions}
+    notes = [note for s in sessions for note in _notes(s, analyses[s.name], options["targets"], spans)]
+    out = job.folder
+    _write(sessions, analyses, notes, _settings(sessions, options, spans), job)
+    if job.quiet:
+        return
+    for name, each in analyses.items():
+        for a in each:
+            _print(name, a)
+    for note in notes:
+        print(note)
+    print(f"written to {out}; open {out / 'report.html'} in a browser")
+
+
+def _write(
+    sessions: Sequence[Session],
+    analyses: dict[str, list[Any]],
+    notes: list[str],
+    settings: dict[str, Any],
+    job: Motion,
+) -> None:
     from sdftrack._internal.files import write_json, write_text
     from sdftrack.motion import report
     from sdftrack.recorder import prepare_folder
 
-    analyses = {s.name: [_analysis(t, s.up, options, spans) for t in s.trajectories] for s in sessions}
-    notes = [note for s in sessions for note in _notes(s, analyses[s.name], options["targets"], spans)]
-    changes = report.compare_sessions(analyses)
+    out, changes = job.folder, report.compare_sessions(analyses)
     pairs = {name: report.pairs_of(each) for name, each in analyses.items()}
-    settings = _settings(sessions, options, spans)
-    prepare_folder(out, overwrite)
-    write_json(
-        out / "measures.json", report.measures_json(analyses, changes, settings, notes=notes, pairs=pairs)
-    )
+    prepare_folder(out, job.overwrite)
+    values = report.measures_json(analyses, changes, settings, notes=notes, pairs=pairs)
+    write_json(out / "measures.json", values)
     write_text(out / "measures.csv", report.measures_csv(analyses))
     for k, each in enumerate(analyses.values(), 1):
         name = "repetitions.json" if len(analyses) == 1 else f"repetitions_{k}.json"
@@ -49,14 +63,7 @@ def measure(
     lines = [f"{s.name}: {s.path}" for s in sessions] + notes
     page = report.report_html(analyses, changes, title=f"Exercise with {names}", notes=lines, pairs=pairs)
     write_text(out / "report.html", page)
-    _export(analyses, out, exports)
-    if not quiet:
-        for name, each in analyses.items():
-            for a in each:
-                _print(name, a)
-        for note in notes:
-            print(note)
-        print(f"written to {out}; open {out / 'report.html'} in a browser")
+    _export(analyses, out, job.exports)
 
 
 def _analysis(trajectory: Any, up: Any, options: dict[str, Any], spans: tuple[Path, Spans] | None) -> Any:

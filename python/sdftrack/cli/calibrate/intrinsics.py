@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: MIT
+"""``sdftrack calibrate intrinsics``: intrinsics of a depth camera from a recording of a known object."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from sdftrack.cli.cameras import load_camera, parse_intrinsics
+from sdftrack.cli.common import Common, Holes, Meshes, show_table
+from sdftrack.cli.init import INIT, Init, parse_inits, places
+from sdftrack.cli.objects import Target, load_targets
+from sdftrack.cli.options import Usage, argument, option
+from sdftrack.cli.progress import progress_counter
+from sdftrack.cli.sources import Frames, Layout, fitting
+
+FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
+PINHOLE = ("fx", "fy", "cx", "cy")
+MIN_PIXELS = 200  # of a frame, as `calibrate_intrinsics` wants them
+PYTHONS_ADVICE = "initial_pose=, mask= or box="  # in errors
+
+
+@dataclass(frozen=True, kw_only=True)
+class Intrinsics(Meshes, Frames, Layout, Common):
+    """Estimate a depth camera's intrinsics from a known object moved in front of it (no calibration pattern).
+
+    Writes camera.json, result.json and plots into DIR.
+    """
+
+    seq: Annotated[Path, argument("Folder of a recorded sequence.", "SEQ")]
+    model: Annotated[Path, option("Mesh of the object.", metavar="M.ply")]
+    init: Annotated[
+        str,
+        option("Location of the object in the first image; auto: by its mask or a search.", metavar=INIT),
+    ] = "auto"
+    free: Annotated[
+        str,
+        option(
+            "Parameters to estimate, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
+            metavar="NAME,...",
+        ),
+    ] = ",".join(PINHOLE)
+    per_frame: Annotated[
+        bool, option("Weighted mean of single-frame estimates instead of a joint solution.")
+    ] = False
+    residual: Annotated[
+        Literal["ray_hit", "point"],
+        option("ray_hit: depth of the ray's intersection with the model; point: as in the thesis."),
+    ] = "ray_hit"
+    camera: Annotated[
+        Path | None, option("Initial estimate, instead of the sequence's own camera.", metavar="FILE")
+    ] = None
+    guess: Annotated[
+        str | None, option("Initial estimate, pixels; 10 % accuracy suffices.", metavar="fx,fy,cx,cy")
+    ] = None
+    holes: Annotated[Holes, option("Open meshes: report an error, or close them.")] = "error"
+    max_pixels: Annotated[int, option("Maximum number of depth pixels used per frame.", min=MIN_PIXELS)] = (
+        5000
+    )
+
+    def unknowns(self) -> tuple[str, ...]:
+        """The names of --free."""
+        from sdftrack.calibration.lens import check_free
+
+        try:
+            return check_free([name.strip() for name in self.free.split(",")])
+        except ValueError as error:
+            raise Usage(str(error).removeprefix("free: "), "--free") from None
+
+    def guessed(self) -> tuple[float, float, float, float] | None:
+        """The numbers of --guess."""
+        if self.guess is None:
+            return None
+        if self.camera is not None:
+            raise Usage("expected one of --guess and --camera, got both", "--guess")
+        return parse_intrinsics(self.guess, "--guess")
+
+
+def intrinsics(job: Intrinsics) -> None:
+    out, seq = job.folder, job.seq
+    job.unknowns(), job.guessed()
+    inits = parse_inits([job.init], 1)
+    job.on_cpu()
+    import sdftrack as st
+    from sdftrack.calibration.intrinsics_residuals import compare
+    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
+
+    refuse_folder(out, job.overwrite)  # now, not after the work
+    inputs = [("SEQ", seq / "camera.json"), ("--camera", job.camera), ("--model", job.model)]
+    refuse_inputs(out, FILES, inputs)
+    with st.open_sequence(seq, **job.opening) as whole:
+        numbers = job.numbers(whole, seq)
+        first = _first_guess(job, whole.camera)
+        (target,) = load_targets([job.model], whole, job.unit, job.voxels, job.holes)
+        frames = _Frames(whole, numbers, first)
+        result = _calibrated(job, frames, target, _place(inits, target, frames, seq))
+        misfits = compare(frames, target.sdf, first, result, job.threads)
+        settings = {
+            "command": "calibrate intrinsics",
+            "sequence": str(seq),
+            "model": str(job.model),
+            "init": job.init,
+            "first_guess": {name: getattr(first, name) for name in PINHOLE},
+            "frames": [numbers.start, numbers.stop, numbers.step],
+            "voxels": job.voxels,
+            "residual": job.residual,
+            "max_pixels": job.max_pixels,
+        }
+        prepare_folder(out, job.overwrite)
+        _write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
+    if not job.quiet:
+        _show(result, misfits, first, len(numbers), out)
+
+
+def _calibrated(job: Intrinsics, frames: _Frames, target: Target, place: dict[str, Any]) -> Any:
+    import sdftrack as st
+
+    with progress_counter(job.quiet) as tell:
+        try:
+            return st.calibrate_intrinsics(
+                frames,
+                target.sdf,
+                frames.camera,
+                joint=not job.per_frame,
+                free=job.unknowns(),
+                progress=lambda done: tell(done, len(frames), "frames"),
+                residual=job.residual,
+                max_pixels=job.max_pixels,
+                threads=job.threads,
+                **place,
+            )
+        except ValueError as error:
+            raise ValueError(str(error).replace(PYTHONS_ADVICE, "--init")) from error
+
+
+class _Frames:
+    """Depth of selected frames of a sequence, with one camera."""
+
+    def __init__(self, seq: Any, numbers: range, camera: Any) -> None:
+        self.seq, self.numbers, self.camera = seq, numbers, camera
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, i: int) -> Any:
+        frame = self.seq[self.numbers[i]]
+        if frame.depth is None:
+            return frame
+        return fitting(frame.replace(camera=self.camera, color=None), self.camera)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+
+def _first_guess(job: Intrinsics, own: Any) -> Any:
+    """The sequence's depth camera, or a replacement of the same size."""
+    from sdftrack.camera import depth_camera
+
+    depth, values = depth_camera(own), job.guessed()
+    if values is not None:
+        fx, fy, cx, cy = values
+        return dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
+    if job.camera is None:
+        return depth
+    return load_camera(job.camera, depth.shape, "the sequence's depth images")
+
+
+def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> dict[str, Any]:
+    """--init as arguments of `calibrate_intrinsics`."""
+    kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
+    told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)
+    return {kinds[kind]: values[0] for kind, values in told.items() if values is not None}
+
+
+def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
+    from sdftrack._internal.files import write_json
+    from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
+    from sdftrack.viz.plots import save_figure
+
+    before, after = misfits
+    residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
+    result.camera.save(out / "camera.json")
+    values = {"settings": settings, **result.to_dict(), "residuals": residuals}
+    write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
+    save_figure(plot_coverage(result), out / "coverage.png")
+    save_figure(plot_estimates(result), out / "estimates.png")
+    save_figure(plot_residuals(before, after, result), out / "residuals.png")
+
+
+def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
+    from sdftrack.calibration.lens import UNKNOWNS, core_lens
+
+    guessed = dict(zip(UNKNOWNS, core_lens(first).values, strict=True))
+    rows = [
+        [name, f"{guessed[name]:.5g}", f"{value:.6g}", f"{low:.6g} to {high:.6g}"]
+        for name, value, (low, high) in zip(result.free, result.values, result.interval95, strict=True)
+    ]
+    residual = [f"{1e3 * m.median_m:.2f}" if m.frames else "not found" for m in misfits]
+    rows.append(["residual mm", *residual, ""])
+    rows.append(["frames used", "", str(len(result.frames)), f"of {given}"])
+    show_table(f"{out}: {', '.join(FILES)}", ["", "first guess", result.status, "95 %"], rows)
+    if result.left_out:
+        print(f"left out: {_counted(result.left_out)}")
+    if result.extra:
+        print(f"camera.json does not hold {', '.join(result.extra)}: see result.json")
+    for name, bias, (low, high) in zip(result.free, result.bias, result.interval95, strict=True):
+        if abs(bias) > 0.5 * (high - low):
+            print(
+                f"noise biases {name} by about {bias:+.3g}, which exceeds its interval: see bias in result.json"
+            )
+    if result.status == "weak":
+        print("weak: neither the result nor its intervals are reliable until this is fixed")
+    for sentence in result.observability.advice:
+        print(f"advice: {sentence}")
+
+
+def _counted(left_out: dict[int, str]) -> str:
+    """Reasons and their counts, without the numbers of single frames."""
+    kinds = Counter(reason.split(":")[0] for reason in left_out.values())
+    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""A command from a frozen dataclass: its fields are the options, with help and bounds beside them.
+
+typer parses. tyro, which starts from dataclasses, was tried: it keeps the last of repeated options, knows no bounds,
+and draws a box around an error in the place of one line.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable, Iterator
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+import typer
+
+__all__ = ["Field", "Usage", "argument", "command", "fields_of", "option"]
+
+
+def Usage(message: str, option: str | None = None) -> typer.BadParameter:
+    """A usage error (exit code 2)."""
+    return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
+
+
+class _About(NamedTuple):
+    """What stands beside the type of a field."""
+
+    names: tuple[str, ...]  # () of an argument
+    more: dict[str, Any]
+
+
+def option(help: str, *names: str, **more: Any) -> Any:
+    """An option of a job, called as the field if no `names` are given; `more`: min, max, metavar, show_default.
+
+    ``Annotated[int, option("Number of voxels.", min=8)] = 200``. A function after it checks or converts the value. The
+    words of a ``Literal`` are the only values; a ``tuple[T, ...]`` is an option that is repeated.
+    """
+    return _About(names or ("",), {"help": help, **more})
+
+
+def argument(help: str, metavar: str) -> Any:
+    """A word without the name of an option before it."""
+    return _About((), {"help": help, "metavar": metavar})
+
+
+@dataclasses.dataclass(frozen=True)
+class Field:
+    """A field of a job as the command line knows it.
+
+    Attributes
+    ----------
+    name : str
+        "--depth-topic"; of an argument its metavar.
+    is_files, is_flag, is_repeated : bool
+    parameter : inspect.Parameter
+        For typer.
+    convert : function
+        The value of the field from that of typer.
+    """
+
+    name: str
+    is_files: bool
+    is_flag: bool
+    is_repeated: bool
+    parameter: inspect.Parameter
+    convert: Callable[[Any], Any]
+
+
+def fields_of(job: type) -> Iterator[Field]:
+    """The fields of a dataclass, its own ones before those of its bases."""
+    hints = get_type_hints(job, include_extras=True)
+    known = {f.name: f for f in dataclasses.fields(job)}
+    own_first = dict.fromkeys(name for cls in job.__mro__ for name in inspect.get_annotations(cls))
+    for name in own_first:
+        if name in known:
+            yield _field(name, known[name].default, *get_args(hints[name]))
+
+
+def _field(field_name: str, default: Any, kind: Any, about: _About, *checks: Callable[[Any], Any]) -> Field:
+    names = tuple(n or f"--{field_name.strip('_').replace('_', '-')}" for n in about.names)
+    long = next(
+        (n.partition("/")[0] for n in names if n.startswith("--")), about.more["metavar"] if not names else ""
+    )
+    more = dict(about.more)
+    inner = (
+        next(k for k in get_args(kind) if k is not NoneType)
+        if get_origin(kind) in (Union, UnionType)
+        else kind
+    )
+    optional = inner is not kind
+    repeated = get_origin(inner) is tuple
+    if get_origin(inner) is Literal:
+        words = get_args(inner)
+        more.setdefault("metavar", "|".join(words))
+        inner, checks = str, (_one_of(words), *checks)
+    if repeated:
+        inner = list[get_args(inner)[0]]  # type: ignore[misc]
+        default, optional = (None, True) if default == () else (default, optional)
+    shown = typer.Option(*names, **more) if names else typer.Argument(**more)
+    parameter = inspect.Parameter(
+        field_name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=inspect.Parameter.empty if default is dataclasses.MISSING else default,
+        annotation=Annotated[inner | None if optional else inner, shown],
+    )
+
+    def convert(value: Any) -> Any:
+        if repeated:
+            return tuple(value or ())
+        for check in checks if value is not None else ():
+            value = _checked(check, value, long)
+        return value
+
+    return Field(long, "Path" in str(inner), inner is bool, repeated, parameter, convert)
+
+
+def _one_of(words: tuple[str, ...]) -> Callable[[str], str]:
+    def check(value: str) -> str:
+        if value.lower() not in words:
+            listed = " or ".join(words) if len(words) == 2 else f"one of {', '.join(words)}"
+            raise Usage(f"expected {listed}, got {value!r}")
+        return value.lower()
+
+    return check
+
+
+def _checked(check: Callable[[Any], Any], value: Any, name: str) -> Any:
+    try:
+        return check(value)
+    except typer.BadParameter as error:
+        error.param_hint = error.param_hint or name
+        raise
+
+
+def command(function: Callable[[Any], None]) -> Callable[..., None]:
+    """What typer takes for a command: `function` runs the dataclass that it is annotated with."""
+    job = next(iter(get_type_hints(function).values()))
+    fields = list(fields_of(job))
+
+    def run(**given: Any) -> None:
+        function(job(**{f.parameter.name: f.convert(given[f.parameter.name]) for f in fields}))
+
+    made: Any = run
+    made.__name__, made.__doc__ = function.__name__, job.__doc__
+    made.__signature__ = inspect.Signature([f.parameter for f in fields])
+    made.__annotations__ = {f.parameter.name: f.parameter.annotation for f in fields}
+    return run

@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: MIT
+"""One sequence of ``sdftrack reconstruct``, from its first frame to the output files and the summary."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdftrack._internal.background import read_ahead
+from sdftrack.cli.init import Init
+from sdftrack.cli.progress import Tell, progress_counter
+from sdftrack.cli.reconstruct.files import (
+    write_mesh_files,
+    write_refined,
+    write_shape,
+    write_sides,
+    write_turntable,
+)
+from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
+from sdftrack.cli.sources import fitting
+from sdftrack.cli.track_summary import show_summary
+
+if TYPE_CHECKING:
+    from sdftrack.cli.reconstruct.command import Reconstruct
+
+__all__ = ["reconstruct_one"]
+
+NAME = "object"
+REFINE_STEPS = 100
+
+
+def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> None:
+    """Reconstruct from one sequence; `options` are those of `Reconstructor`."""
+    import sdftrack as st
+
+    with st.open_sequence(folder, **job.opening) as seq:
+        recording = Recording.of(folder, out, seq, job, job.place())
+        for further, place in job.further():
+            _check_further(further, place, job, seq.camera)
+        star = st.Reconstructor(
+            seq.camera,
+            load_shape(job.shape, job.unit, job.voxel_count()),
+            job.voxel_count(),
+            job.extent,
+            job.device,
+            mode=job.mode,
+            threads=job.threads,
+            **options,
+        )
+        # Before the folder is made: a start that cannot be leaves nothing behind.
+        recording.results = [star.start(recording.frame, **recording.place.arguments)]
+        Run(job, star, recording).go()
+
+
+def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: Any) -> None:
+    """Check a further recording in advance; `camera` is that of the first recording."""
+    import sdftrack as st
+
+    with st.open_sequence(folder, **job.opening) as seq:
+        if seq.camera != camera:
+            raise ValueError(
+                f"{folder}: expected the camera of the first recording, {camera!r}, got {seq.camera!r}"
+            )
+        Recording.of(folder, folder, seq, job, init)
+
+
+@dataclass
+class Recording:
+    """A recording, its results so far, and the index of its first frame among all frames."""
+
+    folder: Path
+    out: Path
+    seq: Any
+    numbers: range
+    init: Init | None
+    frame: Any  # the first one
+    place: Place
+    first: int = 0
+    results: list[Any] = field(default_factory=list)
+    truths: list[dict[int, Any]] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, folder: Path, out: Path, seq: Any, job: Reconstruct, init: Init | None) -> Recording:
+        """With the location of the object in its first frame."""
+        numbers = job.numbers(seq, folder)
+        frame = fitting(seq[numbers[0]], seq.camera)
+        place = find_place(init, job.object_, seq, numbers[0], frame, folder)
+        return cls(folder, out, seq, numbers, init, frame, place)
+
+    @property
+    def ids(self) -> list[int]:
+        return [self.seq.ids[i] for i in self.numbers]
+
+    @property
+    def obj_id(self) -> int:
+        k = self.place.instance
+        return int(self.seq.objects[k]) if k is not None and k < len(self.seq.objects) else 1
+
+    def true_pose(self, i: int) -> Any:
+        return self.seq.ground_truth.get(i, {}).get(self.place.instance)
+
+    def poses_of(self, poses: dict[int, Any]) -> dict[int, Any]:
+        """Those of its own frames, of poses of all frames."""
+        own = {i - self.first: T for i, T in sorted(poses.items())}
+        return {n: T for n, T in own.items() if 0 <= n < len(self.results)}
+
+    def write_refined(self, recorder: Any, poses: dict[int, Any]) -> None:
+        """refined_0.txt of its own frames."""
+        times = [
+            float(i if r.timestamp is None else r.timestamp)
+            for i, r in zip(self.ids, self.results, strict=False)
+        ]
+        recorder.wrote(*write_refined(self.out, self.poses_of(poses), times))
+
+
+@dataclass
+class Run:
+    """A run of a reconstructor that was started on the first frame of a recording."""
+
+    job: Reconstruct
+    star: Any
+    recording: Recording
+    refined: Any = None
+    later: list[tuple[Recording, Any]] = field(default_factory=list)  # further recordings with their files
+
+    def go(self) -> None:
+        """Track, refine, write, report; results so far are written even if a step fails."""
+        job, first = self.job, self.recording
+        with (
+            self._recorder(first) as recorder,
+            contextlib.ExitStack() as stack,
+            progress_counter(job.quiet) as tell,
+        ):
+            try:
+                self._follow(first, recorder, tell)
+                for number, (folder, init) in enumerate(job.further(), 2):
+                    self._extend(folder, init, first.out / f"recording_{number}", stack, tell)
+            finally:
+                # Also before the refinement, so that nothing that comes later can take it away.
+                self._keep(recorder)
+                if len(first.results) < len(first.numbers) and not job.quiet:
+                    print(
+                        f"ended after {len(first.results)} of {len(first.numbers)} frames, kept in {first.out}"
+                    )
+            if not job.no_refine:
+                self._refine(recorder, tell)
+            if not job.no_video:
+                look = {"threads": job.threads, "min_seen": self.star.options.min_seen, "tell": tell}
+                recorder.wrote(*write_turntable(first.out, self.star.mesh(), first.results[0].pose, **look))
+        if not job.quiet:
+            self._tell()
+
+    def _recorder(self, recording: Recording) -> Any:
+        import sdftrack as st
+
+        name = recording.folder.resolve().name
+        return st.Recorder(
+            recording.out,
+            recording.seq.camera,
+            None if self.job.no_video else self.star.shape,
+            not self.job.no_video,
+            self.job.overwrite,
+            obj_ids=[self.recording.obj_id],
+            names=[NAME],
+            scene_id=int(name) if name.isdigit() else 0,
+            settings=self._settings(recording),
+        )
+
+    def _follow(self, recording: Recording, recorder: Any, tell: Tell) -> None:
+        """Track a recording whose first result is there."""
+        frame, seq = recording.frame, recording.seq
+        label = recording.folder.name or str(recording.folder)
+        further = read_ahead(fitting(seq[i], seq.camera) for i in recording.numbers[1:])
+        with contextlib.closing(further) as frames:
+            for n, i in enumerate(recording.numbers):
+                if n:
+                    frame = next(frames)
+                    recording.results.append(self.star.track(frame))
+                recording.truths.append(self._truth(recording, i))
+                result, truth = recording.results[n], recording.truths[n]
+                grown = None if self.job.no_video else self.star.shape
+                recorder.add(frame, result, im_id=seq.ids[i], truth=truth, shapes=grown)
+                tell(n + 1, len(recording.numbers), label, _moved(result.shape_change))
+
+    def _truth(self, recording: Recording, i: int) -> dict[int, Any]:
+        """The true pose of the reconstruction's object frame, aligned in the first image of the first recording."""
+        first = self.recording.true_pose(self.recording.numbers[0])
+        here = recording.true_pose(i)
+        if first is None or here is None:
+            return {}
+        return {0: np.asarray(here) @ np.linalg.solve(first, self.recording.results[0].pose)}
+
+    def _extend(self, folder: Path, init: Init | None, out: Path, stack: Any, tell: Tell) -> None:
+        """Extend the shape with a further recording."""
+        import sdftrack as st
+
+        seq = stack.enter_context(st.open_sequence(folder, **self.job.opening))
+        recording = Recording.of(folder, out, seq, self.job, init)
+        result = self.star.resume(recording.frame, **recording.place.arguments)
+        if not result.ok:
+            raise ValueError(
+                f"{folder}: the object was not found reliably in image {recording.ids[0]} ({result.reason[0]}): the "
+                "recording was not added; start at a better image (--start), or give --then-init"
+            )
+        recording.results, recording.first = [result], result.index
+        recorder = stack.enter_context(self._recorder(recording))
+        self._follow(recording, recorder, tell)
+        self.later.append((recording, recorder))
+
+    def _refine(self, recorder: Any, tell: Tell) -> None:
+        def told(share: float) -> None:
+            tell(round(REFINE_STEPS * share), REFINE_STEPS, "refining")
+
+        self.refined = self.star.refine(told)
+        self._keep(recorder)
+        for recording, files in [(self.recording, recorder), *self.later]:
+            recording.write_refined(files, self.refined.poses)
+
+    def _keep(self, recorder: Any) -> None:
+        """Write the files of the current shape."""
+        from sdftrack.reconstruction.quality import seen_part
+
+        job, out, least = self.job, self.recording.out, self.star.options.min_seen
+        mesh = self.star.mesh()
+        recorder.wrote(*write_shape(out, self.star.shape))
+        recorder.wrote(*write_sides(out, mesh, self.recording.results[0].pose, job.threads, least))
+        self._note(recorder, mesh)
+        whole = seen_part(mesh, least) if job.seen_only else mesh
+        written = whole
+        if job.faces is not None:
+            # The whole mesh first: a ring cannot be made of four triangles.
+            recorder.wrote(*write_mesh_files(out, whole, whole, [], None))
+            written = whole.decimated(job.faces)
+        recorder.wrote(*write_mesh_files(out, written, whole, job.formats(), job.texture))
+
+    def _note(self, recorder: Any, mesh: Any) -> None:
+        """The section of report.json about the shape."""
+        quality, volume, first, refined = (
+            self.star.quality(mesh),
+            self.star.shape,
+            self.recording,
+            self.refined,
+        )
+        section: dict[str, Any] = {
+            "summary": quality.summary,
+            "seen_share": quality.seen_share,
+            "frames_fused": quality.frames,
+            "complete": len(first.results) == len(first.numbers),
+            "voxels": list(volume.values.shape[::-1]),
+            "voxel_m": volume.voxel_size,
+            "size_m": np.ptp(mesh.bounds, axis=0),
+            "surface_change_m": [r.shape_change for r in first.results],
+            "refined": None,
+        }
+        if refined is not None:
+            section["refined"] = {
+                "rounds": refined.rounds,
+                "moved_m": refined.moved_m,
+                "turned_rad": refined.turned_rad,
+                "misfit_m": refined.misfit_m,
+                "taken": refined.taken,
+                "poses": {first.ids[n]: T for n, T in first.poses_of(refined.poses).items()},
+            }
+        recorder.note("reconstruction", section)
+
+    def _settings(self, recording: Recording) -> dict[str, Any]:
+        """For the report of a recording."""
+        job, numbers = self.job, recording.numbers
+        return {
+            "command": "reconstruct",
+            "sequence": str(recording.folder),
+            "then": [str(folder) for folder in job.then],
+            "layout": recording.seq.layout,
+            "init": "mask of the sequence" if recording.init is None else recording.init.text,
+            "instances": [recording.place.instance],
+            "shape": job.shape,
+            "mode": job.mode,
+            "frames": [numbers.start, numbers.stop, numbers.step],
+            "voxels": job.voxel_count(),
+            "faces": job.faces,
+            "texture": job.texture,
+            "extent": job.extent,
+            "refine": not job.no_refine,
+            "threads": job.threads,
+            "reconstructor": dataclasses.asdict(self.star.options),
+            "tracker": self.star.tracker_options.to_dict(),
+        }
+
+    def _tell(self) -> None:
+        for r in (self.recording, *(recording for recording, _ in self.later)):
+            # In the first image of all, truth and result agree by definition.
+            truths = [{}, *r.truths[1:]] if r is self.recording else r.truths
+            show_summary(r.folder, [NAME], r.results, truths, r.ids, r.out)
+        size = " x ".join(f"{1e3 * s:.0f}" for s in np.ptp(self.star.mesh().bounds, axis=0))
+        print(f"{self.star.quality().summary}; it is {size} mm")
+        if self.refined is not None and self.refined.moved_m:
+            mm, degrees = 1e3 * self.refined.moved_m[0], np.rad2deg(self.refined.turned_rad[0])
+            print(
+                f"the refinement changed the poses by {mm:.2f} mm and {degrees:.2f} deg (root mean square)"
+                if self.refined.taken
+                else "the refinement fitted the frames worse and was rejected: poses and shape are unrefined"
+            )
+        turn = "" if self.job.no_video else ", turntable.mp4"
+        print(f"look at {self.recording.out / 'mesh.png'} and mesh.ply{turn}")
+
+
+def _moved(change_m: float) -> str:
+    return f"surface moved {1e3 * change_m:.2f} mm" if np.isfinite(change_m) else "nothing added"

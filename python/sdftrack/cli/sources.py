@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""Recorded sequences that commands read: their options, the frames of them, and several in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from sdftrack.cli.options import Usage, option
+
+__all__ = ["Frames", "Layout", "each_sequence", "fitting", "folder_each", "known_layout"]
+
+
+def known_layout(value: str) -> str:
+    """Usage error for a layout that there is not."""
+    from sdftrack.io.datasets import LAYOUTS
+
+    known = ["auto", *LAYOUTS]
+    if value not in known:
+        raise Usage(f"expected one of {', '.join(known)}, got {value!r}")
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """How a sequence is opened."""
+
+    layout: Annotated[
+        str,
+        option("auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md)."),
+        known_layout,
+    ] = "auto"
+    depth_topic: Annotated[
+        str | None, option("Depth images of a bag that has several topics of them.", metavar="TOPIC")
+    ] = None
+    color_topic: Annotated[
+        str | None, option("Colour images of a bag, likewise; none: without colour.", metavar="TOPIC")
+    ] = None
+
+    @property
+    def opening(self) -> dict[str, Any]:
+        """Keyword arguments of `open_sequence`."""
+        return {"layout": self.layout, "depth_topic": self.depth_topic, "color_topic": self.color_topic}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frames:
+    """The frames of a sequence that are used."""
+
+    start: Annotated[int, option("First frame.", min=0)] = 0
+    stop: Annotated[int | None, option("End frame (exclusive).", min=0)] = None
+    step: Annotated[int, option("Every n-th frame.", min=1)] = 1
+
+    @property
+    def part(self) -> slice:
+        return slice(self.start, self.stop, self.step)
+
+    def numbers(self, seq: Any, folder: Path) -> range:
+        """The numbers of the frames; ValueError if there are none."""
+        numbers = range(len(seq))[self.part]
+        if not len(numbers):
+            raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
+        return numbers
+
+
+def fitting(frame: Any, camera: Any) -> Any:
+    """The frame, or an unreadable one if its size differs from the camera's."""
+    from sdftrack.frame import Frame
+
+    lens = frame.camera if frame.camera is not None else camera
+    shape = getattr(lens, "depth", lens).shape
+    if frame.depth is None or frame.depth.shape == shape:
+        return frame
+    size = " x ".join(map(str, frame.depth.shape[::-1]))
+    return Frame.unreadable(
+        f"the depth image is {size}, the camera {shape[1]} x {shape[0]}", frame.timestamp, frame.index
+    )
+
+
+def folder_each(sequences: Sequence[Path], out: Path) -> list[Path]:
+    """Output folder of each sequence: `out` for a single one, else a subfolder of its name."""
+    if len(sequences) == 1:
+        return [out]
+    names: list[str] = []
+    for folder in sequences:
+        name = folder.resolve().name
+        taken = names.count(name)
+        names.append(f"{name}_{taken}" if taken else name)
+    return [out / name for name in names]
+
+
+def each_sequence(
+    folders: Sequence[Path], out: Path, work: Callable[[Path, Path], None], *also: type[Exception]
+) -> None:
+    """Call `work(sequence, output folder)` for each; with several, failures are reported at the end."""
+    targets = folder_each(folders, out)
+    for folder, target in zip(folders, targets, strict=True):
+        if target.resolve() == folder.resolve():  # --overwrite or not: its mesh.ply is not ours to replace
+            raise ValueError(f"--out: expected another folder than the sequence {folder}, got the same")
+    failed: list[str] = []
+    told: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, RuntimeError, *also)
+    for folder, target in zip(folders, targets, strict=True):
+        try:
+            work(folder, target)
+        except told as error:
+            if len(folders) == 1:
+                raise
+            text = " ".join(str(error).split())
+            failed.append(text if text.startswith(str(folder)) else f"{folder}: {text}")
+    if failed:
+        raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
