@@ -39,7 +39,7 @@ def test_the_kinds_and_their_order_are_those_of_the_core():
 
 
 def test_the_command_line_offers_every_kind():
-    assert set(get_args(get_type_hints(Fit)["kind"])) - {"plane"} == {"auto", *KINDS}
+    assert set(get_args(get_type_hints(Fit)["kind"])) == {"auto", *KINDS}
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
