@@ -35,7 +35,9 @@ def reproduce(job: Reproduce) -> None:
     root = next((p for p in places if (p / "experiments/figures.py").is_file()), None)
     if root is None:
         raise FileNotFoundError(f"reproduce: the experiments are not installed; run it in {SOURCE}")
-    given = {name: getattr(job, name) for name in ("mesh", "unit", "frames", "out", "config", "device", "threads")}
+    given = {
+        name: getattr(job, name) for name in ("mesh", "unit", "frames", "out", "config", "device", "threads")
+    }
     flags = {"list": job.show_list, "overwrite": job.overwrite, "quiet": job.quiet}
     options = [f"--{name}={value}" for name, value in given.items() if value is not None]
     options += [f"--{name}" for name, value in flags.items() if value]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import io
-import io
 import json
 import math
 from collections.abc import Sequence
