@@ -11,7 +11,7 @@ import sdftrack as st
 Hashes = dict[str, str]
 CAMERA = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)
 # A commit before a move and one after it are compared by the same runs: a maker of scenes is taken from where it is.
-SCENE_MODULES = ("sdftrack.synth",)
+SCENE_MODULES = ("sdftrack.synth", *(f"experiments.synth.{name}" for name in ("ball", "gait", "gait_video")))
 
 
 def scene_maker(name: str) -> Any:
