@@ -25,12 +25,14 @@ py::array_t<float> evolve_values(const py::array& phi, const py::array& log_rati
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});
 }
 
-py::tuple zero_mesh(const py::array& phi, int device) {
+py::tuple zero_mesh(const py::array& phi, int threads, int device) {
   const SdfView volume = volume_view(phi, 1, {0, 0, 0});
+  const sdf::Grid grid{volume.nx, volume.ny, volume.nz, 1, {0, 0, 0}};
   levelset::ZeroMesh mesh;
   {
     const ReleaseGil release;
-    mesh = levelset::zero_mesh_cuda({volume.nx, volume.ny, volume.nz, 1, {0, 0, 0}}, volume.phi, device);
+    mesh = device >= 0 ? levelset::zero_mesh_cuda(grid, volume.phi, device)
+                       : levelset::zero_mesh(grid, volume.phi, threads);
   }
   const auto vertices = static_cast<py::ssize_t>(mesh.vertices.size() / 3),
              faces = static_cast<py::ssize_t>(mesh.faces.size() / 3);
@@ -50,9 +52,8 @@ void bind_levelset(py::module_& m) {
       .def_property_readonly("longest_step", &levelset::longest_step);
   m.def("evolve", &evolve_values, "phi"_a, "log_ratio"_a, "voxel_size"_a, "steps"_a, "options"_a,
         "threads"_a = 0, "device"_a = -1);
-  m.def("zero_mesh", &zero_mesh, "phi"_a, "device"_a,
-        "The zero set by marching cubes on a GPU -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) "
-        "int32.");
+  m.def("zero_mesh", &zero_mesh, "phi"_a, "threads"_a = 0, "device"_a = -1,
+        "The zero set by marching cubes -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) int32.");
 }
 
 }  // namespace sdftrack::bindings

@@ -9,7 +9,6 @@
 
 namespace sdftrack::levelset {
 
-constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
 constexpr int kThreadsOfList = 1024, kThreadsPerBlocks = 128, kThreadsPerVoxels = 256,
               kThreadsPerPixels = 256;
 
@@ -37,13 +36,6 @@ struct BlockList {
 __device__ inline int global_thread(int threads) {
   return static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x);
 }
-
-// The voxel of thread t among those of a block.
-struct VoxelPlace {
-  int x, y, z;
-  __device__ explicit VoxelPlace(int t)
-      : x(t % kBlockSide), y(t / kBlockSide % kBlockSide), z(t / (kBlockSide * kBlockSide)) {}
-};
 
 // A number of all threads of a block, in halves: an order that nothing has a say in. `all` has room for each
 // of the `count`, a power of 2.

@@ -16,7 +16,16 @@
 
 namespace sdftrack::levelset {
 
+constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
+
 HD int blocks_along(int n) { return (n + kBlockSide - 1) / kBlockSide; }
+
+// Voxel `t` among those of a block, counted along x, then y, then z.
+struct VoxelPlace {
+  int x, y, z;
+  HD explicit VoxelPlace(int t)
+      : x(t % kBlockSide), y(t / kBlockSide % kBlockSide), z(t / (kBlockSide * kBlockSide)) {}
+};
 
 // Half-open box of voxels.
 struct VoxelRange {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The zero set of a volume as a mesh, by marching cubes on a CUDA device (cube_cases.h). The CPU's is that of
-// scikit-image, which Python calls.
+// The zero set of a volume as a mesh, by marching cubes (cube_cases.h).
 #pragma once
 
 #include <cstdint>
@@ -16,8 +15,11 @@ struct ZeroMesh {
 };
 
 // One vertex on each edge between voxels that the surface cuts, which all triangles there share; closed but
-// at the volume's border. Vertices and faces by block, within it by voxel. phi: of the host, or a copy of
-// what lies there (base/device_copies.h). Defined in zero_mesh.cu, or zero_mesh_none.cpp.
+// at the volume's border. Vertices and faces by block of voxels, within it by voxel.
+ZeroMesh zero_mesh(const sdf::Grid& grid, const float* phi, int threads = 0);
+
+// The same mesh, found on a CUDA device. phi: of the host, or a copy of what lies there
+// (base/device_copies.h). Defined in zero_mesh.cu, or zero_mesh_none.cpp.
 ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi, int device);
 
 }  // namespace sdftrack::levelset

@@ -3,23 +3,10 @@
 // cell that begin there. All numbers follow the order of blocks and voxels, not that of threads.
 #pragma once
 
-#include "levelset/cube_cases.h"
 #include "levelset/device_blocks.cuh"
+#include "levelset/marched_voxel.h"
 
 namespace sdftrack::levelset {
-
-constexpr int kTileSide = kBlockSide + 1, kTileVoxels = kTileSide * kTileSide * kTileSide;
-
-// What is counted of a block and of a voxel: vertices, and faces in the upper half.
-constexpr int kOneFace = 1 << 16;
-HD int vertices_of(int packed) { return packed % kOneFace; }
-HD int faces_of(int packed) { return packed / kOneFace; }
-
-// The edges that begin at a voxel and are cut, a bit for each axis.
-HD int cut_edges_before(int edges, int axis) {
-  const int before = edges & ((1 << axis) - 1);
-  return (before & 1) + (before >> 1 & 1);
-}
 
 // A block's vertices and faces before it, and its place among the blocks that have some.
 enum Total { kVertices, kFaces, kSlots, kTotals };
@@ -34,39 +21,14 @@ struct BlockPlaces {
   }
 };
 
-// The voxel of a thread, in a tile of its block and the voxels behind it.
-struct MarchedVoxel {
-  int x, y, z;  // in the volume
-  int edges = 0, inside = 0;
-  bool has_cell = false;
-  const float* at;
-
-  // All threads of a block: reads the tile.
-  __device__ MarchedVoxel(const BlockLattice& blocks, int b, const float* phi, float* tile) {
-    const sdf::Grid& grid = blocks.grid;
-    const int x0 = kBlockSide * blocks.x(b), y0 = kBlockSide * blocks.y(b), z0 = kBlockSide * blocks.z(b);
-    // Beyond the volume its last voxels, from which the surface does not part them.
-    for (int k = static_cast<int>(threadIdx.x); k < kTileVoxels; k += kBlockVoxels)
-      tile[k] = phi[grid.index(least(grid.nx - 1, x0 + k % kTileSide),
-                               least(grid.ny - 1, y0 + k / kTileSide % kTileSide),
-                               least(grid.nz - 1, z0 + k / (kTileSide * kTileSide)))];
-    __syncthreads();
-    const VoxelPlace place(static_cast<int>(threadIdx.x));
-    x = x0 + place.x, y = y0 + place.y, z = z0 + place.z;
-    at = tile + (place.z * kTileSide + place.y) * kTileSide + place.x;
-    if (x >= grid.nx || y >= grid.ny || z >= grid.nz) return;
-    has_cell = x + 1 < grid.nx && y + 1 < grid.ny && z + 1 < grid.nz;
-    for (int corner = 0; corner < 8; ++corner) inside |= is_inside(value(corner)) ? 1 << corner : 0;
-    for (int axis = 0; axis < 3; ++axis)
-      if ((inside & 1) != (inside >> (1 << axis) & 1)) edges |= 1 << axis;
-  }
-  __device__ float value(int corner) const {
-    return at[((corner >> 2) * kTileSide + (corner >> 1 & 1)) * kTileSide + (corner & 1)];
-  }
-  __device__ int counts(const CubeCase* cases) const {
-    return cut_edges_before(edges, 2) + (edges >> 2) + (has_cell ? cases[inside].triangles * kOneFace : 0);
-  }
-};
+// The voxel of a thread. All threads of a block read the tile.
+__device__ inline MarchedVoxel marched_voxel(const BlockLattice& blocks, int b, const float* phi,
+                                             float* tile) {
+  for (int k = static_cast<int>(threadIdx.x); k < kTileVoxels; k += kBlockVoxels)
+    tile[k] = tile_value(blocks, b, k, phi);
+  __syncthreads();
+  return {blocks, b, static_cast<int>(threadIdx.x), tile};
+}
 
 // What each voxel counts, summed over its block.
 template <class Count>
@@ -81,7 +43,7 @@ struct CountOverBlocks {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
     SDFTRACK_SHARED(int[kBlockVoxels], all);
     const int b = static_cast<int>(blockIdx.x);
-    const MarchedVoxel voxel(blocks, b, phi, tile);
+    const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
     const int sum =
         over_block(count(voxel), all, kBlockVoxels, [](int left, int right) { return left + right; });
     if (threadIdx.x == 0) counts[b] = sum;
@@ -138,9 +100,6 @@ struct PlaceBlocks {
   }
 };
 
-// Of a voxel: its first vertex among those of its block, and in the last three bits its edges.
-using VoxelVertices = std::uint16_t;
-
 struct PlaceVertices {
   static constexpr const char* kName = "zero mesh: vertices";
   static constexpr int kThreads = kBlockVoxels;
@@ -153,17 +112,10 @@ struct PlaceVertices {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
     SDFTRACK_SHARED(int[kBlockVoxels], all);
     const int b = of.blocks[blockIdx.x];
-    const MarchedVoxel voxel(blocks, b, phi, tile);
-    const int first = sum_before(cut_edges_before(voxel.edges, 2) + (voxel.edges >> 2), all, kThreads);
-    voxels[static_cast<std::size_t>(blockIdx.x) * kBlockVoxels + threadIdx.x] =
-        static_cast<VoxelVertices>(first << 3 | voxel.edges);
-    Vec3d* out = vertices + of.vertex[b] + first;
-    for (int axis = 0; axis < 3; ++axis) {
-      if ((voxel.edges >> axis & 1) == 0) continue;
-      const double cut = cut_between(voxel.value(0), voxel.value(1 << axis));
-      *out++ = {voxel.x + (axis == 0 ? cut : 0.0), voxel.y + (axis == 1 ? cut : 0.0),
-                voxel.z + (axis == 2 ? cut : 0.0)};
-    }
+    const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
+    const int first = sum_before(voxel.vertices(), all, kThreads);
+    voxels[static_cast<std::size_t>(blockIdx.x) * kBlockVoxels + threadIdx.x] = voxel.numbered(first);
+    voxel.cut_edges(vertices + of.vertex[b] + first);
   }
 };
 
@@ -180,9 +132,9 @@ struct PlaceFaces {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
     SDFTRACK_SHARED(int[kBlockVoxels], all);
     const int b = of.blocks[blockIdx.x];
-    const MarchedVoxel voxel(blocks, b, phi, tile);
+    const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
     const CubeCase& cell = cases[voxel.inside];
-    const int triangles = voxel.has_cell ? cell.triangles : 0;
+    const int triangles = voxel.faces(cases);
     const int first = sum_before(triangles, all, kThreads);
     std::int32_t* const out = faces + 3 * (static_cast<std::int64_t>(of.face[b]) + first);
     for (int k = 0; k < 3 * triangles; ++k) out[k] = vertex_on(voxel, cube_edge(cell.edges[k]));
@@ -191,13 +143,10 @@ struct PlaceFaces {
  private:
   // An edge of the cell begins at the voxel at one of its corners, perhaps of another block.
   __device__ std::int32_t vertex_on(const MarchedVoxel& voxel, CubeEdge edge) const {
-    const int x = voxel.x + (edge.corner & 1), y = voxel.y + (edge.corner >> 1 & 1),
-              z = voxel.z + (edge.corner >> 2);
-    const int b = blocks.at(x / kBlockSide, y / kBlockSide, z / kBlockSide);
-    const int place = ((z % kBlockSide) * kBlockSide + y % kBlockSide) * kBlockSide + x % kBlockSide;
-    const int own =
-        voxels[static_cast<std::size_t>(of.slot[b]) * kBlockVoxels + static_cast<std::size_t>(place)];
-    return of.vertex[b] + (own >> 3) + cut_edges_before(own & 7, edge.axis);
+    const VertexPlace place(blocks, voxel, edge);
+    const VoxelVertices own =
+        voxels[static_cast<std::size_t>(of.slot[place.block]) * kBlockVoxels + place.voxel];
+    return of.vertex[place.block] + vertex_of(own, edge.axis);
   }
 };
 

@@ -1645,9 +1645,9 @@ def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing
     """
     Winding number of a closed mesh at every voxel, int8 [z, y, x].
     """
-def zero_mesh(phi: numpy.ndarray, device: typing.SupportsInt | typing.SupportsIndex) -> tuple:
+def zero_mesh(phi: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> tuple:
     """
-    The zero set by marching cubes on a GPU -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) int32.
+    The zero set by marching cubes -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) int32.
     """
 BAND_VOXELS: float = 6.0
 __version__: str = '0.1.0'

@@ -28,7 +28,6 @@ LOADED = [
     "scipy.optimize",
     "scipy.spatial",
     "scipy.signal",
-    "skimage.measure",
     "trimesh",
     "sdftrack.cli.app",
     "sdftrack.cli.track",

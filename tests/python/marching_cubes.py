@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Marching cubes, cell by cell and slowly: what the GPU's kernels compute, without blocks, tables and numbers."""
+"""Marching cubes, cell by cell and slowly: what the core computes, without blocks, tables and numbers."""
 
 import itertools
 

@@ -14,7 +14,7 @@ import sdftrack as st
 
 ROOT = Path(__file__).resolve().parents[2]
 # Libraries that take longer to import than everything else: each is imported by the function that uses it.
-HEAVY = ("cv2", "trimesh", "skimage", "scipy", "matplotlib", "av", "typer", "rich")
+HEAVY = ("cv2", "trimesh", "scipy", "matplotlib", "av", "typer", "rich")
 IMPORT_SECONDS = 0.15  # beyond the interpreter's own start; measured 0.02: the parts come when they are used
 SOURCES = {
     "cpp": (".h", ".cpp", ".cu", ".cuh"),

@@ -6,7 +6,11 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__all__ = ["need"]
+__all__ = ["MissingExtra", "need"]
+
+
+class MissingExtra(ImportError):
+    """An optional package is not installed."""
 
 
 def need(package: str, extra: str) -> Any:
@@ -21,6 +25,6 @@ def need(package: str, extra: str) -> Any:
     except ImportError as error:
         if not isinstance(error, ModuleNotFoundError):  # it is there, but a library that it links is not
             raise ImportError(f"{package} is installed, but cannot be loaded: {error}") from error
-        raise ImportError(
+        raise MissingExtra(
             f"{package.replace('_', '-')} is not installed: pip install 'sdftrack[{extra}]'"
         ) from error

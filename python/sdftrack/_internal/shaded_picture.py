@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +20,7 @@ def shaded_picture(
     high: NDArray[np.float64],
 ) -> bytes:
     """PNG of a shape whose box is low..high (m), seen from its front, above and right."""
-    import matplotlib.image
+    import cv2
 
     radius = 0.5 * float(np.linalg.norm(high - low)) or 1.0
     forward = np.array([-1.0, 1.0, -0.6]) / np.linalg.norm([-1.0, 1.0, -0.6])
@@ -37,6 +36,5 @@ def shaded_picture(
     light = np.array([-0.4, -0.6, -0.7]) / np.linalg.norm([-0.4, -0.6, -0.7])
     shade = 0.25 + 0.75 * np.clip(normals @ light, 0, 1)
     picture = np.where(depth[..., None] > 0, shade[..., None] * [0.55, 0.7, 0.95], 1.0)
-    png = io.BytesIO()
-    matplotlib.image.imsave(png, picture, format="png")
-    return png.getvalue()
+    bgr = np.round(255 * picture[..., ::-1]).astype(np.uint8)
+    return bytes(cv2.imencode(".png", bgr)[1].tobytes())

@@ -192,6 +192,7 @@ class ContourFiles:
         """Finish all files. `stopped`: reason for an early end, one sentence for result.json."""
         import sdftrack as st
         from sdftrack._internal.files import write_json
+        from sdftrack.viz.plots import write_plots
 
         if self._video is not None and self._video.finish():
             os.replace(self._video.part, self.out / "overlay.mp4")
@@ -199,8 +200,7 @@ class ContourFiles:
         report: dict[str, Any] = {"version": st.__version__}
         if self.truth is not None:
             report["mean_iou"] = self.mean_iou()
-            self._plot()
-            self._files.append("iou.png")
+            self._files += write_plots(self.out, {"iou.png": self._plot})
         report["settings"] = {"command": "contour", **self.settings, "files": self._files}
         if stopped:
             report["stopped"] = stopped
@@ -214,7 +214,7 @@ class ContourFiles:
         rows = self.rows[1:] or self.rows
         return float(sum(row["iou"] for row in rows) / len(rows))
 
-    def _plot(self) -> None:
+    def _plot(self, path: Path) -> None:
         from sdftrack.viz.plots import figure, save_figure
 
         fig, axis = figure(size=(8.0, 3.2))
@@ -226,7 +226,7 @@ class ContourFiles:
                 axis.axvspan(row["frame"] - 0.5, row["frame"] + 0.5, color="#d1495b", alpha=0.15, linewidth=0)
         axis.set(xlabel="frame", ylim=(0, 1.02))
         axis.legend(loc="lower left")
-        save_figure(fig, self.out / "iou.png")
+        save_figure(fig, path)
 
     def summary(self, source: Path) -> str:
         """Lines for the terminal."""

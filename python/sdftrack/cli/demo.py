@@ -129,12 +129,18 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     from sdftrack.evaluation.pose_errors import pose_errors
     from sdftrack.evaluation.tables import text_table
     from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
+    from sdftrack.viz.plots import write_plots
 
     folder = job.folder
     errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
     save_picture(folder / "frames.png", strip(pictures))
-    plot_sdf_slices(folder / "sdf_slices.png", sdf)
-    plot_run(folder / "errors.png", errors.translation_m, errors.rotation_rad, results)
+    plots = write_plots(
+        folder,
+        {
+            "errors.png": lambda path: plot_run(path, errors.translation_m, errors.rotation_rad, results),
+            "sdf_slices.png": lambda path: plot_sdf_slices(path, sdf),
+        },
+    )
     title = f"a hand-held duck, {job.frames} frames of 640 x 480, by depth alone"
     head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), found.row()]
     write_text(folder / "table.txt", text_table(title, head, rows) + "\n")
@@ -142,7 +148,7 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
         return
     show_table(title, head, rows)
     print(f"reconstruction: {found.summary}")
-    print(f"look at {folder / 'overlay.mp4'}, mesh.png, frames.png, errors.png and sdf_slices.png beside it")
+    print(f"look at {folder / 'overlay.mp4'}, and beside it {', '.join(['mesh.png', 'frames.png', *plots])}")
     seq = folder / SEQUENCE
     print(
         f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "

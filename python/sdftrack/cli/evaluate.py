@@ -56,10 +56,16 @@ def _write(job: Evaluate, out: Path, title: str, scores: list[Any]) -> None:
     from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
     from sdftrack.evaluation.tables import text_table
     from sdftrack.recorder import prepare_folder
+    from sdftrack.viz.plots import write_plots
 
     prepare_folder(out, job.overwrite)
     write_text(out / "table.txt", text_table(title, HEAD, table_rows(scores)) + "\n")
-    plot_errors(scores, out / "errors.png")
-    plot_trajectories(scores, out / "trajectory.png")
+    write_plots(
+        out,
+        {
+            "errors.png": lambda path: plot_errors(scores, path),
+            "trajectory.png": lambda path: plot_trajectories(scores, path),
+        },
+    )
     about = {"version": __version__, "results": str(job.directory), "sequence": job.seq}
     write_json(out / "result.json", {**about, "objects": [s.to_dict() for s in scores]})

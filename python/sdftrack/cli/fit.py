@@ -127,6 +127,7 @@ def _fit_cloud(job: Fit) -> None:
     import sdftrack as st
     from sdftrack.io.clouds import read_cloud
     from sdftrack.mesh.files import unit_scale
+    from sdftrack.viz.plots import write_plots
     from sdftrack.viz.primitives import plot_cloud
 
     points = read_cloud(job.source)
@@ -135,7 +136,8 @@ def _fit_cloud(job: Fit) -> None:
         options["unit"] = job.unit
     found = st.fit_primitive(points, job.kind, **options)
     _write(job, found, {"cloud": str(job.source), "kind": job.kind, "points": len(points), **options})
-    plot_cloud(job.folder / "fit.png", points * unit_scale(job.unit), found)
+    metres = points * unit_scale(job.unit)
+    write_plots(job.folder, {"fit.png": lambda path: plot_cloud(path, metres, found)})
     _tell(job, found)
 
 

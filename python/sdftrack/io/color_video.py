@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.extras import need
 from sdftrack.io.datasets.images import image_files
 from sdftrack.io.frames import read_color
 
@@ -22,7 +23,7 @@ class ColorVideo:
     Parameters
     ----------
     source : path
-        A video (anything that PyAV reads), or a folder of images in the order of their names or numbers.
+        A video (anything that PyAV reads; it needs the extra [video]), or a folder of images in the order of their names or numbers.
 
     Raises
     ------
@@ -75,7 +76,7 @@ class ColorVideo:
                 yield number, error
 
     def _look(self) -> None:
-        import av
+        av = need("av", "video")
 
         try:
             with av.open(str(self.source)) as container:

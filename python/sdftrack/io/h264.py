@@ -11,6 +11,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.extras import need
+
 __all__ = ["KEY_EVERY", "H264Decoder", "H264Encoder", "has_encoder"]
 
 KEY_EVERY = 15  # images; to read one, at most so many are decoded
@@ -22,8 +24,8 @@ WITH_FORMAT = (100, 110, 122, 244)  # profiles whose description also names the 
 
 
 def has_encoder() -> bool:
-    import av
-
+    """Whether this build of PyAV can write it. ImportError without PyAV."""
+    av = need("av", "video")
     return ENCODER in av.codecs_available
 
 
@@ -68,8 +70,7 @@ class H264Decoder:
     """Decodes the packets of a stream one after the other, beginning at one that needs no other."""
 
     def __init__(self, private: bytes) -> None:
-        import av
-
+        av = need("av", "video")
         self._context: Any = av.CodecContext.create("h264", "r")
         self._context.extradata = private
         self._context.thread_count = 1  # threads would hold images back

@@ -1,37 +1,61 @@
 # SPDX-License-Identifier: MIT
-"""Videos that any browser plays, written completely or not at all."""
+"""Videos, written completely or not at all: with PyAV such as any browser plays, else by OpenCV."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.extras import MissingExtra, need
+from sdftrack._internal.files import PART_PREFIX
+
 __all__ = ["PART", "VideoFile", "write_video"]
 
 PART = ".part"  # suffix of a file that is not finished
+Picture = NDArray[np.uint8]
 _ENCODERS = ("libx264", "libopenh264", "h264")
 _ENCODER_OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
 
 
+class _Encoder(Protocol):
+    """Of pictures of one even size, into a file that `finish` completes."""
+
+    def add(self, picture: Picture) -> None: ...
+
+    def finish(self) -> None: ...
+
+    def drop(self) -> None: ...
+
+
 class VideoFile:
-    """H.264 in an MP4 that browsers play: yuv420p, even size, index first."""
+    """An MP4: H.264 that browsers play (yuv420p, even size, index first) with PyAV, else MPEG-4 Part 2 (mp4v)."""
 
     def __init__(self, path: Path, fps: float | None) -> None:
         self.part = path.with_name(f".{path.name}{PART}")
         self._name = path.name
         self._fps = fps
-        self._waiting: list[tuple[Any, float | None]] = []  # the first picture, until the rate is known
-        self._container: Any = None
-        self._stream: Any = None
+        self._waiting: list[tuple[Picture, float | None]] = []  # the first picture, until the rate is known
+        self._encoder: _Encoder | None = None
+        self._make: Any = _BrowserVideo
+        try:
+            need("av", "video")
+        except MissingExtra as error:
+            self._make = _PlainVideo
+            warnings.warn(
+                f"{path.name} is MPEG-4 Part 2 (mp4v), which browsers do not play; for H.264: {error}",
+                RuntimeWarning,
+                stacklevel=3,
+            )
 
-    def add(self, picture: NDArray[np.uint8], stamp: float | None) -> None:
-        if self._container is not None:
+    def add(self, picture: Picture, stamp: float | None) -> None:
+        if self._encoder is not None:
             self._encode(picture)
             return
         self._waiting.append((picture, stamp))
@@ -39,60 +63,98 @@ class VideoFile:
             self._open()
 
     def _open(self) -> None:
-        import av
-
         stamps = [s for _, s in self._waiting if s is not None]
         gap = stamps[1] - stamps[0] if len(stamps) == 2 else 0.0
         fps = self._fps or (1 / gap if 1 / 120 <= gap <= 1.0 else 30.0)
+        self._height, self._width = (n - n % 2 for n in self._waiting[0][0].shape[:2])
+        self._encoder = self._make(self.part, self._name, self._width, self._height, max(1, round(fps)))
+        waiting, self._waiting = self._waiting, []
+        for picture, _ in waiting:
+            self._encode(picture)
+
+    def _encode(self, picture: Picture) -> None:
+        assert self._encoder is not None
+        self._encoder.add(np.ascontiguousarray(picture[: self._height, : self._width]))
+
+    def finish(self) -> bool:
+        """Flush and close; returns whether there is a video."""
+        if self._encoder is None and self._waiting:
+            self._open()
+        if self._encoder is None:
+            return False
+        self._encoder.finish()
+        self._encoder = None
+        return True
+
+    def drop(self) -> None:
+        with contextlib.suppress(Exception):
+            if self._encoder is not None:
+                self._encoder.drop()
+        self._encoder = None
+        self.part.unlink(missing_ok=True)
+
+
+class _BrowserVideo:
+    def __init__(self, part: Path, name: str, width: int, height: int, fps: int) -> None:
+        import av
+
         # `faststart` moves the index to the front, so that a browser plays before it has read all.
-        self._container = av.open(str(self.part), "w", format="mp4", options={"movflags": "faststart"})
-        for name in _ENCODERS:
+        self._container: Any = av.open(str(part), "w", format="mp4", options={"movflags": "faststart"})
+        for encoder in _ENCODERS:
             try:
-                self._stream = self._container.add_stream(
-                    name, rate=max(1, round(fps)), options=_ENCODER_OPTIONS.get(name, {})
+                self._stream: Any = self._container.add_stream(
+                    encoder, rate=fps, options=_ENCODER_OPTIONS.get(encoder, {})
                 )
                 break
             except (ValueError, av.FFmpegError):
                 continue
         else:
-            raise RuntimeError(
-                f"{self._name}: this build of PyAV has no H.264 encoder; record with video=False"
-            )
-        height, width = (n - n % 2 for n in self._waiting[0][0].shape[:2])
+            raise RuntimeError(f"{name}: this build of PyAV has no H.264 encoder; record with video=False")
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
         self._stream.thread_count = 1  # the same bits on any machine
-        waiting, self._waiting = self._waiting, []
-        for picture, _ in waiting:
-            self._encode(picture)
 
-    def _encode(self, picture: NDArray[np.uint8]) -> None:
+    def add(self, picture: Picture) -> None:
         import av
 
-        even = np.ascontiguousarray(picture[: self._stream.height, : self._stream.width])
-        for packet in self._stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")):
-            self._container.mux(packet)
+        self._container.mux(self._stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
 
-    def finish(self) -> bool:
-        """Flush and close; returns whether there is a video."""
-        if self._container is None and self._waiting:
-            self._open()
-        if self._container is None:
-            return False
-        for packet in self._stream.encode():
-            self._container.mux(packet)
-        container, self._container = self._container, None
-        container.close()
-        return True
+    def finish(self) -> None:
+        self._container.mux(self._stream.encode())
+        self._container.close()
 
     def drop(self) -> None:
-        with contextlib.suppress(Exception):
-            if self._container is not None:
-                self._container.close()
-        self._container = None
-        self.part.unlink(missing_ok=True)
+        self._container.close()
 
 
-def write_video(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: float) -> None:
+class _PlainVideo:
+    def __init__(self, part: Path, name: str, width: int, height: int, fps: int) -> None:
+        import cv2
+
+        self._part, self._name, self._count = part, name, 0
+        self._beside = part.with_name(f"{PART_PREFIX}{name}")  # OpenCV chooses the format by the suffix
+        codec = cv2.VideoWriter.fourcc(*"mp4v")
+        self._writer: Any = cv2.VideoWriter(str(self._beside), codec, fps, (width, height))
+
+    def add(self, picture: Picture) -> None:
+        self._writer.write(np.ascontiguousarray(picture[..., ::-1]))
+        self._count += 1
+
+    def finish(self) -> None:
+        """OSError if the file is not whole, of which OpenCV's writer says nothing."""
+        import cv2
+
+        self._writer.release()
+        written = int(cv2.VideoCapture(str(self._beside)).get(cv2.CAP_PROP_FRAME_COUNT))
+        if written != self._count:
+            raise OSError(f"{self._name}: {written} of {self._count} images were written; is the disk full?")
+        os.replace(self._beside, self._part)
+
+    def drop(self) -> None:
+        self._writer.release()
+        self._beside.unlink(missing_ok=True)
+
+
+def write_video(path: Path, pictures: Iterable[Picture], fps: float) -> None:
     """Write images (H x W x 3 RGB, of one size) as a video; no file is left if one of them fails."""
     video = VideoFile(path, fps)
     try:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.array_equality import Compared
 from sdftrack.device import CPU
 from sdftrack.mesh import Mesh
-from sdftrack.sdf.zero_mesh import zero_mesh
 
 __all__ = ["Quality", "bodies", "expected_error", "largest_body", "quality_of", "seen_part", "surface_mesh"]
 
@@ -124,7 +124,7 @@ def surface_mesh(core: Any, number: int = CPU) -> Mesh:
     phi = largest_body(_smoothed_where_unseen(whole, amount, core.voxel_m))
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
-    voxels, faces = zero_mesh(phi, number)
+    voxels, faces = _core.zero_mesh(phi, 0, number)
     at = tuple(np.round(voxels[:, ::-1]).astype(np.intp).T)
     seen = (amount[at] / SEEN_SCALE).astype(np.float32)
     colors = (core.rgb_seen[part][at][..., :3] / 256.0 + 0.5).astype(np.uint8)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.rigid_poses import rigid_pose
 from sdftrack._internal.validation import number, numbers, shown, whole
-from sdftrack.device import CPU, device_number
+from sdftrack.device import device_number
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
 from sdftrack.sdf.files import checked_colors, read_volume, write_volume
@@ -20,7 +20,6 @@ from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
 from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx, voxels_between
 from sdftrack.sdf.mesh_report import MeshReport
 from sdftrack.sdf.solids import distances_of_solid, three_lengths
-from sdftrack.sdf.zero_mesh import zero_mesh
 
 if TYPE_CHECKING:
     import trimesh
@@ -356,11 +355,12 @@ class SDF:
     def to_mesh(self, *, device: str = "cpu") -> Mesh:
         """Surface mesh by marching cubes, faces outwards, m, object frame.
 
+        Where a face of a cell has two corners inside that lie opposite each other, the surface separates them.
+
         Parameters
         ----------
         device : {"cpu", "cuda", "cuda:N", "auto"}
-            A GPU has the same vertices in another order, and may connect them otherwise in cells that the surface
-            crosses more than once.
+            The mesh is the same.
 
         Raises
         ------
@@ -370,7 +370,7 @@ class SDF:
         number = device_number(device)
         if not (self._values.min() < 0 < self._values.max()):
             raise ValueError("sdf: no surface (all values have one sign)")
-        voxels, faces = zero_mesh(self._values.copy() if number == CPU else self._values, number)
+        voxels, faces = _core.zero_mesh(self._values, 0, number)
         return Mesh(voxels * self._voxel_size + self._origin, faces)
 
     def surface_samples(self, count: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

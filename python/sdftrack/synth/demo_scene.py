@@ -154,9 +154,8 @@ def _capsule(p: Array, a: Any, b: Any, radius: float) -> Array:
 
 def _hand_mesh() -> Any:
     """An open right hand with a forearm: palm in the xy plane, fingers along +y, bent towards +z."""
-    from skimage.measure import marching_cubes
-
     from sdftrack.mesh import Mesh
+    from sdftrack.sdf import SDF
 
     grid = 0.004
     low, high = np.array([-0.09, -0.60, -0.06]), np.array([0.10, 0.16, 0.09])
@@ -173,10 +172,9 @@ def _hand_mesh() -> Any:
     parts += [_capsule(p, (0.0, -0.03, 0.0), (0.0, -0.56, -0.02), 0.027)]
     blend = 0.006
     field = -blend * np.log(np.sum([np.exp(-d / blend) for d in parts], axis=0))
-    vertices, faces, _, _ = marching_cubes(field, 0.0, spacing=(grid,) * 3)
-    vertices = vertices + low
-    rgb = np.where(vertices[:, 1:2] < -0.12, SLEEVE, SKIN).astype(np.uint8)
-    return Mesh(vertices, np.ascontiguousarray(faces[:, ::-1]), rgb)
+    hand = SDF(np.ascontiguousarray(field.T, np.float32), grid, low).to_mesh()
+    rgb = np.where(hand.vertices[:, 1:2] < -0.12, SLEEVE, SKIN).astype(np.uint8)
+    return Mesh(hand.vertices, hand.faces, rgb)
 
 
 def _clutter(seed: int) -> Any:

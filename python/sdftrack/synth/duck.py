@@ -79,16 +79,11 @@ def colours(points: Array, seed: int = 0) -> NDArray[np.uint8]:
 
 def duck_mesh(seed: int = 0) -> Any:
     """The coloured mesh (st.Mesh, m, object frame): about 0.2 m long, closed."""
-    from skimage.measure import marching_cubes
-
     from sdftrack.mesh import Mesh
+    from sdftrack.sdf import SDF
 
     axes = [np.arange(low, high, GRID_M) for low, high in zip(LOW_M, HIGH_M, strict=True)]
     x, y, z = np.meshgrid(*axes, indexing="ij")
     values = field(np.stack([x, y, z], axis=-1))
-    vertices, faces, _, _ = marching_cubes(values, 0.0, spacing=(GRID_M,) * 3)
-    vertices = vertices + LOW_M
-    mesh = Mesh(vertices, np.ascontiguousarray(faces[:, ::-1]), colours(vertices, seed))
-    corners = mesh.vertices[mesh.faces]
-    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    return mesh if volume > 0 else Mesh(vertices, faces, mesh.colors)
+    mesh = SDF(np.ascontiguousarray(values.T, np.float32), GRID_M, LOW_M).to_mesh()
+    return Mesh(mesh.vertices, mesh.faces, colours(mesh.vertices, seed))

@@ -104,14 +104,13 @@ def _meshed(
     seed: int,
 ) -> Mesh:
     """The zero set of a field, which is negative inside, by marching cubes."""
-    from skimage.measure import marching_cubes
+    from sdftrack.sdf import SDF
 
     axes = [np.arange(a - 3 * GRID_M, b + 3 * GRID_M, GRID_M) for a, b in zip(low, high, strict=True)]
     values = distance(np.stack(np.meshgrid(*axes, indexing="ij")))
-    vertices, faces, _, _ = marching_cubes(values, 0.0, spacing=(GRID_M,) * 3)
-    vertices = vertices + [axis[0] for axis in axes]
-    vertices[:, 2] -= vertices[:, 2].min()
-    return Mesh(vertices, faces, _print(vertices, color, seed))
+    solid = SDF(np.ascontiguousarray(values.T, np.float32), GRID_M, [axis[0] for axis in axes]).to_mesh()
+    vertices = solid.vertices - [0.0, 0.0, solid.vertices[:, 2].min()]
+    return Mesh(vertices, solid.faces, _print(vertices, color, seed))
 
 
 def _print(points: Array, color: tuple[int, int, int], seed: int) -> NDArray[np.uint8]:

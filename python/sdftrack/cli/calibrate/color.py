@@ -132,13 +132,18 @@ def _depth_scale(path: Path) -> float:
 def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
     from sdftrack._internal.files import write_json
     from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
-    from sdftrack.viz.plots import save_figure
+    from sdftrack.viz.plots import save_figure, write_plots
 
     write_json(out / "camera.json", result.camera_dict(depth_scale_m))
     write_json(out / "result.json", {"settings": settings, **result.to_dict()})
-    save_figure(plot_residuals(result, before), out / "residuals.png")
-    save_figure(plot_coverage(result), out / "coverage.png")
-    save_figure(plot_path(result), out / "path.png")
+    write_plots(
+        out,
+        {
+            "residuals.png": lambda path: save_figure(plot_residuals(result, before), path),
+            "coverage.png": lambda path: save_figure(plot_coverage(result), path),
+            "path.png": lambda path: save_figure(plot_path(result), path),
+        },
+    )
 
 
 def _show(result: Any, out: Path) -> None:

@@ -61,7 +61,7 @@ def depth(job: Depth) -> None:
     out = job.file()
     import sdftrack as st
     from sdftrack.calibration.depth_plots import plot_depth_errors
-    from sdftrack.viz.plots import save_figure
+    from sdftrack.viz.plots import save_figure, write_plots
 
     with contextlib.ExitStack() as stack:
         opened = [stack.enter_context(st.open_sequence(path, **job.opening)) for path in job.seqs]
@@ -76,10 +76,10 @@ def depth(job: Depth) -> None:
                 progress=lambda done: tell(done, len(source), "frames"),
             )
     result.sensor.save(out)
-    picture = out.with_suffix(".png")
-    save_figure(plot_depth_errors(result), picture)
+    plot = {out.with_suffix(".png").name: lambda path: save_figure(plot_depth_errors(result), path)}
+    written = [str(out), *write_plots(out.parent, plot)]
     if not job.quiet:
-        _show(result, out, picture)
+        _show(result, ", ".join(written))
 
 
 class _Source:
@@ -112,7 +112,7 @@ class _Source:
             yield frame if frame.camera is not None else frame.replace(camera=self.seqs[s].camera)
 
 
-def _show(result: Any, out: Path, picture: Path) -> None:
+def _show(result: Any, files: str) -> None:
     sensor = result.sensor
     z = [s.depth for s in result.noise]
     low, high = min(z), max(z)
@@ -132,7 +132,7 @@ def _show(result: Any, out: Path, picture: Path) -> None:
             ]
         )
     head = ["distance m", "noise measured mm", "model 0 deg", "30 deg", "60 deg", "bias mm", "its sd mm"]
-    show_table(f"{out}, {picture.name}: {sensor.source}", head, rows)
+    show_table(f"{files}: {sensor.source}", head, rows)
     print(f"the noise is correlated over {sensor.correlation_px:.1f} px; {result.used} frames used")
     if result.left_out:
         print(f"left out: {len(result.left_out)} frames, the last one: {list(result.left_out.values())[-1]}")

@@ -179,16 +179,21 @@ def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> 
 def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
     from sdftrack._internal.files import write_json
     from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
-    from sdftrack.viz.plots import save_figure
+    from sdftrack.viz.plots import save_figure, write_plots
 
     before, after = misfits
     residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
     result.camera.save(out / "camera.json")
     values = {"settings": settings, **result.to_dict(), "residuals": residuals}
     write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
-    save_figure(plot_coverage(result), out / "coverage.png")
-    save_figure(plot_estimates(result), out / "estimates.png")
-    save_figure(plot_residuals(before, after, result), out / "residuals.png")
+    write_plots(
+        out,
+        {
+            "coverage.png": lambda path: save_figure(plot_coverage(result), path),
+            "estimates.png": lambda path: save_figure(plot_estimates(result), path),
+            "residuals.png": lambda path: save_figure(plot_residuals(before, after, result), path),
+        },
+    )
 
 
 def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.extras import need
-from sdftrack._internal.quaternions import rotation
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
-from sdftrack.io.datasets.bags.rosbag1 import START, Rosbag1
+from sdftrack.io.datasets.bags.rosbag1 import START
+from sdftrack.io.datasets.bags.transforms import pose_of
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
 
@@ -37,19 +36,13 @@ def detect(path: Path) -> bool:
         if at < 0 or len(header) < at + 18:
             return False
         (index,) = struct.unpack_from("<Q", header, at + 10)
-        found = b""
-        if 0 < index < path.stat().st_size:  # beyond it where the file is cut
-            file.seek(index)
-            found = file.read(SEARCHED)
-    if found:
-        return PREFIX.encode() in found
-    with Rosbag1(path, SEARCHED) as part:
-        return any(channel.topic.startswith(PREFIX) for channel in part.channels.values())
+        # Beyond the file's end where it is cut.
+        file.seek(index if 0 < index < path.stat().st_size else 0)
+        return PREFIX.encode() in file.read(SEARCHED)
 
 
 def read_streams(bag: Bag) -> tuple[dict[str, RealSenseStream], float | None]:
     """{"Depth": ..., "Color": ...} and metres per depth unit."""
-    need("rosbags", "bags")
     streams: dict[str, RealSenseStream] = {}
     for topic in bag.topics:
         stream, found, _ = topic.rpartition("/image/data")
@@ -60,7 +53,9 @@ def read_streams(bag: Bag) -> tuple[dict[str, RealSenseStream], float | None]:
                 poses = [name for name in bag.topics if name.startswith(f"{stream}/tf/")]
                 if bag.damage and not poses:  # else the reference stream has none
                     raise ValueError(f"no pose in {stream}/tf")
-                T = _pose(bag.messages(poses[0]).data(0)) if poses else np.eye(4)
+                T = pose_of(bag.messages(poses[0])[0]) if poses else np.eye(4)
+                if T is None:
+                    raise ValueError(f"no pose in {poses[0]}")
                 if f"{stream}/info/camera_info" not in bag.topics:
                     raise ValueError(f"no message in {stream}/info/camera_info")
                 info = bag.messages(f"{stream}/info/camera_info")[0]
@@ -69,7 +64,7 @@ def read_streams(bag: Bag) -> tuple[dict[str, RealSenseStream], float | None]:
     if not units:
         return streams, None
     # The message is float32: its shortest decimal is what the device means.
-    return streams, float(str(np.float32(struct.unpack("<f", bag.messages(units[0]).data(0))[0])))
+    return streams, float(str(np.float32(bag.messages(units[0])[0].data)))
 
 
 class _Images:
@@ -113,11 +108,3 @@ def _lens(message: Any) -> dict[str, Any]:
         "width": int(message.width), "height": int(message.height),
         "model": message.distortion_model, "coeffs": D.tolist(),
     }  # fmt: skip
-
-
-def _pose(message: bytes) -> NDArray[np.float64]:
-    """geometry_msgs/Transform: seven numbers, the translation and the quaternion x, y, z, w."""
-    numbers = struct.unpack("<7d", message)
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation(numbers[3:]), numbers[:3]
-    return T

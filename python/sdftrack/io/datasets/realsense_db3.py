@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.io.datasets.bags.bag import Bag
+from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.sqlite_file import topic_names
-from sdftrack.io.datasets.cdr import CdrReader
 from sdftrack.io.datasets.realsense_stream import RealSenseStream
 from sdftrack.io.datasets.streams import Stream
 from sdftrack.io.frames import decode_color, decode_depth_units
@@ -58,7 +58,7 @@ class _Images:
         if f"{stream}/image/metadata" in bag.topics:
             metadata = bag.messages(f"{stream}/image/metadata")
             for i, time in enumerate(metadata.recorded_ns()):
-                known[int(time)] = _pairs(CdrReader(metadata.data(i)).string())
+                known[int(time)] = _pairs(metadata[i].data)
         times = [int(time) for time in self._messages.recorded_ns()]
         stamps = np.array(
             [
@@ -73,7 +73,7 @@ class _Images:
         """Whether the colour images have a format that can be decoded; a warning if not."""
         if not len(self._order):
             return False
-        kind, _ = self._message(0)
+        kind = self._picture(0).encoding
         if "png" in kind or "jp" in kind:
             return True
         warnings.warn(
@@ -81,13 +81,13 @@ class _Images:
         )
         return False
 
-    def _message(self, i: int) -> tuple[str, bytes]:
-        message = CdrReader(self._messages.data(int(self._order[i])))
-        message.uint32(), message.uint32(), message.string()  # header: seconds, nanoseconds, frame
-        return message.string(), message.blob()
+    def _picture(self, i: int) -> Picture:
+        picture: Picture = self._messages[int(self._order[i])]
+        return picture
 
     def _read(self, i: int) -> NDArray[Any]:
-        kind, data = self._message(i)
+        picture = self._picture(i)
+        kind, data = picture.encoding, bytes(picture.data)
         if not self._depth:
             return decode_color(data, "the colour image")
         if "png" not in kind:
@@ -99,7 +99,7 @@ def _text(bag: Bag, prefix: str, suffix: str = "") -> str:
     """The first message, a string, of the first topic whose name begins and ends so; "" without one."""
     for name, topic in bag.topics.items():
         if name.startswith(prefix) and name.endswith(suffix) and topic.type == TEXT:
-            return CdrReader(bag.messages(name).data(0)).string() if topic.count else ""
+            return str(bag.messages(name)[0].data) if topic.count else ""
     return ""
 
 

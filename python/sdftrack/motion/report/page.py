@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from html import escape
 
@@ -13,7 +14,7 @@ from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.report.cells import interval_text, label_of, labels_of, table, value_html
 from sdftrack.motion.report.multiples import repetitions_svg
 from sdftrack.motion.report.pair import Pair
-from sdftrack.motion.report.plots import path_svg, time_svg
+from sdftrack.motion.report.plots import missing_plots, path_svg, time_svg
 from sdftrack.motion.report.session_table import sessions_html
 from sdftrack.motion.report.sessions import Change
 from sdftrack.motion.report.style import GAP, PHASES, STYLE
@@ -47,15 +48,20 @@ def report_html(
     pairs : dict of str to list of Pair, optional
         Of :func:`pairs_of`, by session.
     """
+    without = missing_plots()
+    if without:
+        warnings.warn(f"report: no plots of path and time: {without}", RuntimeWarning, stacklevel=2)
     body = [f"<header><h1>{escape(title)}</h1>"]
     body += [f'<p class="quiet">{escape(line)}</p>' for line in notes]
+    if without:
+        body.append(f'<p class="quiet">Without plots of path and time: {escape(without)}.</p>')
     body.append("</header>")
     if len(sessions) > 1:
         body.append(sessions_html(sessions, changes))
     for name, each in sessions.items():
         for a in each:
             heading = a.trajectory.name if len(sessions) == 1 else f"{name}: {a.trajectory.name}"
-            body.append(_object(heading, a))
+            body.append(_object(heading, a, not without))
         body += [_pair(p) for p in (pairs or {}).get(name, ())]
     body.append(_definitions(sessions))
     return (
@@ -67,17 +73,18 @@ def report_html(
     )
 
 
-def _object(heading: str, a: Analysis) -> str:
+def _object(heading: str, a: Analysis, plots: bool) -> str:
     date = date_of(a.trajectory)
     out = [f'<section class="session"><h2>{escape(heading)}</h2>']
     out.append(f"<p>{f'{date}. ' if date else ''}{headline(a)}</p>")
     if a.repetitions:
         out.append(_tiles(a))
     out += [f'<p class="note">{line}</p>' for line in open_questions(a)]
-    if a.repetitions:
+    if a.repetitions and plots:
         out += ["<h3>Path</h3>", path_svg(a), '<p class="quiet">A colour for each repetition, from dark (first) to '
                 "light (last). The ring: the first measured position.</p>"]  # fmt: skip
-    out += ["<h3>Over time</h3>", time_svg(a), _key(a)]
+    if plots:
+        out += ["<h3>Over time</h3>", time_svg(a), _key(a)]
     if a.repetitions:
         out += ["<h3>Speed of each repetition</h3>", repetitions_svg(a), _averages(a), _each(a)]
     out.append(f'<p class="quiet">{trust(a)}</p></section>')

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.extras import MissingExtra, need
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.definitions import Context
 from sdftrack.motion.measures.tilt import tilt
 from sdftrack.motion.report.style import GAP, INK, PHASES
 from sdftrack.motion.report.words import gaps_of
 
-__all__ = ["path_svg", "time_svg"]
+__all__ = ["missing_plots", "path_svg", "time_svg"]
 
 Array = NDArray[np.float64]
 STYLE: Any = {
@@ -28,6 +29,15 @@ STYLE: Any = {
 }  # fmt: skip
 MOST_POINTS = 3000
 PATH_POINTS = 8000  # of all repetitions together
+
+
+def missing_plots() -> str:
+    """A sentence that says how to get the plots, or "" if they can be drawn."""
+    try:
+        need("matplotlib", "plots")
+    except MissingExtra as error:
+        return str(error)
+    return ""
 
 
 def time_svg(a: Analysis) -> str:

@@ -36,6 +36,7 @@ TRANSFORM_TYPES = (
     "foxglove.FrameTransform",
     "foxglove.FrameTransforms",
 )
+ROS_TRANSFORM = "geometry_msgs/msg/Transform"
 WITH_HEADER = (ROS_IMAGE, ROS_COMPRESSED, INFO_TYPES[0])
 
 
@@ -94,7 +95,7 @@ class Decoder:
         self._protobuf: dict[int, Any] = {}
 
     def __call__(self, channel: Channel, data: bytes) -> Any:
-        """Picture, Info or list of Transform; ValueError for a message that is not whole or not of these."""
+        """Picture, Info, Transform or a list of them, else the message of ROS; ValueError for one that is not whole."""
         try:
             if channel.encoding in ("ros1", "cdr"):
                 return _of_ros(channel.type, self._ros(channel, data))
@@ -150,6 +151,10 @@ def _of_ros(kind: str, m: Any) -> Any:
             Transform(_id(t.header.frame_id), _id(t.child_frame_id), *_motion(t.transform))
             for t in m.transforms
         ]
+    if kind == ROS_TRANSFORM:
+        return Transform("", "", *_motion(m))
+    if kind not in WITH_HEADER:
+        return m
     stamp, frame = m.header.stamp.sec * 10**9 + m.header.stamp.nanosec, _id(m.header.frame_id)
     if kind == ROS_IMAGE:
         return Picture(stamp, frame, m.encoding, m.data, m.width, m.height, m.step, bool(m.is_bigendian))

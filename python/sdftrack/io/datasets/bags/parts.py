@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,13 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.closing import ClosedByWith
 
-__all__ = ["ENTRY", "Channel", "Part", "entries"]
+__all__ = ["ENTRY", "NO_CHUNK", "Channel", "LastChunks", "Part", "entries"]
 
-# Where a message is: its recording time (ns), its chunk (the position of the chunk's record in the file, or -1) and its
+# Where a message is: its recording time (ns), its chunk (the position of the chunk's record in the file) and its
 # offset there. Only these 24 bytes per message are kept in memory.
 ENTRY = np.dtype([("time", np.int64), ("chunk", np.int64), ("offset", np.int64)])
+NO_CHUNK = -1
+KEPT_CHUNKS = 2  # depth and colour may come from different chunks
 Entries = NDArray[Any]
 
 
@@ -59,5 +62,26 @@ class Part(ClosedByWith):
 
 
 def entries(places: Sequence[tuple[int, int, int]]) -> Entries:
-    """An index from (time, chunk, offset) of each message."""
-    return np.array(places, dtype=ENTRY)
+    """An index from (time, chunk, offset) of each message, by time."""
+    found = np.array(places, dtype=ENTRY)
+    return found[np.argsort(found["time"], kind="stable")]
+
+
+class LastChunks:
+    """The contents of the chunks used last, so that neighbouring messages do not decompress them again."""
+
+    def __init__(self, load: Callable[[int], bytes]) -> None:
+        self._load = load
+        self._kept: OrderedDict[int, bytes] = OrderedDict()
+
+    def __getitem__(self, position: int) -> bytes:
+        if position in self._kept:
+            self._kept.move_to_end(position)
+        else:
+            while len(self._kept) >= KEPT_CHUNKS:
+                self._kept.popitem(last=False)
+            self._kept[position] = self._load(position)
+        return self._kept[position]
+
+    def clear(self) -> None:
+        self._kept.clear()

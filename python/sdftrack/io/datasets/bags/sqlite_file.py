@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from sdftrack.io.datasets.bags.chunks import decompressed
+from sdftrack._internal.extras import need
 from sdftrack.io.datasets.bags.parts import ENTRY, Channel, Part
 
 __all__ = ["START", "SqliteFile", "topic_names"]
@@ -24,6 +24,11 @@ class SqliteFile(Part):
     def __init__(self, path: Path, compression: str = "") -> None:
         super().__init__(path)
         self._compression = compression
+        if compression not in ("", "zstd"):
+            raise ValueError(
+                f"{path}: expected messages compressed by zstd or not at all, got {compression!r}; "
+                "convert the recording with its own tools"
+            )
         with path.open("rb") as file:
             if file.read(len(START)) != START:
                 raise ValueError(f"{path}: expected an SQLite database, got another file")
@@ -82,7 +87,14 @@ class SqliteFile(Part):
             raise ValueError(f"{self.path.name}: message {offset} cannot be read ({error})") from None
         if row is None or not isinstance(row[0], bytes):
             raise ValueError(f"{self.path.name}: message {offset} is missing")
-        return decompressed(row[0], self._compression)
+        return self._decompressed(row[0]) if self._compression else row[0]
+
+    def _decompressed(self, data: bytes) -> bytes:
+        zstd = need("zstandard", "bags")
+        try:
+            return bytes(zstd.ZstdDecompressor().decompressobj().decompress(data))
+        except zstd.ZstdError as error:
+            raise ValueError(f"{self.path.name}: a message cannot be read ({error})") from None
 
     def close(self) -> None:
         self._base.close()
