@@ -94,7 +94,8 @@ def test_a_damaged_chunk_is_a_few_bad_frames(tmp_path, kind):
     path = written(tmp_path, kind)
     data = bytearray(path.read_bytes())
     at = len(data) * 3 // 4  # not the first chunk
-    data[at : at + 4000] = bytes(b ^ 255 for b in data[at : at + 4000])
+    end = at + (4000 if kind == "mcap-ros2" else 100_000)  # more than a block of lz4, which has no checksum
+    data[at:end] = bytes(b ^ 255 for b in data[at:end])
     path.write_bytes(data)
     with st.open_sequence(path) as seq:
         errors = [frame.error for frame in seq]

@@ -27,7 +27,7 @@ OTHERS = {
     ("io/matroska_output", "state_duration"): GROWS,
     ("io/spool", "__init__"): HIDDEN,
     ("io/unbuffered", "__init__"): GROWS,
-    ("io/video", "_open"): HIDDEN,
+    ("io/video", "__init__"): HIDDEN,
     ("io/writers/journal", "_keep_space"): GROWS,
     ("io/writers/journal", "_line"): GROWS,
     ("motion/report/plots", "_svg"): "in memory",

@@ -23,7 +23,7 @@ class ColorVideo:
     Parameters
     ----------
     source : path
-        A video (anything that PyAV reads; it needs the extra [video]), or a folder of images in the order of their names or numbers.
+        A video (anything that PyAV reads; extra [video]), or a folder of images in the order of their names or numbers.
 
     Raises
     ------
