@@ -15,8 +15,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from sdftrack._internal.option_declarations import schema_of
-from sdftrack._internal.option_schema import Option
+from sdftrack._internal.option_schema import Option, schema_of
 from sdftrack.contour.lwpr_auto import AUTO
 
 ROOT = Path(__file__).resolve().parents[1]

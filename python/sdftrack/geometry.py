@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import numbers, shown
 
 __all__ = ["exp", "inverse", "log", "look_at", "pose", "rigid", "transform_points"]

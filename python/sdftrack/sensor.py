@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.text_files import reason
+from sdftrack._internal.files import write_text
+from sdftrack._internal.text_files import read_json, read_toml, reason
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 from sdftrack._internal.validation import number
 
@@ -20,6 +23,7 @@ __all__ = ["PRESETS", "SensorModel"]
 
 Array = NDArray[np.float64]
 STEEPEST = math.radians(85)  # incidences beyond it count as this one
+HEAD = "# Depth sensor: lengths in metres, see docs/sensors.md. Use: st.Tracker(..., sensor=FILE) or --sensor FILE\n"
 USUAL_INCIDENCE = math.radians(30)  # of a measurement on an object
 
 
@@ -159,17 +163,23 @@ class SensorModel:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to a TOML file (JSON if the name ends in .json), completely or not at all."""
-        from sdftrack._internal.sensor_file import write
-
-        write(self.to_dict(), path)
+        if Path(path).suffix.lower() == ".json":
+            text = json.dumps(self.to_dict(), indent=2) + "\n"
+        else:
+            text = HEAD + "".join(f"{name} = {json.dumps(value)}\n" for name, value in self.to_dict().items())
+        write_text(path, text)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> SensorModel:
         """Read what :meth:`save` wrote."""
-        from sdftrack._internal.sensor_file import read
-
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"sensor: no such file: {os.fspath(path)}")
         try:
-            return SensorModel.from_dict(read(path))
+            values = read_json(path) if Path(path).suffix.lower() == ".json" else read_toml(path)
+            if not isinstance(values, dict):
+                kind = type(values).__name__
+                raise ValueError(f"sensor: expected one object of names and values, got a {kind}")
+            return SensorModel.from_dict(values)
         except (TypeError, ValueError) as error:
             raise type(error)(f"{os.fspath(path)}: {reason(error)}") from None
 

@@ -13,9 +13,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack._internal.option_declarations import BURN_IN, TABLES, schema_of
-from sdftrack._internal.option_schema import core_schema
-from sdftrack._internal.option_text import options_as_toml
+from sdftrack._internal.option_files import options_as_toml
+from sdftrack._internal.option_schema import BURN_IN, TABLES, core_schema, schema_of
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.contour.lwpr_auto import AUTO
 

@@ -67,7 +67,7 @@ class Config(Common):
 
 
 def config(job: Config) -> None:
-    from sdftrack._internal.option_text import options_as_toml
+    from sdftrack._internal.option_files import options_as_toml
 
     check_cpu_only(None, job.device)
     given = reconstructor_settings(job.config)

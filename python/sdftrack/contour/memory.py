@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal import saved_file
 from sdftrack._internal.array_equality import same
-from sdftrack._internal.option_declarations import schema_of
+from sdftrack._internal.option_schema import schema_of
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack.contour.assessment import Assessment, Judgement

@@ -7,8 +7,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
-from sdftrack._internal.option_declarations import schema_of
-from sdftrack._internal.option_schema import check_fields, described
+from sdftrack._internal.option_schema import check_fields, described, schema_of
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.contour.dct import Order
 

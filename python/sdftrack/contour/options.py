@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack import _core
-from sdftrack._internal.option_file import read_tables
+from sdftrack._internal.option_files import read_tables
 from sdftrack._internal.option_schema import Option, check_options, core_schema
 
 __all__ = ["MEANINGS", "checked_whole", "contour_options", "options_from_file"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.option_declarations import BURN_IN
+from sdftrack._internal.option_schema import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack.contour.arguments import checked_box, checked_image, checked_mask_of
 from sdftrack.contour.assessment import Judgement

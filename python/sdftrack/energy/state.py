@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.rotations import RotationErrors, rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 from sdftrack.results import Step

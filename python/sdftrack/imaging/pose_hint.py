@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 

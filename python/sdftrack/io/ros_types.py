@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
-from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
 
 __all__ = ["COLOR_FRAME", "DEPTH_FRAME", "INFO", "RosTypes"]

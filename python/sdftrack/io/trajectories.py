@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.files import write_text
-from sdftrack._internal.quaternions import quaternion, rotation
+from sdftrack._internal.rotations import quaternion, rotation
 from sdftrack._internal.text_files import named, read_text
 from sdftrack._internal.validation import shown
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.text_files import named
 from sdftrack._internal.validation import numbers, of_kind, whole
 from sdftrack.device import device_number
@@ -288,7 +288,7 @@ class Mesh:
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {size}{colored})"
 
     def _repr_png_(self) -> bytes:
-        from sdftrack._internal.shaded_picture import shaded_picture
+        from sdftrack.mesh.shaded_picture import shaded_picture
 
         low, high = self.bounds
         return shaded_picture(lambda camera, T: self.raycast(camera, T)[:2], low, high)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import THREADS, number, of_kind, whole
 from sdftrack.primitives.axis_order import descending
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdftrack import _core
-from sdftrack._internal.option_declarations import schema_of
-from sdftrack._internal.option_file import read_tables
-from sdftrack._internal.option_schema import check_fields, core_schema, described
+from sdftrack._internal.option_files import read_tables
+from sdftrack._internal.option_schema import check_fields, core_schema, described, schema_of
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 
 __all__ = ["ReconstructorOptions"]

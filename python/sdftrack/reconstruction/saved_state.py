@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.saved_file import FileKind, array_of
 from sdftrack._internal.thread_guard import reentrant_lock
 from sdftrack._internal.validation import number, whole

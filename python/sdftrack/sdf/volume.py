@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.device import device_number
 from sdftrack.geometry import inverse
@@ -444,7 +444,7 @@ class SDF:
         return f"SDF({nx} x {ny} x {nz} voxels of {1e3 * self._voxel_size:.3g} mm{coloured})"
 
     def _repr_png_(self) -> bytes:
-        from sdftrack._internal.shaded_picture import shaded_picture
+        from sdftrack.mesh.shaded_picture import shaded_picture
 
         low, high = self.bounds
         return shaded_picture(self.render, low, high)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.rigid_poses import rigid_pose
+from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.saved_file import FileKind, array_of
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.options import TrackerOptions

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.rotations import RotationErrors, rigid_pose
 from sdftrack._internal.text_files import read_json
 from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera

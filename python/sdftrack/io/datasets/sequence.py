@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.closing import ClosedByWith
-from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.rotations import RotationErrors, rigid_pose
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.symmetry import Symmetry

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
 from sdftrack.io.result_rows import object_entry, plain
 from sdftrack.io.ros_types import DEPTH_FRAME, INFO, RosTypes

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack.motion.files.grid import regular_rate_hz, shared_times
 from sdftrack.motion.files.record import Array
 from sdftrack.motion.trajectory import Trajectory

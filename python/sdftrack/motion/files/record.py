@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.quaternions import rotation
-from sdftrack._internal.rigid_poses import RotationErrors, rigid_pose
+from sdftrack._internal.rotations import RotationErrors, rigid_pose, rotation
 from sdftrack._internal.text_files import named
 from sdftrack.motion.trajectory import USABLE
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack._internal.csv_cells import cell_text, text_cell
-from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack._internal.validation import shown
 from sdftrack.motion.files.record import Array, Record, gaps_as_lost, quaternions_as_poses
 from sdftrack.motion.trajectory import Trajectory

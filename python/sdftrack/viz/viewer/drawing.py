@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.quaternions import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack.contour.drawing import draw_outline
 from sdftrack.mesh import Mesh
 from sdftrack.viz.overlay import OBJECT_RGB, backdrop, draw

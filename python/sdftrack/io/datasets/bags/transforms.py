@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.quaternions import rotation
+from sdftrack._internal.rotations import rotation
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import TRANSFORM_TYPES, Transform
 
