@@ -21,30 +21,29 @@ def lines() -> tuple[str, ...]:
     return tuple(line for line in written if line)
 
 
-def _matches(path: Path, test: str, line: str) -> bool:
-    file, _, pattern = line.partition("::")
-    # A bracket is that of a parameter, not of a set of characters.
-    escaped = pattern.replace("[", "[[]") or "*"
-    return fnmatch.fnmatchcase(path.as_posix(), (TESTS / file).as_posix()) and any(
-        fnmatch.fnmatchcase(name, escaped) for name in (test, test.partition("[")[0])
-    )
+@functools.cache
+def patterns(path: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Patterns of the tests of a file that are left to the night, and of those among them that stay."""
+    left, kept = [], []
+    for line in lines():
+        file, _, pattern = line.removeprefix(BUT).partition("::")
+        if fnmatch.fnmatchcase(path.as_posix(), (TESTS / file).as_posix()):
+            # A bracket is that of a parameter, not of a set of characters.
+            (kept if line.startswith(BUT) else left).append(pattern.replace("[", "[[]") or "*")
+    return tuple(left), tuple(kept)
 
 
 def is_nightly(path: Path, test: str) -> bool:
     """Whether a test, as pytest names it within its file, is left to the night."""
-    left = [line for line in lines() if not line.startswith(BUT)]
-    kept = [line.removeprefix(BUT) for line in lines() if line.startswith(BUT)]
-    return any(_matches(path, test, line) for line in left) and not any(
-        _matches(path, test, line) for line in kept
+    names = (test, test.partition("[")[0])
+    left, kept = (
+        any(fnmatch.fnmatchcase(name, pattern) for pattern in side for name in names)
+        for side in patterns(path)
     )
+    return left and not kept
 
 
-@functools.cache
 def is_left_whole(path: Path) -> bool:
     """Whether nothing of a file is in the first tier."""
-    left = [line for line in lines() if "::" not in line and _matches(path, "", line)]
-    return bool(left) and not any(
-        _matches(path, "*", f"{line.removeprefix(BUT).partition('::')[0]}")
-        for line in lines()
-        if line.startswith(BUT)
-    )
+    left, kept = patterns(path)
+    return "*" in left and not kept
