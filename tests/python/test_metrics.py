@@ -129,3 +129,16 @@ def test_a_lost_pose_has_no_adds():
     poses = np.stack([np.eye(4), np.full((4, 4), np.nan)])
     assert np.isnan(metrics.adds(poses, np.eye(4), points)).tolist() == [False, True]
     assert np.isnan(metrics.adds(poses[1], np.eye(4), points))
+
+
+def test_nearest_distances_are_exact_far_from_the_origin():
+    """FLANN works in float32; a cloud 50 m away has as good an answer as one at 0."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-0.1, 0.1, (400, 3))
+    turn = st.geometry.pose([0.2, 0.1, -0.3], [0.01, 0.0, 0.02])
+    moved = points @ turn[:3, :3].T + turn[:3, 3]
+    brute = np.linalg.norm(moved[:, None] - points[None], axis=2).min(axis=1).mean()
+    far = np.eye(4)
+    far[:3, 3] = 50.0
+    assert st.metrics.adds(np.eye(4), turn, points) == pytest.approx(brute, rel=1e-9)
+    assert st.metrics.adds(far, far @ turn, points) == pytest.approx(brute, rel=1e-9)

@@ -178,3 +178,23 @@ def test_a_hundred_and_one_objects_on_the_data_of_one_do_not_hang_or_crash():
     result = tracker.start(both([POSE]), poses=poses)
     assert np.isfinite(result.poses).all()
     assert result.status.count("ok") <= 1
+
+
+def test_of_two_objects_started_in_one_place_one_is_lost_and_says_why(box):
+    tracker = st.Tracker([box, box], CAMERA)
+    frame = both([POSE])
+    result = tracker.start(frame, poses=[POSE, POSE])
+    assert sorted(result.status) == ["lost", "ok"]
+    gone = result.status.index("lost")
+    assert result.reason[gone] == f"the pose coincides with that of another tracked object: object {1 - gone}"
+    assert np.isfinite(result.poses).all()
+    assert tracker.track(frame).status[1 - gone] == "ok"
+
+
+def test_the_energy_is_the_mean_of_the_objects_also_where_one_of_them_was_searched_for_again(box):
+    poses = [POSE, geometry.pose([0, 0, 0], [-0.22, 0, 0]) @ POSE]  # too far from each other to touch
+    frame, tracker = both(poses), st.Tracker([box, box], CAMERA, threads=1)
+    alone = [st.Tracker(box, CAMERA, threads=1).start(frame, poses=[T]).energy for T in poses]
+    assert tracker.start(frame, poses=poses).energy == pytest.approx(np.mean(alone))
+    again = tracker.recover(frame, k=1).energy  # the same search finds the same,
+    assert again == tracker.recover(frame, k=1).energy  # and the other object counts as before

@@ -4,6 +4,7 @@
 import dataclasses
 import itertools
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -518,3 +519,48 @@ def test_the_printed_rule_goes_on_where_a_step_promises_little(box):
 
 
 # --- bad input
+
+
+def test_a_bad_first_frame_is_no_reason_to_remember_an_earlier_run(box, tracker):
+    tracker.start(frame_of(), poses=POSE)
+    fresh = st.Tracker(box, CAMERA, threads=1)
+    for t in (fresh, tracker):
+        t.start(st.Frame.unreadable("torn"), poses=POSE)
+    np.testing.assert_array_equal(fresh.track(frame_of()).poses, tracker.track(frame_of()).poses)
+
+
+USES = {
+    "track": lambda t: t.track(frame_of()),
+    "start": lambda t: t.start(frame_of(), poses=POSE),
+    "set_pose": lambda t: t.set_pose(0, POSE),
+    "save": pickle.dumps,
+}
+
+
+@pytest.mark.parametrize("use", USES)
+def test_every_use_by_a_second_thread_is_refused_and_changes_nothing(tracker, use, monkeypatch):
+    """The first thread is held inside `track`, so nothing here depends on timing."""
+    tracker.start(frame_of(), poses=POSE)
+    inside, leave = threading.Event(), threading.Event()
+    finish = tracker._finish
+
+    def slow(*args):
+        inside.set()
+        assert leave.wait(10)
+        return finish(*args)
+
+    monkeypatch.setattr(tracker, "_finish", slow)
+    results = []
+    worker = threading.Thread(target=lambda: results.append(tracker.track(frame_of())))
+    worker.start()
+    assert inside.wait(10)
+    try:
+        with pytest.raises(RuntimeError, match="another thread"):
+            USES[use](tracker)
+    finally:
+        leave.set()
+        worker.join()
+    assert results[0].index == 1
+    assert results[0].ok
+    monkeypatch.undo()
+    assert tracker.track(frame_of()).index == 2
