@@ -322,21 +322,5 @@ TEST(ContourPhases, an_occluded_or_a_novel_shape_changes_no_colours) {
   EXPECT_NE(after[1], after[2]);
 }
 
-TEST(ContourOptions, steps_beyond_the_stable_ones_are_refused) {
-  contour::ContourOptions options;
-  options.mu = 0.1f;
-  EXPECT_THROW(options.check(), std::invalid_argument);
-}
-
-#ifndef SDFTRACK_WITH_CUDA
-TEST(ContourCuda, a_build_without_it_says_so) {
-  contour::ContourGrid grid = disc(9, 9, 4, 4, 2);
-  contour::EvolutionWork work;
-  work.device = 0;
-  work.foreground = posteriors(81);
-  EXPECT_THROW(contour::evolve_contour({}, 1, &work, &grid), std::runtime_error);
-}
-#endif
-
 }  // namespace
 }  // namespace sdftrack

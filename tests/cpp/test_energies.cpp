@@ -279,64 +279,6 @@ energies::SdfEnergyOptions stateless(energies::Residual residual) {
   return options;
 }
 
-class EveryResidual : public testing::TestWithParam<energies::Residual> {};
-
-TEST_P(EveryResidual, the_gradient_is_the_slope_of_the_cost) {
-  BoxFrame frame(0.001);
-  ASSERT_GT(frame.pixels.count(), 500);
-  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(GetParam()));
-  Eigen::VectorXd off(6);
-  off << 0.001, -0.0005, 0.001, 0.004, 0.003, -0.005;
-  const optim::State x = optim::retract(energy.unknowns(), frame.x, off);
-  energy.classify(x, 8);
-  optim::NormalEquations eq;
-  eq.reset(6);
-  energy.linearize(x, &eq);
-  EXPECT_NEAR(eq.cost, energy.cost(x), 1e-6 * eq.cost);
-  Eigen::VectorXd slope(6);
-  for (int j = 0; j < 6; ++j) {
-    Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
-    const double h = 2e-5;
-    d[j] = h;
-    slope[j] = (energy.cost(optim::retract(energy.unknowns(), x, d)) -
-                energy.cost(optim::retract(energy.unknowns(), x, -d))) /
-               (2 * h);
-  }
-  // Float sums and kinks at voxel borders within the step; 4e-3 measured for the printed residual.
-  EXPECT_LT((slope - eq.gradient).cwiseAbs().maxCoeff(), 1e-2 * eq.gradient.cwiseAbs().maxCoeff())
-      << slope.transpose() << "\n"
-      << eq.gradient.transpose();
-}
-
-TEST_P(EveryResidual, the_sum_has_the_same_bits_for_any_number_of_threads) {
-  BoxFrame frame(0.001);
-  for (int doubled = 0; doubled < 3; ++doubled) {  // several chunks
-    energies::PixelSet more = frame.pixels;
-    for (int i = 0; i < more.count(); ++i) {
-      const auto j = static_cast<std::size_t>(i);
-      frame.pixels.push(more.u_px[j] + 0.25f, more.v_px[j], more.depth_m[j], 1.0f);
-    }
-  }
-  ASSERT_GT(frame.pixels.count(), 3 * energies::kChunk);
-  optim::NormalEquations one, many;
-  for (auto& [threads, eq] : {std::pair{1, &one}, std::pair{8, &many}}) {
-    energies::PixelSet pixels = frame.pixels;
-    energies::SdfEnergyOptions options = stateless(GetParam());
-    options.threads = threads;
-    energies::SdfEnergy energy(kBox.view(), &pixels, options);
-    energy.classify(frame.x, 8);
-    eq->reset(6);
-    energy.linearize(frame.x, eq);
-  }
-  EXPECT_EQ(one.hessian, many.hessian);
-  EXPECT_EQ(one.gradient, many.gradient);
-  EXPECT_EQ(one.cost, many.cost);
-}
-
-INSTANTIATE_TEST_SUITE_P(All, EveryResidual,
-                         testing::Values(energies::Residual::kPoint, energies::Residual::kSlope,
-                                         energies::Residual::kRayHit));
-
 TEST(RayHit, without_noise_every_residual_is_zero_at_the_truth) {
   BoxFrame frame(0);
   energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(energies::Residual::kRayHit));

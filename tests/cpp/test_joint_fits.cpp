@@ -102,10 +102,5 @@ TEST_P(JointFits, the_host_waits_once) {
 }
 #endif
 
-TEST(JointFitsWithoutCuda, a_build_without_cuda_says_so) {
-  if (cuda_built()) GTEST_SKIP() << "a build with CUDA";
-  EXPECT_THROW(energies::fit_together(nullptr, energies::JointTask(), nullptr), std::runtime_error);
-}
-
 }  // namespace
 }  // namespace sdftrack

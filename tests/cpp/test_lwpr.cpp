@@ -115,54 +115,5 @@ TEST(LwprUnitOps, an_activation_is_that_of_the_formula) {
   }
 }
 
-TEST(LwprSearch, no_field_that_reaches_a_place_is_left_out) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> place(-1, 1), reach(0.02, 0.3);
-  for (const int n : {1, 2, 3, 6}) {
-    const auto size = static_cast<std::size_t>(n);
-    std::vector<std::vector<double>> centers, halves;
-    std::vector<lwpr::FieldReach> reaches;
-    for (int k = 0; k < 120; ++k) {
-      centers.emplace_back(size), halves.emplace_back(size);
-      for (std::size_t j = 0; j < size; ++j)
-        centers.back()[j] = place(random), halves.back()[j] = reach(random);
-    }
-    for (std::size_t k = 0; k < 100; ++k) reaches.push_back({centers[k].data(), halves[k].data()});
-    lwpr::LwprSearch search;
-    search.build(n, reaches);
-    ASSERT_TRUE(search.ready());
-    for (int k = 100; k < 120; ++k)
-      ASSERT_TRUE(search.add(
-          k, {centers[static_cast<std::size_t>(k)].data(), halves[static_cast<std::size_t>(k)].data()}));
-    for (int i = 0; i < 2000; ++i) {
-      std::vector<double> x(size);
-      for (double& value : x) value = 1.4 * place(random);
-      const lwpr::LwprSearch::Fields near = search.near(x.data());
-      for (int k = 0; k < 120; ++k) {
-        bool reaches_x = true;
-        for (std::size_t j = 0; j < size; ++j)
-          reaches_x = reaches_x && std::abs(x[j] - centers[static_cast<std::size_t>(k)][j]) <=
-                                       halves[static_cast<std::size_t>(k)][j];
-        if (reaches_x) EXPECT_TRUE(std::binary_search(near.list, near.list + near.count, k));
-      }
-    }
-  }
-}
-
-TEST(LwprModel, bytes_that_are_cut_off_or_changed_are_refused) {
-  lwpr::LwprModel model(2, 1, {}, {1, 1}, {1});
-  const double x[] = {0.1, 0.2, 0.9, -0.8}, y[] = {1, 2};
-  model.update(x, y, 2, 1);
-  const std::string whole = model.bytes();
-  EXPECT_EQ(whole, lwpr::LwprModel::from_bytes(whole.data(), whole.size()).bytes());
-  for (std::size_t size = 0; size < whole.size(); ++size)
-    EXPECT_THROW(lwpr::LwprModel::from_bytes(whole.data(), size), std::invalid_argument) << size;
-  for (std::size_t i = 0; i < whole.size(); ++i) {
-    std::string changed = whole;
-    changed[i] = static_cast<char>(changed[i] ^ 1);
-    EXPECT_THROW(lwpr::LwprModel::from_bytes(changed.data(), changed.size()), std::invalid_argument) << i;
-  }
-}
-
 }  // namespace
 }  // namespace sdftrack

@@ -90,28 +90,6 @@ TEST(Options, every_member_of_the_plain_structs_is_described) {
   EXPECT_EQ(describe_options(lwpr::LwprOptions{}).size(), member_count<lwpr::LwprOptions>());
 }
 
-TEST(Options, a_message_says_name_bounds_and_value) {
-  tracking::TrackerOptions tracker;
-  tracker.outlier_floor = 1;
-  EXPECT_EQ(refusal(tracker), "outlier_floor: expected a number >= 0 and < 1, got 1.0");
-  tracker = {};
-  tracker.max_pixels = 0;
-  EXPECT_EQ(refusal(tracker), "max_pixels: expected a whole number > 0 and < 1e+09, got 0");
-  tracker = {};
-  tracker.residual = static_cast<energies::Residual>(7);
-  EXPECT_EQ(refusal(tracker),
-            "residual: expected one of ['point', 'slope', 'ray_hit'], got 'a value without a name'");
-  contour::ContourOptions contour;
-  contour.bins = 24;
-  EXPECT_EQ(refusal(contour), "bins: expected 16 or 32, got 24");
-  contour = {};
-  contour.softness = 0.2f;
-  EXPECT_EQ(refusal(contour), "softness: expected 0.3 to 10, got 0.2");
-  lwpr::LwprOptions lwpr;
-  lwpr.penalty = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(refusal(lwpr), "penalty: expected a number >= 0, got inf");
-}
-
 TEST(Options, ends_lie_in_a_range_unless_it_is_open_there) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(lies_in(from_to(1, 2), 1) && lies_in(from_to(1, 2), 2));
@@ -133,12 +111,6 @@ TEST(Options, bounds_between_options_are_checked_too) {
   lwpr = {};
   lwpr.w_cutoff = 0.5;
   EXPECT_THROW(lwpr::check_lwpr_options(lwpr), std::invalid_argument);
-}
-
-TEST(Options, a_tracker_refuses_options_out_of_bounds) {
-  tracking::TrackerOptions options;
-  options.noise_m = 0;
-  EXPECT_THROW(tracking::Tracker({}, Camera{}, options, tracking::TrackerSettings{}), std::invalid_argument);
 }
 
 }  // namespace

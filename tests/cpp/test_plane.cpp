@@ -60,21 +60,6 @@ TEST(Plane, is_exact_without_noise) {
   }
 }
 
-TEST(Plane, has_a_mask_of_the_same_bytes_for_any_number_of_threads) {
-  const Camera camera = camera_of(161, 123);
-  std::vector<float> depth = table(camera, 0.003);
-  for (int y = 40; y < 80; ++y)
-    for (int x = 50; x < 100; ++x) depth[static_cast<std::size_t>(y * 161 + x)] = 0.5f;
-  const frame::DepthFrame frame = frame_of(depth, camera);
-  const plane::FoundPlane found = plane::search_plane(frame, camera, {});
-  ASSERT_EQ(found.miss, plane::PlaneMiss::kNone);
-  std::vector<unsigned char> one(depth.size(), 7), many(depth.size(), 9);
-  plane::mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 1, one.data());
-  plane::mask_plane(frame, camera, found.plane, {0.01, {}, found.noise_scale, true}, 4, many.data());
-  EXPECT_EQ(one, many);
-  for (const unsigned char m : one) EXPECT_LE(m, 1);
-}
-
 TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> anywhere(0.3f, 3.0f), chance(0, 1);

@@ -31,25 +31,6 @@ double phi(primitives::PrimitiveKind kind, Vec3d p, const double (&size)[sdf::kM
   return primitives::exact_sample(kind, p, size).phi_m;
 }
 
-TEST(Primitives, derivatives_are_those_of_the_distance) {
-  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
-    const auto kind = static_cast<primitives::PrimitiveKind>(k);
-    for (int i = 1; i < 100; ++i) {
-      const Vec3d p = point(i);
-      const sdf::SolidSample<double> at = primitives::exact_sample(kind, p, kSize[k]);
-      const Vec3d dx{kStep, 0, 0};
-      EXPECT_NEAR(at.grad.x, (phi(kind, p + dx, kSize[k]) - phi(kind, p - dx, kSize[k])) / (2 * kStep),
-                  kSlopeTol);
-      for (int j = 0; j < primitives::size_count(kind); ++j) {
-        double more[sdf::kMaxSizes] = {kSize[k][0], kSize[k][1], kSize[k][2]},
-               less[sdf::kMaxSizes] = {more[0], more[1], more[2]};
-        more[j] += kStep, less[j] -= kStep;
-        EXPECT_NEAR(at.size[j], (phi(kind, p, more) - phi(kind, p, less)) / (2 * kStep), kSlopeTol);
-      }
-    }
-  }
-}
-
 TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
   using Cone = primitives::SolidTraits<primitives::PrimitiveKind::kCone>;
   constexpr auto kCone = primitives::PrimitiveKind::kCone;

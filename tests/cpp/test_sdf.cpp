@@ -136,12 +136,6 @@ TEST(MeshReport, a_tetrahedron_that_is_inside_out_is_turned) {
   EXPECT_NEAR(turned.report.volume_m3, 1.0 / 6, 1e-15);
 }
 
-TEST(Redistance, gives_a_field_of_one_sign_back_as_an_error) {
-  const sdf::Grid grid{3, 3, 3, 1, {0, 0, 0}};
-  const std::vector<float> outside(27, 1.f);
-  EXPECT_THROW(sdf::redistance(grid, outside.data(), 1), std::invalid_argument);
-}
-
 TEST(SurfaceSamples, of_a_plane_lie_in_it) {
   const sdf::Grid grid{6, 6, 6, 0.1, {0, 0, 0}};
   std::vector<float> phi(grid.size());
@@ -154,11 +148,6 @@ TEST(SurfaceSamples, of_a_plane_lie_in_it) {
     EXPECT_NEAR(s.p_obj.z, 0.23, 1e-6);
     EXPECT_NEAR(s.n_obj.z, 1, 1e-6);
   }
-}
-
-TEST(Primitives, the_ellipsoid_with_equal_axes_is_a_sphere) {
-  for (const Vec3d& p : {Vec3d{0, 0, 0}, Vec3d{0.3, 0, 0}, Vec3d{0.1, -2, 0.4}, Vec3d{0, 0, 5}})
-    EXPECT_NEAR(sdf::ellipsoid_distance(p, {0.7, 0.7, 0.7}), sdf::sphere_distance(p, 0.7), 1e-8);
 }
 
 TEST(Primitives, the_centre_of_an_ellipsoid_is_its_shortest_axis_deep) {

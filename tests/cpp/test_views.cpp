@@ -12,33 +12,6 @@ namespace {
 
 const Volume kBall = make_volume(24, 0.1, [](Vec3d p) { return norm(p) - 0.06; });
 
-TEST(SampleSdf, a_voxel_centre_has_the_voxels_value) {
-  double phi;
-  Vec3d g;
-  const Vec3d p = kBall.origin.cast<double>() + static_cast<double>(kBall.voxel_m) * Vec3d{3, 7, 11};
-  sample(kBall.view(), p, &phi, &g);
-  EXPECT_NEAR(phi, kBall.phi[(11 * 24 + 7) * 24 + 3], 1e-9);
-}
-
-TEST(SampleSdf, the_gradient_is_the_slope_of_the_interpolant_inside_and_outside_the_box) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> anywhere(-0.2, 0.2);  // the box is 0.1
-  for (int i = 0; i < 500; ++i) {
-    const Vec3d p{anywhere(random), anywhere(random), anywhere(random)};
-    double phi, up, down;
-    Vec3d g, unused;
-    sample(kBall.view(), p, &phi, &g);
-    const double slope[3] = {g.x, g.y, g.z};
-    const double h = 1e-7;  // small enough that almost no pair straddles a voxel border
-    for (int a = 0; a < 3; ++a) {
-      const Vec3d e{a == 0 ? h : 0, a == 1 ? h : 0, a == 2 ? h : 0};
-      sample(kBall.view(), p + e, &up, &unused);
-      sample(kBall.view(), p - e, &down, &unused);
-      EXPECT_NEAR((up - down) / (2 * h), slope[a], 1e-6);
-    }
-  }
-}
-
 TEST(SampleSdf, the_field_goes_on_outside_the_box_without_a_cliff) {
   const SdfView sdf = kBall.view();
   double inside, outside;

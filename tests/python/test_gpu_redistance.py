@@ -38,14 +38,6 @@ def test_the_gpu_measures_what_the_cpu_does(name):
 
 
 @on_gpu
-def test_a_shape_is_measured_anew_where_it_says():
-    ball = st.SDF.sphere(0.05, voxels=24)
-    cpu, gpu = (ball.redistanced(device=d) for d in ("cpu", "cuda"))
-    np.testing.assert_allclose(gpu.values, cpu.values, rtol=0, atol=FAR_ATOL_VOXELS * ball.voxel_size)
-    np.testing.assert_array_equal(gpu.origin, ball.origin)
-
-
-@on_gpu
 def test_an_evolution_on_the_gpu_measures_there_too():
     ball = st.SDF.sphere(0.05, voxels=24)
     ratio = (-ball.values / ball.voxel_size).astype(np.float32)

@@ -2,8 +2,6 @@
 """Many objects of one frame, each fitted on its own."""
 
 import numpy as np
-import pytest
-from gpu_marks import on_gpu
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of, error_vector
 
 import sdftrack as st
@@ -93,36 +91,3 @@ def test_a_pose_of_single_precision_is_taken_as_the_nearest_rigid_one():
     R = rounded.pose[:3, :3]
     assert np.abs(R.T @ R - np.eye(3)).max() < 1e-12
     assert max(metrics.pose_error(rounded.pose, exact.pose)) < POSE_ATOL
-
-
-def assert_the_devices_agree(fitter_arguments, frame, starts, **options):
-    cpu = st.PoseFitter(*fitter_arguments, device="cpu").fit(frame, starts, **options)
-    gpu = st.PoseFitter(*fitter_arguments, device="cuda").fit(frame, starts, **options)
-    for a, b in zip(cpu, gpu, strict=True):
-        assert b.pixels == a.pixels
-        assert max(metrics.pose_error(b.pose, a.pose)) < POSE_ATOL
-        assert b.cost == pytest.approx(a.cost, rel=1e-4, abs=1e-9)
-
-
-@on_gpu
-def test_a_box_on_the_gpu_is_that_of_the_cpu():
-    mask = np.ones(CAMERA.shape, bool)
-    mask[:, ::3] = False
-    frame = st.Frame(depth_of(), mask=mask)
-    assert_the_devices_agree((BOX, CAMERA), frame, [moved(POSE)], max_pixels=2000)
-    assert_the_devices_agree((BOX, CAMERA), st.Frame(depth_of()), [moved(POSE)], residual="slope")
-
-
-@on_gpu
-@pytest.mark.slow
-def test_a_hundred_balls_on_the_gpu_are_those_of_the_cpu():
-    frame, poses, starts = balls(10, 10)
-    camera = CAMERA
-    fitter = st.PoseFitter(BALL, camera, device="cuda")
-    cpu = st.fit_poses(BALL, camera, frame, starts, device="cpu", max_pixels=500)
-    for gpu in (fitter.fit(frame, starts, max_pixels=500), fitter.fit(frame, starts, max_pixels=500)):
-        assert len(gpu) == len(poses) == 100
-        for a, b in zip(cpu, gpu, strict=True):
-            assert b.pixels == a.pixels
-            # A ball has no orientation: its turn is left where it began, but for what a common increment does.
-            assert np.linalg.norm(b.pose[:3, 3] - a.pose[:3, 3]) < POSE_ATOL

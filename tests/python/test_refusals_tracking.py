@@ -38,7 +38,6 @@ def made(**options):
 
 @refused(
     (lambda: made(shapes=[]), ValueError, "shapes: expected at least one SDF"),
-    (lambda: made(shapes=None), TypeError, "shapes: expected an SDF, got NoneType"),
     (lambda: made(shapes=[box(), "mug.ply"]), TypeError, r"shapes\[1\]: .* got str"),
     (lambda: made(shapes=box_mesh()), TypeError, "shapes: .* got Mesh; .*SDF.from_mesh"),
     (lambda: made(shapes=st.SDF(np.ones((8, 8, 8), np.float32), 0.01, [0, 0, 0])), ValueError, "no inside"),
@@ -48,22 +47,17 @@ def made(**options):
     (lambda: made(mode="colour"), ValueError, "mode: expected one of"),
     (lambda: made(motion="fast"), ValueError, r"motion: expected one of \('static', 'constant_velocity'"),
     (lambda: made(threads=-1), ValueError, "threads: expected 0"),
-    (lambda: made(threads=1.5), ValueError, "threads: expected 0"),
-    (lambda: made(names="mug"), TypeError, "names: expected a list .*'mug'"),
     (lambda: made(names=["a", "b"]), ValueError, r"names: expected one per shape \(1\), got 2"),
     (lambda: made(membership=1), TypeError, "membership"),
     (lambda: made(collision="soft"), ValueError, "collision: expected 'contact', 'printed' or None"),
-    (lambda: made(symmetry=[None, None]), ValueError, "symmetry: expected one or None per shape"),
     (lambda: made(symmetry=["auto"]), TypeError, r"symmetry\[0\]"),
     (lambda: made(sensor="kinect_v3"), ValueError, r"sensor: expected one of .* got 'kinect_v3'"),
     (lambda: made(sensor=3), TypeError, "sensor: expected a SensorModel, a preset"),
     (lambda: made().track(frame()), RuntimeError, r"call start\(frame, poses=\[\.\.\.\]\) first"),
     (lambda: made().recover(frame()), RuntimeError, "call start"),
     (lambda: made(mode="rgbd").start(frame(), poses=POSE), ValueError, "colour image with mode='rgbd'"),
-    (lambda: made(mode="rgb").start(frame()), ValueError, "poses: expected one per shape with mode='rgb'"),
     (lambda: made(mode="rgb").start(frame(), poses=POSE), ValueError, "a colour image with mode='rgb'"),
     (lambda: st.Primitive("torus"), ValueError, "kind"),
-    (lambda: st.Primitive("box", voxels=3), ValueError, "voxels"),
     (lambda: st.TrackerOptions(outline_points=5), ValueError, "outline_points"),
 )
 def test_a_tracker_that_cannot_be_made_or_begun_says_why(call, error, words):
@@ -83,56 +77,41 @@ def undisturbed():
 
 
 @refused(
-    (lambda t: t.start(frame(), poses=[]), ValueError, r"poses: expected one per shape \(1\), got 0"),
     (lambda t: t.start(frame(), poses=[POSE, POSE]), ValueError, r"poses: .*per shape \(1\), got 2"),
     (lambda t: t.start(frame(), poses=[with_value(0, 3, np.nan)]), ValueError, r"poses\[0\]: .*not finite"),
     (lambda t: t.start(frame(), poses=POSE.T), ValueError, r"poses\[0\]: .*transposed"),
     (lambda t: t.start(frame(), poses=[with_value(0, 0, 0.5)]), ValueError, r"poses\[0\]: .*not a rotation"),
-    (lambda t: t.start(frame(), poses=np.diag([1.0, 1, -1, 1])), ValueError, r"poses\[0\]: .*not a rotation"),
-    (lambda t: t.start(frame(), poses=[1000 * POSE]), ValueError, r"poses\[0\]"),
     (lambda t: t.start(frame(), poses=[POSE[:3]]), ValueError, r"poses\[0\]: expected shape \(4, 4\)"),
-    (lambda t: t.start(frame(), poses="gt"), TypeError, "poses: .*'gt'"),
     (lambda t: t.start(frame(), poses=["gt"]), TypeError, r"poses\[0\]: .*'gt'"),
-    (lambda t: t.start(frame(), poses=3), TypeError, "poses: .*3"),
     (lambda t: t.start(frame(), masks=EMPTY), ValueError, r"masks\[0\]: .*empty mask"),
-    (lambda t: t.start(frame(), masks=[FULL, FULL]), ValueError, r"masks: .*per shape \(1\), got 2"),
     (lambda t: t.start(frame(), masks=FULL[:10]), ValueError, r"masks\[0\]: .* image's shape \(240, 320\)"),
     (lambda t: t.start(frame(), masks=FULL.astype(float)), TypeError, r"masks\[0\]: .* bool or uint8"),
     (lambda t: t.start(frame(), masks="mask.png"), TypeError, "masks: expected one"),
     (lambda t: t.start(frame(), boxes=[(400, 10, 20, 20)]), ValueError, r"boxes\[0\]: .*overlaps the image"),
     (lambda t: t.start(frame(), boxes=[(10, 10, 0, 20)]), ValueError, r"boxes\[0\]: expected a width and"),
-    (lambda t: t.start(frame(), boxes=[(10, 10, 20)]), ValueError, r"boxes\[0\]: expected \(x, y, w, h\)"),
     (lambda t: t.start(frame(), boxes=[(10, 10, 20, np.nan)]), ValueError, r"boxes\[0\]"),
     (lambda t: t.start(frame(), boxes=5), TypeError, "boxes: expected one"),
     (lambda t: t.start(frame(), clicks=(320, 3)), ValueError, "320 x 240"),
-    (lambda t: t.start(frame(), clicks=[(3, 4), (5, 6)]), ValueError, r"one \(x, y\) per shape"),
     (lambda t: t.start(frame(), poses=POSE, masks=FULL), ValueError, "one of poses, masks, boxes and clicks"),
     (lambda t: t.start(frame().depth, poses=POSE), TypeError, "frame: expected st.Frame, got ndarray"),
     (lambda t: t.track(np.ones((10, 10), np.float32)), ValueError, "camera's size 320 x 240, got 10 x 10"),
-    (lambda t: t.track(np.ones((240, 320), np.float16)), TypeError, "depth: expected float32"),
     (lambda t: t.track(np.full((240, 320), 500, np.uint16)), ValueError, "depth_scale"),
     (lambda t: t.track(np.full((240, 320), 500, np.float32)), ValueError, "depth"),  # millimetres
     (lambda t: t.track(np.ones((240, 320, 3), np.float32)), ValueError, r"depth: expected shape \(H, W\)"),
-    (lambda t: t.track("frame.png"), TypeError, "depth"),
     (lambda t: t.track(None), ValueError, "depth"),
     (lambda t: t.track(frame().replace(color=LARGE_COLOR)), ValueError, "color: .*320 x 240.*RGBDCamera"),
     (lambda t: t.set_pose(-1, POSE), ValueError, r"k: expected 0\.\.0"),
-    (lambda t: t.set_pose(1.5, POSE), (TypeError, ValueError), r"k: expected 0\.\.0"),
     (lambda t: t.set_pose("mug", POSE), TypeError, r"k: expected 0\.\.0, an object's number, got 'mug'"),
     (lambda t: t.set_pose(0, POSE.T), ValueError, "T: .*transposed"),
     (lambda t: t.set_pose(0, "here"), TypeError, "T: .*'here'"),
     (lambda t: t.set_pose(0, POSE, np.eye(3)), ValueError, r"covariance: expected \(6, 6\)"),
     (lambda t: t.set_pose(0, POSE, np.zeros((6, 6))), ValueError, "covariance: expected a symmetric matrix"),
-    (lambda t: t.set_pose(0, POSE, np.triu(np.ones((6, 6)))), ValueError, "covariance: expected a symmetric"),
     (lambda t: t.set_pose(0, POSE, np.full((6, 6), np.nan)), ValueError, "covariance"),
-    (lambda t: t.set_pose(0, POSE, "wide"), TypeError, "covariance"),
     (lambda t: t.add("box.ply"), TypeError, r"shape: expected st\.SDF, got str; .* or give a st\.Primitive"),
     (lambda t: t.add(box(), pose=POSE, mask=FULL), ValueError, "got pose and mask"),
-    (lambda t: t.remove(1), ValueError, r"k: expected 0\.\.0, got 1"),
     (lambda t: t.remove(0), ValueError, "at least one remaining object"),
     (lambda t: t.recover(frame(), k=3), ValueError, r"k: expected 0\.\.0, got 3"),
     (lambda t: t.recover(frame(), k=0, mask=EMPTY), ValueError, "mask: expected at least one pixel"),
-    (lambda t: t.recover(frame(), k=0, mask=FULL, box=(0, 0, 9, 9)), ValueError, "expected one of"),
 )
 def test_a_wrong_use_is_refused_and_the_tracker_goes_on_as_before(call, error, words):
     tracker = running()
@@ -165,17 +144,12 @@ def with_size():
 @refused(
     (lambda: energy(shapes=[]), ValueError, "shapes: expected 1 to 4 SDFs, got 0"),
     (lambda: energy(shapes=[box()] * 5), ValueError, "shapes: expected 1 to 4 SDFs, got 5"),
-    (lambda: energy(shapes=[box()] * 2), ValueError, "poses: expected one 4x4 matrix per shape"),
-    (lambda: energy(shapes=None), TypeError, "shapes: expected an SDF, got NoneType"),
     (lambda: energy(camera="camera.json"), TypeError, "camera"),
     (lambda: energy(frame=frame().depth), TypeError, "frame: expected st.Frame, got ndarray"),
     (lambda: energy(frame=COLOR_ALONE), ValueError, "depth"),
-    (lambda: energy(frame=st.Frame(np.ones((50, 80), np.float32))), ValueError, "depth: expected"),
     (lambda: energy(frame=wall_frame()), ValueError, "no depth measurement"),
     (lambda: energy(poses=with_value(0, 3, np.nan)), ValueError, "poses: .*not finite"),
     (lambda: energy(poses=POSE.T), ValueError, "poses: .*transposed"),
-    (lambda: energy(poses=np.diag([1.0, 1, -1, 1])), ValueError, "poses: .*not a rotation"),
-    (lambda: energy(poses=np.eye(3)), ValueError, r"poses: expected shape \(4, 4\)"),
     (lambda: energy(penalty="huber"), ValueError, "penalty: expected 'depth' or 'rgbd'"),
     (lambda: energy(penalty="rgbd"), ValueError, "frame: expected a colour image for penalty='rgbd'"),
     (lambda: energy(unknowns=("scale",)), ValueError, "unknowns: expected one of"),
@@ -183,17 +157,12 @@ def with_size():
     (lambda: energy(residuals="point"), TypeError, "did you mean 'residual'"),
     (lambda: energy().cost(POSE), TypeError, "x: expected a State, got ndarray"),
     (lambda: with_size().cost(scaled([-1.0])), ValueError, "scales of one number > 0"),
-    (lambda: with_size().linearize(scaled([np.nan])), ValueError, "scales of one number > 0"),
-    (lambda: with_size().residuals(scaled([])), ValueError, "scales of one number > 0"),
-    (lambda: st.minimize(with_size(), scaled([-1.0])), ValueError, "scales of one number > 0"),
     (lambda: energy().cost(st.State(np.full((1, 4, 4), np.nan))), ValueError, "poses: .*not finite"),
     (lambda: energy().moved(energy().start, np.zeros(7)), ValueError, "delta: expected 6 numbers, got 7"),
     (lambda: st.minimize(box()), TypeError, "energy: expected st.Energy, got SDF"),
     (lambda: st.minimize(energy(), max_step=3), TypeError, "unknown option 'max_step'.*max_steps"),
-    (lambda: st.minimize(energy(), max_steps="a"), TypeError, "max_steps: .*'a'"),
     (lambda: st.minimize(energy(), fixed=[True]), ValueError, r"fixed: .* per unknown \(6\), got 1"),
     (lambda: st.back_project(depth_of(), CAMERA, EMPTY[:5]), ValueError, r"mask: .*\(240, 320\)"),
-    (lambda: st.back_project(depth_of()[:50], CAMERA), ValueError, "320"),
 )
 def test_an_energy_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -206,21 +175,16 @@ def fits(**change):
 
 @refused(
     (lambda: fits(shapes=[]), ValueError, "shapes: expected at least one SDF"),
-    (lambda: fits(shapes=[1]), TypeError, "shapes: expected an SDF, got int"),
     (lambda: fits(shapes=[box(), box()]), ValueError, r"poses: expected one 4x4 matrix per shape \(2\)"),
     (lambda: fits(frame=3), TypeError, "frame: expected"),
     (lambda: fits(frame=COLOR_ALONE), ValueError, "frame: expected a depth image"),
     (lambda: fits(poses=np.eye(3)), ValueError, r"poses: expected shape \(4, 4\)"),
-    (lambda: fits(poses=np.full((1, 4, 4), np.nan)), ValueError, "poses"),
     (lambda: fits(poses=np.diag([1.0, 1, -1, 1])[None]), ValueError, "poses.*mirror"),
-    (lambda: fits(poses=POSE.T[None]), ValueError, "poses.*transposed"),
     (lambda: fits(scale_m=0), ValueError, "scale_m: expected a length > 0"),
     (lambda: fits(max_steps=0), ValueError, "max_steps: expected a whole number from 1"),
-    (lambda: fits(max_steps=1.5), TypeError, "max_steps: expected a whole number from 1"),
     (lambda: fits(rounds=0), ValueError, "rounds: expected a whole number from 1"),
     (lambda: fits(threads=-1), ValueError, "threads: expected"),
     (lambda: fits(no_such=1), TypeError, "no_such"),
-    (lambda: fits(device="gpu"), ValueError, "device: expected one of"),
 )
 def test_fits_of_poses_that_cannot_be_say_why(call, error, words):
     assert_refused(call, error, words)
@@ -228,7 +192,6 @@ def test_fits_of_poses_that_cannot_be_say_why(call, error, words):
 
 @refused(
     (lambda: _core.seed_rotation(-5, 0), ValueError, "expected k >= 0 and n >= 1"),
-    (lambda: _core.seed_rotation(-1, 5), ValueError, "expected k >= 0 and n >= 1"),
     (lambda: _core.outline_offset(np.zeros(9, np.float32), 17), ValueError, r"reach: expected 1\.\.16"),
     (lambda: _core.outline_offset(np.zeros(9, np.float32), 8), ValueError, "chance"),
 )

@@ -10,7 +10,6 @@ import sys
 
 import numpy as np
 import pytest
-from gpu_marks import on_gpu
 from hypothesis import given, settings
 from hypothesis import strategies as hs
 
@@ -345,12 +344,3 @@ def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, m
     (tmp_path / "README.md").write_text("no picture")
     assert run(["superpixels", *arguments]) == code
     assert says in capsys.readouterr().err
-
-
-@on_gpu
-@pytest.mark.parametrize(
-    "options", [{}, {"distance": "thesis"}, {"mask": DISC}, {"depth": DEPTH}, {"color_space": "xyz"}], ids=str
-)
-def test_the_gpu_gives_the_labels_of_the_cpu(options):
-    cpu = st.superpixels.slic(IMAGE, 60, device="cpu", **options)
-    np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, device="cuda", **options), cpu)

@@ -9,7 +9,6 @@ Derivation: docs/math/depth_tracker.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -297,38 +296,3 @@ def linearize(
         gradient = gradient + curve.slope * J
         hessian = hessian + curve.curvature * np.outer(J, J)
     return NormalEquations(cost, gradient, hessian)
-
-
-def distance_transform(free: Array, limit: float = np.inf) -> Array:
-    """Distance (in nodes) of every node of a grid to the nearest one that is not free; every pair is tried."""
-    y, x = np.nonzero(~free.astype(bool))
-    out = np.full(free.shape, float(limit))
-    for v, u in np.ndindex(*free.shape):
-        if len(x):
-            out[v, u] = min(limit, np.sqrt(((x - u) ** 2 + (y - v) ** 2).min()))
-    return out
-
-
-def free_space_residual(
-    distance: Callable[[Array], tuple[float, Array]],
-    p_obj: Array,
-    T_obj_cam: Array,
-    K: Array,
-    dead_px: float = 1.0,
-) -> tuple[float, Array]:
-    """r = Z / f max(0, DT(u(X)) - dead) of one surface point (m), and its derivative by (v, w).
-
-    distance : pixel (2,) -> DT (px) and its gradient. K : (fx, fy, cx, cy), f the mean of fx and fy.
-    """
-    fx, fy, cx, cy = K
-    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
-    X, Y, Z = R.T @ (p_obj - t)
-    px, slope = distance(np.array([fx * X / Z + cx, fy * Y / Z + cy]))
-    beyond = px - dead_px
-    if beyond <= 0:
-        return 0.0, np.zeros(6)
-    f = (fx + fy) / 2
-    d_pixel = np.array([[fx / Z, 0, -fx * X / Z**2], [0, fy / Z, -fy * Y / Z**2]])
-    dr_cam = Z / f * (slope @ d_pixel) + np.array([0, 0, beyond / f])
-    g = R @ dr_cam  # the camera point moves by -R_cam_obj (v + w x p_obj)
-    return Z / f * beyond, -np.concatenate([g, np.cross(p_obj, g)])

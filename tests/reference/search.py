@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The pieces of a search without a first pose in plain numpy: the twin of cpp/tracking/{so3_grid,search_score}."""
+"""The rotations of a search without a first pose in plain numpy: the twin of cpp/tracking/search/so3_grid."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["explained_share", "score_of_mask", "score_of_place", "seed_rotation", "super_fibonacci"]
+__all__ = ["seed_rotation", "super_fibonacci"]
 
 Array = NDArray[Any]
 
 STRIDE = 0.471  # of the spiral: runs of 60 of 240 leave gaps below 57 degrees
-MIN_AGREEING = 6  # surface points; fewer say nothing
-ENOUGH_SEEN = 0.8  # share of the visible surface that must be read for a full score
-ENOUGH_ENDS = 0.4  # share of the outline that must end in a step of depth
 
 
 def super_fibonacci(i: int, n: int) -> Array:
@@ -41,25 +38,3 @@ def seed_rotation(k: int, n: int) -> Array:
     while gcd(stride, n) != 1:
         stride -= 1
     return super_fibonacci(k * stride % n, n)
-
-
-def explained_share(phi: Array, slope: Array, tolerance_m: float) -> float:
-    """Share of measurements that lie on a surface facing the camera: phi (N,) m, d phi / d depth (N,)."""
-    return float(np.mean((np.abs(phi) < tolerance_m) & (slope < 0)))
-
-
-def _unhidden(agree: int, farther: int) -> float:
-    return agree / (agree + farther) if agree >= MIN_AGREEING else 0.0
-
-
-def score_of_mask(agree: int, farther: int, explained: float) -> float:
-    """Of the surface that nothing hides, the share read where it should be, times what is explained of the mask."""
-    return _unhidden(agree, farther) * explained
-
-
-def score_of_place(agree: int, farther: int, nearer: int, ends: int, runs_on: int) -> float:
-    """Without a mask the object must end where it should, too, and enough of it must be seen."""
-    read = agree / max(1, agree + farther + nearer)
-    outline = ends / (ends + runs_on) if ends + runs_on else 1.0
-    seen = sqrt(min(1.0, read / ENOUGH_SEEN))
-    return _unhidden(agree, farther) * seen * min(1.0, outline / ENOUGH_ENDS)
