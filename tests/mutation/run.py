@@ -62,6 +62,10 @@ def put_in(fault: dict[str, str], root: Path) -> str:
     return text
 
 
+class CompileError(Exception):
+    """The compiler refuses a fault."""
+
+
 class Workplace:
     """A copy of the last commit and its build."""
 
@@ -88,25 +92,14 @@ class Workplace:
         environment = {**os.environ, "CCACHE_BASEDIR": str(self.tree), "CCACHE_NOHASHDIR": "1", "CXX": "g++"}
         subprocess.run(command, env=environment, check=True)
 
-    def compile(self) -> str:
-        """What the compiler says where it fails, "" else."""
-        command = [
-            "cmake",
-            "--build",
-            str(self.build),
-            "-j",
-            str(self.jobs),
-            "--target",
-            "sdftrack_tests",
-            "_core",
-        ]
+    def compile(self, target: str) -> None:
+        command = ["cmake", "--build", str(self.build), "-j", str(self.jobs), "--target", target]
         environment = {**os.environ, "CCACHE_BASEDIR": str(self.tree), "CCACHE_NOHASHDIR": "1"}
         done = subprocess.run(command, env=environment, capture_output=True, text=True)
         if done.returncode:
-            return (done.stdout + done.stderr)[-2000:]
+            raise CompileError((done.stdout + done.stderr)[-2000:])
         for extension in (self.build / "bindings").glob("_core*.so"):
             shutil.copy2(extension, self.tree / "python" / "sdftrack")
-        return ""
 
     def fails(self, command: list[str], pattern: str) -> str:
         """The first test that fails, "" if none does."""
@@ -125,22 +118,13 @@ class Workplace:
         return found[1] if found else f"exit {done.returncode}: {(done.stdout + done.stderr)[-300:]}"
 
     def cpp_tests(self) -> str:
+        self.compile("sdftrack_tests")
         program = str(self.build / "tests" / "cpp" / "sdftrack_tests")
         return self.fails([program, "--gtest_brief=1", "--gtest_fail_fast"], r"\[  FAILED  \] ([\w./]+)")
 
     def python_tests(self, *arguments: str) -> str:
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-x",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:randomly",
-            *arguments,
-        ]
+        self.compile("_core")  # after the tests in C++, which find most: it takes longer to link
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *arguments]
         return self.fails(command, r"(?:FAILED|ERROR) (\S+)")
 
     def about(self, folder: str) -> list[str]:
@@ -154,9 +138,6 @@ def tried(fault: dict[str, str], work: Workplace, tier: str) -> dict[str, object
     begin = time.monotonic()
     out: dict[str, object] = {"folder": fault["file"].split("/")[1], "tier": tier}
     try:
-        if said := work.compile():
-            return {**out, "found_by": None, "compiler": said}
-        out["compile_s"], begin = round(time.monotonic() - begin), time.monotonic()
         tests = ["--all"] if tier == "all" else ["-m", "not nightly"]
         out["found_by"] = (
             work.cpp_tests()
@@ -165,6 +146,8 @@ def tried(fault: dict[str, str], work: Workplace, tier: str) -> dict[str, object
             or None
         )
         return {**out, "seconds": round(time.monotonic() - begin)}
+    except CompileError as error:
+        return {**out, "found_by": None, "compiler": str(error)}
     finally:
         (work.tree / fault["file"]).write_text(before)
 
@@ -179,7 +162,7 @@ def main() -> int:
     folder = given.build.resolve()
     work, record = Workplace(folder, given.jobs), folder / "found.json"
     found = json.loads(record.read_text()) if record.exists() else {}
-    if not found and (said := work.compile() or work.cpp_tests()):
+    if not found and (said := work.cpp_tests()):
         raise SystemExit(f"without a fault: {said}")
     for fault in faults():
         name = fault["name"]
