@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-import typer
-
 PAGE = "command_line"
 
 
@@ -63,9 +61,9 @@ def section(path: str, command: Any) -> str:
 
 
 def reference() -> str:
-    from sdftrack.cli.app import app
+    from sdftrack.cli.app import parser
 
-    return "\n".join(section(path, each) for path, each in commands(typer.main.get_command(app), "sdftrack"))
+    return "\n".join(section(path, each) for path, each in commands(parser(), "sdftrack"))
 
 
 def add_reference(_app: Any, docname: str, source: list[str]) -> None:

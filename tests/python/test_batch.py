@@ -12,8 +12,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack import batch
-from sdftrack.batch.cluster import cluster, workers_for
-from sdftrack.batch.scheduling import Died, Task, outcomes
+from sdftrack.batch.cluster import Died, Task, cluster, outcomes, workers_for
 
 pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
 
@@ -67,29 +66,11 @@ class TestDeaths:
         assert isinstance(found["t1"], Died)
         assert "died (2 times)" in str(found["t1"])
 
-    def test_where_it_would_not_help_nothing_is_repeated(self, connect):
-        found = list(
-            outcomes(connect, functions.dies, [Task("t", 1)], retries=9, may_help=lambda task: False)
-        )
-        assert "died (1 times)" in str(found[0][1])
-
 
 @pytest.mark.slow
-class TestOrder:
-    def test_a_task_waits_for_its_predecessor_and_is_left_out_if_that_fails(self, connect):
-        tasks = [
-            Task("bad", 3), Task("after bad", 4, after="bad"), Task("good", 1), Task("after good", 2, after="good"),
-            Task("later", 5, after="after bad"),
-        ]  # fmt: skip
-        found = list(outcomes(connect, functions.refuses_three, tasks))
-        by_name = {task.name: outcome for task, outcome in found}
-        assert isinstance(by_name.pop("bad"), ValueError)
-        assert by_name == {"after bad": None, "later": None, "good": 1, "after good": 2}
-        names = [task.name for task, _ in found]
-        assert names.index("after good") > names.index("good")
-
+class TestMany:
     def test_more_tasks_than_the_window_holds(self, connect, monkeypatch):
-        monkeypatch.setattr("sdftrack.batch.scheduling.WINDOW", 7)
+        monkeypatch.setattr("sdftrack.batch.cluster.WINDOW", 7)
         tasks = [Task(f"t{i}", i) for i in range(50)]
         found = {task.argument: outcome for task, outcome in outcomes(connect, functions.square, tasks)}
         assert found == {i: i * i for i in range(50)}

@@ -12,10 +12,9 @@ import tomllib
 
 import numpy as np
 import pytest
-import typer
 
 import sdftrack as st
-from sdftrack.cli.app import app, run
+from sdftrack.cli.app import parser, run
 from sdftrack.cli.demo import _ours
 
 COMMON = ("--device", "--threads", "--config", "--quiet", "--out", "--overwrite")
@@ -23,7 +22,7 @@ COMMON = ("--device", "--threads", "--config", "--quiet", "--out", "--overwrite"
 
 def commands(command=None, name=()):
     """Every command with its parser, those of groups too: ("calibrate", "color"), ..."""
-    command = typer.main.get_command(app) if command is None else command
+    command = parser() if command is None else command
     if not hasattr(command, "commands"):
         yield name, command
     for word, part in getattr(command, "commands", {}).items():

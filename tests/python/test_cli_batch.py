@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pickle
 import shutil
 import signal
 import subprocess
@@ -16,9 +17,10 @@ from pathlib import Path
 import pytest
 
 import sdftrack as st
-from sdftrack.cli.app import run
-from sdftrack.cli.batch_plan import read_plan
-from sdftrack.cli.batch_task import RECORD, Call, call
+from sdftrack.cli.app import _fields, _parse, run
+from sdftrack.cli.batch import Commands
+from sdftrack.cli.batch.plan import read_plan
+from sdftrack.cli.batch.task import RECORD, Call, call
 
 pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
 
@@ -224,7 +226,8 @@ class TestCall:
         given = {
             "command": ["track", str(made / "recordings" / "run_0")],
             "words": ["--model", str(made / "box.ply"), "--unit", "m", "--voxels", "24", "--no-video"],
-            "files": (), "digest": "d", "folder": str(tmp_path / "out" / "a"), "log": str(tmp_path / "logs" / "a.log"),
+            "run": run, "files": (), "digest": "d",
+            "folder": str(tmp_path / "out" / "a"), "log": str(tmp_path / "logs" / "a.log"),
         }  # fmt: skip
         return Call(**{**given, **fields})
 
@@ -266,10 +269,15 @@ class TestCall:
 
     def test_a_call_that_takes_too_long_ends_its_process(self, made, tmp_path):
         what = self.what(made, tmp_path, timeout_s=0.05)
-        code = f"from sdftrack.cli.batch_task import *; call({what!r})"
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+        (tmp_path / "call.pkl").write_bytes(pickle.dumps(what))
+        code = "import pickle, sys; from sdftrack.cli.batch.task import call; "
+        code += "call(pickle.load(open(sys.argv[1], 'rb')))"
+        line = [sys.executable, "-c", code, str(tmp_path / "call.pkl")]
+        done = subprocess.run(line, capture_output=True, text=True, timeout=60)
         assert done.returncode == 1
         assert "timed out after 0.05 s" in Path(what.log).read_text()
+        again = call(what)  # which would take as long
+        assert (again.status, again.reason) == ("refused", "timed out after 0.05 s")
 
 
 class TestPlan:
@@ -279,7 +287,7 @@ class TestPlan:
         (tmp_path / "recordings" / "a").mkdir(parents=True, exist_ok=True)
         path = tmp_path / "plan.toml"
         path.write_text(text)
-        return read_plan(path, {})
+        return read_plan(path, {}, Commands(_fields, _parse, run))
 
     def job(self, **fields):
         given = {"command": "track", "sequences": "recordings/*", "model": "m.ply", **fields}

@@ -3,12 +3,11 @@
 
 import numpy as np
 import pytest
-import typer
 
 from sdftrack.cli.advice import as_options, options_of
-from sdftrack.cli.app import app, run
+from sdftrack.cli.app import parser, run
 
-OPTIONS = options_of(typer.main.get_command(app), ["calibrate", "color", "SEQ"])
+OPTIONS = options_of(parser(), ["calibrate", "color", "SEQ"])
 COUNT = 400
 
 

@@ -69,12 +69,10 @@ def test_every_page_of_the_reference_is_linked():
 
 
 def test_the_command_line_reference_has_every_command_and_option(extensions):
-    from typer.main import get_command
-
-    from sdftrack.cli.app import app
+    from sdftrack.cli.app import parser
 
     text = extensions("command_line").reference()
-    top = get_command(app).commands
+    top = parser().commands
     paths = {name for name in top if name != "calibrate"} | {
         f"calibrate {n}" for n in top["calibrate"].commands
     }

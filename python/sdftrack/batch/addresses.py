@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import glob
-import hashlib
 import os
 import re
 import shutil
@@ -20,7 +19,6 @@ from sdftrack._internal.text_files import reason_of
 __all__ = ["expanded", "fetched", "is_address", "name_of"]
 
 ADDRESS = re.compile(r"^[a-zA-Z][a-zA-Z0-9+.-]+(?:://|::)")  # two letters and more: C:\ is a drive
-VERSION_KEYS = ("ETag", "etag", "mtime", "LastModified", "updated", "last_modified", "created")
 PACKAGES = "pip install s3fs, gcsfs, adlfs or aiohttp, as the address needs"
 
 
@@ -116,14 +114,15 @@ def fetched(place: str, cache: Path | None = None) -> Iterator[Path]:
 
 def _kept(fs: Any, path: str, place: str, cache: Path) -> Path:
     """The copy in the cache; another one if what is there has changed."""
-    key = hashlib.blake2b(repr((place, _version(fs, path, place))).encode(), digest_size=12).hexdigest()
-    home = cache / key
+    from fsspec.utils import tokenize
+
+    home = cache / tokenize(place, _files(fs, path, place))
     target = home / name_of(place)
     if target.exists():
         return target
     cache.mkdir(parents=True, exist_ok=True)
     # Another process may copy the same: the first one to finish wins.
-    temporary = Path(tempfile.mkdtemp(prefix=f".{key}.", dir=cache))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{home.name}.", dir=cache))
     try:
         _copy(fs, path, place, temporary / target.name)
         with contextlib.suppress(OSError):
@@ -133,22 +132,13 @@ def _kept(fs: Any, path: str, place: str, cache: Path) -> Path:
     return target
 
 
-def _version(fs: Any, path: str, place: str) -> list[tuple[str, ...]]:
-    """Names, sizes and what tells one version of a file from another."""
-    return [
-        (name, str(info.get("size")), *(str(info[k]) for k in VERSION_KEYS if k in info))
-        for name, info in sorted(_files(fs, path, place).items())
-    ]
-
-
 def _copy(fs: Any, path: str, place: str, target: Path) -> None:
-    files = _files(fs, path, place)
     root = path.rstrip("/")
-    for name, info in files.items():
+    for name, info in _files(fs, path, place).items():
         below = "" if name.rstrip("/") == root else name[len(root) :].lstrip("/")
         if ".." in PurePosixPath(below).parts:
             raise ValueError(f"{place}: expected names below it, got {name}")
-        to = target / below if below else target
+        to = target / below
         to.parent.mkdir(parents=True, exist_ok=True)
         try:
             fs.get_file(name, str(to))
@@ -162,14 +152,14 @@ def _copy(fs: Any, path: str, place: str, target: Path) -> None:
 def _files(fs: Any, path: str, place: str) -> dict[str, Any]:
     """Information on each file below `path`, or on the file that it is."""
     try:
-        found = fs.find(path, detail=True)
+        found = dict(sorted(fs.find(path, detail=True).items()))
     except FileNotFoundError:
         found = {}
     except Exception as error:  # each service has its own
         raise OSError(f"{place}: cannot list it ({reason_of(error)})") from error
     if not found:
         raise FileNotFoundError(f"{place}: nothing is there")
-    return dict(found)
+    return found
 
 
 def _opened(place: str) -> tuple[Any, str]:

@@ -1,25 +1,52 @@
 # SPDX-License-Identifier: MIT
-"""A Dask cluster: processes on this machine, or one that is there already."""
+"""A Dask cluster, and tasks on it, each until it has an outcome."""
 
 from __future__ import annotations
 
 import contextlib
 import re
 import time
-from collections.abc import Callable, Iterator
+import uuid
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 from sdftrack import _core
 from sdftrack._internal.extras import need
 from sdftrack._internal.validation import whole
 
-__all__ = ["Connect", "cluster", "workers_for"]
+__all__ = ["Connect", "Died", "Task", "cluster", "outcomes", "workers_for"]
 
-Connect = Callable[[], Any]  # a connected distributed.Client, each time it is called
+Connect = Callable[[float], Any]  # a connected distributed.Client; waits for a scheduler so many seconds
 CONNECT_S = 10.0  # of one try to reach a scheduler
 PATIENCE_S = 300.0  # until a scheduler that has gone is given up
+RESULT_S = 60.0  # to fetch a result that is there
 MEMORY_SHARE = 0.9  # of the machine's, for all workers together
+WINDOW = 1000  # tasks that the scheduler holds at once: a million of them would fill its memory
 ADDRESS = re.compile(r"^(?:[a-z][a-z0-9+.-]*://)?[^\s:/]+:\d{1,5}$")
+LOCAL = {
+    "distributed.scheduler.allowed-failures": 0,  # deaths are counted for each task alone
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.admin.tick.limit": "60s",
+}
+
+
+class Died(RuntimeError):
+    """The worker of a task died, each time that it was tried."""
+
+
+class _Lost(Exception):
+    """The connection to the scheduler."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A call of a function: a unique name, the argument (pickled), and what a worker must offer, as Dask names it."""
+
+    name: str
+    argument: Any
+    resources: dict[str, float] = field(default_factory=dict)
 
 
 @contextlib.contextmanager
@@ -37,30 +64,28 @@ def cluster(
     memory_bytes, threads
         Memory and threads that a task needs.
     """
-    distributed = need("distributed", "batch")
-    if scheduler is None:
-        count = workers_for(jobs, memory_bytes, threads)
-        with _local(distributed, count) as local:
-            yield lambda: distributed.Client(local)
+    distributed, dask = need("distributed", "batch"), need("dask", "batch")
+    if scheduler is not None:
+        if not ADDRESS.match(scheduler):
+            raise ValueError(f"scheduler: expected an address such as tcp://node1:8786, got {scheduler!r}")
+        yield lambda patience_s: _reached(distributed, scheduler, patience_s)
         return
-    if not ADDRESS.match(scheduler):
-        raise ValueError(f"scheduler: expected an address such as tcp://node1:8786, got {scheduler!r}")
-    known = False  # whether it was ever reached
-
-    def connect() -> Any:
-        nonlocal known
-        client = _reached(distributed, scheduler, PATIENCE_S if known else 0.0)
-        known = True
-        return client
-
-    yield connect
+    count = workers_for(jobs, memory_bytes, threads)
+    with dask.config.set(LOCAL):
+        # One thread each: a task's log and its interrupts belong to a process.
+        local = distributed.LocalCluster(
+            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
+        )
+    with local:
+        yield lambda patience_s: distributed.Client(local)
 
 
 def workers_for(jobs: int, memory_bytes: int | None, threads: int) -> int:
     """Number of workers on this machine."""
     count = whole(jobs, "jobs", 0, 10_000) or max(1, _core.thread_count(0) // _core.thread_count(threads))
-    total = _memory()
-    if memory_bytes is None or total is None:
+    # Of the machine, or of the control group that this process may use; 0: not known.
+    total = int(need("distributed.system", "batch").MEMORY_LIMIT or 0)
+    if memory_bytes is None or not total:
         return count
     room = int(MEMORY_SHARE * total // memory_bytes)
     if room < 1:
@@ -68,32 +93,6 @@ def workers_for(jobs: int, memory_bytes: int | None, threads: int) -> int:
             f"memory_gb: expected at most {MEMORY_SHARE * total / 1e9:.1f} on this machine, got {memory_bytes / 1e9:g}"
         )
     return min(count, room)
-
-
-def _memory() -> int | None:
-    """Bytes of memory of this machine, or of the control group that this process may use; None: not known."""
-    system = need("distributed.system", "batch")
-    return int(system.MEMORY_LIMIT) or None
-
-
-def _local(distributed: Any, count: int) -> Any:
-    """Workers with one thread each: a task's log and its interrupts belong to a process."""
-    dask = need("dask", "batch")
-    with dask.config.set(
-        {
-            # Deaths are counted by the caller, for each task alone.
-            "distributed.scheduler.allowed-failures": 0,
-            "distributed.scheduler.worker-saturation": 1.0,
-            "distributed.admin.tick.limit": "60s",
-        }
-    ):
-        return distributed.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=":0",
-            silence_logs=50,
-        )
 
 
 def _reached(distributed: Any, address: str, patience_s: float) -> Any:
@@ -110,3 +109,84 @@ def _reached(distributed: Any, address: str, patience_s: float) -> Any:
             raise ConnectionError(
                 f"scheduler: cannot reach {address}{after}; is `dask scheduler` running there?"
             ) from error
+
+
+def outcomes(
+    connect: Connect, function: Callable[[Any], Any], tasks: Iterable[Task], *, retries: int = 3
+) -> Iterator[tuple[Task, Any]]:
+    """(task, outcome) as they end: what the function returned, the exception that it raised, or `Died`.
+
+    A task whose worker died is repeated up to `retries` times; a function that raised is not called again. If the
+    scheduler is lost, what had no outcome is submitted anew: the function, which workers must be able to import, may
+    run twice.
+    """
+    left, deaths, patience_s = {task.name: task for task in tasks}, Counter[str](), 0.0
+    while left:
+        client = connect(patience_s)
+        patience_s = PATIENCE_S
+        try:
+            _check_resources(client, left.values())
+            for task, outcome in _run(client, function, left.values(), deaths, retries):
+                yield left.pop(task.name), outcome
+        except _Lost:
+            continue
+        finally:
+            with contextlib.suppress(Exception):  # of a scheduler that has gone
+                client.close(timeout=2)
+
+
+def _run(
+    client: Any, function: Any, tasks: Iterable[Task], deaths: Counter[str], retries: int
+) -> Iterator[tuple[Task, Any]]:
+    """Until all is done, or the scheduler is lost."""
+    distributed = need("distributed", "batch")
+    ready, running = deque(tasks), dict[str, Task]()
+    ended = distributed.as_completed(loop=client.loop)
+    while ready or running:
+        while ready and len(running) < WINDOW:
+            future = _submitted(client, function, ready[0])
+            running[future.key] = ready.popleft()
+            ended.add(future)
+        future = next(ended)
+        outcome = _outcome(distributed, future)
+        task = running.pop(future.key)
+        if isinstance(outcome, distributed.KilledWorker):
+            deaths[task.name] += 1
+            if deaths[task.name] <= retries:
+                ready.appendleft(task)
+                continue
+            outcome = Died(f"its worker died ({deaths[task.name]} times): out of memory, or a crash")
+        yield task, outcome
+
+
+def _submitted(client: Any, function: Any, task: Task) -> Any:
+    key = f"{task.name}-{uuid.uuid4().hex}"  # of its own: Dask remembers the outcome of a key
+    try:
+        return client.submit(function, task.argument, key=key, pure=False, resources=task.resources or None)
+    except Exception as error:
+        if client.status in ("running", "connecting"):
+            raise
+        raise _Lost from error
+
+
+def _outcome(distributed: Any, future: Any) -> Any:
+    """What the function returned, or the exception that there is instead."""
+    if future.status in ("cancelled", "lost"):
+        raise _Lost
+    try:
+        error = future.exception(timeout=RESULT_S)
+        return error if error is not None else future.result(timeout=RESULT_S)
+    except (distributed.CancelledError, distributed.TimeoutError, OSError) as error:
+        raise _Lost from error
+
+
+def _check_resources(client: Any, tasks: Iterable[Task]) -> None:
+    """ValueError if workers are there and none of them offers what a task needs: it would wait for ever."""
+    workers = client.scheduler_info(n_workers=-1)["workers"].values()
+    offered = [w.get("resources") or {} for w in workers]
+    for task in tasks:
+        for name, amount in task.resources.items():
+            if offered and not any(o.get(name, 0) >= amount for o in offered):
+                raise ValueError(
+                    f"{task.name}: expected a worker with --resources {name}={amount:g}, got none on this cluster"
+                )

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar, cast
 
 from sdftrack._internal.validation import whole
-from sdftrack.batch.cluster import cluster
-from sdftrack.batch.scheduling import Task, outcomes
+from sdftrack.batch.cluster import Task, cluster, outcomes
 
 __all__ = ["Outcome", "map"]
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import typer
@@ -30,45 +31,10 @@ from sdftrack.cli import (
     view,
 )
 from sdftrack.cli.advice import as_options, options_of
-from sdftrack.cli.options import command
+from sdftrack.cli.options import Field, command, fields_of, job_of
 from sdftrack.io.folder_lock import one_run
 
-__all__ = ["app", "run"]
-
-app = typer.Typer(
-    name="sdftrack",
-    help="Track and reconstruct rigid objects with an RGB-D camera, using signed distance functions.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-COMMANDS: tuple[Callable[[Any], None], ...] = (
-    demo.demo,
-    track.track,
-    reconstruct.reconstruct,
-    fit.fit,
-    contour.contour,
-    superpixels.superpixels,
-    evaluate.evaluate,
-    motion.motion,
-    live.live,
-    record.record,
-    record.convert,
-    synth.synth,
-    reproduce.reproduce,
-    view.view,
-    info.info,
-    info.config,
-)
-CALIBRATIONS: tuple[Callable[[Any], None], ...] = (calibrate.intrinsics, calibrate.color, calibrate.depth)
-for run_job in COMMANDS:
-    app.command()(command(run_job))
-app.command()(batch.batch)
-calibrations = typer.Typer(help="Calibrate cameras from recorded sequences.", no_args_is_help=True)
-for run_job in CALIBRATIONS:
-    calibrations.command()(command(run_job))
-app.add_typer(calibrations, name="calibrate")
+__all__ = ["parser", "run"]
 
 
 def _version(wanted: bool) -> None:
@@ -79,7 +45,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit()
 
 
-@app.callback()
 def _root(
     version: bool = typer.Option(
         False, "--version", callback=_version, is_eager=True, help="Print the version."
@@ -88,11 +53,37 @@ def _root(
     pass
 
 
+@cache
+def parser(only: str | None = None) -> Any:
+    """The whole command line, as typer made it.
+
+    `only`: the one command whose options are needed, "" for none; those of all take a tenth of a second.
+    """
+    app = typer.Typer(
+        name="sdftrack",
+        help="Track and reconstruct rigid objects with an RGB-D camera, using signed distance functions.",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_root)
+    for each in COMMANDS:
+        # A batch runs others, so that it cannot import what assembles them all: they are handed to it.
+        handed = [batch.Commands(_fields, _parse, run)] if each is batch.batch else []
+        app.command()(command(each, *handed, bare=only not in (None, each.__name__)))
+    calibrations = typer.Typer(help="Calibrate cameras from recorded sequences.", no_args_is_help=True)
+    for each in (calibrate.intrinsics, calibrate.color, calibrate.depth):
+        calibrations.command()(command(each, bare=only not in (None, "calibrate")))
+    app.add_typer(calibrations, name="calibrate")
+    return typer.main.get_command(app)
+
+
 def run(arguments: list[str]) -> int:
     """Run one command; returns the exit code."""
     import warnings
 
-    whole: Any = typer.main.get_command(app)
+    whole = parser(next((word for word in arguments if not word.startswith("-")), ""))
     with warnings.catch_warnings():
         options = options_of(whole, arguments)
 
@@ -155,3 +146,32 @@ def _fail(text: str, code: int) -> int:
     sys.stdout.flush()
     print(f"sdftrack: error: {text}", file=sys.stderr)
     return code
+
+
+def _fields(name: str) -> list[Field]:
+    return list(fields_of(job_of(next(each for each in COMMANDS if each.__name__ == name))))
+
+
+def _parse(line: list[str]) -> None:
+    parser(line[0]).commands[line[0]].make_context(line[0], line[1:])
+
+
+COMMANDS: tuple[Callable[..., None], ...] = (
+    demo.demo,
+    track.track,
+    reconstruct.reconstruct,
+    fit.fit,
+    contour.contour,
+    superpixels.superpixels,
+    evaluate.evaluate,
+    motion.motion,
+    batch.batch,
+    live.live,
+    record.record,
+    record.convert,
+    synth.synth,
+    reproduce.reproduce,
+    view.view,
+    info.info,
+    info.config,
+)

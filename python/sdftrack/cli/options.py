@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 
 import typer
 
-__all__ = ["Field", "Usage", "argument", "command", "fields_of", "option"]
+__all__ = ["Field", "Usage", "argument", "command", "fields_of", "job_of", "option"]
 
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
@@ -50,9 +50,9 @@ class Field:
 
     Attributes
     ----------
-    name : str
-        "--depth-topic"; of an argument its metavar.
-    is_files, is_flag, is_repeated : bool
+    name, off : str
+        "--depth-topic"; of an argument its metavar. "--no-viewer" of a flag that is on by default.
+    is_option, is_files, is_flag, is_repeated : bool
     parameter : inspect.Parameter
         For typer.
     convert : function
@@ -60,6 +60,8 @@ class Field:
     """
 
     name: str
+    off: str
+    is_option: bool
     is_files: bool
     is_flag: bool
     is_repeated: bool
@@ -78,17 +80,13 @@ def fields_of(job: type) -> Iterator[Field]:
 
 
 def _field(field_name: str, default: Any, kind: Any, about: _About, *checks: Callable[[Any], Any]) -> Field:
-    names = tuple(n or f"--{field_name.strip('_').replace('_', '-')}" for n in about.names)
-    long = next(
-        (n.partition("/")[0] for n in names if n.startswith("--")), about.more["metavar"] if not names else ""
-    )
     more = dict(about.more)
-    inner = (
-        next(k for k in get_args(kind) if k is not NoneType)
-        if get_origin(kind) in (Union, UnionType)
-        else kind
-    )
-    optional = inner is not kind
+    names = tuple(n or f"--{field_name.strip('_').replace('_', '-')}" for n in about.names)
+    long, _, off = next((n for n in names if n.startswith("--")), more.get("metavar", "")).partition("/")
+    if get_origin(kind) in (Union, UnionType):
+        inner, optional = next(k for k in get_args(kind) if k is not NoneType), True
+    else:
+        inner, optional = kind, False
     repeated = get_origin(inner) is tuple
     if get_origin(inner) is Literal:
         words = get_args(inner)
@@ -112,7 +110,7 @@ def _field(field_name: str, default: Any, kind: Any, about: _About, *checks: Cal
             value = _checked(check, value, long)
         return value
 
-    return Field(long, "Path" in str(inner), inner is bool, repeated, parameter, convert)
+    return Field(long, off, bool(names), "Path" in str(inner), inner is bool, repeated, parameter, convert)
 
 
 def _one_of(words: tuple[str, ...]) -> Callable[[str], str]:
@@ -133,16 +131,21 @@ def _checked(check: Callable[[Any], Any], value: Any, name: str) -> Any:
         raise
 
 
-def command(function: Callable[[Any], None]) -> Callable[..., None]:
-    """What typer takes for a command: `function` runs the dataclass that it is annotated with."""
-    job = next(iter(get_type_hints(function).values()))
-    fields = list(fields_of(job))
+def command(function: Callable[..., None], *before: Any, bare: bool = False) -> Callable[..., None]:
+    """What typer takes for a command: `function(*before, job)`, with a job of its dataclass; `bare`: no options."""
+    job = job_of(function)
+    fields = [] if bare else list(fields_of(job))
 
     def run(**given: Any) -> None:
-        function(job(**{f.parameter.name: f.convert(given[f.parameter.name]) for f in fields}))
+        function(*before, job(**{f.parameter.name: f.convert(given[f.parameter.name]) for f in fields}))
 
     made: Any = run
     made.__name__, made.__doc__ = function.__name__, job.__doc__
     made.__signature__ = inspect.Signature([f.parameter for f in fields])
     made.__annotations__ = {f.parameter.name: f.parameter.annotation for f in fields}
     return run
+
+
+def job_of(function: Callable[..., None]) -> type:
+    """The dataclass of a command."""
+    return get_type_hints(function)["job"]  # type: ignore[no-any-return]

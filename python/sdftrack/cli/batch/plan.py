@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,8 @@ from typing import Any
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
-from sdftrack.cli.batch_options import Options, options_of_command
+from sdftrack.cli.batch.command import Commands, key_of
+from sdftrack.cli.options import Field
 
 __all__ = ["COMMANDS", "Item", "read_plan"]
 
@@ -32,23 +34,9 @@ MOST = 10_000_000  # of items
 class Item:
     """One call of a command.
 
-    Attributes
-    ----------
-    name : str
-        job/recording, and the values of the matrix: also the folder of its results below DIR.
-    job, command : str
-    source : str
-        Path or address of the recording.
-    after : str or None
-        The item whose results it takes.
-    options : list of str
-        As on a command line, without --out.
-    files : tuple of int
-        Where among `options` addresses of files stand.
-    matrix : dict
-        Values of the options that differ between the items of the job.
-    threads, memory_gb, gpus, timeout_s
-        What it needs.
+    `name`: job/recording, and the values of the matrix: also the folder of its results below DIR. `after`: the item
+    whose results it takes. `options`: as on a command line, without --out; `files`: where addresses stand among them.
+    `matrix`: values of the options that differ between the items of the job.
     """
 
     name: str
@@ -71,59 +59,50 @@ class Item:
         return hashlib.blake2b(json.dumps(what).encode(), digest_size=8).hexdigest()
 
 
-def read_plan(path: Path, common: Mapping[str, Any]) -> list[Item]:
+def read_plan(path: Path, common: Mapping[str, Any], commands: Commands) -> list[Item]:
     """The items of a plan in order; every command line in it has been checked.
 
-    `common`: options of each job that does not set them, if its command has them.
-
-    Raises
-    ------
-    FileNotFoundError, ValueError
-        The file, or a line that names the job and what is wrong with it.
+    `common`: options of each job that does not set them, if its command has them. FileNotFoundError or ValueError name
+    the job and what is wrong with it.
     """
-    plan = _parsed(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected a plan in TOML")
+    plan = read_toml(path)
     jobs = plan.pop("job", None)
     if plan:
         raise ValueError(f"{path}: {unknown_option(next(iter(plan)), ['job'])}")
     if not isinstance(jobs, list) or not jobs or not all(isinstance(j, dict) for j in jobs):
         raise ValueError(f"{path}: expected one or more tables [[job]] with command and sequences")
-    items: list[Item] = []
     by_job: dict[str, list[Item]] = {}
     for number, job in enumerate(jobs, 1):
-        where = f"{path}: job {job.get('name', number)}"
         try:
-            made = _items(_with_common(job, common), path.resolve().parent, by_job)
+            made = _items(job, common, path.resolve().parent, by_job, commands)
+            if made[0].job in by_job:
+                raise ValueError("expected a name for each of several jobs of one command (name = ...)")
+            by_job[made[0].job] = made
+            if sum(map(len, by_job.values())) > MOST:
+                raise ValueError(f"expected at most {MOST} calls in a plan")
         except (ValueError, TypeError, OSError) as error:
-            raise ValueError(f"{where}: {error}") from None
-        if made[0].job in by_job:
-            raise ValueError(f"{where}: expected a name for each of several jobs of one command (name = ...)")
-        by_job[made[0].job] = made
-        items += made
-        if len(items) > MOST:
-            raise ValueError(f"{where}: expected at most {MOST} calls in a plan")
-    return items
+            raise ValueError(f"{path}: job {job.get('name', number)}: {error}") from None
+    return [item for own in by_job.values() for item in own]
 
 
-def _parsed(path: Path) -> dict[str, Any]:
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a plan in TOML")
-    return read_toml(path)
-
-
-def _with_common(job: Mapping[str, Any], common: Mapping[str, Any]) -> dict[str, Any]:
-    known = options_of_command(str(job["command"])).keys if job.get("command") in COMMANDS else ()
-    return {**{key: value for key, value in common.items() if key in known}, **job}
-
-
-def _items(job: Mapping[str, Any], base: Path, earlier: dict[str, list[Item]]) -> list[Item]:
+def _items(
+    job: Mapping[str, Any],
+    common: Mapping[str, Any],
+    base: Path,
+    earlier: dict[str, list[Item]],
+    commands: Commands,
+) -> list[Item]:
     command = job.get("command")
     if command not in COMMANDS:
         raise ValueError(f"command: expected one of {', '.join(COMMANDS)}, got {command!r}")
+    options = commands.options(command)
+    job = {**{key: value for key, value in common.items() if key in options}, **job}
     _check_types(job)
-    options = options_of_command(command)
     given = {key: value for key, value in job.items() if key not in OWN}
     for key in given:
-        if key.replace("-", "_") in TAKEN:
+        if key_of(key) in TAKEN:
             raise ValueError(f"{key}: set by the batch; remove it")
     name = job.get("name", command)
     if not name or Path(name).name != name or name.startswith("."):
@@ -131,23 +110,26 @@ def _items(job: Mapping[str, Any], base: Path, earlier: dict[str, list[Item]]) -
     threads = job.get("threads", 1)
     rows = list(_matrix(given, options, base))
     sources = _sources(job, base, earlier)
-    # Results of results have the names of those.
-    names = [
-        u.partition("/")[2] if u else name for (_, u), name in zip(sources, _names(sources), strict=True)
-    ]
+    before = {item.name: item for own in earlier.values() for item in own}
     out = []
-    before = {item.name: item.matrix for own in earlier.values() for item in own}
-    for (source, upstream), label in zip(sources, names, strict=True):
+    for (source, after), label in zip(sources, _names(sources), strict=True):
         for matrix, words, files in rows:
             folder = "/".join([name, label, *([_folder(matrix)] if len(rows) > 1 else [])])
-            made = Item(
-                folder, name, command, source, upstream, [*words, "--threads", str(threads)], files,
-                {**(before[upstream] if upstream else {}), **matrix},
-                threads, job.get("memory_gb"), float(job.get("gpus", 0)), job.get("timeout_s"),
+            varied = {**(before[after].matrix if after else {}), **matrix}
+            out.append(
+                Item(
+                    folder, name, command, source, after, [*words, "--threads", str(threads)], files, varied,
+                    threads, job.get("memory_gb"), float(job.get("gpus", 0)), job.get("timeout_s"),
+                )
             )  # fmt: skip
-            out.append(made)
     _check_unique(out)
-    options.check(out[0].options)
+    inputs = ["x"] * sum(not f.is_option for f in commands.fields(command))
+    try:
+        commands.check([command, *inputs, *out[0].options, "--out", "x"])
+    except Exception as error:  # typer may bring its own copy of click
+        if not hasattr(error, "format_message"):
+            raise
+        raise ValueError(" ".join(error.format_message().split())) from None
     return out
 
 
@@ -190,7 +172,7 @@ def _sources(
 
 
 def _matrix(
-    given: Mapping[str, Any], options: Options, base: Path
+    given: Mapping[str, Any], options: Mapping[str, Field], base: Path
 ) -> Iterator[tuple[dict[str, str], list[str], tuple[int, ...]]]:
     """(values that differ, command line, where addresses stand in it) of each combination of options."""
     axes = [(key, value if isinstance(value, list) else [value]) for key, value in given.items()]
@@ -200,10 +182,43 @@ def _matrix(
     for chosen in itertools.product(*(values for _, values in axes)):
         words: list[str] = []
         for (key, _), value in zip(axes, chosen, strict=True):
-            words += options.words(key, value, base)
+            words += _words(options, key, value, base)
         places = tuple(i for i, word in enumerate(words) if is_address(word))
         varied = {key: _text(v) for (key, values), v in zip(axes, chosen, strict=True) if len(values) > 1}
         yield varied, words, places
+
+
+def _words(options: Mapping[str, Field], key: str, value: Any, base: Path) -> list[str]:
+    """The words of `key` = `value` on a command line; paths of files become whole, relative ones are below `base`."""
+    field = options.get(key_of(key))
+    if field is None:
+        raise ValueError(unknown_option(key, options))
+    if field.is_flag:
+        if not isinstance(value, bool):
+            raise ValueError(f"{key}: expected true or false, got {value!r}")
+        return [name for name in [field.name if value else field.off] if name]
+    values = value if isinstance(value, list) else [value]
+    if len(values) > 1 and not field.is_repeated:
+        raise ValueError(f"{key}: expected one value for each call, got the list {value!r}")
+    words = []
+    for each in values:
+        if isinstance(each, bool) or not isinstance(each, (str, int, float)):
+            raise ValueError(f"{key}: expected text or a number, got {each!r}")
+        words += [field.name, _word(key, each, base, field.is_files)]
+    return words
+
+
+def _word(key: str, value: str | float, base: Path, is_file: bool) -> str:
+    """A value as text; what names an existing file below `base` becomes its path."""
+    text = str(value)
+    if not isinstance(value, str) or not text or is_address(text):
+        return text
+    path = base / Path(text).expanduser()
+    if path.exists():
+        return str(path)
+    if is_file:
+        raise ValueError(f"{key}: no such file: {path}")
+    return text
 
 
 def _text(value: Any) -> str:
@@ -217,17 +232,16 @@ def _folder(matrix: dict[str, str]) -> str:
 
 
 def _names(sources: list[tuple[str, str | None]]) -> list[str]:
-    """The last parts of the recordings' paths, with numbers where several are the same."""
+    """The last parts of the recordings' paths, with numbers where several are the same; results of results have the
+    names of those."""
     names = [name_of(source) for source, _ in sources]
-    seen: dict[str, int] = {}
-    taken, out = set(names), []
-    for name in names:
-        count = seen[name] = seen.get(name, -1) + 1
-        label = name
-        while count and (label := f"{name}_{count}") in taken:
-            count += 1
-        seen[name] = count
-        taken.add(label)
+    taken, numbers, out = set(names), Counter[str](), list[str]()
+    for name, (_, after) in zip(names, sources, strict=True):
+        label = after.partition("/")[2] if after else name
+        if not after and numbers[name]:
+            label = next(f"{name}_{k}" for k in itertools.count(numbers[name]) if f"{name}_{k}" not in taken)
+            taken.add(label)
+        numbers[name] += 1
         out.append(label)
     return out
 
