@@ -15,7 +15,7 @@ from typing import Any
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
-from sdftrack.cli.batch.command import Commands, key_of
+from sdftrack.cli.batch.commands import Commands, key_of
 from sdftrack.cli.options import Field
 
 __all__ = ["COMMANDS", "Item", "read_plan"]

@@ -11,11 +11,11 @@ from collections import Counter
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdftrack._internal.text_files import reason_of
 from sdftrack.batch.cluster import Task, cluster, outcomes
-from sdftrack.cli.batch.command import Batch, Commands
+from sdftrack.cli.batch.commands import Commands
 from sdftrack.cli.batch.journal import (
     FAILED,
     JOURNAL,
@@ -32,6 +32,9 @@ from sdftrack.cli.common import show_table
 from sdftrack.cli.progress import progress_counter
 from sdftrack.io.folder_lock import lock_folder
 from sdftrack.io.out_folder import refuse_folder
+
+if TYPE_CHECKING:
+    from sdftrack.cli.batch.command import Batch
 
 __all__ = ["run_items", "show_plan", "show_status"]
 
