@@ -14,13 +14,12 @@ import socket
 from collections.abc import Iterator
 from contextvars import ContextVar
 from pathlib import Path
+from typing import TextIO
 
 __all__ = ["LOCK", "FolderLock", "lock_folder", "one_run"]
 
 LOCK = ".sdftrack.lock"
-ATTEMPTS = 100  # each ends because another run has just removed the file
 HELD_BY_ANOTHER = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES)
-WHO_BYTES = 200
 
 # Folders that the command now running holds until its end.
 _held: ContextVar[dict[Path, FolderLock] | None] = ContextVar("held", default=None)
@@ -33,36 +32,22 @@ class FolderLock:
     """
 
     def __init__(self, directory: Path) -> None:
-        self._file: int | None = None
         self._path = directory / LOCK
-        for _ in range(ATTEMPTS):
-            file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-            try:
-                locked = _try_lock(file)
-                if locked and self._is_there(file):
-                    os.ftruncate(file, 0)
-                    os.write(file, _me().encode())
+        self._file: TextIO | None = None
+        while self._file is None:  # again where another run has removed the file before it was locked
+            file = self._path.open("a+", encoding="utf-8", errors="replace")
+            if not _try_lock(file.fileno()):
+                with file:
+                    file.seek(0)
+                    raise FileExistsError(_held_by(file.read(200), directory))
+            with contextlib.suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
+                    file.truncate(0)
+                    file.write(_me())
+                    file.flush()
                     self._file = file
                     return
-                who = "" if locked else os.read(file, WHO_BYTES).decode("utf-8", "replace")
-            finally:
-                if self._file is None:
-                    os.close(file)
-            if not locked:
-                break
-        what, advice = who or "another process", "wait for its end, or choose another"
-        if who == _me():
-            what, advice = "this process", "close the recorder of it first"
-        raise FileExistsError(
-            f"out: expected a folder that no other run writes into, got {directory}, used by {what}; {advice}"
-        )
-
-    def _is_there(self, file: int) -> bool:
-        """Whether the locked file still has its name: another run may have removed it before it was locked."""
-        try:
-            return os.path.samestat(os.fstat(file), os.stat(self._path))
-        except FileNotFoundError:
-            return False
+            file.close()
 
     def __del__(self) -> None:
         self.release()
@@ -74,7 +59,7 @@ class FolderLock:
         file, self._file = self._file, None
         with contextlib.suppress(OSError):  # a folder that was removed meanwhile
             self._path.unlink(missing_ok=True)
-        os.close(file)
+        file.close()
 
 
 @contextlib.contextmanager
@@ -105,13 +90,20 @@ def _me() -> str:
     return f"process {os.getpid()} on {socket.gethostname()}"
 
 
+def _held_by(who: str, directory: Path) -> str:
+    what, advice = who or "another process", "wait for its end, or choose another"
+    if who == _me():
+        what, advice = "this process", "close the recorder of it first"
+    return f"out: expected a folder that no other run writes into, got {directory}, used by {what}; {advice}"
+
+
 def _try_lock(file: int) -> bool:
     try:
         import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except ImportError:  # another system than those of Unix
         return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         return error.errno not in HELD_BY_ANOTHER
     return True
