@@ -23,7 +23,7 @@ from experiments.thesis.fig_3_12 import FIRST_GUESS, calibration_object
 from experiments.thesis.scenes.sweeps import TRUTH, swept
 from sdftrack.camera import Camera
 from sdftrack.evaluation.tables import text_table
-from sdftrack.imaging.corner_planes import three_planes
+from sdftrack.imaging.plane import three_planes
 
 __all__ = ["run"]
 

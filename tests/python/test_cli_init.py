@@ -11,7 +11,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.imaging.region_growing import connected_region
+from sdftrack.imaging.click_regions import connected_region
 from sdftrack.io.frames import write_mask
 from sdftrack.synth.duck import duck_mesh
 

@@ -77,7 +77,7 @@ def test_wrong_intrinsics_are_seen_in_the_angles():
 
 def test_the_planes_do_not_depend_on_the_focal_length_that_is_judged():
     """Inverse depth is linear in pixels whatever the focal length: other intrinsics, the same planes."""
-    from sdftrack.imaging.corner_planes import three_planes
+    from sdftrack.imaging.plane import three_planes
 
     frame = corner(1, 0.001, seed=4)[0]
     planes = []

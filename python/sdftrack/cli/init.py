@@ -190,7 +190,7 @@ def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArr
 
 
 def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    from sdftrack.imaging.region_growing import connected_region
+    from sdftrack.imaging.click_regions import connected_region
 
     if init.kind == "mask":
         return mask_file(init, shape)

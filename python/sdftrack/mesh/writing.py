@@ -11,7 +11,16 @@ import numpy as np
 from sdftrack._internal.files import write_whole
 from sdftrack._internal.validation import whole
 from sdftrack.mesh.files import FORMATS
-from sdftrack.mesh.texture import LARGEST, SMALLEST, Textured, textured
+
+if TYPE_CHECKING:
+    from sdftrack.mesh.mesh import Mesh
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from numpy.typing import NDArray
+
+from sdftrack import _core
+from sdftrack._internal.extras import need
 
 if TYPE_CHECKING:
     from sdftrack.mesh.mesh import Mesh
@@ -108,3 +117,98 @@ def _textured_ply(mesh: Mesh, laid_out: Textured, file: Path) -> dict[str, bytes
         picture: cv2.imencode(".png", laid_out.image[..., ::-1])[1].tobytes(),
         file.name: head + b"\nelement vertex" + rest,
     }
+
+
+# -- Texture atlas of a mesh: charts by xatlas, colours baked texel by texel
+
+
+SMALLEST, LARGEST = 16, 8192  # texels along a side
+FILLED = 0.75  # of the picture's side, that the surface would take as one square: with the gaps the picture is full
+GAP_TEXELS = 4  # between charts, so that two texels about each border are its own
+TEXELS_AT_ONCE = 2**20
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Textured:
+    """A mesh with texture coordinates.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        m. A vertex on a chart border is duplicated for each chart.
+    faces : (F, 3) int32
+    uv : (V, 2) float64
+        0..1, to the right and upwards from the image's lower left corner.
+    image : (S, S, 3) uint8
+        RGB.
+    copy_of : (V,) int64
+        Index of the original vertex of each vertex.
+    """
+
+    vertices: Points
+    faces: Faces
+    uv: Points
+    image: NDArray[np.uint8]
+    copy_of: NDArray[np.int64]
+
+
+def textured(mesh: Mesh, size: int, colors_from: Mesh) -> Textured:
+    """Unwrap `mesh` into charts, with a texture (`size` texels a side) of the nearest colours of `colors_from`.
+
+    Every texel gets the colour of the nearest chart point, also between charts, so that filtering and mip-mapping
+    across chart borders do not introduce other colours.
+    """
+    copy_of, faces, uv = _charts(mesh, size)
+    flat = _core.MeshCaster(np.column_stack([uv, np.zeros(len(uv))]), faces)
+    corner = mesh.vertices[copy_of][faces]
+    own = colors_from is mesh
+    assert colors_from.colors is not None
+    colors, nearest = colors_from.colors.astype(np.float64), colors_from
+    image = np.empty((size * size, 3), np.uint8)
+    for first in range(0, size * size, TEXELS_AT_ONCE):
+        texels = np.arange(first, min(first + TEXELS_AT_ONCE, size * size))
+        # The first row of a picture is its uppermost, where v is 1.
+        at = np.column_stack([texels % size + 0.5, size - texels // size - 0.5, np.zeros(len(texels))]) / size
+        _, face, at = flat.closest(at)
+        weight = _weights(at[:, :2], uv[faces[face]])
+        if own:
+            blended = np.einsum("nk,nkc->nc", weight, colors[copy_of[faces[face]]])
+        else:
+            points = np.einsum("nk,nkx->nx", weight, corner[face])
+            _, other, there = nearest._rays.closest(points)
+            ends = nearest.faces[other]
+            blended = np.einsum("nk,nkc->nc", _weights(there, nearest.vertices[ends]), colors[ends])
+        image[texels] = np.clip(np.round(blended), 0, 255)
+    return Textured(mesh.vertices[copy_of], faces, uv, image.reshape(size, size, 3), copy_of)
+
+
+def _charts(mesh: Mesh, size: int) -> tuple[NDArray[np.int64], Faces, Points]:
+    """Original index of each chart vertex, the faces, and (V, 2) texture coordinates, 0..1."""
+    xatlas = need("xatlas", "export")
+    low, high = mesh.bounds
+    unit = (mesh.vertices - low) / max(float((high - low).max()), 1e-12)
+    a, b, c = np.moveaxis(unit[mesh.faces], 1, 0)
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    atlas, packing = xatlas.Atlas(), xatlas.PackOptions()
+    packing.texels_per_unit = FILLED * size / np.sqrt(max(area, 1e-12))
+    packing.padding = GAP_TEXELS
+    atlas.add_mesh(unit.astype(np.float32), mesh.faces.astype(np.uint32))
+    atlas.generate(xatlas.ChartOptions(), packing)
+    copy_of, faces, uv = atlas.get_mesh(0)
+    return copy_of.astype(np.int64), faces.astype(np.int32), np.clip(uv.astype(np.float64), 0, 1)
+
+
+def _weights(points: Points, corners: Points) -> Points:
+    """(N, 3) barycentric weights of points (N, D) in triangles with corners (N, 3, D); 1/3 each without area."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    u, v, p = b - a, c - a, points - a
+    uu, uv, vv, pu, pv = (np.einsum("ni,ni->n", x, y) for x, y in ((u, u), (u, v), (v, v), (p, u), (p, v)))
+    area = uu * vv - uv * uv
+    with np.errstate(divide="ignore", invalid="ignore"):
+        second, third = (vv * pu - uv * pv) / area, (uu * pv - uv * pu) / area
+    weight: Any = np.clip(np.column_stack([1 - second - third, second, third]), 0, 1)
+    weight[~(area > 0)] = 1 / 3
+    return np.asarray(weight / weight.sum(axis=1, keepdims=True))

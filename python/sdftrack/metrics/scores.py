@@ -182,7 +182,7 @@ def plane_angles(frame: Any, camera: Any = None, tolerance: float = 0.01) -> Arr
     >>> plane_angles(seq[0], seq.camera).round(0)                                          # doctest: +SKIP
     array([90., 90., 90.])
     """
-    from sdftrack.imaging.corner_planes import three_planes
+    from sdftrack.imaging.plane import three_planes
 
     normals = three_planes(frame, camera, tolerance)[0]
     pairs = ((0, 1), (0, 2), (1, 2))

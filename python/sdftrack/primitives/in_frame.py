@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.frame import Frame
-from sdftrack.primitives.association import mask_near
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.segmentation import ON, SegmentedFrame, camera_of, checked_mask, pieces
+from sdftrack.primitives.segmentation import ON, SegmentedFrame, camera_of, checked_mask, mask_near, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 
 __all__ = ["FrameFitter"]

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.primitives.association import distance_to
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.segmentation import (
     ON,
@@ -19,6 +18,7 @@ from sdftrack.primitives.segmentation import (
     camera_of,
     checked_mask,
     checked_plane,
+    distance_to,
     pieces,
 )
 from sdftrack.primitives.solver import FitRequest, solve

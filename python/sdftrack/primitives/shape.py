@@ -13,11 +13,10 @@ from sdftrack._internal.saved_file import array_of
 from sdftrack._internal.validation import whole
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
-from sdftrack.primitives.association import NEAR_M, distance_to
 from sdftrack.primitives.kinds import TABLE
 from sdftrack.primitives.multi_frame import SizeSum
 from sdftrack.primitives.result import PrimitiveFit, volume_of
-from sdftrack.primitives.segmentation import ON, SegmentedFrame, pieces
+from sdftrack.primitives.segmentation import NEAR_M, ON, SegmentedFrame, distance_to, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.results import Status
 from sdftrack.sdf import SDF

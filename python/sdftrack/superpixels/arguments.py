@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import number
 from sdftrack.device import host_array
 
@@ -17,6 +18,7 @@ __all__ = [
     "checked_mask",
     "checked_shape",
     "checked_values",
+    "core_labels",
     "cut",
     "one_of",
     "part_with",
@@ -140,3 +142,38 @@ def one_of(value: Any, words: tuple[str, ...], name: str) -> str:
     if value not in words:
         raise ValueError(f"{name}: expected one of {words}, got {value!r}")
     return value
+
+
+# -- One image through the core: cut to its mask, and put back
+
+
+BYTES_PER_PIXEL, BYTES_PER_SEGMENT = 10, 220
+
+
+def core_labels(
+    pixels: NDArray[Any],
+    inside: NDArray[np.uint8] | None,
+    seen: NDArray[np.float32] | None,
+    options: Any,
+    workers: int,
+    number: int,
+) -> NDArray[np.int32]:
+    """Labels of an image, a mask and a depth image that have been checked, as `slic` returns them."""
+    shape = pixels.shape[:2]
+    part = part_with(inside, shape)
+    pixels = cut(pixels, part)
+    inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
+    try:
+        made: NDArray[np.int32] = _core.slic(pixels, options, inside, seen, workers, number)[0]
+        if made.shape == shape:
+            return made
+        labels = np.zeros(shape, np.int32)
+        labels[part] = made
+        return labels
+    except MemoryError:
+        segments = min(options.n_segments, pixels.size)
+        need = BYTES_PER_PIXEL * pixels.shape[0] * pixels.shape[1] + BYTES_PER_SEGMENT * segments
+        raise MemoryError(
+            f"image: {shape[0]} x {shape[1]} pixels in {segments} segments need about {need / 2**20:.0f} MiB of "
+            "memory, which is not available; split the image"
+        ) from None

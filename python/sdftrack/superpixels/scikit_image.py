@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack.device import host_array
 from sdftrack.superpixels.any_image import Clustering, segment
-from sdftrack.superpixels.core_call import core_labels
+from sdftrack.superpixels.arguments import core_labels
 
 __all__ = ["Given", "as_theirs", "given_image", "is_theirs", "taken"]
 

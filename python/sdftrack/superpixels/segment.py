@@ -17,9 +17,9 @@ from sdftrack.superpixels.arguments import (
     checked_mask,
     checked_shape,
     checked_values,
+    core_labels,
     one_of,
 )
-from sdftrack.superpixels.core_call import core_labels
 from sdftrack.superpixels.scikit_image import as_theirs, given_image, is_theirs, taken
 
 __all__ = ["Video", "slic"]

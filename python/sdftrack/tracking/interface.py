@@ -96,7 +96,7 @@ class TrackerInterface:
         self, k: int, frame: Frame, px: tuple[float, float], name: str
     ) -> StartHypothesis:
         """Return the search region for object k after a click on it; errors begin with `name`."""
-        from sdftrack.tracking.start_places import hypothesis_at_click
+        from sdftrack.tracking.start_anywhere import hypothesis_at_click
 
         return hypothesis_at_click(self._tracker, k, frame, px, name)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from sdftrack.imaging.region_growing import nearest_reading
+from sdftrack.imaging.click_regions import nearest_reading
 
 __all__ = ["check_scale", "check_size", "extent_of", "size_of"]
 

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from sdftrack.imaging.click_regions import click_regions
+from sdftrack.imaging.click_regions import click_regions, nearest_reading
 from sdftrack.imaging.pose_hint import Place, one_place
-from sdftrack.imaging.region_growing import nearest_reading
-from sdftrack.tracking.hypothesis_score import HypothesisScore, score_pose
 from sdftrack.tracking.scale import check_size, extent_of, size_of
 
-__all__ = ["StartHypothesis", "best_at_click", "click_list"]
+__all__ = ["StartHypothesis", "best_at_click", "click_list", "score_pose"]
 
 Mask = NDArray[np.bool_]
 
@@ -116,3 +114,57 @@ def _box_about(region: Mask) -> tuple[float, float, float, float]:
     width, height = float(np.ptp(columns)) + 1, float(np.ptp(rows)) + 1
     margin = BOX_MARGIN * max(width, height)
     return columns[0] - margin, rows[0] - margin, width + 2 * margin, height + 2 * margin
+
+
+# -- Score of a pose against the depth image in a region, used to compare start hypotheses
+
+
+MIN_M, PER_M = (
+    0.006,
+    0.01,
+)  # a measurement this near to the model's depth is its surface; per metre of distance
+CLICK_PX = 4  # a pose is of another thing where nothing of it lies this near to the click
+
+
+class HypothesisScore(NamedTuple):
+    """How well a pose explains the depth image in a region, 0..1.
+
+    Attributes
+    ----------
+    seen : float
+        Fraction of the unoccluded surface that is observed where the pose predicts it.
+    explained : float
+        Fraction of the region's depth measurements that lie on the surface.
+    clicked : bool
+        Whether the clicked measurement lies on it.
+    """
+
+    seen: float
+    explained: float
+    clicked: bool
+
+    @property
+    def value(self) -> float:
+        """One number, to compare poses by."""
+        return self.seen * self.explained if self.clicked else 0.0
+
+
+def score_pose(
+    sdf: Any,
+    camera: Any,
+    depth: NDArray[np.float32],
+    T: NDArray[np.float64],
+    region: NDArray[np.bool_],
+    px: Any,
+) -> HypothesisScore:
+    """Compare a depth image with the rendering at a pose; `px`: (x, y) that must lie on the surface."""
+    expected = sdf.render(camera, T)[0]
+    on = expected > 0
+    near = MIN_M + PER_M * expected
+    agree = on & (np.abs(depth - expected) < near)
+    past = on & (depth > expected + near)
+    front = on & (depth > 0) & (depth < expected - near)
+    seen = float(agree.sum()) / max(1.0, float(agree.sum() + past.sum()) + 0.5 * float(front.sum()))
+    x, y = px
+    about = agree[max(0, y - CLICK_PX) : y + CLICK_PX + 1, max(0, x - CLICK_PX) : x + CLICK_PX + 1]
+    return HypothesisScore(seen, float((agree & region).sum()) / max(1, int(region.sum())), bool(about.any()))

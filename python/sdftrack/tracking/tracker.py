@@ -42,11 +42,10 @@ from sdftrack.tracking.arguments import (
     shape_list,
 )
 from sdftrack.tracking.canonical_poses import CanonicalPoses
-from sdftrack.tracking.core_conversion import core_frame, rgb_seen, volume_of
+from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
-from sdftrack.tracking.result_assembly import assembled, followed, modes_of
 from sdftrack.tracking.scale import check_scale
-from sdftrack.tracking.start_places import clicked_places, found_anywhere
+from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 
 __all__ = ["Tracker"]
 
