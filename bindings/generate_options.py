@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sdftrack._internal.option_schema import Option, schema_of
-from sdftrack.contour.lwpr_auto import AUTO
+from sdftrack.contour.lwpr_data import AUTO
 
 ROOT = Path(__file__).resolve().parents[1]
 WIDTH = 110  # of a line, as ruff formats

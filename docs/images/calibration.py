@@ -10,9 +10,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
-from sdftrack.calibration.intrinsics_plots import show_cells, show_estimate
 from sdftrack.calibration.intrinsics_residuals import compare
 from sdftrack.calibration.observability import MIN_IN_CELL
+from sdftrack.calibration.plots import show_cells, show_estimate
 from sdftrack.synth.duck import duck_mesh
 
 truth = st.Camera(572, 570, 318, 243, 640, 480)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
-from sdftrack.calibration.edges import edges_along
+from sdftrack.calibration.ball_in_color import edges_along
 from sdftrack.calibration.projective import decompose
 from sdftrack.geometry import inverse, transform_points
 

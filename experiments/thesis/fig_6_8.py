@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from experiments.thesis import Context
 from experiments.thesis.measures.shape_protocol import FRAMES, Case, cases, gaits, learnt
 from experiments.thesis.silhouettes import NOTE
-from sdftrack.contour.assessment import Assessment
 from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.result import Assessment
 from sdftrack.evaluation.tables import text_table
 from sdftrack.metrics import iou
 

@@ -130,9 +130,8 @@ def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Arr
 
 
 def _plot(path: Any) -> None:
-    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS
+    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS, printed_prior
     from sdftrack.reconstruction.options import ReconstructorOptions
-    from sdftrack.reconstruction.printed import first_guess
     from sdftrack.viz.plots import figure, save_figure
 
     fig, axes = figure(1, 3, size=(13.0, 3.8))
@@ -143,7 +142,7 @@ def _plot(path: Any) -> None:
     axes[0].set(title="4.6: a voxel behind its measurement is inside", xlabel="voxels behind the measurement")
     guess = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
     axes[1].plot(d, 1 / (1 + np.exp(-guess)), label="ours: log ratio of 0.4 at most", linewidth=1.2)
-    printed = first_guess(d.astype(np.float32), 1.0)
+    printed = printed_prior(d.astype(np.float32), 1.0)
     axes[1].plot(d, 1 / (1 + np.exp(-printed)), label="printed: a 0.5, sigma_G 4", linewidth=1.2)
     axes[1].set(title="4.7: first guess, inside", xlabel="voxels outside the guessed ball", ylim=(0, 1))
     for sigma_h in (2.0, 4.0, 8.0):

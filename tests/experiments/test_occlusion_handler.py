@@ -14,8 +14,14 @@ from reference import alignment as slow
 from sdftrack import _core
 from sdftrack.contour.alignment import COARSE, FINE, FRAME, LAST, MARGIN_PX, _Search, find, template
 from sdftrack.contour.masks import signed_distances
-from sdftrack.contour.motion_prediction import MotionPredictor, Prediction
-from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
+from sdftrack.contour.placement import (
+    MotionPredictor,
+    Placement,
+    Prediction,
+    placement_of,
+    put_back,
+    seen_from,
+)
 from sdftrack.metrics import iou
 
 FLOAT_SUM = 2e-6  # relative: sums of some thousand float32 in another order

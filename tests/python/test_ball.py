@@ -7,10 +7,9 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from sdftrack.calibration.ball_color import BallColor, moving_color
-from sdftrack.calibration.ball_in_color import find_outlines
+from sdftrack.calibration.ball_in_color import edges_along, find_outlines
 from sdftrack.calibration.ball_in_depth import fit_ball, ray_hits, search_balls
 from sdftrack.calibration.cone import fit_cone, outline_of_sphere
-from sdftrack.calibration.edges import edges_along
 
 EXACT_PX = 1e-6  # rounding of double arithmetic through a linear solve
 LENS = (0.12, -0.25, 0.001, -0.0005, 0.1)

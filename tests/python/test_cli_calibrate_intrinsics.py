@@ -12,8 +12,8 @@ import pytest
 
 import sdftrack as st
 from reference.calibration import ray_of
-from sdftrack.calibration.intrinsics_plots import plot_residuals
 from sdftrack.calibration.intrinsics_residuals import Misfit, misfit, points_of
+from sdftrack.calibration.plots import plot_residuals
 from sdftrack.cli.app import run
 from sdftrack.io.frames import write_mask
 

@@ -9,11 +9,10 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from experiments.synth.ball import ball_path, ball_scene
-from sdftrack.calibration.color_checks import check_spread
+from sdftrack.calibration.color_to_depth import check_spread
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
-from sdftrack.calibration.robust_fit import consensus, fit_map
-from sdftrack.calibration.robust_initialization import first_map
+from sdftrack.calibration.robust_fit import consensus, first_map, fit_map
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
 LENS = st.Camera(305.0, 306.0, 161.0, 118.0, 320, 240, (0.1, -0.2, 0.001, -0.001, 0.05))

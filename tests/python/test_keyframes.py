@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.reconstruction.keyframe import Keyframe
-from sdftrack.reconstruction.keyframe_selection import Keyframes
+from sdftrack.reconstruction.keyframe import Keyframe, Keyframes
 
 FAR_M = 0.6
 

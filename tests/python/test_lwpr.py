@@ -11,7 +11,7 @@ import sdftrack as st
 from experiments.synth.functions import surface_data
 from reference import lwpr as plain
 from sdftrack import _core
-from sdftrack.contour import lwpr_auto
+from sdftrack.contour import lwpr_data
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.
 TWIN_RTOL = 1e-9
@@ -82,7 +82,7 @@ def test_the_activation_is_that_of_the_nearest_field():
     d = places[:, None] - np.array([f.center for f in model.fields])
     D = np.array([f.D for f in model.fields])
     w = np.exp(-0.5 * np.einsum("nki,kij,nkj->nk", d, D, d)).max(axis=1)
-    expected = np.where(w > lwpr_auto.GIVEN["w_cutoff"], w, 0)
+    expected = np.where(w > lwpr_data.GIVEN["w_cutoff"], w, 0)
     np.testing.assert_allclose(model.activations(places)[:, 0], expected, rtol=TWIN_RTOL)
     assert model.activations(places[0]).shape == (1,)
 
@@ -296,8 +296,8 @@ def test_the_gpu_predicts_what_the_cpu_does():
 
 def test_defaults_live_in_the_core_alone():
     twin, core = plain.Options(), _core.LwprOptions()
-    python = {**st.LWPR().get_params(), **lwpr_auto.GIVEN}  # where init_D is given
+    python = {**st.LWPR().get_params(), **lwpr_data.GIVEN}  # where init_D is given
     for name in ("w_gen", "w_prune", "w_cutoff", "init_alpha", "meta_rate", "penalty", "add_threshold",
                  "init_lambda", "final_lambda", "tau_lambda", "diagonal", "update_D", "meta"):  # fmt: skip
         assert getattr(twin, name) == getattr(core, name) == python[name]
-    assert core.init_D == [lwpr_auto.GIVEN["init_D"]]
+    assert core.init_D == [lwpr_data.GIVEN["init_D"]]

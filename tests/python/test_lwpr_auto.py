@@ -9,7 +9,7 @@ import pytest
 
 import sdftrack as st
 from experiments.lwpr.functions import CHOSEN_ON, REPORTED_ON
-from sdftrack.contour import lwpr_auto
+from sdftrack.contour import lwpr_data
 
 
 def drawn(name, seed=50, count=None):
@@ -45,7 +45,7 @@ def test_units_of_inputs_do_not_matter():
 
 def test_the_metric_covers_the_wanted_part_of_the_samples():
     x = np.random.default_rng(0).normal(size=(250, 3))
-    D = lwpr_auto.metric(x, 0.03)
+    D = lwpr_data.metric(x, 0.03)
     i, j = np.triu_indices(len(x), 1)
     assert np.exp(-0.5 * D * ((x[i] - x[j]) ** 2).sum(axis=1)).mean() == pytest.approx(0.03, rel=0.02)
 
@@ -68,7 +68,7 @@ def test_a_stream_settles_on_what_a_batch_of_its_first_samples_gives():
     stream = st.LWPR()
     for xi, yi in zip(x, y, strict=True):
         stream.update(xi, yi)
-    first = lwpr_auto.FIRST
+    first = lwpr_data.FIRST
     batch = st.LWPR().update(x[:first], y[:first]).update(x[first:], y[first:])
     assert stream.n_samples == 600
     np.testing.assert_array_equal(stream.predict(ask), batch.predict(ask))

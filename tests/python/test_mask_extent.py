@@ -8,7 +8,7 @@ import pytest
 from reconstruction_scene import CAMERA, first_mask, sequence
 
 import sdftrack as st
-from sdftrack.reconstruction.mask_extent import MaskExtent
+from sdftrack.reconstruction.quality import MaskExtent
 
 FREE = {"keep_to_mask": False, "planes": False, "voxels": 64, "mode": "depth"}
 

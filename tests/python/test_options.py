@@ -16,7 +16,7 @@ from sdftrack import _core
 from sdftrack._internal.option_files import options_as_toml
 from sdftrack._internal.option_schema import BURN_IN, TABLES, core_schema, schema_of
 from sdftrack._internal.unknown_option import unknown_option
-from sdftrack.contour.lwpr_auto import AUTO
+from sdftrack.contour.lwpr_data import AUTO
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMERA = st.Camera(fx=300, fy=300, cx=160, cy=120, width=320, height=240)

@@ -7,7 +7,7 @@ from levelset_scene import CAMERA, K, ball_depth, fuse, lattice, looking_from, r
 
 import sdftrack as st
 from reference import levelset as reference
-from sdftrack.reconstruction.printed import first_guess
+from sdftrack.reconstruction.initialization import printed_prior
 
 SHAPE, VOXEL_M, ORIGIN = (19, 17, 21), 0.004, (-0.041, -0.033, -0.039)
 SLANTED = st.Camera(500.0, 500.0, 160.0, 120.0, 321, 241)
@@ -111,5 +111,5 @@ def test_the_first_guess_is_the_printed_one():
     G = reference.first_guess(phi)
     np.testing.assert_allclose([G[0], G[40], G[-1]], [0.75, 0.5, 0.25], atol=3e-5)  # a = 0.5
     np.testing.assert_allclose(
-        first_guess(0.002 * phi.astype(np.float32), 0.002), np.log(G / (1 - G)), atol=1e-6
+        printed_prior(0.002 * phi.astype(np.float32), 0.002), np.log(G / (1 - G)), atol=1e-6
     )

@@ -18,7 +18,7 @@ from levelset_scene import (
 import sdftrack as st
 from reference import levelset as reference
 from sdftrack import _core
-from sdftrack.reconstruction.printed import first_guess
+from sdftrack.reconstruction.initialization import printed_prior
 from sdftrack.reconstruction.quality import surface_mesh
 
 VOXEL_M = 0.002
@@ -37,7 +37,7 @@ def evolving(n, phi_m, voxel_m=VOXEL_M, **given):
     o.evolution = "printed"
     for name, value in given.items():
         setattr(o, name, value)
-    prior = first_guess(phi_m, voxel_m)
+    prior = printed_prior(phi_m, voxel_m)
     return _core.Reconstruction([n] * 3, voxel_m, origin.tolist(), prior, o, 1, None, phi_m), origin
 
 
@@ -56,7 +56,7 @@ def look(core, camera, direction):
 def test_the_core_evolves_on_the_evidence_as_the_twin_does():
     n, phi = 26, ball_field(26, 0.022)
     core, origin = evolving(n, phi, sigma_d_voxels=3.0, evolution_steps=4, first_steps=6)
-    a, expected = first_guess(phi, VOXEL_M).astype(np.float64), phi.astype(np.float64) / VOXEL_M
+    a, expected = printed_prior(phi, VOXEL_M).astype(np.float64), phi.astype(np.float64) / VOXEL_M
     o = reference.Options(printed=True, sigma_d_m=3 * VOXEL_M)
     for steps, direction in ((6, [0.1, 0.2, 1]), (4, [1, -0.3, 0.4])):
         T, depth, mask = look(core, CAMERA, direction)

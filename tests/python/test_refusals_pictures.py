@@ -10,7 +10,7 @@ from refusals import assert_refused, refused
 import sdftrack as st
 from experiments.synth.gait import gait
 from sdftrack import _core
-from sdftrack.contour import lwpr_auto
+from sdftrack.contour import lwpr_data
 
 HEIGHT, WIDTH = 90, 120
 MASK = np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - np.array([45, 60])[:, None, None])) < 20
@@ -140,7 +140,7 @@ def learn(x, dtype=None):
 @refused(
     *[
         (lambda name=option: st.LWPR(**{name: "best"}), TypeError, f"^{option}: .* or \"auto\", got 'best'")
-        for option in lwpr_auto.AUTO
+        for option in lwpr_data.AUTO
     ],
     (lambda: learn([["1", "2"]]), TypeError, r"^x: .*of text \(dtype <U1\); convert"),
     (lambda: learn([[1j, 2]]), TypeError, r"^x: .*of complex numbers .*with its .real"),

@@ -13,20 +13,18 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import of_kind
 from sdftrack.calibration.depth_errors import (
+    SPAN,
     DepthErrors,
+    NoiseSample,
     errors_of_object,
     errors_of_plane,
-    rough_part,
-    smooth_part,
-)
-from sdftrack.calibration.depth_fit import (
-    SPAN,
-    NoiseSample,
     fit_growth,
     fit_noise,
     length_of,
     neighbour_correlation,
     noise_samples,
+    rough_part,
+    smooth_part,
 )
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame

@@ -12,8 +12,7 @@ from sdftrack.calibration.cone import Cone
 from sdftrack.calibration.observe import ObservedFrame
 from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose
-from sdftrack.calibration.robust_fit import Fit
-from sdftrack.calibration.robust_initialization import BAND_PX
+from sdftrack.calibration.robust_fit import BAND_PX, Fit
 from sdftrack.camera import Camera
 
 __all__ = ["color_camera_of", "pairs_of", "path_of", "picked"]

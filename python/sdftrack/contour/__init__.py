@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Two-dimensional shapes: contour tracking in video, a memory of silhouettes, and regression."""
 
-from sdftrack.contour.assessment import Assessment
 from sdftrack.contour.dct import harmonics, silhouette
 from sdftrack.contour.drawing import draw_outline
 from sdftrack.contour.lwpr import LWPR
 from sdftrack.contour.masks import align, signed_distances
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.result import ContourResult
+from sdftrack.contour.result import Assessment, ContourResult
 from sdftrack.contour.tracker import ContourTracker
 
 __all__ = [

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.contour.masks import FILL
-from sdftrack.contour.motion_prediction import Prediction
-from sdftrack.contour.placement import Placement, seen_from
+from sdftrack.contour.placement import Placement, Prediction, seen_from
 
 __all__ = ["COARSE", "FINE", "Found", "Stage", "find", "template"]
 

@@ -15,8 +15,19 @@ from sdftrack._internal.option_schema import core_schema
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour import lwpr_file
-from sdftrack.contour.lwpr_auto import AUTO, FIRST, fitted, is_auto, without_auto
-from sdftrack.contour.lwpr_data import Samples, check_norm, inputs, norms, samples, warn_of_many_fields
+from sdftrack.contour.lwpr_data import (
+    AUTO,
+    FIRST,
+    Samples,
+    check_norm,
+    fitted,
+    inputs,
+    is_auto,
+    norms,
+    samples,
+    warn_of_many_fields,
+    without_auto,
+)
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
 from sdftrack.device import CPU, device_input, device_number

@@ -15,12 +15,12 @@ from sdftrack._internal.array_equality import same
 from sdftrack._internal.option_schema import schema_of
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
-from sdftrack.contour.assessment import Assessment, Judgement
 from sdftrack.contour.dct import Order, block_of, series
 from sdftrack.contour.harmonic_regression import HarmonicRegression
 from sdftrack.contour.masks import checked_mask, resampled
 from sdftrack.contour.memory_options import MemoryOptions
 from sdftrack.contour.occluders import count_occluders
+from sdftrack.contour.result import Assessment, Judgement
 from sdftrack.contour.silhouette_library import Explanation, SilhouetteLibrary
 
 __all__ = ["Rule", "ShapeMemory"]

@@ -18,8 +18,14 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.alignment import FRAME, Found, find
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.motion_prediction import MotionPredictor, Prediction
-from sdftrack.contour.placement import Placement, placement_of, put_back, seen_from
+from sdftrack.contour.placement import (
+    MotionPredictor,
+    Placement,
+    Prediction,
+    placement_of,
+    put_back,
+    seen_from,
+)
 
 __all__ = ["OcclusionHandler"]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The options of the contour tracker by name, as the core describes them (cpp/contour/option_schema.h)."""
+"""Options of the contour tracker, as the core describes them (cpp/contour/option_schema.h), and checks of its input."""
 
 from __future__ import annotations
 
@@ -8,12 +8,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.option_files import read_tables
 from sdftrack._internal.option_schema import Option, check_options, core_schema
 
-__all__ = ["MEANINGS", "checked_whole", "contour_options", "options_from_file"]
+__all__ = [
+    "MEANINGS",
+    "checked_box",
+    "checked_image",
+    "checked_mask_of",
+    "checked_whole",
+    "contour_options",
+    "options_from_file",
+]
 
 _SCHEMA = core_schema("contour")
 MEANINGS = {name: option.meaning for name, option in _SCHEMA.items()}
@@ -66,3 +75,60 @@ def _is_whole(name: str) -> bool:
 def _without_point(value: Any) -> Any:
     """Convert 16.0 to 16, which this tracker accepts as a whole number."""
     return int(value) if isinstance(value, float | np.floating) and float(value).is_integer() else value
+
+
+# -- Checks of what the contour tracker is given
+
+
+def checked_image(image: ArrayLike) -> NDArray[np.uint8]:
+    """(H, W, 3) uint8, contiguous."""
+    given = np.asarray(image)
+    if given.dtype.kind not in "biuf":
+        raise TypeError(f"image: expected (H, W, 3) uint8, got {type(image).__name__}")
+    if given.ndim == 2 or (given.ndim == 3 and given.shape[2] == 1):
+        raise ValueError(
+            f"image: expected colours, (H, W, 3), got a grey image {given.shape}; this tracker is based on colour "
+            "histograms; repeat grey three times if brightness alone distinguishes the object"
+        )
+    if given.ndim != 3 or given.shape[2] != 3:
+        raise ValueError(
+            f"image: expected (H, W, 3), got {given.shape}; drop an alpha channel with image[..., :3]"
+        )
+    if given.dtype != np.uint8:
+        way = {
+            "u": "image >> 8 where it fills 16 bits, then image",
+            "f": "(255 * image) where it is 0..1, then image",
+        }
+        raise TypeError(
+            f"image: expected uint8, got {given.dtype}; use {way.get(given.dtype.kind, 'image')}.astype(np.uint8)"
+        )
+    if min(given.shape[:2]) < 8:
+        raise ValueError(f"image: expected at least 8 x 8 pixels, got {given.shape[1]} x {given.shape[0]}")
+    return np.ascontiguousarray(given)
+
+
+def checked_mask_of(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(H, W) bool, contiguous, of the shape of the image."""
+    given = np.asarray(mask)
+    if given.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}; use mask > 0")
+    given = given != 0
+    if given.shape != shape:
+        raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
+    if given.all():
+        raise ValueError("mask: expected background around the object, got a full mask; mark only the object")
+    return np.ascontiguousarray(given)
+
+
+def checked_box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1), clipped to the image."""
+    try:
+        x, y, w, h = (float(v) for v in box)
+    except (TypeError, ValueError):
+        raise TypeError(f"box: expected four numbers (x, y, w, h), got {box!r}") from None
+    if not np.isfinite([x, y, w, h]).all() or w <= 0 or h <= 0:
+        raise ValueError(f"box: expected (x, y, w, h) with w and h > 0, got {box!r}")
+    x0, y0, x1, y1 = max(0, round(x)), max(0, round(y)), min(width, round(x + w)), min(height, round(y + h))
+    if x0 >= x1 or y0 >= y1:
+        raise ValueError(f"box: expected a box in the {width} x {height} image, got {box!r}")
+    return x0, y0, x1, y1

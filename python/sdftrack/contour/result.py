@@ -1,18 +1,54 @@
 # SPDX-License-Identifier: MIT
-"""What the contour tracker returns for a frame."""
+"""What the contour tracker and the shape memory return: read-only arrays that compare, pickle and show themselves."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.array_equality import Compared
 from sdftrack.contour.evidence import Evidence
-from sdftrack.contour.record import ArrayRecord, mask_png
 from sdftrack.results import Status
 
-__all__ = ["ContourResult"]
+__all__ = ["ArrayRecord", "Assessment", "ContourResult", "Judgement", "mask_png"]
+
+PICTURE_PX = 240  # height of a picture in a notebook, at most
+
+
+class ArrayRecord(Compared):
+    """Base of a frozen dataclass (``eq=False``) some of whose fields are arrays.
+
+    Arrays are stored as read-only copies.
+    """
+
+    def __post_init__(self) -> None:
+        for name, value in self._values().items():
+            if isinstance(value, np.ndarray):
+                own = value.copy()
+                own.setflags(write=False)
+                object.__setattr__(self, name, own)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(
+            self._values().values()
+        )  # through __post_init__, so that a copy cannot be written
+
+
+def mask_png(mask: NDArray[np.bool_], more: NDArray[np.bool_] | None = None) -> bytes:
+    """PNG of a silhouette, white on black; pixels only in `more` are orange."""
+    import cv2
+
+    picture = np.zeros((*mask.shape, 3), np.uint8)
+    if more is not None:
+        picture[more] = (40, 140, 250)  # BGR
+    picture[mask] = 255
+    height = min(PICTURE_PX, mask.shape[0])
+    width = max(1, round(mask.shape[1] * height / mask.shape[0]))
+    small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+    return bytes(cv2.imencode(".png", small)[1])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,3 +102,58 @@ class ContourResult(ArrayRecord):
 
     def _repr_png_(self) -> bytes:
         return mask_png(self.mask)
+
+
+# -- Assessment of a silhouette by the shape memory
+
+
+Judgement: TypeAlias = Literal["unoccluded", "occluded", "novel"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(ArrayRecord):
+    """Judgement and completion of a silhouette, by `ShapeMemory.assess`.
+
+    Attributes
+    ----------
+    judgement : "unoccluded", "occluded" or "novel"
+    mask : (H, W) bool
+        The silhouette to use: the recovered one if it is occluded and `doubt` is at most 2, else the given one.
+    completed : (H, W) bool
+        The recovered silhouette, whatever the judgement; unreliable if that is "novel".
+    coefficients : (m,) float64
+        Harmonics of `completed`, as from `st.contour.harmonics`.
+    std : (m,) float64
+        Standard deviation of `coefficients`: predicted by LWPR, or among the silhouettes that explain the mask (0 for a
+        single one); 0 if they are those of the given mask.
+    error : float
+        Deviation of the observed silhouette from the expected one; "occluded" from `threshold` on. With
+        ``rule="remembered"`` the share of the completed silhouette that is not visible, with ``rule="printed"``
+        |x_predicted - x_observed| over the low harmonics (Table 6.3).
+    threshold : float
+    known : float
+        Share of the details that were observed before: of the outline ("remembered"), or of the active regressions
+        ("printed"). Below one half the silhouette is "novel".
+    doubt : float
+        Of the hidden part: area that no stored silhouette explains over the area that would be added, and more if
+        `known` is small; infinite if nothing would be added. 0 with ``rule="printed"``, which has no measure of it.
+    """
+
+    judgement: Judgement
+    mask: NDArray[np.bool_]
+    completed: NDArray[np.bool_]
+    coefficients: NDArray[np.float64]
+    std: NDArray[np.float64]
+    error: float
+    threshold: float
+    known: float
+    doubt: float = 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"Assessment({self.judgement}, error {self.error:.3g} of {self.threshold:.3g}, "
+            f"known {self.known:.2f}, {int(self.mask.sum())} px)"
+        )
+
+    def _repr_png_(self) -> bytes:
+        return mask_png(self.mask, self.completed)

@@ -13,15 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_schema import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
-from sdftrack.contour.arguments import checked_box, checked_image, checked_mask_of
-from sdftrack.contour.assessment import Judgement
 from sdftrack.contour.box_start import first_instability, start_in_box
 from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.occlusion_handler import OcclusionHandler
-from sdftrack.contour.options import checked_whole, contour_options
-from sdftrack.contour.result import ContourResult
+from sdftrack.contour.options import (
+    checked_box,
+    checked_image,
+    checked_mask_of,
+    checked_whole,
+    contour_options,
+)
+from sdftrack.contour.result import ContourResult, Judgement
 from sdftrack.device import device_number
 from sdftrack.results import Status
 

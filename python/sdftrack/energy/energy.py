@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Access to the kernels, for experiments and teaching: the energy of a frame, and the optimiser."""
+"""Access to the kernels, for experiments and teaching: points, the energy of a frame, and the optimiser."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from sdftrack.device import device_number
 from sdftrack.energy.state import Linearization, Minimum, State, state_poses
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
-from sdftrack.imaging.back_projection import back_project
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
@@ -205,3 +204,43 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
     x, steps, stop, cost, count = energy._core.minimize(begin, options)
     record = [Step(value, damping, accepted, float("nan"), count) for value, damping, accepted in steps]
     return Minimum(energy._to_state(*x), record, stop, cost, count)
+
+
+# -- Back-projection of depth images to points
+
+
+def back_project(
+    depth: ArrayLike, camera: Camera | RGBDCamera, mask: ArrayLike | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Back-project the valid pixels of a depth image to points.
+
+    Parameters
+    ----------
+    depth : (H, W) float, m, 0 or NaN = no measurement
+    camera : Camera or RGBDCamera
+    mask : (H, W) bool, optional
+        False: omit the pixel.
+
+    Returns
+    -------
+    points : (N, 3) float64
+        Camera frame, m: ``depth * K^-1 (x, y, 1)``, distortion removed.
+    pixels : (N, 2) int64
+        (x, y) of each point.
+
+    Raises
+    ------
+    ValueError
+        The size of `depth` or `mask` differs from the camera's.
+    """
+    pinhole = depth_camera(camera)
+    z = np.asarray(depth)
+    points = pinhole.back_project(z)
+    valid = np.isfinite(z) & (z > 0)
+    if mask is not None:
+        chosen = np.asarray(mask)
+        if chosen.shape != z.shape:
+            raise ValueError(f"mask: expected shape {z.shape} as depth, got {chosen.shape}")
+        valid &= chosen != 0
+    y, x = np.nonzero(valid)
+    return np.ascontiguousarray(points[y, x], dtype=np.float64), np.stack([x, y], axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Candidate regions for a click: segmentations around it by depth, by colour, and by both."""
+"""Candidate regions for a click: segmentations around it by depth, by colour, and by both; regions grown in depth."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The dominant plane of a depth image: a table, a floor."""
+"""Planes of a depth image: the dominant one (a table, a floor), and the three of a corner."""
 
 from __future__ import annotations
 

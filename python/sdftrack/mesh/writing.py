@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writing of meshes, with vertex colours or a texture."""
+"""Writing of meshes, with vertex colours or a texture baked for an atlas."""
 
 from __future__ import annotations
 

@@ -10,18 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction.first_view import FirstView, above, own_pixels, planes_below, room
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
 __all__ = [
     "EXTENT_PER_BALL",
+    "PRINTED_SCALE_VOXELS",
     "Ball",
     "Beginning",
     "ball_prior",
     "find_object",
     "inside_points",
     "measured_noise",
+    "printed_prior",
+    "printed_shape",
+    "printed_tracker_options",
     "shape_prior",
 ]
 
@@ -270,3 +275,61 @@ def shape_prior(
     points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * voxel_m + origin
     phi = shape(points).reshape(nz, ny, nx)
     return _faded(-phi.astype(np.float32), weight, voxel_m)
+
+
+# -- Initialisation and tracking with ``evolution="printed"``: first shape, prior, tracker options
+
+
+INFLUENCE = 0.5  # a of thesis Eq. 4.34
+FADES_VOXELS = 4.0  # sigma_G
+PRINTED_SCALE_VOXELS = 2.0  # s of the tracker's likelihood (below Eq. 4.13)
+Field = NDArray[np.float32]
+
+
+def printed_shape(
+    ball: Ball,
+    initial: SDF | None,
+    voxels: tuple[int, int, int],
+    voxel_m: float,
+    origin: tuple[float, float, float],
+) -> Field:
+    """Signed distance to the initial shape of the evolution: `initial`, or a ball of the mask's size.
+
+    The thesis does not specify the location of its sphere. Ours has the mean width of the mask, and its front touches
+    the object's, because the steps of the first frame move the surface by only about ten voxels.
+
+    Parameters
+    ----------
+    ball : Ball
+        The ball fitted to the mask; the origin of the object frame is its centre.
+    voxels, voxel_m, origin
+        The lattice: voxel centres are ``origin + voxel_m * (x, y, z)``, m, object frame.
+
+    Returns
+    -------
+    (nz, ny, nx) float32
+        m, negative inside.
+    """
+    x, y, z = (np.arange(n, dtype=np.float64) * voxel_m + o for n, o in zip(voxels, origin, strict=True))
+    if initial is None:
+        radius_m = float(np.sqrt(0.5 * ball.shorter_m * ball.radius_m))
+        back = (radius_m - ball.behind_m) * ball.centre_cam / ball.centre_cam[2]
+        x, y, z = x - back[0], y - back[1], z - back[2]
+        away = np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
+        return (away - radius_m).astype(np.float32)
+    points = np.stack([a.ravel() for a in np.meshgrid(z, y, x, indexing="ij")[::-1]], axis=1)
+    return np.asarray(initial(points), np.float32).reshape(len(z), len(y), len(x))
+
+
+def printed_prior(shape_m: Field, voxel_m: float) -> Field:
+    """Prior log ratio of inside to outside from the first shape (thesis Eqs. 4.32 to 4.34), (nz, ny, nx)."""
+    inside = INFLUENCE / (1 + np.exp(shape_m / (FADES_VOXELS * voxel_m))) + 0.5 * (1 - INFLUENCE)
+    guess: Field = np.log(inside / (1 - inside)).astype(np.float32)
+    return guess
+
+
+def printed_tracker_options() -> TrackerOptions:
+    """Options of the thesis' tracker, which does not assess its poses."""
+    return TrackerOptions.printed().replace(
+        lost_inliers=0.0, weak_inliers=0.0, lost_evidence=0.0, weak_evidence=0.0
+    )

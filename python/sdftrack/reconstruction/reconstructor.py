@@ -20,20 +20,23 @@ from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction import printed, quality, refining, resuming, saved_state
+from sdftrack.reconstruction import quality, refining, resuming, saved_state
 from sdftrack.reconstruction.arguments import (
     check_beginning,
     check_extent,
     check_settings,
     voxels_of,
 )
-from sdftrack.reconstruction.colors import learn_colors
-from sdftrack.reconstruction.initialization import Beginning, find_object
-from sdftrack.reconstruction.keyframe import Keyframe, Refined, cut, masked_keyframe
-from sdftrack.reconstruction.keyframe_selection import Keyframes
-from sdftrack.reconstruction.mask_extent import MaskExtent
-from sdftrack.reconstruction.misfit import OVERFIT, Judge
+from sdftrack.reconstruction.initialization import (
+    PRINTED_SCALE_VOXELS,
+    Beginning,
+    find_object,
+    printed_tracker_options,
+)
+from sdftrack.reconstruction.keyframe import Keyframe, Keyframes, Refined, cut, masked_keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
+from sdftrack.reconstruction.quality import MaskExtent
+from sdftrack.reconstruction.refining import OVERFIT, Judge, learn_colors
 from sdftrack.reconstruction.volume import BLOCK, Lattice, Volume, lattice_for
 from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
@@ -125,7 +128,7 @@ class Reconstructor:
         refuse_unknown(single_options, [*ReconstructorOptions.__dataclass_fields__, *KEYWORDS])
         self.options = (options or ReconstructorOptions()).replace(**single_options)
         self.tracker_options = tracker_options or (
-            printed.tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
+            printed_tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
         self._lock = reentrant_lock()
         self._volume: Any = None
@@ -409,7 +412,7 @@ class Reconstructor:
         as_printed: dict[str, Any] = {}
         if self._printed:  # the width of the likelihood is in voxels, whatever the sensor
             options = options.replace(
-                noise_m=printed.SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0
+                noise_m=PRINTED_SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0
             )
             as_printed = {"recover": False, "motion": "static"}
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.

@@ -18,8 +18,7 @@ from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction.arguments import check_settings
 from sdftrack.reconstruction.first_view import FirstView
 from sdftrack.reconstruction.initialization import Ball, Beginning
-from sdftrack.reconstruction.keyframe import Keyframe
-from sdftrack.reconstruction.keyframe_selection import Keyframes
+from sdftrack.reconstruction.keyframe import Keyframe, Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import MAX_VOXELS, Lattice
 from sdftrack.tracking.interface import TrackerInterface

@@ -17,11 +17,12 @@ from sdftrack.reconstruction.initialization import (
     Beginning,
     ball_prior,
     inside_points,
+    printed_prior,
+    printed_shape,
     shape_prior,
 )
 from sdftrack.reconstruction.keyframe import Keyframe
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.printed import first_guess, first_shape
 from sdftrack.reconstruction.quality import bodies
 from sdftrack.sdf import SDF
 
@@ -82,8 +83,8 @@ class Volume:
         weight = options.prior
         prior = shape = None
         if options.evolution == "printed":
-            shape = first_shape(beginning.ball, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
-            prior = first_guess(shape, lattice.voxel_m)
+            shape = printed_shape(beginning.ball, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
+            prior = printed_prior(shape, lattice.voxel_m)
         elif weight > 0 and initial is not None:
             prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
         elif weight > 0:

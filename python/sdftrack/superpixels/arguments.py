@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Validation and conversion of images, masks and depth for the core."""
+"""Validation and conversion of images, masks and depth for the core, and its call."""
 
 from __future__ import annotations
 

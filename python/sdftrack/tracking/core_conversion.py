@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Conversion of frames, volumes and colours to the core's types."""
+"""Conversion of frames, volumes and colours to the core's types, and of its results to ours."""
 
 from __future__ import annotations
 

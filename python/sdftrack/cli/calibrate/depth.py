@@ -60,7 +60,7 @@ def depth(job: Depth) -> None:
     job.on_cpu()
     out = job.file()
     import sdftrack as st
-    from sdftrack.calibration.depth_plots import plot_depth_errors
+    from sdftrack.calibration.plots import plot_depth_errors
     from sdftrack.viz.plots import save_figure, write_plots
 
     with contextlib.ExitStack() as stack:

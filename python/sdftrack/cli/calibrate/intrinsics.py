@@ -178,7 +178,7 @@ def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> 
 
 def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
     from sdftrack._internal.files import write_json
-    from sdftrack.calibration.intrinsics_plots import plot_coverage, plot_estimates, plot_residuals
+    from sdftrack.calibration.plots import plot_coverage, plot_estimates, plot_residuals
     from sdftrack.viz.plots import save_figure, write_plots
 
     before, after = misfits
