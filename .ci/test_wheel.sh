@@ -12,7 +12,7 @@ venv=$work/venv
 python=$(command -v "${PYTHON:-python3}")
 # Of each part the files that take little time and go through bindings, errors, threads and every instruction set.
 tests=(isa threads array_equality core_tracker frame sdf mesh render levelset lwpr superpixels plane primitive_kinds files
-  start_bad_input tracker contour_tracker)
+  refusals_tracking tracker contour_tracker)
 files=("${tests[@]/%/.py}")
 files=("${files[@]/#/tests/python/test_}")
 

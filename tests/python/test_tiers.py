@@ -3,6 +3,7 @@
 
 import ast
 import fnmatch
+import re
 from pathlib import Path
 
 import tiers
@@ -42,3 +43,14 @@ def test_a_file_a_pattern_and_an_exception(monkeypatch):
     assert not tiers.is_nightly(b, "test_each[small-1]")
     assert [tiers.is_left_whole(path) for path in (a, b, c)] == [False, False, True]
     tiers.patterns.cache_clear()
+
+
+def test_the_scripts_of_ci_name_files_that_there_are():
+    for script in ("sanitize", "test_wheel.sh"):
+        text = (tiers.TESTS.parent / ".ci" / script).read_text()
+        lists = re.findall(r"^\w*tests=\(([\w\s]+)\)", text, re.M)
+        assert lists, script
+        gone = [
+            n for names in lists for n in names.split() if not (tiers.TESTS / f"python/test_{n}.py").is_file()
+        ]
+        assert gone == [], script
