@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 
 import numpy as np
 import pytest
-from tracking_fakes import CAMERA, frame, pose, result
+from tracking_fakes import CAMERA, frame
 
 import sdftrack as st
 from sdftrack.live import LiveCamera
 from sdftrack.live.camera import CameraClock
 from sdftrack.live.replay import Replay
-from sdftrack.motion import LiveMotion
 
 HOUR_S = 3600.0
 
@@ -61,27 +59,3 @@ def test_a_clock_that_is_set_back_is_a_new_difference():
     clock.arrived(10.0, 5000.02)
     clock.arrived(10.1, 5000.12 - HOUR_S)
     assert clock.age_s(10.1, 5000.15 - HOUR_S) == pytest.approx(0.03)
-
-
-def test_running_values_of_a_movement_wait_for_the_time_they_have_seen():
-    live = LiveMotion()
-    for k in range(30):
-        before = live.add(k / 30, [0.01 * k, 0, 0.8])
-    assert live.add(0.5, [9, 9, 9]) == before  # as documented: ignored
-    assert live.add(1.0, [0.3, 0, 0.8]).path_m > before.path_m
-
-
-def test_a_recorder_writes_the_times_as_they_came(tmp_path):
-    stamps = [10.0, 10.1, 9.0, 9.1]
-    with st.Recorder(tmp_path / "out", CAMERA) as recorder:
-        for i, stamp in enumerate(stamps):
-            shown = frame(i).replace(timestamp=stamp)
-            recorder.add(shown, dataclasses.replace(result([pose()], None, i), timestamp=stamp))
-    rows = np.loadtxt(tmp_path / "out" / "trajectory_0.txt")
-    np.testing.assert_allclose(rows[:, 0], stamps)
-
-
-def test_a_trajectory_whose_times_go_back_is_refused_and_names_the_frames():
-    times = np.array([0.0, 0.1, 0.2, 0.15, 0.3])
-    with pytest.raises(ValueError, match=r"strictly increasing times, but they are .* at frames 2 and 3"):
-        st.motion.Trajectory(times, np.tile(np.eye(4), (5, 1, 1)))

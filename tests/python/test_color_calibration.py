@@ -51,13 +51,6 @@ def test_exact_pairs_give_the_exact_p_and_q():
     assert np.allclose(q, wanted[1], rtol=1e-6, atol=1e-6)
 
 
-def test_the_mapping_is_the_one_that_the_library_uses():
-    x = true_map()
-    camera = st.RGBDCamera(DEPTH, projective=x.Pq())
-    p = simulated().center_cam
-    assert np.abs(camera.project_to_color(p) - x.predict(p)[0]).max() < EXACT_PX
-
-
 def test_taking_p_and_q_apart_gives_the_camera_and_its_place():
     K, T = decompose(-3.7 * -true_map().M)
     assert np.allclose(K, COLOR.K, atol=1e-9)
@@ -115,13 +108,6 @@ def test_the_path_passes_its_points_and_is_smooth_between_them():
     numeric = (path.at(between + 1e-6)[0] - path.at(between - 1e-6)[0]) / 2e-6
     assert np.abs(v - numeric).max() < 1e-5
     assert np.allclose(share.sum(axis=1), 1)
-
-
-def test_a_point_that_jumps_aside_is_no_part_of_the_path():
-    at, t = ball_path(4), np.arange(40) / 15
-    c = at(t)
-    c[[7, 20]] += [[0.0, 0.3, 0.1], [0.5, 0.0, 0.0]]
-    assert np.abs(Path.through(t, c).at(t[3:-3])[0] - at(t[3:-3])).max() < 0.002  # two periods are bridged
 
 
 def test_wrong_pairs_are_dropped_and_right_ones_kept():

@@ -4,6 +4,7 @@
 import cv2
 import numpy as np
 import pytest
+from contour_scenes import Told
 
 import sdftrack as st
 from experiments.synth.blob import BlobVideo, blob_video
@@ -184,26 +185,8 @@ def head(frames):
     return BlobVideo(video.images[:frames], video.masks[:frames])
 
 
-class FakeMemory:
-    """Says what it is told to; remembers what it was asked."""
-
-    def __init__(self, say="unoccluded"):
-        self.say, self.learned, self.judged, self.recovered = say, [], 0, 0
-
-    def learn(self, mask):
-        self.learned.append(mask)
-
-    def judge(self, mask):
-        self.judged += 1
-        return self.say
-
-    def recover(self, mask):
-        self.recovered += 1
-        return self.learned[0]
-
-
 def test_a_memory_learns_first_and_then_judges():
-    video, memory = head(8), FakeMemory()
+    video, memory = head(8), Told()
     results = follow(video, st.contour.ContourTracker(memory=memory, burn_in=4), mask=video.masks[0])
     assert [r.judgement for r in results] == [None] * 4 + ["unoccluded"] * 3
     assert (len(memory.learned), memory.judged, memory.recovered) == (7, 3, 0)
@@ -212,7 +195,7 @@ def test_a_memory_learns_first_and_then_judges():
 
 
 def test_an_occluded_shape_is_replaced_by_the_recovered_one():
-    video, memory = head(5), FakeMemory("occluded")
+    video, memory = head(5), Told("occluded")
     tracker = st.contour.ContourTracker(memory=memory, burn_in=2)
     results = follow(video, tracker, mask=video.masks[0])
     assert memory.recovered == 2
@@ -221,7 +204,7 @@ def test_an_occluded_shape_is_replaced_by_the_recovered_one():
 
 
 def test_a_novel_shape_is_neither_learned_nor_replaced():
-    video, memory = head(5), FakeMemory("novel")
+    video, memory = head(5), Told("novel")
     follow(video, st.contour.ContourTracker(memory=memory, burn_in=1), mask=video.masks[0])
     assert (len(memory.learned), memory.recovered) == (1, 0)
 

@@ -83,13 +83,6 @@ def test_a_damaged_record_is_no_record(two_gpus, text):
     assert device.resolve_device("auto") == "cuda:0"
 
 
-def test_where_no_record_can_be_written_none_is_kept(two_gpus, monkeypatch, tmp_path):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    device_record.remember(0, True)
-    assert device.resolve_device("auto") == "cpu"
-
-
 def test_a_self_test_that_cannot_run_has_failed(two_gpus, monkeypatch):
     def fails(number):
         raise RuntimeError("CUDA: cudaMalloc: no memory")

@@ -83,12 +83,6 @@ def test_only_the_objects_readings_speak_and_all_of_them_do():
     assert said_at((0.0, 0.0, 0.502), depth, 0.008, mask) == 0
 
 
-def test_at_the_reading_it_is_0_and_beside_it_cut_at_10():
-    depth = np.full((241, 321), 0.5, np.float32)
-    for d_m, expected in ((0.0, 0.0), (1e-7, 10.0), (-1e-7, -10.0)):
-        assert said_at((0.0, 0.0, 0.5 + d_m), depth, 0.008) == pytest.approx(expected, abs=0.01)
-
-
 def test_the_core_says_what_the_twin_says_and_the_guess_stays_a_factor():
     o = reference.Options(printed=True, sigma_d_m=0.006)
     prior = np.random.default_rng(0).normal(size=SHAPE).astype(np.float32)

@@ -38,8 +38,3 @@ def test_a_new_label_starts_a_new_count(clock, capsys):
         "first: 2/2, 0.5/s, 4.0 s",
         "second: 10/10, 1.0/s, 10.0 s",
     ]
-
-
-def test_quiet_prints_nothing(capsys):
-    assert list(progress(range(3), 3, "cup", True)) == [0, 1, 2]
-    assert capsys.readouterr().err == ""

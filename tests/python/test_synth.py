@@ -189,12 +189,3 @@ def test_several_objects_have_their_own_paths_and_models():
     poses[:, 1, 0, 3] = 0.2
     given = st.synth.sequence([BOX, BOX], 2, poses, camera=SMALL)
     assert given.ground_truth[1][1][0, 3] == 0.2
-
-
-def test_frames_are_timed_and_rendered_when_asked_for():
-    seq = st.synth.sequence(BOX, 100_0, camera=SMALL, fps=60)
-    assert seq[999].timestamp == pytest.approx(999 / 60)
-    assert seq[10:20][3] == seq[13]
-    assert seq.camera == st.RGBDCamera(SMALL)
-    default = st.synth.sequence(BOX, 1).camera.depth
-    assert default == st.Camera(525, 525, 319.5, 239.5, 640, 480)
