@@ -13,11 +13,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments import data, figures, record
+from experiments import data, figures, progress, record
 from experiments.options import add_options
 from experiments.registry import Experiment, UnknownExperimentError, all_experiments, find
 from experiments.table import Table
 from experiments.targets import judge
+from sdftrack.viz.plots import save_figure
 
 __all__ = ["main", "run"]
 
@@ -79,7 +80,9 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--data", type=Path, metavar="PATH", help="data folder (default: SDFTRACK_DATA)")
-    parser.add_argument("--out", type=Path, metavar="PATH", help="folder for the record, NAME.json")
+    parser.add_argument(
+        "--out", type=Path, metavar="PATH", help="folder for the record, NAME.json, and pictures"
+    )
     add_options(parser, chosen.function)
     if short:
         parser.set_defaults(**chosen.short)
@@ -88,7 +91,7 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
     data.check(chosen.name, chosen.needs, folder)
     given = {"data": folder} if "data" in inspect.signature(chosen.function).parameters else {}
     began = time.perf_counter()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), progress.shown(quiet=short):
         warnings.simplefilter("ignore")
         made = chosen.function(**given, **settings)
     seconds = time.perf_counter() - began
@@ -99,8 +102,19 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
     if out is not None or not short:
         where: dict[str, Any] = {} if out is None else {"folder": out}
         plain = [table.to_dict() for table in tables]
-        print(f"recorded: {record.save(chosen.name, settings, plain, seconds, **where)}")
+        path = record.save(chosen.name, settings, plain, seconds, **where)
+        print(f"recorded: {path}")
+        if out is not None:
+            _draw(tables, path)
     return tables
+
+
+def _draw(tables: Sequence[Table], path: Path) -> None:
+    """Save the pictures of the tables that have one beside the record."""
+    for table in tables:
+        if table.picture is not None:
+            name = "" if len(tables) == 1 else f"-{record.table_id(table.title)}"
+            save_figure(table.picture(), path.with_name(f"{path.stem}{name}.png"))
 
 
 if __name__ == "__main__":

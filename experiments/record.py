@@ -13,6 +13,8 @@
 with ``"transcribed": true`` was measured before there were records; its tables were copied from the text of the
 documents, its machine is the one that the text names, its commit and date are those at which the table last changed
 there, and ``seconds`` is null.
+
+``"retired": true`` in a record, or in a table: its experiment has chosen a default once and is gone.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from experiments import record
 from experiments.table import Table
 
 __all__ = ["Experiment", "UnknownExperimentError", "all_experiments", "experiment", "find"]
@@ -103,6 +104,8 @@ def find(name: str) -> Experiment:
     known = all_experiments()
     if name in known:
         return known[name]
+    if name in record.names() and record.load(name).get("retired"):
+        raise UnknownExperimentError(f"{name}: retired, its record is {record.path_of(name)}")
     near = difflib.get_close_matches(name, known, 1, 0.4)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     raise UnknownExperimentError(

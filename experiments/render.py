@@ -101,7 +101,8 @@ def _table(name: str, wanted: str, results: Path) -> tuple[str, Mapping[str, Any
     measured = record.load(name, results)
     for table in measured["tables"]:
         if table["id"] == wanted:
-            return name, table, measured["runs"][table["run"]]
+            retired = measured.get("retired") or table.get("retired")
+            return name, table, {**measured["runs"][table["run"]], "retired": retired}
     ids = ", ".join(table["id"] for table in measured["tables"])
     raise ValueError(f"{name}: no table {wanted!r} in its record; expected one of: {ids}")
 
@@ -115,8 +116,8 @@ def _sources(tables: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any]]])
             f", {machine['cores']} core{'s' if machine['cores'] != 1 else ''}" if machine.get("cores") else ""
         )
         load = f", {machine['load']}" if machine.get("load") else ""
-        copied = ", transcribed" if run.get("transcribed") else ""
-        where = f"{machine['cpu']}{cores}{load} · {run['date']} · commit {run['commit']}{copied}"
+        more = "".join(f", {mark}" for mark in ("transcribed", "retired") if run.get(mark))
+        where = f"{machine['cpu']}{cores}{load} · {run['date']} · commit {run['commit']}{more}"
         names.setdefault(where, [])
         if f"`{name}`" not in names[where]:
             names[where].append(f"`{name}`")

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""What an experiment returns: tables, as text for the terminal and as plain values for the record."""
+"""What an experiment returns: tables, as text for the terminal and as plain values for the record, and a picture."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from sdftrack.evaluation.tables import text_table
 
-__all__ = ["Table"]
+__all__ = ["Table", "cell", "cells"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Table:
         Lines below the table.
     numbers : dict, list or None
         The unrounded values, for the record.
+    picture : callable or None
+        Draws what the table is about: a figure of Matplotlib. Called only where it is saved.
     """
 
     title: str
@@ -34,12 +36,24 @@ class Table:
     rows: Sequence[Sequence[str]] = ()
     notes: Sequence[str] = ()
     numbers: Any = None
+    picture: Callable[[], Any] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         if twice := sorted({c for c in self.columns if list(self.columns).count(c) > 1}):
             raise ValueError(
                 f"columns of {self.title!r}: expected no two alike, got {', '.join(twice)} twice"
             )
+
+    @classmethod
+    def of(
+        cls, title: str, columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]], **more: Any
+    ) -> Table:
+        """A table of rows of values; `columns` has ``"key:format"`` for each heading, see `cell`.
+
+        The rows are also the numbers of the record, unless `more` has others.
+        """
+        made = [cells(columns, row) for row in rows]
+        return cls(title, list(columns), made, **{"numbers": list(rows), **more})
 
     def __str__(self) -> str:
         body = text_table(self.title, self.columns, self.rows) if self.columns else self.title
@@ -54,3 +68,18 @@ class Table:
             "notes": list(self.notes),
             "numbers": self.numbers,
         }
+
+
+def cells(columns: Mapping[str, str], row: Mapping[str, Any]) -> list[str]:
+    """A row of values as text, under the headings of `columns`; what a row does not have is "-"."""
+    fields = (spec.partition(":") for spec in columns.values())
+    return [cell(row.get(key), how) for key, _, how in fields]
+
+
+def cell(value: Any, how: str = "") -> str:
+    """A value as text: "-" for None, "yes" or "no", text as it is, a number in the format `how`."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else format(value, how)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of docs/planes.md: a made scene or, where SDFTRACK_DATA has the part osd, a recorded one.
 
-python docs/images/planes.py docs/images/planes.png
+PYTHONPATH=. python docs/images/planes.py docs/images/planes.png
 """
 
 import sys
@@ -11,20 +11,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import sdftrack as st
-from experiments.thesis import fig_3_15 as figure
+from experiments.data import root
+from experiments.planes.ground import middle_of_table, scene_of, stages
 
-scene = figure._scene()
-at = figure.middle_of_table(scene)
+scene = scene_of(root())
+at = middle_of_table(scene)
 mask, (n, d) = st.remove_plane(scene.frame, scene.camera, start_px=at)
-depth, read = figure._shaded(scene), scene.frame.depth > 0
-patch = np.zeros(read.shape, bool)
-patch[at[1] - 16 : at[1] + 17, at[0] - 16 : at[0] + 17] = True
+(_, patch), (_, extended), _ = stages(scene, at, {"rigid": mask})["rigid"]
 height_mm = 1e3 * (scene.camera.back_project(scene.frame.depth) @ n + d)
 
 axes = plt.subplots(1, 3, figsize=(11, 3.1), layout="constrained")[1]
-axes[0].imshow(figure._tinted(depth, patch & read, figure.PATCH))
+axes[0].imshow(patch)
 axes[0].set_title("a patch on the table", fontsize=10)
-axes[1].imshow(figure._tinted(depth, read & ~mask, figure.PLANE))
+axes[1].imshow(extended)
 axes[1].set_title("extended: what lies on the plane", fontsize=10)
 shown = axes[2].imshow(np.where(mask, height_mm, np.nan), cmap="viridis", vmin=0)
 axes[2].set_title("what is left, mm over the plane", fontsize=10)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 import sdftrack as st
 from experiments.common.protocol import load_sdf, say
+from experiments.common.sweeps import NOISES, START, TRUTH, box_mesh, swept, values_of
 from experiments.data import check
 from experiments.registry import experiment
 from experiments.table import Table
-from experiments.thesis.scenes.sweeps import NOISES, START, TRUTH, box_mesh, swept, values_of
 from sdftrack.calibration.statistics import half_width95
 
 __all__ = ["Run", "Setting", "calibrated", "intrinsics", "row_of"]

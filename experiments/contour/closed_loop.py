@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -46,12 +47,19 @@ class Run:
     lost: int
     milliseconds: float
     milliseconds_during: float
+    masks: list[Mask]
 
 
-def follow(video: GaitVideo, memory: ShapeMemory | None, burn_in: int = BURN_IN, told: bool = False) -> Run:
-    """Track a video from its first mask; `told`: an ideal memory in place of one."""
+def follow(
+    video: GaitVideo,
+    memory: ShapeMemory | None,
+    burn_in: int = BURN_IN,
+    told: bool = False,
+    options: Mapping[str, Any] = THESIS,
+) -> Run:
+    """Track a video from its first mask; `told`: an ideal memory in place of one; `options` of the tracker."""
     ideal = _Told() if told else None
-    tracker = ContourTracker(memory=ideal or memory, burn_in=0 if told else burn_in, **THESIS)
+    tracker = ContourTracker(memory=ideal or memory, burn_in=0 if told else burn_in, **options)
     tracker.start(video.images[0], mask=video.whole[0])
     found, results, seconds = [], [], []
     for image, whole in zip(video.images[1:], video.whole[1:], strict=True):
@@ -87,6 +95,7 @@ def _summed(
         sum(r.status == "lost" for r in results[first:last]),
         float(np.median(ms[start:first])),
         float(np.median(ms[first:last])),
+        [video.whole[0], *(r.mask for r in results)],
     )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The contour tracker on recorded sequences with hand-made masks, beside what OpenCV offers."""
+"""The contour tracker on recorded sequences with hand-made masks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.contour.opencv_ways import WAYS, box_of, follow_by, grabcut_in_box
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
@@ -52,6 +51,12 @@ class Followed:
     confidence: NDArray[np.float64]
     status: list[str]
     seconds: NDArray[np.float64]
+
+
+def box_of(mask: Mask) -> tuple[int, int, int, int]:
+    """(x, y, w, h)."""
+    y, x = np.nonzero(mask)
+    return int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1
 
 
 def open_davis(folder: Path, name: str, most: int | None = None, scale: int = 1) -> Davis:
@@ -137,19 +142,7 @@ def _row(video: Davis) -> list[str]:
     ]
 
 
-def _rival_row(video: Davis) -> list[str]:
-    row = [video.name]
-    in_box = grabcut_in_box(video.images[0], box_of(video.masks[0]))
-    for way in WAYS.values():
-        value, seconds = follow_by(way, video.images, video.masks[0], video.masks)
-        from_box = follow_by(way, video.images, in_box, video.masks)[0]
-        row += [f"{value:.3f} / {from_box:.3f}", f"{1e3 * seconds:.2f}"]
-    return row
-
-
 HEAD = ["sequence", "mask / box", "thesis: mask / box", "affine", "oracle", "ms: median / 99 %", "thesis: ms"]
-
-RIVALS = ["sequence", *(column for way in WAYS for column in (way, f"{way} ms"))]
 
 
 @experiment(
@@ -157,7 +150,7 @@ RIVALS = ["sequence", *(column for way in WAYS for column in (way, f"{way} ms"))
     needs=["davis"],
     chosen_on=", ".join(CHOSEN_ON),
     reported_on=", ".join(REPORTED_ON),
-    short={"only": ("cows",), "frames": 3, "others": False},
+    short={"only": ("cows",), "frames": 3},
 )
 def contour(
     *,
@@ -165,17 +158,13 @@ def contour(
     only: tuple[Sequence, ...] = CHOSEN_ON + REPORTED_ON,
     frames: int | None = None,
     scale: int = 1,
-    others: bool = True,
-) -> list[Table]:
-    """The contour tracker on recorded sequences with hand-made masks, beside what OpenCV offers.
+) -> Table:
+    """The contour tracker on recorded sequences with hand-made masks.
 
     For each sequence: the mean IoU over all frames but the first from a mask and from a box, with the defaults, without
     the optical flow (as in the thesis), and with an affine warp; the oracle, which is the per-pixel posteriors with the
     histograms of the true mask in each frame, in the same windows, thresholded as they are and smoothed; time of a
-    frame on one thread; and, from the mask and from the box as segmented by GrabCut, OpenCV's MeanShift and CamShift
-    (mask: the back-projection above one half in the window or the ellipse), GrabCut (each frame from the dilated last
-    mask), DIS flow (the first mask moved from image to image) and Lucas-Kanade (the first mask moved by the affinity of
-    the corners in it).
+    frame on one thread.
 
     Parameters
     ----------
@@ -183,16 +172,9 @@ def contour(
         of each sequence, at most
     scale
         2: upsampled to 854 x 480
-    others
-        OpenCV's methods too
     """
     cv2.setNumThreads(1)
     videos = [open_davis(data / "davis", s, frames, scale) for s in only]
     height, width = videos[0].masks[0].shape
-    size = f"{width} x {height}"
-    title = f"Mean IoU of the tracker, {size}; processor time of a frame on one thread"
-    tables = [Table(title, HEAD, [_row(video) for video in videos])]
-    if others:
-        title = f"Mean IoU of OpenCV's ways, from the mask / from the box, {size}"
-        tables.append(Table(title, RIVALS, [_rival_row(video) for video in videos]))
-    return tables
+    title = f"Mean IoU of the tracker, {width} x {height}; processor time of a frame on one thread"
+    return Table(title, HEAD, [_row(video) for video in videos])

@@ -6,19 +6,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.data import has
-from experiments.registry import experiment
-from experiments.table import Table
-from experiments.thesis.measures.shape_baselines import BASELINES
-from experiments.thesis.measures.shape_protocol import (
+from experiments.contour.shape_baselines import BASELINES
+from experiments.contour.shape_protocol import (
     DAVIS,
     SHARES,
     Answer,
+    Case,
     asked,
     baseline,
     cases,
@@ -27,7 +25,11 @@ from experiments.thesis.measures.shape_protocol import (
     gaits,
     halves,
     learnt,
+    middle_alone,
 )
+from experiments.data import has
+from experiments.registry import experiment
+from experiments.table import Table
 from sdftrack.contour.dct import harmonics, silhouette
 from sdftrack.metrics import iou
 
@@ -103,20 +105,9 @@ def hard_row(learn: Mask, ask: Mask) -> dict[str, float]:
     return row
 
 
-def _middles(masks: Mask) -> list[Any]:
-    """Only a disc inside is seen, and nothing of the outline."""
-    from experiments.thesis.measures.shape_protocol import Case
-    from sdftrack.contour.masks import signed_distances
-
-    out = []
-    for mask in masks:
-        phi = signed_distances(mask)
-        y, x = np.unravel_index(int(phi.argmin()), phi.shape)
-        rows, columns = np.indices(mask.shape)
-        seen = np.hypot(columns - x, rows - y) < -phi.min() - 0.5
-        if np.count_nonzero(seen) >= 12:
-            out.append(Case(mask, seen, 1 - np.count_nonzero(seen) / np.count_nonzero(mask)))
-    return out
+def _middles(masks: Mask) -> list[Case]:
+    """Nothing of the outline is seen."""
+    return [case for case in map(middle_alone, masks) if np.count_nonzero(case.seen) >= 12]
 
 
 def order_row(learn: Mask, ask: Mask) -> dict[str, float]:

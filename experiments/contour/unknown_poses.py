@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from experiments.common.protocol import say
 from experiments.contour.breakdancer import breakdancer, tumbling
+from experiments.contour.shape_protocol import FRAMES, cases, davis_masks, halves, learnt
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.synth.gait import gait
 from experiments.table import Table
-from experiments.thesis.measures.shape_protocol import FRAMES, cases, davis_masks, halves, learnt
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.metrics import iou
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Measured times of the GPU that is here, beside the CPU's, the goals and the least ones on paper.
+"""Measured times of the GPU that is here, beside the CPU's and the goals.
 
     python -m experiments.gpu.times --out FOLDER [--device cuda:0] [--quick]
 
@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from experiments import record
-from experiments.gpu.estimates import GPUS, WORK, seconds
 from experiments.gpu.kernels import measured
 from experiments.gpu.measure import calls, measure
 from experiments.registry import experiment
@@ -27,6 +26,22 @@ from sdftrack.device import device_number
 
 __all__ = ["gpu_times", "main"]
 
+GOALS_MS = {
+    "one object, a frame": 0.3,
+    "100 objects, a frame": 10.0,
+    "two objects that touch, a frame": 0.5,
+    "tracker with brightness and outline, a frame": 0.5,
+    "reconstruction of 200^3, a frame": 2.0,
+    "reconstruction of 200^3, a frame without a mask": 2.0,
+    "superpixels, 640 x 480": 0.25,
+    "LWPR, 10^6 predictions": 5.0,
+    "pose search in a mask": 5.0,
+    "ray casting, 640 x 480": 1.0,
+    "ray casting of a mesh, 640 x 480": 1.0,
+    "mesh of a volume of 200^3": 5.0,
+    "distances of a field of 200^3": 10.0,
+    "LWPR, 10^4 updates of 50 outputs": 500.0,
+}
 NOTE = "Medians, with the copies to the GPU and back, and Python."
 
 
@@ -48,41 +63,34 @@ def gpu_times(*, device: str = "cuda", quick: bool = False) -> list[Table]:
 
 
 def _times(name: str, times: dict[str, Any]) -> Table:
-    paper = {work.name: (work.goal_ms, 1e3 * seconds(work, GPUS[0])[0]) for work in WORK}
-    rows = []
-    for task, of in times.items():
-        goal, least = paper.get(task, (None, None))
-        gpu = of["gpu_ms"]
-        rows.append(
-            [
-                task,
-                f"{of['cpu_ms']['median']:.2f}",
-                f"{gpu['median']:.2f}",
-                "" if goal is None else f"{goal:g}",
-                "" if least is None else f"{least:.3f}",
-            ]
-        )
-    columns = ["task", "CPU ms", "GPU ms", "goal ms", f"on paper, {GPUS[0].name} ms"]
-    return Table(f"Times on an {name}", columns, rows, [NOTE], times)
+    rows = [
+        {
+            "task": task,
+            "cpu_ms": of["cpu_ms"]["median"],
+            "gpu_ms": of["gpu_ms"]["median"],
+            "goal_ms": GOALS_MS.get(task, ""),
+        }
+        for task, of in times.items()
+    ]
+    columns = {"task": "task", "CPU ms": "cpu_ms:.2f", "GPU ms": "gpu_ms:.2f", "goal ms": "goal_ms:g"}
+    return Table.of(f"Times on an {name}", columns, rows, notes=[NOTE], numbers=times)
 
 
 def _kernels(name: str, device: str) -> Table:
-    columns = ["kernel", "launches", "median µs", "all µs", "memory %", "compute %"]
-    rows: list[list[str]] = []
-    for task in calls(quick=False):
-        for kernel, of in measured(task, device).items():
-            rows.append(
-                [
-                    f"{task}: {kernel}",
-                    f"{of['launches']:.0f}",
-                    f"{of['time_us']:.1f}",
-                    f"{of['all_us']:.0f}",
-                    f"{of['memory_percent']:.0f}",
-                    f"{of['compute_percent']:.0f}",
-                ]
-            )
+    columns = {
+        "kernel": "kernel",
+        "launches": "launches:.0f",
+        "median µs": "time_us:.1f",
+        "all µs": "all_us:.0f",
+    }
+    columns |= {"memory %": "memory_percent:.0f", "compute %": "compute_percent:.0f"}
+    rows = [
+        {"kernel": f"{task}: {kernel}", **of}
+        for task in calls(quick=False)
+        for kernel, of in measured(task, device).items()
+    ]
     note = "By Nsight Compute, each kernel alone: the first 300 of a task; percent of what the GPU can do."
-    return Table(f"Kernels on an {name}", columns, rows, [note])
+    return Table.of(f"Kernels on an {name}", columns, rows, notes=[note])
 
 
 def main(given: Sequence[str] | None = None) -> None:

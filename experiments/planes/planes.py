@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 import sdftrack as st
 from experiments.data import has
+from experiments.planes.table_scenes import open_scenes, through
 from experiments.registry import experiment
+from experiments.synth.room import corner
 from experiments.synth.table_scene import TableScene
 from experiments.table import Table
-from experiments.thesis.measures.table_shares import STANDS_OUT_M, removed
-from experiments.thesis.scenes.table_scenes import open_scenes, through
 
-__all__ = ["NOISES", "angle_errors", "planes", "ransac"]
+__all__ = ["NOISES", "angle_errors", "planes", "ransac", "removed"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-TOLERANCE_M = 0.01
+TOLERANCE_M, STANDS_OUT_M = 0.01, 0.010
 MIN_TABLE, MAX_HIGH = 98.0, 1.0  # wanted, %
 TIMED = 9  # calls, the median of which is printed
 NOISES: dict[str, Any] = {"none": None, "1 mm": 0.001, "3 mm": 0.003, "kinect": "kinect"}
@@ -52,38 +52,47 @@ def ransac(
     return (depth > 0) & (np.abs(all_points @ n + d) > tolerance_m), (n, d)
 
 
-def _way(method: str) -> Callable[[TableScene], tuple[Mask, tuple[Array, float]]]:
-    if method == "ransac":
-        return lambda s: ransac(s.frame.depth, s.camera)
-    return lambda s: st.remove_plane(s.frame, s.camera, tolerance=TOLERANCE_M, method=method)
+def removed(scene: TableScene, off_plane: Mask) -> dict[str, float]:
+    """Shares (%) that are not in the mask: of the table, of object points that stand out, of all object points."""
+    high = scene.objects & (scene.height_m > STANDS_OUT_M)
+    return {
+        name: 100 * float((~off_plane[where]).mean())
+        for name, where in (("table", scene.table), ("high", high), ("objects", scene.objects))
+    }
 
 
-def scene_row(scene: TableScene, method: str) -> dict[str, float]:
-    """Shares, the normal's angle to the labelled table's (deg), and the median time of a call (ms)."""
-    way, seconds = _way(method), []
+def scene_row(
+    scene: TableScene, method: str, start_px: tuple[int, int] | None = None, calls: int = TIMED
+) -> tuple[dict[str, float], Mask]:
+    """Shares, the normal's angle to the labelled table's (deg), the median time of a call (ms); and what is left."""
     n_true = through(scene.camera.back_project(scene.frame.depth)[scene.table])[0]
-    for _ in range(3 if method == "ransac" else TIMED):
+    mask, seconds = np.ones(scene.table.shape, bool), []
+    for _ in range(calls):
         start = time.perf_counter()
         try:
-            off_plane, (n, _) = way(scene)
+            if method == "ransac":
+                mask, (n, _) = ransac(scene.frame.depth, scene.camera)
+            else:
+                mask, (n, _) = st.remove_plane(
+                    scene.frame, scene.camera, start_px, tolerance=TOLERANCE_M, method=method
+                )
         except ValueError:
-            return dict.fromkeys(("table", "high", "objects", "deg", "ms"), float("nan"))
+            return dict.fromkeys(("table", "high", "objects", "deg", "ms"), float("nan")), mask
         seconds.append(time.perf_counter() - start)
     deg = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(n, n_true)), n @ n_true)))
-    return {**removed(scene, off_plane), "deg": deg, "ms": 1e3 * float(np.median(seconds))}
+    return {**removed(scene, mask), "deg": deg, "ms": 1e3 * float(np.median(seconds))}, mask
 
 
-def angle_errors(noise: Any, count: int, seed: int = 0, camera: Any = None, judged: Any = None) -> Array:
-    """(count, 3) deviations from 90 degrees in a synthetic corner; `judged`: the camera that is judged, if another."""
-    from experiments.synth.room import corner
-
-    seq = corner(count, noise, seed, camera=camera)
-    return np.array([st.metrics.plane_angles(frame, judged or seq.camera) - 90 for frame in seq])
+def angle_errors(corners: Iterable[Any], camera: Any) -> Array:
+    """(count, 3) deviations from 90 degrees of the planes of corners, as a camera back-projects them."""
+    return np.array([st.metrics.plane_angles(frame, camera) - 90 for frame in corners])
 
 
 def _scene_tables(folder: Path, count: int | None) -> list[Table]:
     scenes = open_scenes(folder)[:count]
-    rows: dict[str, Any] = {m: {s.name: scene_row(s, m) for s in scenes} for m in METHODS}
+    rows: dict[str, Any] = {
+        m: {s.name: scene_row(s, m, calls=3 if m == "ransac" else TIMED)[0] for s in scenes} for m in METHODS
+    }
     columns = ("table", "high", "objects")
     cells = [
         [s.name, *(" / ".join(f"{rows[m][s.name][c]:.2f}" for c in columns) for m in METHODS)] for s in scenes
@@ -116,7 +125,8 @@ def _corner_table(count: int) -> Table:
     cases = [(name, None) for name in NOISES] + [("kinect", start)]
     rows, cells = {}, []
     for name, judged in cases:
-        off = angle_errors(NOISES[name], count, judged=judged)
+        seq = corner(count, NOISES[name], 0)
+        off = angle_errors(seq, judged or seq.camera)
         total = np.abs(off).sum(axis=1)
         label = f"{name}, {'600 600 300 200' if judged else 'true intrinsics'}"
         rows[label] = {

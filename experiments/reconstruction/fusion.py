@@ -1,20 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""Baselines of Open3D: fusion of truncated distances, with the true poses or those of frame-to-model ICP."""
+"""Baselines of Open3D: fusion of truncated distances, and a camera followed frame against model, as KinectFusion."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.thesis.measures.whole_scene import camera_path, open3d
 from sdftrack.camera import depth_camera
 from sdftrack.frame import Frame
 from sdftrack.geometry import inverse
 
-__all__ = ["fused", "tracked"]
+__all__ = ["camera_path", "fused", "open3d", "tracked"]
+
+Array = NDArray[np.float64]
+SCENE_VOXEL_M, SCENE_TRUNCATION_VOXELS = 1 / 384, 8.0  # of the thesis
+NEAREST_M = 0.1
+JUMP_M = 0.07  # farther apart a measurement and the model are no pair; the default of Open3D
+BLOCKS_OF_A_SCENE = 6000
 
 TRUNCATION_VOXELS = 5.0
 MIN_WEIGHT = 3.0  # frames; the default of Open3D
@@ -22,12 +28,56 @@ FARTHEST_M = 3.0
 BLOCKS = 4000  # of 16^3 voxels; the grid takes more when it needs them
 
 
+def open3d() -> Any:
+    """The module; ImportError says how to get it."""
+    try:
+        import open3d as module
+    except ImportError:
+        raise ImportError("this baseline needs Open3D, which is not installed; pip install open3d") from None
+    return module
+
+
+def camera_path(
+    seq: Any,
+    n: int,
+    step: Callable[[int], None] | None = None,
+    *,
+    voxel_m: float = SCENE_VOXEL_M,
+    truncation_voxels: float = SCENE_TRUNCATION_VOXELS,
+) -> Array:
+    """(n, 4, 4) T_first_cam of the camera in the frame of its first place; ImportError without Open3D."""
+    o3d = open3d()
+    slam, tensor, cpu = o3d.t.pipelines.slam, o3d.core.Tensor, o3d.core.Device("CPU:0")
+    camera = depth_camera(seq.camera)
+    K = tensor(np.ascontiguousarray(camera.K, np.float64))
+    model = slam.Model(voxel_m, 16, BLOCKS_OF_A_SCENE, tensor(np.eye(4)), cpu)
+    seen, drawn = (slam.Frame(camera.height, camera.width, K, cpu) for _ in range(2))
+    T = np.eye(4)
+    path = [T]
+    quiet = o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error)
+    with quiet:
+        for i in range(n):
+            color = seq[i].color.astype(np.float32) / 255  # the model wants some; it is followed by depth
+            for name, image in (("depth", seq[i].depth[..., None]), ("color", color)):
+                seen.set_data_from_image(name, o3d.t.geometry.Image(tensor(np.array(image))))
+            if i:
+                found = model.track_frame_to_model(seen, drawn, 1.0, FARTHEST_M, JUMP_M)
+                T = T @ found.transformation.cpu().numpy()
+                path.append(T)
+            model.update_frame_pose(i, tensor(T))
+            model.integrate(seen, 1.0, FARTHEST_M, truncation_voxels)
+            model.synthesize_model_frame(drawn, 1.0, NEAREST_M, FARTHEST_M, truncation_voxels, False)
+            if step is not None:
+                step(i)
+    return np.array(path)
+
+
 def own_depth(seq: Any, i: int) -> NDArray[np.float32]:
     """(H, W) depth of frame i at the object's true pixels, m; 0 elsewhere."""
     return np.where(seq.masks(i)[0], seq[i].depth, np.float32(0))
 
 
-def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
+def fused(seq: Any, n: int, poses: Array, voxel_m: float) -> Any:
     """Mesh (object frame) of the object's true pixels fused at `poses` (n, 4, 4) T_cam_obj.
 
     The pixels are those of the true masks: this baseline has no figure and ground to tell apart, either.
@@ -47,9 +97,7 @@ def fused(seq: Any, n: int, poses: NDArray[np.float64], voxel_m: float) -> Any:
     return Mesh(mesh.vertex.positions.numpy(), mesh.triangle.indices.numpy())
 
 
-def tracked(
-    seq: Any, n: int, first: NDArray[np.float64], voxel_m: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def tracked(seq: Any, n: int, first: Array, voxel_m: float) -> tuple[Array, Array]:
     """Poses (n, 4, 4) T_cam_obj of the object by frame-to-model ICP, and the seconds of each frame.
 
     It is told which pixels are the object's in every frame, and the pose in the first one. Rendering is not counted.

@@ -13,13 +13,12 @@ import numpy as np
 import sdftrack as st
 from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.options import NO_SETTINGS, Settings
-from experiments.reconstruction.fusion import fused, tracked
+from experiments.reconstruction.fusion import fused, open3d, tracked
+from experiments.reconstruction.rebuilt import Live, rebuild, relative_errors, settled_at
+from experiments.reconstruction.seen_part import Compared, Truth, compare
 from experiments.registry import experiment
 from experiments.several.several import noise_of
 from experiments.table import Table
-from experiments.thesis.measures.rebuilt import Live, rebuild, relative_errors, settled_at
-from experiments.thesis.measures.seen_part import Compared, Truth, compare
-from experiments.thesis.measures.whole_scene import open3d
 from sdftrack.geometry import inverse
 
 __all__ = ["HEAD", "PATHS", "Setting", "cells", "reconstruction", "run_case"]

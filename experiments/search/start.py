@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.common.protocol import load_mesh, load_sdf, say
+from experiments.common.truth import _random_rotation, default_camera
 from experiments.registry import experiment
 from experiments.table import Table
-from experiments.thesis.scenes.truth import _random_rotation, default_camera
 
 __all__ = ["CASES", "MESHES", "View", "random_views", "search", "start"]
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 import sdftrack as st
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
+from experiments.several.identity import Tracked, track
 from experiments.synth.contact import Solid, deepest
 from experiments.table import Table
-from experiments.thesis.measures.identity import Tracked, track
 from experiments.tracking.still_and_in_hand import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES
 from sdftrack.evaluation.pose_errors import pose_errors
 

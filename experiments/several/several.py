@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Seq
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -19,14 +20,14 @@ import numpy as np
 from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
+from experiments.several.growth import COUNTS, fit_text, growth, time_row
+from experiments.several.identity import run_way
+from experiments.several.judged import HEAD, Measured, cells, judge, measure, total
 from experiments.several.shuffle import hands
 from experiments.synth import several as scenes
 from experiments.synth.contact import Solid
 from experiments.synth.staged import Scene
 from experiments.table import Table
-from experiments.thesis.measures.growth import COUNTS, fit_text, growth, time_row
-from experiments.thesis.measures.identity import run_way
-from experiments.thesis.measures.judged import HEAD, Measured, cells, judge, measure, total
 
 __all__ = ["Setting", "noise_of"]
 
@@ -116,28 +117,36 @@ def judged_frames(case: str, only: Seq[str], seeds: int, s: Setting, make: Make)
     return Table(title, HEAD, [cells(name, row) for name, row in rows.items()], numbers=rows)
 
 
-@experiment(
-    "several.meetings",
-    needs=["meshes"],
-    chosen_on=CHOSEN,
-    reported_on="the same four meshes, seed 0",
-    short=QUICK,
-)
-def meetings(
-    *,
-    data: Path,
-    only: tuple[str, ...] = MESHES,
-    ways: Ways = ("joint", "single"),
-    mode: Modes = ("depth",),
-    seeds: int = 1,
-    frames: int | None = None,
-    noise: str = "1mm",
-    voxels: int = 200,
-    threads: int = 0,
-    options: Settings = NO_SETTINGS,
-    cache: Path | None = None,
-) -> Table:
-    """Two copies of an object touch and pass before each other.
+def _case(
+    name: str,
+    summary: str,
+    make: Callable[..., Scene],
+    frames: int | None,
+    only: tuple[str, ...],
+    reported_on: str,
+) -> None:
+    """Register ``several.NAME``: a scene of each mesh and seed, judged frame by frame."""
+
+    def run(
+        *,
+        data: Path,
+        only: tuple[str, ...] = only,
+        ways: Ways = ("joint", "single"),
+        mode: Modes = ("depth",),
+        seeds: int = 1,
+        frames: int | None = frames,
+        noise: str = "1mm",
+        voxels: int = 200,
+        threads: int = 0,
+        options: Settings = NO_SETTINGS,
+        cache: Path | None = None,
+    ) -> Table:
+        s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
+        return judged_frames(
+            name, only, seeds, s, lambda mesh, solid, seed: make(mesh, solid, frames, seed, **s.rendering)
+        )
+
+    run.__doc__ = f"""{summary}
 
     Parameters
     ----------
@@ -146,141 +155,29 @@ def meetings(
     frames
         none: as many as the encounters take
     """
-    s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
-
-    def make(mesh: Any, solid: Solid, seed: int) -> Scene:
-        return scenes.meetings(mesh, solid, frames, seed, **s.rendering)
-
-    return judged_frames("meetings", only, seeds, s, make)
+    register = experiment(
+        f"several.{name}", needs=["meshes"], chosen_on=CHOSEN, reported_on=reported_on, short=QUICK
+    )
+    register(run)
 
 
-@experiment("several.hands", needs=["meshes"], chosen_on=CHOSEN, reported_on="spot, seed 0", short=QUICK)
-def hidden_by_hands(
-    *,
-    data: Path,
-    only: tuple[str, ...] = ("spot",),
-    ways: Ways = ("joint", "single"),
-    mode: Modes = ("depth",),
-    seeds: int = 1,
-    frames: int = 1000,
-    noise: str = "1mm",
-    voxels: int = 200,
-    threads: int = 0,
-    options: Settings = NO_SETTINGS,
-    cache: Path | None = None,
-) -> Table:
-    """Five copies of an object are shuffled.
-
-    Parameters
-    ----------
-    noise
-        "kinect", or millimetres as in "1mm"
-    """
-    s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
-
-    def make(mesh: Any, solid: Solid, seed: int) -> Scene:
-        return hands(mesh, solid, frames, seed, **s.rendering)
-
-    return judged_frames("hands", only, seeds, s, make)
-
-
-@experiment(
-    "several.push",
-    needs=["meshes"],
-    chosen_on=CHOSEN,
-    reported_on="the same four meshes, seed 0",
-    short=QUICK,
+_case(
+    "meetings",
+    "Two copies of an object touch and pass before each other.",
+    scenes.meetings,
+    None,
+    MESHES,
+    "the same four meshes, seed 0",
 )
-def push(
-    *,
-    data: Path,
-    only: tuple[str, ...] = MESHES,
-    ways: Ways = ("joint", "single"),
-    mode: Modes = ("depth",),
-    seeds: int = 1,
-    frames: int = 400,
-    push_mm: float = 4.0,
-    noise: str = "1mm",
-    voxels: int = 200,
-    threads: int = 0,
-    options: Settings = NO_SETTINGS,
-    cache: Path | None = None,
-) -> Table:
-    """Depth data that push two objects into each other.
-
-    Parameters
-    ----------
-    noise
-        "kinect", or millimetres as in "1mm"
-    push_mm
-        how far the data lie in each other
-    """
-    s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
-
-    def make(mesh: Any, solid: Solid, seed: int) -> Scene:
-        return scenes.push(mesh, solid, frames, seed, push_m=1e-3 * push_mm, **s.rendering)
-
-    return judged_frames("push", only, seeds, s, make)
-
-
-@experiment("several.approach", needs=["meshes"], chosen_on=CHOSEN, reported_on="spot, seed 0", short=QUICK)
-def approach(
-    *,
-    data: Path,
-    only: tuple[str, ...] = ("spot",),
-    ways: Ways = ("joint", "single"),
-    mode: Modes = ("depth",),
-    seeds: int = 1,
-    frames: int = 220,
-    noise: str = "1mm",
-    voxels: int = 200,
-    threads: int = 0,
-    options: Settings = NO_SETTINGS,
-    cache: Path | None = None,
-) -> Table:
-    """Two copies approach each other (Figure 5.6).
-
-    Parameters
-    ----------
-    noise
-        "kinect", or millimetres as in "1mm"
-    """
-    s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
-
-    def make(mesh: Any, solid: Solid, seed: int) -> Scene:
-        return scenes.approach(mesh, solid, frames, seed, **s.rendering)
-
-    return judged_frames("approach", only, seeds, s, make)
-
-
-@experiment("several.still", needs=["meshes"], chosen_on=CHOSEN, reported_on="spot, seed 0", short=QUICK)
-def still(
-    *,
-    data: Path,
-    only: tuple[str, ...] = ("spot",),
-    ways: Ways = ("joint", "single"),
-    mode: Modes = ("depth",),
-    seeds: int = 1,
-    frames: int = 200,
-    noise: str = "1mm",
-    voxels: int = 200,
-    threads: int = 0,
-    options: Settings = NO_SETTINGS,
-    cache: Path | None = None,
-) -> Table:
-    """Two copies side by side that do not move (Figure 5.8).
-
-    Parameters
-    ----------
-    noise
-        "kinect", or millimetres as in "1mm"
-    """
-    s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
-
-    def make(mesh: Any, solid: Solid, seed: int) -> Scene:
-        return scenes.still_pair(mesh, solid, frames, seed, **s.rendering)
-
-    return judged_frames("still", only, seeds, s, make)
+_case("hands", "Five copies of an object are shuffled.", hands, 1000, ("spot",), "spot, seed 0")
+_case(
+    "push",
+    "Depth data that push two objects into each other, by 4 mm.",
+    partial(scenes.push, push_m=0.004),
+    400,
+    MESHES,
+    "the same four meshes, seed 0",
+)
 
 
 @experiment(

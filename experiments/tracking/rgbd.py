@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
 from experiments.common.tracked_scene import WRONG_M, WRONG_RAD
+from experiments.common.truth import default_camera, motion, render_truth
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
-from experiments.thesis.scenes.truth import default_camera, motion, render_truth
 from sdftrack.evaluation.pose_errors import pose_errors
 
 __all__ = ["WAYS", "cells", "follow", "rgbd", "summary"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.thesis.scenes.truth import _random_rotation
+from experiments.common.truth import _random_rotation
 from experiments.trust.confidence import Sample, judged, trackers
 
 __all__ = ["MODELS", "osd_scenes", "placed", "searched"]
@@ -40,35 +40,26 @@ def osd_scenes(folder: Path) -> Iterator[tuple[str, Any, Any]]:
 
 
 def _trials(
-    scenes: Seq[tuple[str, Any, Any]], sdfs: dict[str, Any], n: int, seed: int, credulous: bool, threads: int
-) -> Iterator[tuple[Any, Any, Any, Any, Any, np.random.Generator]]:
-    """(tracker, judge, frame, camera, sdf, rng) of n trials, models in turn, scenes at random."""
+    scenes: Seq[tuple[str, Any, Any]], sdfs: dict[str, Any], n: int, seed: int, threads: int
+) -> Iterator[tuple[Any, Any, Any, Any, np.random.Generator]]:
+    """(tracker, frame, camera, sdf, rng) of n trials, models in turn, scenes at random."""
     names = list(sdfs)
-    pairs: dict[str, tuple[Any, Any]] = {}
+    made: dict[str, Any] = {}
     for i in range(n):
         rng = np.random.default_rng([seed, i])
         name = names[i % len(names)]
         _, frame, camera = scenes[int(rng.integers(len(scenes)))]
-        if name not in pairs:
-            pairs[name] = trackers(sdfs[name], camera, threads)
-        doubtful, judge = pairs[name]
-        yield (doubtful if credulous else judge), judge, frame, camera, sdfs[name], rng
+        if name not in made:
+            made[name] = trackers(sdfs[name], camera, threads)[1]
+        yield made[name], frame, camera, sdfs[name], rng
 
 
 def placed(
-    scenes: Seq[tuple[str, Any, Any]],
-    sdfs: dict[str, Any],
-    n: int,
-    seed: int = 0,
-    credulous: bool = False,
-    threads: int = 1,
+    scenes: Seq[tuple[str, Any, Any]], sdfs: dict[str, Any], n: int, seed: int = 0, threads: int = 1
 ) -> list[Sample]:
-    """Fits that begin with the model put behind a random reading, turned at random; the pose where each ends.
-
-    With `credulous` the tracker calls nothing lost, so that every end is judged.
-    """
+    """Fits that begin with the model put behind a random reading, turned at random; the pose where each ends."""
     out = []
-    for tracker, judge, frame, camera, sdf, rng in _trials(scenes, sdfs, n, seed, credulous, threads):
+    for tracker, frame, camera, sdf, rng in _trials(scenes, sdfs, n, seed, threads):
         v, u = np.nonzero(frame.depth > 0)
         k = int(rng.integers(len(v)))
         ray = np.array([(u[k] - camera.cx) / camera.fx, (v[k] - camera.cy) / camera.fy, 1.0])
@@ -77,7 +68,7 @@ def placed(
         low, high = sdf.bounds
         middle = (np.asarray(low) + np.asarray(high)) / 2
         T[:3, 3] = ray * (float(frame.depth[v[k], u[k]]) + rng.uniform(*BEHIND_M)) - T[:3, :3] @ middle
-        out.append(_ended(judge, frame, tracker.start(frame, poses=[T]), credulous))
+        out.append(_ended(tracker, frame, tracker.start(frame, poses=[T])))
     return out
 
 
@@ -89,14 +80,13 @@ def searched(
     threads: int = 1,
 ) -> list[Sample]:
     """Starts without a pose: the search may put the model anywhere in the scene."""
-    trials = _trials(scenes, sdfs, n, seed, False, threads)
-    return [_ended(judge, frame, t.start(frame), False) for t, judge, frame, _, _, _ in trials]
+    trials = _trials(scenes, sdfs, n, seed, threads)
+    return [_ended(tracker, frame, tracker.start(frame)) for tracker, frame, *_ in trials]
 
 
-def _ended(judge: Any, frame: Any, result: Any, credulous: bool) -> Sample:
+def _ended(judge: Any, frame: Any, result: Any) -> Sample:
     """With the status and confidence of the result itself, which a search may have lowered."""
     status = str(result.status[0])
     said = judged(judge, frame, result.poses[0]) if status in ("ok", "weak") else {}
-    if not credulous:
-        said.update(status=status, confidence=float(result.confidence[0]), reason=result.reason[0])
+    said.update(status=status, confidence=float(result.confidence[0]), reason=result.reason[0])
     return Sample("absent", np.inf, np.inf, said)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether confidence tells right poses from wrong ones: poses with known error, the fit, and the area under ROC.
+"""Whether confidence tells right poses from wrong ones: poses with known error, and the area under ROC.
 
 A sample is a pose in a frame, judged as it is: the truth, the truth disturbed by 0-60 mm and 0-40 degrees, the pose
 where a fit ended that began at the truth or far from it (10-120 mm, 10-180 degrees), and the pose that a fit
@@ -19,14 +19,10 @@ from numpy.typing import NDArray
 from experiments.common.pose_sets import off_pose
 
 __all__ = [
-    "FEATURES",
     "Sample",
     "area_cells",
     "area_under_roc",
-    "features",
-    "fit_weights",
     "judged",
-    "lookalikes",
     "recorded",
     "synthetic",
 ]
@@ -35,9 +31,7 @@ Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
 MAX_OFF_M, MAX_OFF_RAD = 0.060, np.deg2rad(40.0)
 WRONG_M, WRONG_RAD = (0.010, 0.120), (np.deg2rad(10.0), np.pi)
-MIN_UNLIKE = 0.18  # of an edge
 KINDS = ("true", "tracked", "disturbed", "wrong", "absent")
-FEATURES = ("log_gap", "unhidden", "log_ends", "missing", "log_rough")
 CLUTTER = (None, "wall", "table", "objects", "touching")
 NOISE = (0.001, 0.00316, "kinect", "kinect")
 HALF_TURN = {"lm_glue": (0.0, 0.0, 1.0)}  # bodies that a half turn about this axis leaves nearly the same
@@ -63,20 +57,6 @@ class Sample:
         return float(self.said.get("confidence", 0.0))
 
 
-def features(said: dict[str, Any]) -> Array:
-    """The (5,) numbers that the evidence is a logistic function of, as cpp/tracking/trust/trust.cpp takes them."""
-    ends = (said["ends"] + 1.0) / (said["ends"] + said["runs_on"] + 2.0)
-    return np.array(
-        [
-            np.log(1e3 * said["gap_m"] + 0.5),
-            (said["agree"] + 1.0) / (said["agree"] + said["farther"] + 2.0),
-            np.log(ends / (1 - ends)),
-            said["missing"] / max(1, said["expected"]),
-            np.log(np.clip(said["roughness"], 0.5, 20.0)),
-        ]
-    )
-
-
 def area_under_roc(score: Array, right: NDArray[np.bool_]) -> float:
     """Chance that a right pose scores above a wrong one; ties count half."""
     good, bad = np.sort(score[right]), np.sort(score[~right])
@@ -84,22 +64,6 @@ def area_under_roc(score: Array, right: NDArray[np.bool_]) -> float:
         return float("nan")
     below = np.searchsorted(bad, good, "left") + np.searchsorted(bad, good, "right")
     return float(below.mean()) / (2 * len(bad))
-
-
-def fit_weights(x: Array, right: NDArray[np.bool_], weight: Array, ridge: float = 0.5) -> tuple[Array, float]:
-    """Logistic regression by Newton's method: (weights, constant) of log odds = weights . x + constant."""
-    mean, sd = x.mean(axis=0), x.std(axis=0) + 1e-9
-    Z = np.column_stack([(x - mean) / sd, np.ones(len(x))])
-    w = np.zeros(Z.shape[1])
-    penalty = np.append(np.full(x.shape[1], ridge), 1e-9)
-    for _ in range(50):
-        p = 1 / (1 + np.exp(-Z @ w))
-        gradient = Z.T @ (weight * (p - right)) + penalty * w
-        hessian = (Z * (weight * p * (1 - p))[:, None]).T @ Z + np.diag(penalty)
-        step = np.linalg.solve(hessian, gradient)
-        w -= step / max(1.0, float(np.abs(step).max()) / 2)
-    slopes = w[:-1] / sd
-    return slopes, float(w[-1] - slopes @ mean)
 
 
 def error_about(T: Array, T_true: Array, centre: Array, axis: Array | None = None) -> tuple[float, float]:
@@ -182,34 +146,6 @@ def synthetic(
         )
         pair = trackers(sdf, seq.camera, threads)
         out += around(pair, seq[0], np.asarray(seq.ground_truth[0][0]), centre, rng, 4, 4, axis)
-    return out
-
-
-def lookalikes(count: int, seed: int, threads: int = 1) -> list[Sample]:
-    """Boxes of another size fitted to a box, and the right ones: what fits some faces is not the object."""
-    import sdftrack as st
-    from sdftrack import synth
-
-    out: list[Sample] = []
-    for n in range(count):
-        rng = np.random.default_rng([seed, n, 1])
-        size = rng.uniform(0.05, 0.14, 3)
-        while True:  # a cube of about the same volume, or each edge changed by up to 40 %
-            other = np.full(3, np.cbrt(size.prod()) * rng.uniform(0.9, 1.15))
-            other = other if n % 2 else size * rng.uniform(0.6, 1.4, 3)
-            if np.abs(np.sort(other) / np.sort(size) - 1).max() > MIN_UNLIKE:
-                break
-        shape, wrong = (st.SDF.box(list(edges), voxels=60) for edges in (size, other))
-        noise, clutter = NOISE[int(rng.integers(len(NOISE)))], CLUTTER[1 + n % 3]
-        seq = synth.sequence(shape, 1, None, noise, None, 1000 * seed + n, clutter=clutter, color=False)
-        frame, T = seq[0], np.asarray(seq.ground_truth[0][0])
-        start = off_pose(T, 0.01, 0.1, rng)
-        start[2, 3] += float(other.mean() - size.mean()) / 2
-        for kind, sdf, begin, error in (("tracked", shape, T, 0.0), ("absent", wrong, start, np.inf)):
-            fitter, judge = trackers(sdf, seq.camera, threads)
-            result = fitter.start(frame, poses=[begin])
-            if str(result.status[0]) in ("ok", "weak"):
-                out.append(Sample(kind, error, error, judged(judge, frame, result.pose)))
     return out
 
 

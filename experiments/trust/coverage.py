@@ -5,15 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence as Seq
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.truth import Truth, noisy
 from experiments.table import Table
-from experiments.thesis.scenes.truth import Truth, noisy
-from experiments.tracking.random_starts import YCB_NAMES
 
 __all__ = [
     "CHI2_95",
@@ -21,14 +19,12 @@ __all__ = [
     "cells",
     "coverage",
     "error_vector",
-    "recorded",
     "synthetic_coverage",
     "table",
 ]
 
 Array = NDArray[np.float64]
 CHI2_95 = {1: 3.841, 3: 7.815, 6: 12.592}
-STILL, LAST = 25, 98  # frames of k1: nobody touches the sponges; both are followed to here
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -110,59 +106,6 @@ def synthetic_coverage(
                 errors.append(error_vector(result.pose, truth.poses[i]))
                 covariances.append(result.covariance)
     return coverage(np.array(errors), np.array(covariances))
-
-
-def recorded_coverage(
-    seq: Any, k: int, sdf: Any, frames: int, references: dict[int, Array] | None, options: dict[str, Any]
-) -> Coverage:
-    """Errors of a recorded object that is tracked by itself from its reference pose in frame 0.
-
-    Against `references` in their frames, or against its own mean pose (the spread alone) where there are none.
-    """
-    import sdftrack as st
-
-    tracker = st.Tracker(sdf, seq.camera, mode="depth", **options)
-    results = [tracker.start(seq[0], poses=[np.asarray(seq.ground_truth[0][k])])]
-    results += [tracker.track(seq[i]) for i in range(1, frames)]
-    if references is None:
-        mean = _mean_pose(np.array([r.pose for r in results]))
-        references = dict.fromkeys(range(frames), mean)
-    known = [i for i in references if i < frames and not np.isnan(results[i].covariance).any()]
-    errors = np.array([error_vector(results[i].pose, references[i]) for i in known])
-    return coverage(errors, np.array([results[i].covariance for i in known]))
-
-
-def _mean_pose(poses: Array) -> Array:
-    u, _, vt = np.linalg.svd(poses[:, :3, :3].mean(axis=0))
-    mean = np.eye(4)
-    mean[:3, :3] = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    mean[:3, 3] = poses[:, :3, 3].mean(axis=0)
-    return mean
-
-
-def recorded(data: Path, options: dict[str, Any], frames: int = 0) -> dict[str, Coverage]:
-    """Two sponges at rest about their mean and in the hand at their references; three objects of ycbv10."""
-    import sdftrack as st
-
-    out: dict[str, Coverage] = {}
-    with st.open_sequence(data / "k1") as seq:
-        sdf = st.SDF.from_mesh(next(iter(seq.models.values())))
-        for k, name in enumerate(("left sponge", "right sponge")):
-            out[f"{name}, at rest"] = recorded_coverage(
-                seq, k, sdf, min(frames or STILL, STILL), None, options
-            )
-            poses = {i: np.asarray(T[k]) for i, T in seq.ground_truth.items() if k in T and i <= LAST}
-            out[f"{name}, references"] = recorded_coverage(
-                seq, k, sdf, min(frames or LAST + 1, LAST + 1), poses, options
-            )
-    with st.open_sequence(data / "ycbv10") as seq:
-        for k, obj_id in enumerate(seq.objects):
-            sdf = st.SDF.from_mesh(seq.models[obj_id])
-            poses = {i: np.asarray(seq.ground_truth[i][k]) for i in range(len(seq))}
-            out[YCB_NAMES[obj_id]] = recorded_coverage(
-                seq, k, sdf, min(frames or len(seq), len(seq)), poses, options
-            )
-    return out
 
 
 COLUMNS = (

@@ -8,12 +8,12 @@ import numpy as np
 from harness import benchmark
 
 import sdftrack as st
+from experiments.common.sweeps import TRUTH, box_mesh, swept
 from experiments.synth.blob import blob_video
 from experiments.synth.covers import hide
 from experiments.synth.gait import gait
 from experiments.synth.room import corner
 from experiments.synth.table_scene import table_scene
-from experiments.thesis.scenes.sweeps import TRUTH, box_mesh, swept
 from sdftrack import _core
 from sdftrack.calibration.lens import core_lens
 

@@ -38,10 +38,6 @@ def test_the_intrinsics_protocol_counts_refused_runs_as_missed():
     assert intrinsics.row_of(["no"], "1 mm") == {"runs": 1, "refused": 1, "reasons": ["no"]}
 
 
-def test_the_intrinsics_protocol_runs_as_a_command(measured, capsys):
-    common = ["--only", "box, 1 mm", "--runs", "1", "--frames", "15", "--voxels", "80"]
-    errors, _ = measured("intrinsics", *common)["tables"]
-    assert errors["numbers"]["box, 1 mm"]["runs"] == 1
-    assert "wanted" in capsys.readouterr().out
+def test_an_unknown_setting_is_refused(capsys):
     assert main(["run", "intrinsics", "--only", "no such setting"]) == 1
     assert "only: expected a part of box, 1 mm" in capsys.readouterr().err

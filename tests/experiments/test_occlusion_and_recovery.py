@@ -58,35 +58,6 @@ def test_a_row_is_kept_only_within_all_limits():
         assert not occlusion.kept({**row, **change})
 
 
-@pytest.mark.parametrize(
-    ("name", "more"),
-    [
-        ("occlusion", ["--color", "similar", "--share", "0.3"]),
-        ("motion", ["--step-mm", "5", "--step-deg", "1.5", "--motion", "static"]),
-    ],
-)
-def test_the_commands_print_a_table_and_write_json(name, more, meshes, measured, tmp_path, capsys):
-    common = [
-        "--only",
-        "duck",
-        "--mode",
-        "depth",
-        "--frames",
-        "3",
-        "--voxels",
-        "60",
-        "--cache",
-        str(tmp_path),
-    ]
-    (made,) = measured(name, *common, *more, data=meshes)["tables"]
-    (row,) = made["numbers"].values()
-    assert row["frames"] == 3
-    assert row["lost"] == row["wrong"] == 0
-    assert row["max_mm"] < 2
-    assert "\nduck, " in capsys.readouterr().out
-    assert (tmp_path / "sdf_duck_60.npz").is_file()
-
-
 def test_a_recovery_trial_runs_from_the_command(meshes, measured, capsys):
     common = ["--only", "duck", "--mode", "depth", "--seeds", "1", "--voxels", "60"]
     (made,) = measured("recovery", *common, "--frames", "37", data=meshes)["tables"]

@@ -9,38 +9,14 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.__main__ import main
 from experiments.primitives.kinds import kinds, views
 from experiments.primitives.kinect_objects import LIMIT_M, objects_of, surface_distance
-from experiments.primitives.patches import _largest_face, patches
-from experiments.primitives.times import primitive_times
-from experiments.synth.patches import VIEWS
-from sdftrack.primitives.kinds import SOLIDS
-from sdftrack.synth.noise import Gaussian
+from experiments.primitives.patches import _largest_face
 
-CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
-NOISE_M = 0.001
 FACE_ATOL_M = (
     0.008  # a side that is shared with another face ends at the last reading; rounded, lost at steps
 )
 FACE_ATOL_DEG = 1.0  # the target with a Kinect's noise
-
-
-def test_the_measuring_command_prints_a_row_per_noise_and_kind(measured):
-    (made,) = measured("primitives.synthetic", "--n", "1", "--kinds", "cylinder")["tables"]
-    assert [row[0] for row in made["rows"]] == ["1 mm, cylinder", "Kinect, cylinder"]
-    assert all("100.0 %" in row for row in made["rows"])
-
-
-def test_the_measuring_command_prints_a_row_per_view_and_refuses_a_folder_without_scenes(tmp_path, capsys):
-    table = patches(1, {"1 mm": (Gaussian(NOISE_M), 0.01, 0.3)}, CAMERA)
-    rows = [row for row in table.rows if row[0].startswith("1 mm")]
-    assert [row[0].split(", ")[1] for row in rows] == list(VIEWS)
-    assert all(
-        " ".join(row).count("100.0") >= 2 for row in rows
-    )  # the size and the normal within their limits
-    assert main(["run", "primitives.osd", "--data", str(tmp_path)]) == 1
-    assert f"primitives.osd: expected the folders osd in {tmp_path}" in capsys.readouterr().err
 
 
 def test_a_box_and_a_can_of_a_real_scene_are_found(data_dir):
@@ -92,16 +68,6 @@ def test_the_face_of_a_real_box_has_the_edges_of_the_box(data_dir):
     edges = np.delete(list(box.size.values()), axis)
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(edges), atol=FACE_ATOL_M)
     assert abs(fit.T_cam_obj[:3, 2] @ box.T_cam_obj[:3, axis]) > np.cos(np.radians(FACE_ATOL_DEG))
-
-
-def test_the_time_of_each_kind_is_a_row_and_the_slowest_is_named(data_dir):
-    tables = primitive_times(data=data_dir, turns=1)
-    points, frames = tables
-    assert [row[0] for row in points.rows] == list(SOLIDS)
-    for row in frames.rows:
-        named = dict(zip(frames.columns, row, strict=True))
-        assert float(named["slowest kind"]) == max(float(named[kind]) for kind in SOLIDS)
-        assert float(named["auto"]) < float(named["all of auto"])
 
 
 def test_the_share_of_right_kinds_is_that_of_all_columns(data_dir):

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.__main__ import main
-from experiments.thesis.measures import whole_scene
-from experiments.thesis.measures.rebuilt import relative_errors, settled_at
-from experiments.thesis.measures.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
+from experiments.reconstruction import fusion
+from experiments.reconstruction.rebuilt import relative_errors, settled_at
+from experiments.reconstruction.seen_part import LARGEST_INCIDENCE_RAD, Truth, compare, first_seen, sampled
 from sdftrack import geometry
 
 RADIUS_M = 0.05
@@ -123,41 +122,7 @@ def test_settled_is_where_all_that_follows_is_near_the_end():
     assert settled_at(frames, np.full(5, 1e-3)) == 0
 
 
-@pytest.mark.slow
-def test_a_small_run_prints_its_rows(tmp_path, measured, capsys):
-    (tmp_path / "meshes").mkdir()
-    st.SDF.box((0.10, 0.07, 0.05)).to_mesh().save(tmp_path / "meshes" / "box.ply")
-    given = [
-        "--only",
-        "box",
-        "--paths",
-        "hand",
-        "--noise",
-        "1mm",
-        "--frames",
-        "4",
-        "--voxels",
-        "80",
-        "--refine",
-    ]
-    (made,) = measured("reconstruction", *given, data=tmp_path)["tables"]
-    rows = made["numbers"]
-    assert list(rows) == ["box hand 1mm", "box hand 1mm, refined"]
-    for row in rows.values():
-        assert row["mean_mm"] < 2
-        assert row["chamfer_mm"] < 2
-    assert rows["box hand 1mm"]["not_ok"] == 0
-    assert "chamfer_mm" in capsys.readouterr().out
-
-
-def test_an_unknown_path_is_named(tmp_path, capsys):
-    (tmp_path / "meshes").mkdir()
-    with pytest.raises(SystemExit):
-        main(["run", "reconstruction", "--data", str(tmp_path), "--paths", "helix"])
-    assert "expected some of turntable, hand, got 'helix'" in capsys.readouterr().err
-
-
 @pytest.mark.skipif(importlib.util.find_spec("open3d") is not None, reason="Open3D is installed")
 def test_the_baseline_says_what_it_needs():
     with pytest.raises(ImportError, match="pip install open3d"):
-        whole_scene.open3d()
+        fusion.open3d()

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 import json
 import tomllib
 from pathlib import Path
@@ -186,22 +185,8 @@ def test_targets_are_read_from_their_file_and_belong_to_experiments(tmp_path):
     assert judge("stones", []) == []
 
 
-@pytest.mark.parametrize(
-    "name", ["primitives_few", "rgbd", "real.ycbv10", "k1_offset", "superpixel_video", "start"]
-)
-def test_short_versions_run(name, data_dir, capsys):
-    known = find(name)
-    if any(not (data_dir / need).is_dir() for need in known.needs):
-        pytest.skip(f"recorded data absent: {', '.join(known.needs)} in {data_dir}")
-    (first, *_) = run(known, ["--data", str(data_dir)], short=True)
-    assert first.rows
-    assert all(len(row) == len(first.columns) for row in first.rows)
-
-
 def test_the_package_knows_nothing_of_the_experiments():
     package = Path(sdftrack.__file__).parent
-    assert importlib.util.find_spec("sdftrack.eval") is None
-    assert importlib.util.find_spec("sdftrack.experiments") is None
     for path in package.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             named = [a.name for a in node.names] if isinstance(node, ast.Import) else []

@@ -3,26 +3,22 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
 from experiments.several import several
+from experiments.several.growth import growth
+from experiments.several.identity import Tracked, swapped, swaps, track
+from experiments.several.judged import judge, measure, total
+from experiments.several.look_alikes import relative_motion
 from experiments.several.shuffle import hands
 from experiments.synth import contact_paths as paths
 from experiments.synth import several as scenes
 from experiments.synth.contact import Solid, deepest, first_contact, gap
 from experiments.synth.staged import Scene
-from experiments.thesis import fig_5_4, look_alikes
-from experiments.thesis.fig_5_8 import relative_motion
-from experiments.thesis.measures.growth import growth
-from experiments.thesis.measures.identity import Tracked, swapped, swaps, track
-from experiments.thesis.measures.judged import judge, measure, total
 from sdftrack import geometry
-from sdftrack.cli.app import run
 from sdftrack.synth.duck import duck_mesh
 
 RADIUS_M = 0.05
@@ -227,45 +223,12 @@ def test_an_unknown_way_is_named(ball):
 # --- commands ------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory, duck):
-    made = tmp_path_factory.mktemp("meshes")
-    (made / "meshes").mkdir()
-    duck[0].save(made / "meshes" / "duck.ply")
-    return made
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("case", "more"),
-    [
-        ("meetings", ["--frames", "4", "--noise", "kinect", "--mode", "depth,rgbd"]),
-        ("hands", ["--frames", "3"]),
-        ("push", ["--frames", "3", "--push-mm", "2"]),
-        ("approach", ["--frames", "3", "--noise", "0.5mm"]),
-        ("still", ["--frames", "3"]),
-        ("hidden", ["--trials", "1", "--frames", "2"]),
-        ("row", ["--frames", "3", "--counts", "1,2"]),
-    ],
-)
-def test_every_case_runs_from_the_command(case, more, folder, measured, capsys):
-    common = ["--only", "duck", "--voxels", "60", "--cache", str(folder / "cache")]
-    (made,) = measured(f"several.{case}", *common, *more, data=folder)["tables"]
-    rows = made["numbers"]
-    assert {name for key in rows for name in ("joint", "single") if name in key} == {"joint", "single"}
-    for row in rows.values():
-        assert row.get("lost", 0) == row.get("swaps", 0) == 0
-    table = capsys.readouterr().out
-    assert "joint, depth" in table
-    assert "single, depth" in table
-
-
-def test_wrong_arguments_are_refused(folder, capsys):
-    assert main(["run", "several.k1", "--data", str(folder)]) == 1
+def test_wrong_arguments_are_refused(tmp_path, capsys):
+    assert main(["run", "several.k1", "--data", str(tmp_path)]) == 1
     assert "several.k1: expected the folders k1 in" in capsys.readouterr().err
     assert main(["run", "several.none"]) == 2
     with pytest.raises(SystemExit):
-        main(["run", "several.push", "--data", str(folder), "--ways", "both"])
+        main(["run", "several.push", "--data", str(tmp_path), "--ways", "both"])
     with pytest.raises(ValueError, match=r'noise: expected "kinect" or millimetres'):
         several.noise_of("2", 0.001)
     assert several.noise_of("2mm", 0.001) == pytest.approx(0.002)
@@ -282,15 +245,3 @@ def test_both_sponges_from_the_command(data_dir, measured, capsys):
         assert row["iou_least"] > 0.7
         assert row["deepest_mm"] < 2
     assert "joint, depth, left" in capsys.readouterr().out
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("figure", ["5.4", "5.6", "5.8"])
-def test_the_figures_of_chapter_5_in_small(figure, tmp_path, monkeypatch):
-    monkeypatch.setattr(fig_5_4, "COUNTS", (1, 2, 3))
-    monkeypatch.setattr(look_alikes, "VOXELS", 60)
-    assert run(["reproduce", figure, "--frames", "3", "--out", str(tmp_path), "-q"]) == 0
-    out = tmp_path / figure
-    assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
-    result = json.loads((out / "result.json").read_text())
-    assert all(row["lost"] == 0 for row in result["levels"])

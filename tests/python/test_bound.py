@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from experiments.common.bound import expected_length, pose_bound, pose_information
-from experiments.thesis.scenes.truth import motion
+from experiments.common.truth import motion
 from sdftrack.evaluation.pose_errors import swing_and_turn
 
 SIGMA_M = 1e-3
@@ -60,7 +60,7 @@ def test_information_is_the_slope_of_rendered_depth():
     through = origin + 0.05 * rng.normal(size=(3, 3))
 
     def depth(p):
-        from experiments.thesis.scenes.truth import _exp
+        from experiments.common.truth import _exp
 
         R = _exp(np.array(p[3:]))
         moved_n = n @ R.T
@@ -106,7 +106,7 @@ def test_motion_advances_by_the_asked_steps_and_stays_in_view():
 
 
 def test_swing_and_turn_are_apart():
-    from experiments.thesis.scenes.truth import _exp
+    from experiments.common.truth import _exp
 
     axis = np.array([0.0, 0.0, 2.0])
     swing, turn = swing_and_turn(_exp(np.array([0.1, 0.0, 0.0])) @ _exp(np.array([0.0, 0.0, 0.7])), axis)

@@ -255,7 +255,7 @@ def render(duck, T, rng):
 
 
 def truth():
-    from experiments.thesis.scenes.truth import motion
+    from experiments.common.truth import motion
 
     return motion(FRAMES, 0.004, np.deg2rad(1.0), seed=2)
 

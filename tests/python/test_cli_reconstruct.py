@@ -33,7 +33,7 @@ def told(capsys):
 
 
 def poses():
-    from experiments.thesis.scenes.truth import motion
+    from experiments.common.truth import motion
 
     return motion(FRAMES, 0.004, np.deg2rad(2.0), seed=2)
 

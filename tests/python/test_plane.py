@@ -287,7 +287,7 @@ def test_the_lower_edge_of_an_object_stays_with_it():
 
 
 def osd_scenes(data_dir):
-    from experiments.thesis.scenes.table_scenes import open_scenes
+    from experiments.planes.table_scenes import open_scenes
 
     if not (data_dir / "osd").is_dir():
         pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.synth.covers import hide
-from experiments.synth.gait import gait
-from experiments.thesis.measures.shape_protocol import (
+from experiments.contour.shape_protocol import (
     Answer,
     asked,
     baseline,
@@ -19,6 +17,8 @@ from experiments.thesis.measures.shape_protocol import (
     detection,
     learnt,
 )
+from experiments.synth.covers import hide
+from experiments.synth.gait import gait
 from reference import shape_memory as twin
 from sdftrack._internal import saved_file
 from sdftrack._internal.saved_file import FileKind

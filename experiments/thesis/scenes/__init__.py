@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""The synthetic and labelled scenes of the figures."""

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""Whether the tracker knows what it does not know: correlated errors, a wrong shape, a wrong place."""
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.trust import confidence
+from reference import energies as twin
+from reference import tracking as twin_tracking
+from reference import trust as twin_trust
+from sdftrack import _core, geometry, synth
+
+AREA_RTOL = 1e-3  # float sums of some thousand terms of both signs
+# The factor's sd at 70 x 70 white pixels is about 1 / sqrt(24 windows, overlapping by half), 0.15; three of them.
+WHITE_ATOL = 0.45
+SCALE_M, FLOOR = 0.002, 0.1
+
+
+def block_noise(side, size=70, seed=0):
+    """(pixels of a disc, noise of 1 sigma that squares of side x side pixels share)."""
+    rng = np.random.default_rng(seed)
+    v, u = np.mgrid[:size, :size]
+    disc = (u - size / 2) ** 2 + (v - size / 2) ** 2 < (size / 2) ** 2
+    blocks = -(-size // side)
+    noise = np.kron(rng.standard_normal((blocks, blocks)), np.ones((side, side)))[:size, :size]
+    return u[disc].astype(np.float32), v[disc].astype(np.float32), noise[disc].astype(np.float32)
+
+
+@pytest.mark.parametrize("side", [1, 3])
+def test_the_correlation_area_is_that_of_the_twin(side):
+    u, v, noise = block_noise(side)
+    residual = np.float32(SCALE_M) * noise
+    pull = np.array([twin.DepthLogistic(SCALE_M, FLOOR)(float(r)).slope for r in residual])
+    area = _core.correlation_area(u, v, residual, SCALE_M, FLOOR)
+    assert area == pytest.approx(twin_tracking.correlation_area(u, v, pull), rel=AREA_RTOL)
+
+
+@pytest.mark.parametrize("side", [1, 2, 4])
+def test_the_correlation_area_is_the_size_of_the_blocks_that_share_an_error(side):
+    areas = []
+    for seed in range(20):
+        u, v, noise = block_noise(side, seed=seed)
+        areas.append(_core.correlation_area(u, v, SCALE_M * noise, SCALE_M, FLOOR))
+    # Half-overlapping windows of 10 pixels see of a block of 4 what does not cross their border: 0.8 of it.
+    assert 0.7 * side**2 < np.mean(areas) < side**2 + WHITE_ATOL
+    assert areas[0] == pytest.approx(side**2, rel=3 * WHITE_ATOL / np.sqrt(2))
+
+
+def test_too_few_pixels_say_nothing_about_correlation():
+    u, v, noise = block_noise(1, size=9)
+    assert _core.correlation_area(u, v, SCALE_M * noise, SCALE_M, FLOOR) == 0
+
+
+def test_the_interpolation_error_is_known_where_the_field_is():
+    # phi = |p| has the Laplacian 2 / |p|.
+    ball = st.SDF.sphere(0.05, voxels=60)
+    field = twin.SingleObject(ball.values, ball.voxel_size, ball.origin, np.eye(4))
+    rng = np.random.default_rng(0)
+    p = rng.normal(size=(200, 3))
+    p *= 0.05 / np.linalg.norm(p, axis=1)[:, None]
+    expected = ball.voxel_size**2 / 12 * 2 / 0.05
+    found = [twin_tracking.interpolation_error(field, x, ball.voxel_size) for x in p]
+    surplus = [field.row(x).phi for x in p]  # of the interpolant at the true surface
+    assert np.mean(found) == pytest.approx(expected, rel=0.05)
+    assert np.mean(surplus) == pytest.approx(expected, rel=0.1)
+
+
+# --- status and confidence
+
+CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+BOX_M = [0.12, 0.09, 0.06]
+RIGHT, WRONG = 0.8, 0.5  # confidence above, below
+CLEARLY = 0.3  # of the right pose over the same pose disturbed
+
+
+@pytest.fixture(scope="module")
+def box():
+    return st.SDF.box(BOX_M, voxels=80)
+
+
+def scene(shape, seed=0, clutter="table", noise="kinect", occluder=None):
+    """(frame, T_cam_obj) of a shape among other things."""
+    seq = synth.sequence(
+        shape, 1, None, noise, occluder, seed, camera=CAMERA, clutter=clutter, color=False, threads=1
+    )
+    return seq[0], np.asarray(seq.ground_truth[0][0])
+
+
+def moved(T, metres, degrees, seed=0):
+    rng = np.random.default_rng(seed)
+    d, w = rng.normal(size=3), rng.normal(size=3)
+    out = geometry.pose(np.radians(degrees) * w / np.linalg.norm(w)) @ T
+    out[:3, 3] = T[:3, 3] + metres * d / np.linalg.norm(d)
+    return out
+
+
+@pytest.mark.parametrize("clutter", ["wall", "table", "objects"])
+@pytest.mark.parametrize("noise", [0.001, "kinect"])
+def test_a_cube_that_fits_two_faces_of_a_longer_box_is_not_called_ok(box, clutter, noise):
+    cube = st.SDF.box([0.1, 0.1, 0.1], voxels=80)
+    for seed in range(
+        3
+    ):  # the first view shows one face alone, in which the cube may slide: ok, not believed
+        frame, T = scene(box, seed, clutter, noise)
+        right = st.Tracker(box, CAMERA, threads=1, recover=False).start(frame, poses=[T])
+        assert right.ok
+        assert right.confidence[0] > RIGHT
+        start = moved(T, 0.01, 6, seed)
+        start[2, 3] += 0.005
+        wrong = st.Tracker(cube, CAMERA, threads=1, recover=False).start(frame, poses=[start])
+        assert wrong.confidence[0] < WRONG
+        if seed:
+            assert not wrong.ok
+            assert wrong.reason[0]
+
+
+@pytest.mark.parametrize(("metres", "degrees"), [(0.03, 0), (0, 25), (0.025, 15), (0.05, 40)])
+def test_a_disturbed_pose_judged_as_it_is_is_not_believed(box, metres, degrees):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    wrong = []
+    for seed in range(5):
+        frame, T = scene(box, seed)
+        right = confidence.judged(tracker, frame, T)["confidence"]
+        assert right > RIGHT
+        wrong.append(confidence.judged(tracker, frame, moved(T, metres, degrees, seed)).get("confidence", 0))
+        assert wrong[-1] < right - CLEARLY
+    assert np.median(wrong) < WRONG  # a box hardly changes its looks under some turns
+
+
+def test_an_object_that_is_not_there_is_not_found_in_a_table(box):
+    absent = st.SDF.ellipsoid([0.06, 0.045, 0.03], voxels=60)
+    believed = 0
+    for seed in range(12):
+        frame, _ = scene(box, seed, "objects")
+        rng = np.random.default_rng(seed)
+        v, u = np.nonzero((frame.depth > 0) & (frame.depth < 1.5))
+        k = rng.integers(len(v))
+        ray = np.array([(u[k] - CAMERA.cx) / CAMERA.fx, (v[k] - CAMERA.cy) / CAMERA.fy, 1.0])
+        T = geometry.pose(rng.normal(size=3), (float(frame.depth[v[k], u[k]]) + 0.03) * ray)
+        result = st.Tracker(absent, CAMERA, threads=1, recover=False).start(frame, poses=[T])
+        believed += result.ok or result.confidence[0] > WRONG
+    assert believed == 0
+
+
+def test_judging_a_pose_leaves_the_tracker_as_it_was(box):
+    frame, T = scene(box)
+    results = []
+    for judge in (False, True):
+        tracker = st.Tracker(box, CAMERA, threads=1)
+        tracker.start(frame, poses=[T])
+        if judge:
+            confidence.judged(tracker, frame, moved(T, 0.04, 30))
+        results.append(tracker.track(frame))
+    np.testing.assert_array_equal(results[0].pose, results[1].pose)
+    np.testing.assert_array_equal(results[0].covariance, results[1].covariance)
+
+
+def test_the_evidence_is_the_twins(box):
+    tracker = st.Tracker(box, CAMERA, threads=1)
+    names = ("agree", "farther", "missing", "expected", "gap_m", "ends", "runs_on", "roughness")
+    seen = []
+    for seed, degrees in enumerate([0, 5, 15, 40]):
+        frame, T = scene(box, seed)
+        said = confidence.judged(tracker, frame, moved(T, 0, degrees, seed))
+        seen.append(said["evidence"])
+        assert said["evidence"] == pytest.approx(twin_trust.evidence(**{n: said[n] for n in names}), rel=1e-9)
+    assert max(seen) > 0.9
+    assert min(seen) < 0.1
+
+
+def test_a_find_of_a_search_needs_more_evidence():
+    seen = {
+        "agree": 90,
+        "farther": 1,
+        "missing": 0,
+        "expected": 100,
+        "gap_m": 0.002,
+        "ends": 20,
+        "runs_on": 1,
+    }
+    even, rare = (twin_trust.evidence(**seen, roughness=1.0, odds=odds) for odds in (1.0, 0.05))
+    assert rare / (1 - rare) == pytest.approx(0.05 * even / (1 - even))
