@@ -46,14 +46,20 @@ class Table:
 
     @classmethod
     def of(
-        cls, title: str, columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]], **more: Any
+        cls,
+        title: str,
+        columns: Mapping[str, str],
+        rows: Sequence[Mapping[str, Any]] | Mapping[str, Mapping[str, Any]],
+        **more: Any,
     ) -> Table:
         """A table of rows of values; `columns` has ``"key:format"`` for each heading, see `cell`.
 
-        The rows are also the numbers of the record, unless `more` has others.
+        Of a mapping, the keys are the values "name" of its rows. The rows are also the numbers of the record, unless
+        `more` has others.
         """
-        made = [cells(columns, row) for row in rows]
-        return cls(title, list(columns), made, **{"numbers": list(rows), **more})
+        named = [{"name": name, **row} for name, row in rows.items()] if isinstance(rows, Mapping) else rows
+        made = [cells(columns, row) for row in named]
+        return cls(title, list(columns), made, **{"numbers": rows, **more})
 
     def __str__(self) -> str:
         body = text_table(self.title, self.columns, self.rows) if self.columns else self.title

@@ -15,15 +15,22 @@ from experiments.several.identity import Tracked, swapped, swaps
 from experiments.synth.contact import Solid, deepest
 from experiments.synth.staged import Scene
 
-__all__ = ["HEAD", "Measured", "cells", "errors", "judge", "measure", "total"]
+__all__ = ["COLUMNS", "Measured", "errors", "judge", "measure", "total"]
 
 Array = NDArray[np.float64]
 VISIBLE = 0.3  # of an object's silhouette: what is hidden more is not asked for
 COMPARED = 100  # points of the surface over which two poses are compared
-HEAD = [
-    "case, way", "frames", "swaps", "lost", "weak", "wrong", "mean mm", "max mm", "mean deg", "max deg", "deepest mm",
-    "ms", "Hz",
-]  # fmt: skip
+COLUMNS = {
+    "case, way": "name",
+    **{name: f"{name}:d" for name in ("frames", "swaps", "lost", "weak", "wrong")},
+    "mean mm": "mean_mm:.3f",
+    "max mm": "max_mm:.2f",
+    "mean deg": "mean_deg:.3f",
+    "max deg": "max_deg:.2f",
+    "deepest mm": "deepest_mm:.2f",
+    "ms": "ms_per_frame:.2f",
+    "Hz": "hz:.0f",
+}
 
 
 @dataclass(frozen=True)
@@ -98,12 +105,3 @@ def judge(scene: Scene, tracked: Tracked, back: int, within: int) -> tuple[int |
 def _points(solid: Solid) -> Array:
     """The points over which poses are compared."""
     return solid.points[:: max(1, len(solid.points) // COMPARED)]
-
-
-def cells(name: str, row: dict[str, Any]) -> list[str]:
-    """A row of the table."""
-    return [
-        name, str(row["frames"]), str(row["swaps"]), str(row["lost"]), str(row["weak"]), str(row["wrong"]),
-        f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}", f"{row['max_deg']:.2f}",
-        f"{row['deepest_mm']:.2f}", f"{row['ms_per_frame']:.2f}", f"{row['hz']:.0f}",
-    ]  # fmt: skip

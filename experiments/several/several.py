@@ -22,12 +22,12 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.several.growth import COUNTS, fit_text, growth, time_row
 from experiments.several.identity import run_way
-from experiments.several.judged import HEAD, Measured, cells, judge, measure, total
+from experiments.several.judged import COLUMNS, Measured, judge, measure, total
 from experiments.several.shuffle import hands
 from experiments.synth import several as scenes
 from experiments.synth.contact import Solid
 from experiments.synth.staged import Scene
-from experiments.table import Table
+from experiments.table import Table, cells
 
 __all__ = ["Setting", "noise_of"]
 
@@ -110,11 +110,11 @@ def judged_frames(case: str, only: Seq[str], seeds: int, s: Setting, make: Make)
         for key, found_all in own.items():
             rows[f"{name}, {key}"] = total(found_all)
             parts.setdefault(key, []).extend(found_all)
-            say("  ".join(cells(f"{name}, {key}", rows[f"{name}, {key}"])))
+            say("  ".join(cells(COLUMNS, {"name": f"{name}, {key}", **rows[f"{name}, {key}"]})))
     if len(only) > 1:
         rows |= {f"all, {key}": total(measured) for key, measured in parts.items()}
     title = f"{case}: {contacts} contacts, {crossings} crossings, noise {s.noise}"
-    return Table(title, HEAD, [cells(name, row) for name, row in rows.items()], numbers=rows)
+    return Table.of(title, COLUMNS, rows)
 
 
 def _case(
@@ -226,16 +226,25 @@ def hidden(
             row["swapped"].append(wrong)
             row["deepest_mm"] = max(row["deepest_mm"], 1e3 * float(measure(scene, tracked).crowded.max()))
             row["ms"].append(1e3 * float(np.median(tracked.seconds[1:])))
-    columns = ["way", "trials", f"found <= {FIND_WITHIN}", "slowest", "swapped", "deepest mm", "ms"]
-    lines = [
-        [
-            name, str(trials), str(sum(f is not None for f in r["found"])),
-            str(max((f for f in r["found"] if f is not None), default="-")), str(sum(r["swapped"])),
-            f"{r['deepest_mm']:.2f}", f"{np.median(r['ms']):.2f}",
-        ]
-        for name, r in rows.items()
-    ]  # fmt: skip
-    return Table(f"hidden for {scenes.AWAY} frames beside the other one", columns, lines, numbers=rows)
+    found_all = {
+        name: {
+            **row,
+            "trials": trials,
+            "quick": sum(f is not None for f in row["found"]),
+            "slowest": max((f for f in row["found"] if f is not None), default=None),
+            "swaps": sum(row["swapped"]),
+            "median_ms": float(np.median(row["ms"])),
+        }
+        for name, row in rows.items()
+    }
+    columns = {
+        "way": "name",
+        "trials": "trials:d",
+        f"found <= {FIND_WITHIN}": "quick:d",
+        "slowest": "slowest:d",
+    }
+    columns |= {"swapped": "swaps:d", "deepest mm": "deepest_mm:.2f", "ms": "median_ms:.2f"}
+    return Table.of(f"hidden for {scenes.AWAY} frames beside the other one", columns, found_all, numbers=rows)
 
 
 @experiment(
@@ -271,13 +280,12 @@ def row_of_objects(
     s = Setting(data, ways, mode, noise, voxels, threads, options, cache)
     mesh, solid = s.solid(only[0])
     rows: dict[str, Any] = {}
-    lines, notes = [], []
+    notes, fits = [], {}
     for way_mode, way in s.pairs():
-        own = []
-        for count in counts:
-            own.append(time_row(mesh, solid, count, way, way_mode, frames, s.tracking, **s.rendering))
-            rows[f"{way}, {way_mode}, {count}"] = own[-1]
-            lines.append([*cells(f"{way}, {way_mode}, {count} objects", own[-1]), str(own[-1]["pixels"])])
-        rows[f"{way}, {way_mode}, fit"] = growth(counts, [r["ms_per_frame"] for r in own])
-        notes.append(f"{way}, {way_mode}: {fit_text(rows[f'{way}, {way_mode}, fit'])}")
-    return Table(f"{only[0]} side by side", [*HEAD, "pixels"], lines, notes, rows)
+        own = [time_row(mesh, solid, n, way, way_mode, frames, s.tracking, **s.rendering) for n in counts]
+        rows |= {f"{way}, {way_mode}, {n} objects": row for n, row in zip(counts, own, strict=True)}
+        key = f"{way}, {way_mode}, fit"
+        fits[key] = growth(counts, [r["ms_per_frame"] for r in own])
+        notes.append(f"{way}, {way_mode}: {fit_text(fits[key])}")
+    columns = {**COLUMNS, "pixels": "pixels:d"}
+    return Table.of(f"{only[0]} side by side", columns, rows, notes=notes, numbers={**rows, **fits})
