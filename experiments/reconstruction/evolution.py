@@ -9,7 +9,7 @@ from typing import Any
 from experiments.common.protocol import say
 from experiments.reconstruction.reconstruction import PARTS, Setting, run_case
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
 
 __all__ = ["WAYS", "evolution"]
 
@@ -18,17 +18,17 @@ WAYS: dict[str, dict[str, Any]] = {
     "printed evidence": {"evidence": "printed"},
     "printed": {"evolution": "printed"},
 }
-COLUMNS = (
-    "case", "mean mm", "max mm", "mean deg", "max deg", "not ok", "chamfer mm", "too large by mm", "ms",
-)  # fmt: skip
-
-
-def _cells(case: str, row: dict[str, Any]) -> list[str]:
-    numbers = ("mean_mm", "max_mm", "mean_deg", "max_deg")
-    return [
-        case, *(f"{row[k]:.2f}" for k in numbers), f"{row['not_ok']}",
-        f"{row['chamfer_mm']:.2f}", f"{row['offset']:+.2f}", f"{row['cpu_ms']:.0f}",
-    ]  # fmt: skip
+COLUMNS = {
+    "case": "name",
+    "mean mm": "mean_mm:.2f",
+    "max mm": "max_mm:.2f",
+    "mean deg": "mean_deg:.2f",
+    "max deg": "max_deg:.2f",
+    "not ok": "not_ok:d",
+    "chamfer mm": "chamfer_mm:.2f",
+    "too large by mm": "offset:+.2f",
+    "ms": "cpu_ms:.0f",
+}
 
 
 @experiment(
@@ -59,7 +59,7 @@ def evolution(
     noise
         "kinect" or millimetres as in "1mm"
     """
-    cells, rows = [], {}
+    rows: dict[str, Any] = {}
     for name in only:
         for way, options in WAYS.items():
             seed = PARTS["choose"][1]
@@ -67,6 +67,5 @@ def evolution(
             (row,) = run_case(name, "hand", noise, s).values()
             case = f"{name}, {way}"
             rows[case] = {k: v for k, v in row.items() if not isinstance(v, list)}  # frame by frame: too long
-            cells.append(_cells(case, row))
-            say("  ".join(cells[-1]))
-    return Table(f"{frames} frames by hand, {noise}, {voxels} voxels", COLUMNS, cells, numbers=rows)
+            say("  ".join(cells(COLUMNS, {"name": case, **row})))
+    return Table.of(f"{frames} frames by hand, {noise}, {voxels} voxels", COLUMNS, rows)

@@ -18,10 +18,10 @@ from experiments.reconstruction.rebuilt import Live, rebuild, relative_errors, s
 from experiments.reconstruction.seen_part import Compared, Truth, compare
 from experiments.registry import experiment
 from experiments.several.several import noise_of
-from experiments.table import Table
+from experiments.table import Table, cells
 from sdftrack.geometry import inverse
 
-__all__ = ["HEAD", "PATHS", "Setting", "cells", "reconstruction", "run_case"]
+__all__ = ["COLUMNS", "PATHS", "Setting", "reconstruction", "run_case"]
 
 # The meshes and the seed of a part; options were chosen on those of "choose".
 PARTS = {
@@ -31,10 +31,17 @@ PARTS = {
 PATHS: tuple[Literal["turntable", "hand"], ...] = ("turntable", "hand")
 DISTANCE_M = 0.7
 TRUTH_VOXELS = 240
-HEAD = [
-    "case", "mean_mm", "max_mm", "mean_deg", "max_deg", "not_ok", "chamfer_mm", "offset", "complete_%", "seen_%",
-    "settled", "ms", "first_ms", "peak_MB",
-]  # fmt: skip
+COLUMNS = {
+    "case": "name",
+    **{name: f"{name}:.2f" for name in ("mean_mm", "max_mm", "mean_deg", "max_deg")},
+    "not_ok": "not_ok:d",
+    **{name: f"{name}:.2f" for name in ("chamfer_mm", "offset")},
+    "complete_%": "complete_%:.1f",
+    "seen_%": "seen_%:.0f",
+    "settled": "settled:d",
+    "ms": "ms:.1f",
+    **{name: f"{name}:.0f" for name in ("first_ms", "peak_MB")},
+}
 
 
 def path_of(name: str) -> Any:
@@ -148,16 +155,6 @@ def shape_row(c: Compared) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def cells(name: str, row: dict[str, Any]) -> list[str]:
-    """A row as text, "-" where it has no such number."""
-    whole = ("not_ok", "settled", "first_ms", "peak_MB", "seen_%")
-    return [name] + [
-        "-" if key not in row else f"{row[key]:.0f}" if key in whole
-        else f"{row[key]:.1f}" if key in ("ms", "complete_%") else f"{row[key]:.2f}"
-        for key in HEAD[1:]
-    ]  # fmt: skip
-
-
 @experiment(
     "reconstruction",
     needs=["meshes"],
@@ -216,7 +213,7 @@ def reconstruction(
             for name in only or meshes:
                 for key, row in run_case(name, path, which, s).items():
                     rows[key] = row
-                    say("  ".join(cells(key, row)))
+                    say("  ".join(cells(COLUMNS, {"name": key, **row})))
     title = f"{part}: {frames} frames, {voxels} voxels, {mode}; mm, degrees, ms, MiB"
     numbers = {key: {k: v for k, v in row.items() if not isinstance(v, list)} for key, row in rows.items()}
-    return Table(title, HEAD, [cells(k, r) for k, r in rows.items()], numbers=numbers)
+    return Table.of(title, COLUMNS, numbers)

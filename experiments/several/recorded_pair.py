@@ -29,11 +29,26 @@ PICTURED = (150, 175, 200, 225, 250)
 MEDIAN_LIMIT_M, STEP_LIMIT_M, STEP_LIMIT_RAD = 0.003, 0.060, np.deg2rad(25.0)
 DEEPEST_LIMIT_M = 0.002
 OWN_PIXELS = 100  # fewer say nothing of a pose
-HEAD = [
-    "way, sponge", "lost", "weak", "IoU least", "IoU at", "of readings", "references mm / deg", "readings mm",
-    "readings at", "unjudged", "step mm", "step mm at", "step deg", "step deg at", "deepest mm", "deepest at", "ms",
-    "kept",
-]  # fmt: skip
+COLUMNS = {
+    "way, sponge": "name",
+    "lost": "lost:d",
+    "weak": "weak:d",
+    "IoU least": "iou_least:.3f",
+    "IoU at": "iou_at:d",
+    "of readings": "iou_read_least:.3f",
+    "references mm / deg": "at_references",
+    "readings mm": "median_mm:.2f",
+    "readings at": "median_at:d",
+    "unjudged": "unjudged:d",
+    "step mm": "step_mm:.1f",
+    "step mm at": "step_at:d",
+    "step deg": "turn_deg:.1f",
+    "step deg at": "turn_at:d",
+    "deepest mm": "deepest_mm:.2f",
+    "deepest at": "deepest_at:d",
+    "ms": "ms_per_frame:.2f",
+    "kept": "kept",
+}
 
 
 @experiment(
@@ -82,7 +97,7 @@ def recorded_pair(
         f"after it readings within {1e3 * MEDIAN_LIMIT_M:g} mm (median), steps <= {1e3 * STEP_LIMIT_M:g} mm and "
         f"{np.rad2deg(STEP_LIMIT_RAD):.0f} deg; penetration < {1e3 * DEEPEST_LIMIT_M:g} mm throughout",
     ]
-    return Table(f"k1, {n} frames", HEAD, [_cells(name, row) for name, row in rows.items()], limits, rows)
+    return Table.of(f"k1, {n} frames", COLUMNS, rows, notes=limits)
 
 
 def judged(seq: Any, solid: Solid, tracked: Tracked) -> list[dict[str, Any]]:
@@ -112,6 +127,7 @@ def judged(seq: Any, solid: Solid, tracked: Tracked) -> list[dict[str, Any]]:
             "iou_at": _least(ious)[1],
             "iou_read_least": _least(read)[0],
             "references": hand,
+            "at_references": " ".join(f"{i}: {mm:.1f}/{deg:.1f}" for i, (mm, deg) in hand.items()),
             "median_mm": -1e3 * _least(-np.abs(median))[0],
             "median_at": _least(-np.abs(median))[1],
             "unjudged": int(np.isnan(median[late]).sum()),
@@ -175,16 +191,6 @@ def _least(values: Array) -> tuple[float, int]:
         return float("nan"), -1
     at = int(np.nanargmin(values))
     return float(values[at]), at
-
-
-def _cells(name: str, q: dict[str, Any]) -> list[str]:
-    at = " ".join(f"{i}: {mm:.1f}/{deg:.1f}" for i, (mm, deg) in q["references"].items())
-    return [
-        name, str(q["lost"]), str(q["weak"]), f"{q['iou_least']:.3f}", str(q["iou_at"]), f"{q['iou_read_least']:.3f}",
-        at, f"{q['median_mm']:.2f}", str(q["median_at"]), str(q["unjudged"]), f"{q['step_mm']:.1f}", str(q["step_at"]),
-        f"{q['turn_deg']:.1f}", str(q["turn_at"]), f"{q['deepest_mm']:.2f}", str(q["deepest_at"]),
-        f"{q['ms_per_frame']:.2f}", "yes" if q["kept"] else "no",
-    ]  # fmt: skip
 
 
 def _draw(seq: Any, solid: Solid, tracked: Tracked, folder: Path) -> None:

@@ -18,24 +18,15 @@ from experiments.table import Table
 __all__ = ["fast_motion"]
 
 STEP_MM, STEP_DEG = 30.0, 10.0
-HEAD = [
-    "mesh, mode, motion model",
-    "mean mm",
-    "max mm",
-    "mean deg",
-    "max deg",
-    "lost",
-    "weak",
-    "wrong",
-    "ms",
-]
-
-
-def _cells(name: str, row: dict[str, Any]) -> list[str]:
-    return [
-        name, f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}", f"{row['max_deg']:.2f}",
-        str(row["lost"]), str(row["weak"]), str(row["wrong"]), f"{row['ms_per_frame']:.2f}",
-    ]  # fmt: skip
+COLUMNS = {
+    "mesh, mode, motion model": "name",
+    "mean mm": "mean_mm:.3f",
+    "max mm": "max_mm:.2f",
+    "mean deg": "mean_deg:.3f",
+    "max deg": "max_deg:.2f",
+    **{name: f"{name}:d" for name in ("lost", "weak", "wrong")},
+    "ms": "ms_per_frame:.2f",
+}
 
 
 @experiment(
@@ -90,4 +81,4 @@ def fast_motion(
                 told = {"motion": model, "threads": threads, **options}
                 rows[f"{name}, {way}, {model}"] = summary([track_scene(sdf, s, way, told) for s in sequences])
     title = f"{frames} frames, {step_mm:g} mm and {step_deg:g} deg per frame, noise {1e3 * sigma:g} mm, {seeds} seeds"
-    return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
+    return Table.of(title, COLUMNS, rows)

@@ -12,7 +12,7 @@ from experiments.common.protocol import MESHES, load_mesh, load_sdf, say, summar
 from experiments.common.tracked_scene import Run, track_scene
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
 
 __all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "kept", "occlusion", "scene"]
 
@@ -20,19 +20,17 @@ __all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "kept", "occlusion", "sce
 SHARE, GROW = 0.6, 30
 COLORS: tuple[Literal["other", "similar"], ...] = ("other", "similar")
 MEAN_MM, MEAN_DEG, MAX_MM, MAX_DEG = 0.5, 0.5, 1.5, 1.5
-HEAD = [
-    "mesh, hand, mode",
-    "hidden %",
-    "mean mm",
-    "max mm",
-    "mean deg",
-    "max deg",
-    "lost",
-    "weak",
-    "wrong",
-    "ms",
-    "kept",
-]
+COLUMNS = {
+    "mesh, hand, mode": "name",
+    "hidden %": "hidden_percent:.0f",
+    "mean mm": "mean_mm:.3f",
+    "max mm": "max_mm:.2f",
+    "mean deg": "mean_deg:.3f",
+    "max deg": "max_deg:.2f",
+    **{name: f"{name}:d" for name in ("lost", "weak", "wrong")},
+    "ms": "ms_per_frame:.2f",
+    "kept": "kept",
+}
 
 
 def scene(
@@ -68,14 +66,6 @@ def kept(row: dict[str, Any]) -> bool:
         and row["max_mm"] <= MAX_MM
         and row["max_deg"] <= MAX_DEG
     )
-
-
-def _cells(name: str, row: dict[str, Any]) -> list[str]:
-    return [
-        name, f"{row['hidden_percent']:.0f}", f"{row['mean_mm']:.3f}", f"{row['max_mm']:.2f}", f"{row['mean_deg']:.3f}",
-        f"{row['max_deg']:.2f}", str(row["lost"]), str(row["weak"]), str(row["wrong"]), f"{row['ms_per_frame']:.2f}",
-        "yes" if row["kept"] else "no",
-    ]  # fmt: skip
 
 
 @experiment(
@@ -145,10 +135,10 @@ def occlusion(
                 row = {**summary(runs), "hidden_percent": hidden}
                 row["kept"] = kept(row)
                 rows[f"{name}, {hand}, {way}"] = row
-                say("  ".join(_cells(f"{name}, {hand}, {way}", row)))
+                say("  ".join(cells(COLUMNS, {"name": f"{name}, {hand}, {way}", **row})))
     said = {"kinect": "a Kinect's noise", "stereo": "noise of stereo"}.get(noise, f"noise {1e3 * sigma:g} mm")
     title = f"{frames} frames, {said}, a hand that hides {100 * share:g} %, {seeds} seeds"
-    return Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows)
+    return Table.of(title, COLUMNS, rows)
 
 
 def _hidden(seq: Any, mesh: Any, threads: int) -> float:

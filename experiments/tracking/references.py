@@ -12,25 +12,26 @@ from experiments.common.protocol import say
 from experiments.common.recordings import FOLDERS, Opened, opened, recordings_of
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
 
 __all__ = ["references"]
 
 POINTS, FAR_M, LEAST = 1000, 0.015, 30
-HEAD = [
-    "object, mode", "frames", "ok", "weak", "lost", "ADD mm", "ADD-S mm", "deg", "AUC ADD", "AUC ADD-S",
-    "ok beyond 15 mm", "ms", "99 % ms",
-]  # fmt: skip
+COLUMNS = {
+    "object, mode": "name",
+    **{name: f"{name}:d" for name in ("frames", "ok", "weak", "lost")},
+    "ADD mm": "add_mm:.1f",
+    "ADD-S mm": "adds_mm:.1f",
+    "deg": "deg:.2f",
+    "AUC ADD": "auc_add:.1f",
+    "AUC ADD-S": "auc_adds:.1f",
+    "ok beyond 15 mm": "far_ok:d",
+    "ms": "ms:.2f",
+    "99 % ms": "ms_99:.1f",
+}
 STEADY = [
-    "object, mode",
-    "frames",
-    "constant mm",
-    "constant deg",
-    "beyond it mm",
-    "90 % mm",
-    "beyond it deg",
-    "90 % deg",
-]
+    "object, mode", "frames", "constant mm", "constant deg", "beyond it mm", "90 % mm", "beyond it deg", "90 % deg"
+]  # fmt: skip
 
 
 @experiment(
@@ -71,11 +72,11 @@ def references(
             for way in mode:
                 name = f"{recording.folder} {recording.name}, {way}"
                 rows[name] = _followed(it, way, every, {"threads": threads, **options})
-                say("  ".join(_cells(name, rows[name])))
+                say("  ".join(cells(COLUMNS, {"name": name, **rows[name]})))
     title = f"From the reference pose, every {every}. frame" if every > 1 else "From the reference pose"
     steady = [[name, *row["steady"]] for name, row in rows.items() if row["steady"]]
     return [
-        Table(title, HEAD, [_cells(name, row) for name, row in rows.items()], numbers=rows),
+        Table.of(title, COLUMNS, rows),
         Table(f"{title}: beyond a constant offset and turn", STEADY, steady),
     ]
 
@@ -130,12 +131,4 @@ def _beyond_a_constant(pairs: list[tuple[Any, Any]]) -> list[str]:
         str(len(pairs)), f"{1e3 * np.linalg.norm(constant_m):.1f}", f"{np.degrees(constant.magnitude()):.1f}",
         f"{np.median(left_mm):.2f}", f"{np.percentile(left_mm, 90):.2f}",
         f"{np.median(left_deg):.2f}", f"{np.percentile(left_deg, 90):.2f}",
-    ]  # fmt: skip
-
-
-def _cells(name: str, row: dict[str, Any]) -> list[str]:
-    return [
-        name, str(row["frames"]), str(row["ok"]), str(row["weak"]), str(row["lost"]), f"{row['add_mm']:.1f}",
-        f"{row['adds_mm']:.1f}", f"{row['deg']:.2f}", f"{row['auc_add']:.1f}", f"{row['auc_adds']:.1f}",
-        str(row["far_ok"]), f"{row['ms']:.2f}", f"{row['ms_99']:.1f}",
     ]  # fmt: skip

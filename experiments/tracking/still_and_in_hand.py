@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from collections.abc import Sequence as Seq
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.protocol import say
+from experiments.options import NO_SETTINGS, Settings
+from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.evaluation.pose_errors import pose_errors, track_frames
 
@@ -20,9 +23,8 @@ __all__ = [
     "K1_LEAST_IOU",
     "K1_TO_FRAME",
     "SIDES",
+    "in_hand",
     "mask_iou",
-    "run_k1",
-    "table",
 ]
 
 Array = NDArray[np.float64]
@@ -57,13 +59,11 @@ def mask_iou(sdf: Any, camera: Any, frame: Any, T: Array, masks: Iterable[Any]) 
 
 def run_k1(
     data: Path,
-    frames: int = 141,
-    only: Seq[int] = (0, 1),
-    voxels: int = 200,
-    options: dict[str, Any] | None = None,
-    say: Callable[[str], None] = lambda text: None,
-    keep_poses: bool = False,
-    from_mask: bool = False,
+    frames: int,
+    only: Seq[int],
+    voxels: int,
+    options: dict[str, Any],
+    from_mask: bool,
 ) -> dict[str, dict[str, Any]]:
     """Track each sponge by itself from its reference pose in frame 0, or from its mask there."""
     import sdftrack as st
@@ -74,7 +74,7 @@ def run_k1(
         sdf = st.SDF.from_mesh(mesh, voxels=voxels)
         frames = min(frames, len(seq))
         for k in only:
-            tracker = st.Tracker(sdf, seq.camera, **{"mode": "depth", **(options or {})})
+            tracker = st.Tracker(sdf, seq.camera, **{"mode": "depth", **options})
 
             def told(i: int, result: Any, k: int = k) -> None:
                 if i % 20 == 0 or not result.ok:
@@ -114,37 +114,65 @@ def run_k1(
                 if 0 < i < frames and k in seq.ground_truth[i]:
                     e = pose_errors(poses[i : i + 1], np.asarray(seq.ground_truth[i][k])[None])
                     row["hand"][i] = (1e3 * float(e.translation_m[0]), float(np.rad2deg(e.rotation_rad[0])))
-            if keep_poses:
-                row["poses"] = poses.tolist()
+            at = (f"{i}: {mm:.1f} / {deg:.1f}" for i, (mm, deg) in row["hand"].items())
+            row["in_hand"] = "  ".join(at)
+            row["poses"] = poses.tolist()
             out[SIDES[k]] = row
     return out
 
 
-COLUMNS = (
-    "sponge", "spread mm", "spread deg", "still most mm", "still most deg", "in the hand, mm / deg at frame",
-    "IoU least", "at", "masks", "lost", "weak", "first lost", "ms",
-)  # fmt: skip
+COLUMNS = {
+    "sponge": "name",
+    "spread mm": "spread_mm:.3f",
+    "spread deg": "spread_deg:.3f",
+    "still most mm": "still_max_mm:.2f",
+    "still most deg": "still_max_deg:.2f",
+    "in the hand, mm / deg at frame": "in_hand",
+    "IoU least": "iou_least:.3f",
+    "at": "iou_at:d",
+    "masks": "iou_frames:d",
+    "lost": "lost:d",
+    "weak": "weak:d",
+    "first lost": "first_lost:d",
+    "ms": "ms_per_frame:.2f",
+}
 
 
-def table(rows: dict[str, dict[str, Any]], frames: int) -> Table:
-    """A row per sponge, the limits as notes."""
-    cells, notes = [], []
-    for k, name in enumerate(SIDES):
-        if name not in rows:
-            continue
-        q = rows[name]
-        at = "  ".join(f"{i}: {mm:.1f} / {deg:.1f}" for i, (mm, deg) in q["hand"].items())
-        cells.append([
-            name, f"{q['spread_mm']:.3f}", f"{q['spread_deg']:.3f}", f"{q['still_max_mm']:.2f}",
-            f"{q['still_max_deg']:.2f}", at, f"{q['iou_least']:.3f}", str(q["iou_at"]), str(q["iou_frames"]),
-            str(q["lost"]), str(q["weak"]), str(q["first_lost"]), f"{q['ms_per_frame']:.2f}",
-        ])  # fmt: skip
-        still, hand = (
-            f"{1e3 * m:g} mm / {np.rad2deg(r):g} deg" for m, r in (K1_STILL_LIMITS[k], K1_HAND_LIMITS[k])
-        )
-        notes.append(f"{name}: wanted still within {still} of the reference, in the hand within {hand}")
+@experiment(
+    "real.k1",
+    needs=["k1"],
+    chosen_on="ycbv10 and k1",
+    reported_on="k1, the same recording",
+    short={"only": ("left",), "frames": 4, "voxels": 80},
+)
+def in_hand(
+    *,
+    data: Path,
+    only: tuple[Literal["left", "right"], ...] = ("left", "right"),
+    frames: int = 141,
+    from_mask: bool = False,
+    voxels: int = 200,
+    threads: int = 0,
+    options: Settings = NO_SETTINGS,
+) -> Table:
+    """Each of two recorded sponges by itself, still and in the hand.
+
+    By depth alone; ``--set mode=rgbd`` uses colour.
+
+    Parameters
+    ----------
+    from_mask
+        start from the first frame's mask, not from a pose
+    """
+    told = {"threads": threads, **options}
+    rows = run_k1(data / "k1", frames, [SIDES.index(name) for name in only], voxels, told, from_mask)
+    notes = []
+    for name in rows:
+        limits = (K1_STILL_LIMITS[SIDES.index(name)], K1_HAND_LIMITS[SIDES.index(name)])
+        at_rest, in_it = (f"{1e3 * m:g} mm / {np.rad2deg(r):g} deg" for m, r in limits)
+        notes.append(f"{name}: wanted still within {at_rest} of the reference, in the hand within {in_it}")
     notes.append(
         f"wanted: spread {1e3 * K1_SPREAD_LIMIT[0]:g} mm / {np.rad2deg(K1_SPREAD_LIMIT[1]):g} deg in frames 0-40, "
         f"mask IoU {K1_LEAST_IOU:g} to frame {K1_TO_FRAME}"
     )
-    return Table(f"k1, {frames} frames", COLUMNS, cells, notes, rows)
+    return Table.of(f"k1, {frames} frames", COLUMNS, rows, notes=notes)

@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.common.truth import Truth, noisy
-from experiments.table import Table
 
 __all__ = [
     "CHI2_95",
+    "COLUMNS",
     "Coverage",
-    "cells",
     "coverage",
     "error_vector",
+    "row",
     "synthetic_coverage",
-    "table",
 ]
 
 Array = NDArray[np.float64]
@@ -108,20 +107,21 @@ def synthetic_coverage(
     return coverage(np.array(errors), np.array(covariances))
 
 
-COLUMNS = (
-    "object", "errors", "joint %", "position %", "rotation %", *(f"{d} %" for d in DIRECTIONS),
-    *(f"spread {d}" for d in DIRECTIONS), *(f"offset {d}" for d in DIRECTIONS),
-)  # fmt: skip
+COLUMNS = {
+    "object": "name",
+    "errors": "count:d",
+    **{f"{what} %": f"{what}:.1f" for what in ("joint", "position", "rotation", *DIRECTIONS)},
+    **{f"spread {d}": f"spread_{d}:.2f" for d in DIRECTIONS},
+    **{f"offset {d}": f"offset_{d}:+.2f" for d in DIRECTIONS},
+}
 
 
-def cells(name: str, c: Coverage) -> list[str]:
-    """A row: per cent, spreads and offsets in stated standard deviations."""
-    return [
-        name, str(c.count), *(f"{100 * x:.1f}" for x in (c.joint, c.position, c.rotation, *c.directions)),
-        *(f"{s:.2f}" for s in c.spread), *(f"{o:+.2f}" for o in c.offset),
-    ]  # fmt: skip
-
-
-def table(title: str, rows: dict[str, Coverage]) -> Table:
-    """A row per object."""
-    return Table(title, COLUMNS, [cells(name, c) for name, c in rows.items()])
+def row(c: Coverage) -> dict[str, float]:
+    """Per cent, spreads and offsets in stated standard deviations."""
+    return {
+        "count": c.count,
+        **{what: 100 * getattr(c, what) for what in ("joint", "position", "rotation")},
+        **{d: 100 * float(x) for d, x in zip(DIRECTIONS, c.directions, strict=True)},
+        **{f"spread_{d}": float(x) for d, x in zip(DIRECTIONS, c.spread, strict=True)},
+        **{f"offset_{d}": float(x) for d, x in zip(DIRECTIONS, c.offset, strict=True)},
+    }

@@ -13,16 +13,24 @@ from experiments.common.protocol import say
 from experiments.common.recordings import FOLDERS, Opened, Recording, opened, recordings_of
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
 from experiments.trust.coverage import coverage, error_vector
 
 __all__ = ["REFERENCES", "Reference", "recorded_coverage"]
 
 Array = NDArray[np.float64]
-HEAD = [
-    "object, mode, sensor", "frames", "without pose", "joint %", "position %", "rotation %", "off by mm", "off by deg",
-    "stated mm", "stated deg", "noise alone, joint %", "errors in stated sd",
-]  # fmt: skip
+COLUMNS = {
+    "object, mode, sensor": "name",
+    "frames": "frames:d",
+    "without pose": "without:d",
+    **{f"{what} %": f"{what}:.0f" for what in ("joint", "position", "rotation")},
+    "off by mm": "off_mm:.1f",
+    "off by deg": "off_deg:.2f",
+    "stated mm": "stated_mm:.1f",
+    "stated deg": "stated_deg:.2f",
+    "noise alone, joint %": "alone:.0f",
+    "errors in stated sd": "spreads",
+}
 
 
 class Reference(NamedTuple):
@@ -91,9 +99,9 @@ def recorded_coverage(
                 for named in (True, False):
                     row = _row(recording, it, way, every, {"threads": threads, **options}, named)
                     rows[row["name"]] = row
-                    say("  ".join(_cells(row)))
+                    say("  ".join(cells(COLUMNS, row)))
     title = f"How often the 95 % ellipsoid holds the reference, {part}"
-    return Table(title, HEAD, [_cells(row) for row in rows.values()], numbers=rows)
+    return Table.of(title, COLUMNS, list(rows.values()), numbers=rows)
 
 
 def _row(
@@ -110,15 +118,16 @@ def _row(
         "name": f"{name}, {mode}, {sensor or 'not named'}",
         "frames": len(errors) + without,
         "without": without,
-        "joint": total.joint,
-        "position": total.position,
-        "rotation": total.rotation,
+        "joint": 100 * total.joint,
+        "position": 100 * total.position,
+        "rotation": 100 * total.rotation,
         "off_mm": 1e3 * float(np.median(np.linalg.norm(errors[:, :3], axis=1))),
         "off_deg": float(np.degrees(np.median(np.linalg.norm(errors[:, 3:], axis=1)))),
         "stated_mm": 1e3 * float(np.median(np.linalg.norm(sd[:, :3], axis=1))),
         "stated_deg": float(np.degrees(np.median(np.linalg.norm(sd[:, 3:], axis=1)))),
-        "alone": None if alone is None else coverage(alone[0], alone[1] + reference.covariance()).joint,
+        "alone": None if alone is None else 100 * coverage(alone[0], alone[1] + reference.covariance()).joint,
         "spread": total.spread.tolist(),
+        "spreads": " ".join(f"{s:.1f}" for s in total.spread),
         "offset": total.offset.tolist(),
     }
 
@@ -142,13 +151,3 @@ def _followed(it: Opened, mode: str, every: int, told: dict[str, Any]) -> tuple[
         errors.append(error_vector(result.pose, np.asarray(truth)))
         covariances.append(result.covariance)
     return np.array(errors), np.array(covariances), without
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    alone = "" if row["alone"] is None else f"{100 * row['alone']:.0f}"
-    return [
-        row["name"], str(row["frames"]), str(row["without"]), f"{100 * row['joint']:.0f}",
-        f"{100 * row['position']:.0f}", f"{100 * row['rotation']:.0f}", f"{row['off_mm']:.1f}",
-        f"{row['off_deg']:.2f}", f"{row['stated_mm']:.1f}", f"{row['stated_deg']:.2f}", alone,
-        " ".join(f"{s:.1f}" for s in row["spread"]),
-    ]  # fmt: skip

@@ -7,21 +7,19 @@ from collections.abc import Sequence as Seq
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import sdftrack as st
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
-from experiments.common.truth import default_camera, motion, render_truth
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
+from experiments.tracking.synthetic import paths
 from experiments.trust import absent, confidence, coverage
 from experiments.trust import sensor as sensor_noise
 
 __all__ = ["absent_objects", "coverage_of_truth", "sensor", "separation"]
 
 # Changing these numbers breaks comparisons with docs/trust.md.
-STEP_M, STEP_RAD, TRUTH_FRAMES = 0.005, np.deg2rad(1.5), 300
+STEP_MM, STEP_DEG, TRUTH_FRAMES = 5.0, 1.5, 300
 SCENES, TEST_SEED = 75, 2
 TEST = ("lm_ape", "lm_duck", "lm_glue", "bunny")
 VOXELS = 200
@@ -66,21 +64,15 @@ def coverage_of_truth(
     path_frames
         of the rendered path, of which the first `frames` are tracked
     """
-    camera, rows = default_camera(), {}
+    rows: dict[str, Any] = {}
     for name in only:
         mesh, sdf = volume(data, name, cache)
-        centre = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
-        truths = [
-            render_truth(mesh, motion(path_frames, STEP_M, STEP_RAD, seed, centre), camera, threads, cache)
-            for seed in range(seeds)
-        ]
+        truths = paths(mesh, seeds, path_frames, STEP_MM, STEP_DEG, threads, cache)
         for sigma in (0.001, 0.00316):
-            key = f"{name} {1e3 * sigma:.2f} mm"
-            rows[key] = coverage.synthetic_coverage(
-                sdf, truths, sigma, {"threads": threads, **options}, frames
-            )
-            say("  ".join(coverage.cells(key, rows[key])))
-    return coverage.table("Stated covariance against the truth", rows)
+            key, told = f"{name} {1e3 * sigma:.2f} mm", {"threads": threads, **options}
+            rows[key] = coverage.row(coverage.synthetic_coverage(sdf, truths, sigma, told, frames))
+            say("  ".join(cells(coverage.COLUMNS, {"name": key, **rows[key]})))
+    return Table.of("Stated covariance against the truth", coverage.COLUMNS, rows)
 
 
 @experiment(
