@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.common.bodies import body
+from experiments.common.bodies import VOXELS, body
 from experiments.options import NO_SETTINGS, Settings
 from experiments.pictures import COLORS, Line, Panel, curves, error_panels
 from experiments.progress import step
@@ -32,20 +32,25 @@ JOINT_MM, JOINT_DEG, SINGLE_MM, SINGLE_DEG = 1.0, 1.0, 10.0, 10.0
 Array = NDArray[np.float64]
 
 
-def _pair(mesh: Path | None, unit: str | None) -> tuple[Any, Solid, str]:
+def _pair(mesh: Path | None, unit: str | None, voxels: int) -> tuple[Any, Solid, str]:
     """The mesh, the solid that it bounds, and its name."""
     it = body(mesh, unit, SCALE)
-    return it.mesh, Solid.of(it.mesh, it.sdf()), it.name
+    return it.mesh, Solid.of(it.mesh, it.sdf(voxels)), it.name
 
 
 @experiment(
-    "thesis.5.4", chosen_on="nothing: a time", reported_on="the built-in duck, times 0.5", short={"frames": 3}
+    "thesis.5.4",
+    chosen_on="nothing: a time",
+    reported_on="the built-in duck, times 0.5",
+    short={"frames": 3, "counts": (1, 2), "voxels": 60},
 )
 def times(
     *,
     frames: int = 40,
     mesh: Path | None = None,
     unit: str | None = None,
+    counts: tuple[int, ...] = COUNTS,
+    voxels: int = VOXELS,
     threads: int = 1,
     options: Settings = NO_SETTINGS,
 ) -> Table:
@@ -56,6 +61,8 @@ def times(
 
     Parameters
     ----------
+    counts
+        numbers of objects, comma separated
     mesh
         instead of the built-in duck
     threads
@@ -63,20 +70,20 @@ def times(
     unit
         of the mesh
     """
-    own, solid, name = _pair(mesh, unit)
+    own, solid, name = _pair(mesh, unit, voxels)
     n, told = max(frames, 3), {"threads": threads or 1, **options}
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as cache:
-        for k, count in enumerate(COUNTS):
+        for k, count in enumerate(counts):
             joint, single = (
                 time_row(own, solid, count, way, "depth", n, told, cache=Path(cache))
                 for way in ("joint", "single")
             )
             at_least = "30 Hz" if count <= 5 else None
             rows.append({**joint, "single_ms": single["ms_per_frame"], "printed": at_least})
-            step(k + 1, len(COUNTS), f"{count} objects")
+            step(k + 1, len(counts), f"{count} objects")
     fits = {
-        way: growth(COUNTS, [r[key] for r in rows])
+        way: growth(counts, [r[key] for r in rows])
         for way, key in (("joint", "ms_per_frame"), ("single", "single_ms"))
     }
     columns = {"objects": "objects:d", "pixels": "pixels:d", "joint ms": "ms_per_frame:.2f", "Hz": "hz:.0f"}
@@ -91,7 +98,7 @@ def times(
 
 
 def _growth_picture(rows: list[dict[str, Any]], fits: dict[str, dict[str, float]]) -> Any:
-    m = np.array(COUNTS, float)
+    m = np.array([r["objects"] for r in rows], float)
     lines = [Line(None, 1e3 / 30, "30 Hz")]
     for key, way, label, color in (
         ("ms_per_frame", "joint", "one tracker of all", COLORS[0]),
@@ -107,13 +114,14 @@ def _growth_picture(rows: list[dict[str, Any]], fits: dict[str, dict[str, float]
     "thesis.5.6",
     chosen_on="the path: one on which independent trackers failed, as about every other did",
     reported_on="the built-in duck, times 0.5, seed 0",
-    short={"frames": 4},
+    short={"frames": 4, "voxels": 60},
 )
 def meeting(
     *,
     frames: int = 220,
     mesh: Path | None = None,
     unit: str | None = None,
+    voxels: int = VOXELS,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
 ) -> Table:
@@ -130,7 +138,7 @@ def meeting(
     unit
         of the mesh
     """
-    own, solid, name = _pair(mesh, unit)
+    own, solid, name = _pair(mesh, unit, voxels)
     rows = []
     with tempfile.TemporaryDirectory() as cache:
         scene = scenes.approach(own, solid, frames, 0, Path(cache), color=True, threads=threads)
@@ -191,13 +199,14 @@ def _meeting_picture(rows: list[dict[str, Any]], gaps: Array) -> Any:
     "thesis.5.8",
     chosen_on="nothing was chosen here",
     reported_on="the built-in duck, times 0.5, seed 0",
-    short={"frames": 4},
+    short={"frames": 4, "voxels": 60},
 )
 def at_rest(
     *,
     frames: int = 200,
     mesh: Path | None = None,
     unit: str | None = None,
+    voxels: int = VOXELS,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
 ) -> Table:
@@ -214,7 +223,7 @@ def at_rest(
     unit
         of the mesh
     """
-    own, solid, name = _pair(mesh, unit)
+    own, solid, name = _pair(mesh, unit, voxels)
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as cache:
         scene = scenes.still_pair(own, solid, frames, 0, color=True, threads=threads, cache=Path(cache))
