@@ -20,7 +20,7 @@ from experiments.registry import experiment
 from experiments.synth.room import corner
 from experiments.table import Table
 from sdftrack.camera import Camera
-from sdftrack.imaging.corner_planes import three_planes
+from sdftrack.imaging.plane import three_planes
 
 __all__ = ["convergence", "judged_by_planes", "within_from"]
 

@@ -14,7 +14,7 @@ from experiments.pictures import images
 from experiments.progress import step
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.contour.assessment import Assessment
+from sdftrack.contour.result import Assessment
 from sdftrack.metrics import iou
 
 __all__ = ["failures"]

@@ -133,9 +133,8 @@ def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Arr
 
 
 def _curves() -> Any:
-    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS
+    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS, printed_prior
     from sdftrack.reconstruction.options import ReconstructorOptions
-    from sdftrack.reconstruction.printed import first_guess
 
     d = np.linspace(-40, 40, 801)
     near = [Line(d, evidence(d, s, None), f"printed, {s:g} voxels") for s in (4.0, 8.0, 20.0)]
@@ -143,7 +142,7 @@ def _curves() -> Any:
         Line(d, evidence(d, 8.0, 1.0), "smooth, 8 voxels, noise 1", {"color": "k", "linestyle": "--"})
     )
     ours = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
-    printed = first_guess(d.astype(np.float32), 1.0)
+    printed = printed_prior(d.astype(np.float32), 1.0)
     guesses = {"ours: log ratio of 0.4 at most": ours, "printed: a 0.5, sigma_G 4": printed}
     guess = [Line(d, 1 / (1 + np.exp(-ratio)), label) for label, ratio in guesses.items()]
     outside = [Line(d, 1 / (1 + np.exp(-d / s)), f"sigma_H {s:g}") for s in (2.0, 4.0, 8.0)]
