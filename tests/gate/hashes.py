@@ -28,6 +28,8 @@ from typing import Any
 
 from listing import data_folder, listed
 
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # for scenes of experiments, which is not installed
+
 KEPT = Path(__file__).with_name("hashes.json")
 PACKAGES = ("numpy", "opencv-python-headless", "scikit-image", "trimesh")
 
