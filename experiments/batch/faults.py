@@ -19,7 +19,7 @@ from pathlib import Path
 from experiments.batch.recordings import command, make_recordings, quiet, same_results, tables
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.cli.batch.journal import read_journal
+from sdftrack.batch.journal import read_journal
 
 __all__ = ["batch_faults"]
 

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import sdftrack as st
-from sdftrack.cli.batch.journal import read_journal
-from sdftrack.cli.batch.task import RECORD
+from sdftrack.batch.journal import read_journal
+from sdftrack.batch.task import RECORD
 
 __all__ = ["command", "make_recordings", "same_results", "tables"]
 

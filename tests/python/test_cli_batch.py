@@ -17,10 +17,9 @@ from pathlib import Path
 import pytest
 
 import sdftrack as st
-from sdftrack.cli.app import _fields, _parse, run
-from sdftrack.cli.batch import Commands
-from sdftrack.cli.batch.plan import read_plan
-from sdftrack.cli.batch.task import RECORD, Call, call
+from sdftrack.batch.plan import read_plan
+from sdftrack.batch.task import RECORD, Call, call
+from sdftrack.cli.app import _commands, run
 
 pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
 
@@ -270,7 +269,7 @@ class TestCall:
     def test_a_call_that_takes_too_long_ends_its_process(self, made, tmp_path):
         what = self.what(made, tmp_path, timeout_s=0.05)
         (tmp_path / "call.pkl").write_bytes(pickle.dumps(what))
-        code = "import pickle, sys; from sdftrack.cli.batch.task import call; "
+        code = "import pickle, sys; from sdftrack.batch.task import call; "
         code += "call(pickle.load(open(sys.argv[1], 'rb')))"
         line = [sys.executable, "-c", code, str(tmp_path / "call.pkl")]
         done = subprocess.run(line, capture_output=True, text=True, timeout=60)
@@ -287,7 +286,7 @@ class TestPlan:
         (tmp_path / "recordings" / "a").mkdir(parents=True, exist_ok=True)
         path = tmp_path / "plan.toml"
         path.write_text(text)
-        return read_plan(path, {}, Commands(_fields, _parse, run))
+        return read_plan(path, {}, _commands())
 
     def job(self, **fields):
         given = {"command": "track", "sequences": "recordings/*", "model": "m.ply", **fields}

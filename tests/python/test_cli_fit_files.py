@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from sdftrack.cli.advice import as_options, options_of
-from sdftrack.cli.app import parser, run
+from sdftrack.cli.app import as_options, options_of, parser, run
 
 OPTIONS = options_of(parser(), ["calibrate", "color", "SEQ"])
 COUNT = 400

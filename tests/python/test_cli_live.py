@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack.cli import live as live_module
 from sdftrack.cli.app import run
-from sdftrack.cli.live import command as live_module
 from sdftrack.cli.live import files as live_files
 from sdftrack.cli.live import run as live_run
 from sdftrack.live.sources import CAMERAS, CameraKind

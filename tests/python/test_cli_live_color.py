@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack.cli import live as live_module
 from sdftrack.cli.app import run
-from sdftrack.cli.live import command as live_module
 from sdftrack.imaging.pose_hint import moved_into
 from sdftrack.io.frames import read_mask
 from sdftrack.live.sources import CAMERAS, CameraKind

@@ -16,8 +16,9 @@ from viewer_scene import CAMERA, quaternion_matrix, scene, wait_until, watched
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.cli.view_files import load_mesh_alone, load_recording, result_of
+from sdftrack.cli.view import load_mesh_alone, load_recording
 from sdftrack.contour.drawing import draw_outline
+from sdftrack.io.report_file import result_of
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz

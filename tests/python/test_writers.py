@@ -17,11 +17,11 @@ HIDDEN = "under a hidden name, renamed by its owner"
 GROWS = "a recording or its journal, which is read up to where it was cut"
 OTHERS = {
     ("_internal/saved_file", "_write_archive"): "into what its caller replaces",
-    ("cli/batch/journal", "__init__"): GROWS,
-    ("cli/batch/task", "_placed"): "in a hidden folder, which gets its name when it is whole",
-    ("cli/batch/task", "_run"): "a log, which is read while it grows",
-    ("cli/batch/task", "_time_limit"): "a log, which is read while it grows",
-    ("cli/batch/task", "end"): "a log, which is read while it grows",
+    ("batch/journal", "__init__"): GROWS,
+    ("batch/task", "_placed"): "in a hidden folder, which gets its name when it is whole",
+    ("batch/task", "_run"): "a log, which is read while it grows",
+    ("batch/task", "_time_limit"): "a log, which is read while it grows",
+    ("batch/task", "end"): "a log, which is read while it grows",
     ("cli/contour_files", "__init__"): "a hidden list of what is written",
     ("io/datasets/bags/truth", "models_of"): "in a temporary folder",
     ("io/matroska_output", "state_duration"): GROWS,

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -30,9 +31,11 @@ from sdftrack.cli import (
     track,
     view,
 )
-from sdftrack.cli.advice import as_options, options_of
 from sdftrack.cli.options import Field, command, fields_of, job_of
 from sdftrack.io.folder_lock import one_run
+
+if TYPE_CHECKING:
+    from sdftrack.batch.commands import Commands
 
 __all__ = ["parser", "run"]
 
@@ -70,7 +73,7 @@ def parser(only: str | None = None) -> Any:
     app.callback()(_root)
     for each in COMMANDS:
         # A batch runs others, so that it cannot import what assembles them all: they are handed to it.
-        handed = [batch.Commands(_fields, _parse, run)] if each is batch.batch else []
+        handed = [_commands] if each is batch.batch else []
         app.command()(command(each, *handed, bare=only not in (None, each.__name__)))
     calibrations = typer.Typer(help="Calibrate cameras from recorded sequences.", no_args_is_help=True)
     for each in (calibrate.intrinsics, calibrate.color, calibrate.depth):
@@ -148,6 +151,12 @@ def _fail(text: str, code: int) -> int:
     return code
 
 
+def _commands() -> Commands:
+    from sdftrack.batch.commands import Commands
+
+    return Commands(_fields, _parse, run)
+
+
 def _fields(name: str) -> list[Field]:
     return list(fields_of(job_of(next(each for each in COMMANDS if each.__name__ == name))))
 
@@ -175,3 +184,48 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     info.info,
     info.config,
 )
+
+
+# Of every command, also where the parser could not tell which one was meant.
+COMMON = {"voxels": "--voxels", "unit": "--unit", "holes": "--holes", "overwrite": "--overwrite"}
+NAME = r"(?<![\w/])([a-z][a-z0-9_]*)="  # not in a path
+END = r"(?=[\s,;.)]|$)"
+
+
+def options_of(command: Any, arguments: Sequence[str]) -> dict[str, str]:
+    """Options of the (sub)command called by the arguments, by the name of the Python argument."""
+    for word in arguments:
+        below = getattr(command, "commands", {}).get(word)
+        if below is None:
+            break
+        command = below
+    own = {}
+    for parameter in getattr(command, "params", []):
+        long = [text for text in getattr(parameter, "opts", []) if text.startswith("--")]
+        if long and parameter.name:
+            own[parameter.name] = long[0]
+    return {**COMMON, **own}
+
+
+def as_options(text: str, options: dict[str, str]) -> str:
+    """Rewrite Python arguments in `text` as options; advice without a corresponding option is removed."""
+    # Code in brackets, such as (points[np.isfinite(points).all(axis=1)]), is for those who write code.
+    text = re.sub(r" \([a-z_]+\[.*?\]\)", "", text)
+    text = re.sub(r"\bpass " + NAME + r", or ", lambda m: m[0] if m[1] in options else "", text)
+    text = re.sub(r",? or (?:pass )?" + NAME + END, lambda m: m[0] if m[1] in options else "", text)
+    text = re.sub(r" \(" + NAME + END, lambda m: m[0] if m[1] in options else " (", text)
+    text = re.sub(r",? or [^,;()]* \(from Python: \w+\)", "", text).replace(" ()", "")
+    text = re.sub(r"\bpass " + NAME + "False", lambda m: "leave out " + options.get(m[1], m[1]), text)
+    if "no_plane" in options:
+        text = re.sub(r"\bplane=None\b", options["no_plane"], text)
+    text = re.sub(r"^([a-z][a-z0-9_]*):", lambda m: f"{options.get(m[1], m[1])}:", text)
+
+    def option(match: re.Match[str]) -> str:
+        name, value = match[1], match[2] or ""
+        if name not in options:
+            return match[0]
+        if value in ("", "True"):
+            return options[name]
+        return f"{options[name]} " + re.sub(r"['\"()\s]", "", value)
+
+    return re.sub(NAME + r"('\w+'|\"\w+\"|\([^()]*\)|\w[\w.]*)?", option, text)

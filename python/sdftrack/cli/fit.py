@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from sdftrack.cli.cameras import load_camera, parse_intrinsics
 from sdftrack.cli.common import Common, Unit, above_zero, parse_box
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
-from sdftrack.cli.sources import Frames, Layout, fitting
+from sdftrack.cli.sources import Frames, Layout, fitting, load_camera, parse_intrinsics
 
 CLOUDS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 IMAGES = (".png", ".tif", ".tiff")

@@ -147,5 +147,6 @@ def command(function: Callable[..., None], *before: Any, bare: bool = False) -> 
 
 
 def job_of(function: Callable[..., None]) -> type:
-    """The dataclass of a command."""
-    return get_type_hints(function)["job"]  # type: ignore[no-any-return]
+    """The dataclass of a command: the annotation of its argument `job`, which stands in the same module."""
+    about: Any = function
+    return about.__globals__[about.__annotations__["job"]]  # type: ignore[no-any-return]

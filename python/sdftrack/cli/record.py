@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from sdftrack.cli.cameras import CameraSize
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import Item, Recording, items_of, warn_of_color, write_all
-from sdftrack.cli.sources import Frames, Layout
+from sdftrack.cli.sources import CameraSize, Frames, Layout
 
 WAITING = 60  # frames that may wait for the disk: 2 s
 

@@ -13,12 +13,21 @@ from typing import Annotated, Any, Literal
 import typer
 
 from sdftrack.cli.common import ALL_LOST, Common, Holes, Meshes, Sensor, tracker_settings
-from sdftrack.cli.init import INIT, Init, begin, parse_inits
+from sdftrack.cli.init import (
+    INIT,
+    NAME,
+    Init,
+    Selection,
+    StartError,
+    begin,
+    error_with_picture,
+    parse_inits,
+    save_start_picture,
+)
 from sdftrack.cli.objects import Target, check_symmetry, give_symmetries, load_mesh, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
 from sdftrack.cli.sources import Frames, Layout, each_sequence, fitting
-from sdftrack.cli.start_picture import NAME, Selection, StartError, error_with_picture, save_start_picture
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import Usage, argument, option
@@ -46,8 +46,6 @@ class View(Layout, Common):
 
 
 def view(job: View) -> None:
-    from sdftrack.cli.view_files import load_mesh_alone, load_recording
-
     job.on_cpu()
     path = job.path
     if not path.exists():
@@ -96,3 +94,128 @@ def _save(viewer: Any, out: Path | None) -> None:
             number = len(list(out.glob("view_*.png")))
             save_picture(out / f"view_{number:06d}.png", viewer.picture)
             print(f"saved {out / f'view_{number:06d}.png'}", flush=True)
+
+
+MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
+
+
+@dataclass
+class Recording:
+    """Frames with results, None where a frame has none, and the meshes of the objects."""
+
+    frames: Any
+    camera: Any
+    results: list[Any]
+    meshes: list[Any] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    def close(self) -> None:
+        getattr(self.frames, "close", lambda: None)()
+
+
+def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit: str | None) -> Recording:
+    """A result folder of `track` or `reconstruct`, or a sequence without results.
+
+    `arguments`: those of `open_sequence`.
+    """
+    import sdftrack as st
+
+    if not (path / "report.json").is_file():
+        sequence = st.open_sequence(path, **arguments)
+        return Recording(sequence, sequence.camera, [None] * len(sequence))
+    from sdftrack.io.report_file import read_results, result_of
+
+    report = read_results(path)
+    settings = report["settings"]
+    source = seq if seq is not None else settings.get("sequence")
+    if source is None:
+        raise ValueError(f"--seq: expected the sequence of {path}, which its report does not name, got none")
+    if seq is None:
+        arguments = {**arguments, "layout": settings.get("layout", "auto")}
+    sequence = st.open_sequence(source, **arguments)
+    try:
+        number = {im_id: i for i, im_id in enumerate(sequence.ids)}
+        rows = report["frames"]
+        missing = [row["im_id"] for row in rows if row["im_id"] not in number]
+        if missing:
+            raise ValueError(
+                f"--seq: expected a sequence with the images of {path}, but {source} has no {missing[0]}"
+            )
+        frames = sequence.part([number[row["im_id"]] for row in rows])
+        objects: list[Any] = max((row["objects"] for row in rows), key=len, default=[])
+        meshes = _meshes(path, settings, len(objects), sequence, unit)
+        return Recording(
+            frames,
+            sequence.camera,
+            [result_of(row) for row in rows],
+            meshes,
+            [str(o["name"]) for o in objects],
+        )
+    except BaseException:
+        sequence.close()
+        raise
+
+
+def model_of_report(path: Path, k: int) -> Any:
+    """The mesh of object k of a result folder, m; None where its report names none that is there."""
+    from sdftrack.io.report_file import read_results
+
+    settings = read_results(path)["settings"]
+    if settings.get("command") == "reconstruct":
+        return _meshes(path, settings, 1, _NoModels, None)[0] if (path / "mesh.ply").is_file() else None
+    models = settings.get("models", [])
+    if k >= len(models) or not Path(models[k]).is_file():
+        return None
+    return _meshes(path, {**settings, "models": [models[k]]}, 1, _NoModels, None)[0]
+
+
+class _NoModels:
+    """In place of a sequence: it has no models of its own."""
+
+    models: ClassVar[dict[int, Any]] = {}
+
+
+def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:
+    """One mesh per object: the reconstruction, or the models that were tracked."""
+    from sdftrack.cli.objects import load_mesh, own_obj_id
+
+    if settings.get("command") == "reconstruct":
+        return [load_mesh(path / "mesh.ply", "DIR", "m")]
+    models = [Path(m) for m in settings.get("models", [])]
+    if len(models) != count:
+        raise ValueError(f"{path}: expected a report that names its {count} models, got {len(models)}")
+    loaded = {}
+    for model in set(models):
+        mesh = load_mesh(model, "models of the report", unit)
+        own = own_obj_id(mesh, seq, known_unit=unit is not None)
+        if own is not None:
+            mesh = seq.models[own]
+        elif unit is None and float((mesh.bounds[1] - mesh.bounds[0]).max()) > MAX_SIDE_M:
+            mesh = load_mesh(model, "models of the report", "mm")  # the report does not tell the unit
+        loaded[model] = mesh
+    return [loaded[model] for model in models]
+
+
+def load_mesh_alone(path: Path, unit: str | None) -> Recording:
+    """A mesh before a camera that sees all of it; the image is its rendering."""
+    import numpy as np
+
+    import sdftrack as st
+    from sdftrack.cli.objects import load_mesh
+    from sdftrack.io.report_file import result_of
+
+    mesh = load_mesh(path, "MESH", unit)
+    low, high = mesh.bounds
+    radius = 0.5 * float(np.linalg.norm(high - low))
+    camera = st.Camera.from_fov(np.radians(40), 640, 480)
+    # Seen from above and in front, y of the camera against z of the object: as most models stand.
+    a = np.radians(25)
+    R = np.array([[1, 0, 0], [0, np.sin(a), -np.cos(a)], [0, np.cos(a), np.sin(a)]])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, np.array([0, 0, 3.6 * radius]) - R @ (0.5 * (low + high))
+    depth, normals, colors = mesh.raycast(camera, T)
+    lit = (255 * (0.25 + 0.7 * np.abs(normals[..., 2:]))).clip(0, 255) * np.ones(3)
+    picture = lit if colors is None else lit / 255 * colors
+    frame = st.Frame(depth, np.where(depth[..., None] > 0, picture, 24).astype(np.uint8), check_units=False)
+    row = {"objects": [{"pose": T.tolist(), "status": "ok", "reason": "", "confidence": 1.0}]}
+    return Recording([frame], camera, [result_of(row)], [mesh], [path.stem])

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from sdftrack.cli.cameras import load_camera, parse_intrinsics
 from sdftrack.cli.common import Common, Holes, Meshes, show_table
 from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.objects import Target, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
-from sdftrack.cli.sources import Frames, Layout, fitting
+from sdftrack.cli.sources import Frames, Layout, fitting, load_camera, parse_intrinsics
 
 FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
 PINHOLE = ("fx", "fy", "cx", "cy")

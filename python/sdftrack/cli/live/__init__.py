@@ -1,6 +1,288 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack live``: follow or reconstruct objects in front of a camera."""
+"""The options of ``sdftrack live``, what they exclude, and a run from the camera to the last line."""
 
-from sdftrack.cli.live.command import live
+from __future__ import annotations
 
-__all__ = ["live"]
+import contextlib
+import functools
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from sdftrack.cli.common import (
+    ALL_LOST,
+    Common,
+    Meshes,
+    Sensor,
+    contour_settings,
+    reconstructor_settings,
+    refuse_cuda,
+    tracker_settings,
+)
+from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, parse_inits
+from sdftrack.cli.options import Usage, option
+from sdftrack.cli.sources import CameraSize, is_webcam
+
+if TYPE_CHECKING:
+    from sdftrack.cli.live.followers import Follower
+
+__all__ = ["Live", "live"]
+
+WAITING = 2  # frames of a camera; more would be older when they are used
+INIT = "auto|view|poses.json|mask.png|box:x,y,w,h|click:x,y"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Live(CameraSize, Meshes, Sensor, Common):
+    """Follow known shapes (--model), an unknown one (--reconstruct) or an outline (--contour) in front of a camera.
+
+    A page in the browser shows the poses; a click on an object, or a box around it, starts it again. With --out the
+    files of ``track`` (of ``contour`` with --contour) are written, and recordings that are started on the page. End
+    with Ctrl-C; the exit code is 3 where an object was lost in all frames.
+    """
+
+    # Named as the arguments of `open_camera`, whose advice about them thus names the options.
+    address: Annotated[
+        str,
+        option(
+            "realsense:, realsense:SERIAL, replay:RECORDING, or webcam:0 for --contour and --mode rgb.",
+            "--camera",
+            metavar="CAMERA",
+        ),
+    ] = "realsense:"
+    camera: Annotated[
+        Path | None,
+        option("Intrinsics of a webcam; other cameras know theirs.", "--intrinsics", metavar="CAMERA.json"),
+    ] = None
+    model: Annotated[tuple[Path, ...], option("Mesh; repeat for several objects.", metavar="M.ply")] = ()
+    reconstruct: Annotated[bool, option("Reconstruct an unknown object instead.")] = False
+    contour: Annotated[bool, option("Follow an outline in the colour images instead.")] = False
+    init: Annotated[
+        tuple[str, ...],
+        option(
+            "Location of the objects in the first image: automatic search (default); shown in the browser "
+            "(default of --reconstruct and --contour); a file; a mask, box or click in the depth image, repeated for "
+            "every --model. --contour: a mask or box in the colour image; --mode rgb: poses.json.",
+            metavar=INIT,
+        ),
+    ] = ()
+    viewer: Annotated[bool, option("Show a page in the browser.", "--viewer/--no-viewer")] = True
+    host: Annotated[
+        str, option("Address of the page; others than localhost can be reached from the network.")
+    ] = "localhost"
+    port: Annotated[int, option("Port of the page; 0: any.", min=0, max=65535)] = 8080
+    stream: Annotated[
+        tuple[str, ...],
+        option(
+            "Send the poses to other programs; repeatable.",
+            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
+        ),
+    ] = ()
+    seconds: Annotated[float | None, option("Stop after this time; default: Ctrl-C.", min=0)] = None
+    motion: Annotated[
+        bool, option("Speed, path and repetitions so far, on the page and in ws:// streams.")
+    ] = False
+    mode: Annotated[
+        Literal["auto", "depth", "rgbd", "rgb"],
+        option("Depth only, with colour if available, or colour alone."),
+    ] = "auto"
+    no_video: Annotated[bool, option("Do not write overlay.mp4.")] = False
+
+    @property
+    def by_color(self) -> bool:
+        """Whether a known shape is followed by colour alone."""
+        return not self.contour and (self.mode == "rgb" or is_webcam(self.address))
+
+    def check(self) -> None:
+        """Usage error for options that exclude each other."""
+        if bool(self.model) + self.reconstruct + self.contour != 1:
+            raise Usage("expected either --model M.ply (repeatable), --reconstruct or --contour", "--model")
+        if self.contour and self.mode != "auto":
+            raise Usage(
+                f"expected no --mode with --contour, which follows colours alone, got {self.mode}", "--mode"
+            )
+        if self.reconstruct and self.mode == "rgb":
+            raise Usage("expected auto, depth or rgbd: a reconstruction needs depth, got rgb", "--mode")
+        if is_webcam(self.address):
+            self._check_webcam()
+        elif self.camera is not None:
+            raise Usage(
+                "expected --camera webcam:... with it: other cameras know their intrinsics", "--intrinsics"
+            )
+        self.inits()
+        if self.seconds == 0:
+            raise Usage("expected a time above 0 s, got 0", "--seconds")
+        if not self.model:
+            refuse_cuda(self.device)
+        if self.contour and self.stream:
+            raise Usage("expected none with --contour: an outline has no pose to send", "--stream")
+
+    def _check_webcam(self) -> None:
+        if self.reconstruct:
+            raise Usage(
+                "expected a camera with depth, got a webcam: a shape cannot be reconstructed from colour alone",
+                "--reconstruct",
+            )
+        if self.mode not in ("auto", "rgb"):
+            raise Usage(
+                f"expected rgb: a webcam has colour alone, and mode {self.mode} needs depth", "--mode"
+            )
+
+    def inits(self) -> list[Init] | None:
+        """How it starts; None: shown by the user on the page."""
+        if self.by_color:
+            return self._poses()
+        texts = list(self.init) or (["auto"] if self.model else ["view"])
+        if texts == ["view"]:
+            if not self.viewer:
+                raise Usage(
+                    "expected box:x,y,w,h, or a mask.png: without a page nobody can show the object", "--init"
+                )
+            return None
+        if not self.model:
+            what, image = ("--contour", "colour") if self.contour else ("--reconstruct", "depth")
+            inits = [parse_init(text, INIT, image=image) for text in texts]
+            if len(inits) != 1 or inits[0].kind not in ("box", "mask"):
+                raise Usage(
+                    f"expected view, box:x,y,w,h or mask.png with {what}, got {' '.join(texts)}", "--init"
+                )
+            return inits
+        if "gt" in texts or "view" in texts:
+            raise Usage(f"expected {INIT.replace('|', ', ')}, got {' '.join(texts)}", "--init")
+        return parse_inits(texts, len(self.model))
+
+    def _poses(self) -> list[Init]:
+        inits = [parse_init(text, INIT) for text in self.init if text != "view"]
+        if len(inits) != 1 or inits[0].kind != "poses":
+            raise Usage(
+                "expected a file of start poses, --init poses.json: without depth there is no search for an object, "
+                f"got {' '.join(self.init or ['none'])}",
+                "--init",
+            )
+        return inits
+
+
+def live(job: Live) -> None:
+    job.check()
+    from sdftrack.cli.live.files import LiveFiles
+    from sdftrack.cli.live.run import Run
+    from sdftrack.live.streams import open_stream
+
+    settings = _settings(job)
+    with contextlib.ExitStack() as stack:
+        source = stack.enter_context(_camera(job))
+        follower, shapes = _follower(job, source, settings)
+        source = follower.frames_of(source)
+        new_recorder = _recorder(job, source, follower, shapes)
+        page = None
+        if job.viewer:
+            page = stack.enter_context(_page(shapes, source.camera, follower.names, job.host, job.port))
+        streams = [stack.enter_context(open_stream(s, follower.names, source.camera)) for s in job.stream]
+        if not job.quiet:
+            _tell_start(source, page, streams)
+        files = LiveFiles(job.out, source.camera)
+        run = Run(source, follower, page, streams, new_recorder, files, job.quiet, job.motion)
+        began = time.monotonic()
+        with contextlib.suppress(KeyboardInterrupt):  # the usual end
+            run.run(job.seconds)
+        if not job.quiet:
+            run.tell(time.monotonic() - began)
+    if run.lost:
+        print(f"sdftrack: lost in all frames: {', '.join(run.lost)}", file=sys.stderr)
+        raise typer.Exit(ALL_LOST)
+
+
+def _page(shapes: list[Any], camera: Any, names: list[str], host: str, port: int) -> Any:
+    from sdftrack.viz.viewer import Viewer
+
+    return Viewer(shapes, camera, names, host=host, port=port)
+
+
+def _tell_start(source: Any, page: Any, streams: list[Any]) -> None:
+    print(f"camera: {source.name}", file=sys.stderr)
+    for what in (page, *streams):
+        if what is not None and what.note:
+            print(what.note, file=sys.stderr)
+    if page is not None:
+        print(f"open {page.url} in a browser; end with Ctrl-C", file=sys.stderr)
+    for one in streams:
+        print(f"stream: {one.address}", file=sys.stderr)
+    sys.stderr.flush()
+
+
+def _settings(job: Live) -> dict[str, Any]:
+    """Keyword arguments for what follows the object, from --config and --sensor."""
+    if job.contour:
+        return contour_settings(job.config, alone=True)
+    return reconstructor_settings(job.config) if job.reconstruct else tracker_settings(job.config, job.sensor)
+
+
+def _camera(job: Live) -> Any:
+    """The camera, open."""
+    with warnings.catch_warnings():
+        if job.contour:  # an outline needs no intrinsics, so that guessed ones are as good
+            warnings.filterwarnings("ignore", "webcam .*: its intrinsics are not known", UserWarning)
+        enough = job.contour or job.by_color
+        return job.opened(job.address, WAITING, color_alone=enough, camera=job.camera)
+
+
+def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Follower, list[Any]]:
+    """The follower of what a camera shows, and the shapes that the page shows; `settings`: see `_settings`."""
+    import sdftrack as st
+    from sdftrack.cli.live.followers import ReconstructorFollower, TrackerFollower, unknown_sequence
+    from sdftrack.cli.live.outline import OutlineFollower
+    from sdftrack.cli.objects import load_targets
+
+    inits, camera = job.inits(), source.camera
+    one = None if inits is None else inits[0]
+    unseen = [st.SDF.sphere(0.01, voxels=16)]  # for a page whose object has no shape yet
+    if job.contour:
+        return OutlineFollower(st.contour.ContourTracker(**settings), one), unseen
+    if job.reconstruct:
+        star = st.Reconstructor(camera, voxels=job.voxels, mode=job.mode, threads=job.threads, **settings)
+        where: dict[str, Any] | None = None
+        if one is not None:
+            shape = camera.depth.shape
+            where = {"box": box_inside(one, shape)} if one.kind == "box" else {"mask": mask_file(one, shape)}
+        return ReconstructorFollower(star, where), unseen
+    targets = load_targets(job.model, unknown_sequence(camera), job.unit, job.voxels)
+    shapes = [t.sdf for t in targets]
+    mode = "rgb" if job.by_color else job.mode
+    names = [t.name for t in targets]
+    where = {"device": job.device, "threads": job.threads}
+    tracker = st.Tracker(shapes, camera, mode=mode, names=names, **{**settings, **where})
+    return TrackerFollower(tracker, targets, inits), shapes
+
+
+def _recorder(job: Live, source: Any, follower: Any, shapes: list[Any]) -> Callable[[], Any] | None:
+    """A function that makes the recorder; a folder that cannot be written into is refused here."""
+    import sdftrack as st
+    from sdftrack.io.out_folder import refuse_folder
+
+    if job.out is None:
+        return None
+    refuse_folder(job.out, job.overwrite)
+    if job.contour:
+        return _outline_files(job, job.out, follower)
+    settings = {"command": "live", "camera": job.address, "name": source.name}
+    about = {"names": follower.names, "settings": settings, "live": True}
+    return functools.partial(
+        st.Recorder, job.out, source.camera, shapes, not job.no_video, job.overwrite, **about
+    )
+
+
+def _outline_files(job: Live, out: Path, follower: Any) -> Callable[[], Any]:
+    from sdftrack.cli.contour_files import ContourFiles, refuse_places
+    from sdftrack.cli.live.outline import OutlineFiles
+
+    inits = job.inits() or []
+    refuse_places(out, [("--init", Path(one.text)) for one in inits if one.kind == "mask"])
+    settings = {"source": job.address, "init": [one.text for one in inits], **follower.options}
+    video = not job.no_video
+    return lambda: OutlineFiles(ContourFiles(out, job.overwrite, None, None, settings, video), follower)

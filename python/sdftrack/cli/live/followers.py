@@ -7,9 +7,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from sdftrack.cli.init import Init, begin
+from sdftrack.cli.init import Init, StartError, begin
 from sdftrack.cli.objects import Target
-from sdftrack.cli.start_picture import StartError
 from sdftrack.tracking.interface import TrackerInterface
 
 __all__ = ["NO_COLOR", "Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import show_table
-from sdftrack.cli.motion.inputs import Session
-from sdftrack.cli.motion.times import Spans, spans_of
+from sdftrack.cli.motion.inputs import Session, Spans, spans_of
 
 if TYPE_CHECKING:
-    from sdftrack.cli.motion.command import Motion
+    from sdftrack.cli.motion import Motion
 
 __all__ = ["OUTPUTS", "measure"]
 

@@ -5,28 +5,23 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdftrack._internal.background import read_ahead
 from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, progress_counter
-from sdftrack.cli.reconstruct.files import (
-    write_mesh_files,
-    write_refined,
-    write_shape,
-    write_sides,
-    write_turntable,
-)
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import fitting
 from sdftrack.cli.track_summary import show_summary
 
 if TYPE_CHECKING:
-    from sdftrack.cli.reconstruct.command import Reconstruct
+    from sdftrack.cli.reconstruct import Reconstruct
 
 __all__ = ["reconstruct_one"]
 
@@ -109,7 +104,7 @@ class Recording:
         own = {i - self.first: T for i, T in sorted(poses.items())}
         return {n: T for n, T in own.items() if 0 <= n < len(self.results)}
 
-    def write_refined(self, recorder: Any, poses: dict[int, Any]) -> None:
+    def write_poses(self, recorder: Any, poses: dict[int, Any]) -> None:
         """refined_0.txt of its own frames."""
         times = [
             float(i if r.timestamp is None else r.timestamp)
@@ -219,7 +214,7 @@ class Run:
         self.refined = self.star.refine(told)
         self._keep(recorder)
         for recording, files in [(self.recording, recorder), *self.later]:
-            recording.write_refined(files, self.refined.poses)
+            recording.write_poses(files, self.refined.poses)
 
     def _keep(self, recorder: Any) -> None:
         """Write the files of the current shape."""
@@ -311,3 +306,70 @@ class Run:
 
 def _moved(change_m: float) -> str:
     return f"surface moved {1e3 * change_m:.2f} mm" if np.isfinite(change_m) else "nothing added"
+
+
+TURN_PICTURES, TURN_FPS = 90, 30.0
+
+
+def write_mesh_files(
+    out: Path, mesh: Any, colors_from: Any, formats: list[str], texture: int | None
+) -> list[str]:
+    """Write mesh.ply and the other formats; returns their names. Existing files are replaced atomically.
+
+    `texture`: side of a texture, in texels, with the colours of `colors_from`; ignored for .stl and meshes without
+    colours.
+    """
+    from sdftrack.mesh.writing import TEXTURE_FORMATS, files_beside
+
+    names = []
+    for suffix in dict.fromkeys(["ply", *formats]):
+        name = f"mesh.{suffix}"
+        if texture is None or f".{suffix}" not in TEXTURE_FORMATS or mesh.colors is None:
+            mesh.save(out / name)
+        else:
+            mesh.save(out / name, texture=texture, colors_from=colors_from)
+            names += files_beside(name)
+        names.append(name)
+    return list(dict.fromkeys(names))
+
+
+def write_shape(out: Path, shape: Any) -> list[str]:
+    """shape.npz; its name."""
+    shape.cropped().save(out / "shape.npz")
+    return ["shape.npz"]
+
+
+def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float) -> list[str]:
+    """Write mesh.png; returns its name. `T`: T_cam_obj of the first image; `min_seen`: minimum of an observed
+    vertex."""
+    from sdftrack.viz.pictures import save_picture
+    from sdftrack.viz.turntable import four_sides
+
+    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads, min_seen=min_seen))
+    return ["mesh.png"]
+
+
+def write_turntable(
+    out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float, tell: Tell
+) -> list[str]:
+    """Write turntable.mp4, which starts with the view of mesh.png; returns its name."""
+    from sdftrack.io.video import write_video
+    from sdftrack.viz.turntable import turning
+
+    def told() -> Iterator[NDArray[np.uint8]]:
+        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads, min_seen=min_seen), 1):
+            yield picture
+            tell(n, TURN_PICTURES, "turntable.mp4")
+
+    write_video(out / "turntable.mp4", told(), TURN_FPS)
+    return ["turntable.mp4"]
+
+
+def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
+    """Write refined_0.txt: the poses of the refined mesh, in the format of trajectory_0.txt."""
+    from sdftrack._internal.files import write_text
+    from sdftrack.recorder import tum_row
+
+    rows = [tum_row(times[n], T) for n, T in sorted(poses.items())]
+    write_text(out / "refined_0.txt", "\n".join(rows) + "\n")
+    return ["refined_0.txt"]

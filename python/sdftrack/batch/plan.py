@@ -15,8 +15,7 @@ from typing import Any
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
-from sdftrack.cli.batch.commands import Commands, key_of
-from sdftrack.cli.options import Field
+from sdftrack.batch.commands import Commands, Option, key_of
 
 __all__ = ["COMMANDS", "Item", "read_plan"]
 
@@ -172,7 +171,7 @@ def _sources(
 
 
 def _matrix(
-    given: Mapping[str, Any], options: Mapping[str, Field], base: Path
+    given: Mapping[str, Any], options: Mapping[str, Option], base: Path
 ) -> Iterator[tuple[dict[str, str], list[str], tuple[int, ...]]]:
     """(values that differ, command line, where addresses stand in it) of each combination of options."""
     axes = [(key, value if isinstance(value, list) else [value]) for key, value in given.items()]
@@ -188,7 +187,7 @@ def _matrix(
         yield varied, words, places
 
 
-def _words(options: Mapping[str, Field], key: str, value: Any, base: Path) -> list[str]:
+def _words(options: Mapping[str, Option], key: str, value: Any, base: Path) -> list[str]:
     """The words of `key` = `value` on a command line; paths of files become whole, relative ones are below `base`."""
     field = options.get(key_of(key))
     if field is None:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from sdftrack._internal.files import write_text
-from sdftrack.cli.batch.plan import Item
-from sdftrack.cli.batch.task import Result
+from sdftrack.batch.plan import Item
+from sdftrack.batch.task import Result
 
 __all__ = ["FAILED", "JOURNAL", "SUCCEEDED", "Journal", "read_items", "read_journal", "write_items"]
 

@@ -1,14 +1,30 @@
 # SPDX-License-Identifier: MIT
-"""The commands that a batch runs, as the app hands them to it."""
+"""The commands that a batch runs, as the command line hands them to it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
-from sdftrack.cli.options import Field
+__all__ = ["Commands", "Option", "key_of"]
 
-__all__ = ["Commands", "key_of"]
+
+class Option(Protocol):
+    """An option or argument of a command: its name, that of a flag's opposite, and what values it takes."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def off(self) -> str: ...
+    @property
+    def is_option(self) -> bool: ...
+    @property
+    def is_files(self) -> bool: ...
+    @property
+    def is_flag(self) -> bool: ...
+    @property
+    def is_repeated(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -25,11 +41,11 @@ class Commands:
         Runs it and returns the exit code; importable by workers.
     """
 
-    fields: Callable[[str], list[Field]]
+    fields: Callable[[str], Sequence[Option]]
     check: Callable[[list[str]], None]
     run: Callable[[list[str]], int]
 
-    def options(self, name: str) -> dict[str, Field]:
+    def options(self, name: str) -> dict[str, Option]:
         """The options of a command, by the names that a plan uses."""
         return {key_of(f.name.removeprefix("--")): f for f in self.fields(name) if f.is_option}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The work of ``sdftrack batch``: calls to workers, outcomes to the journal, a table at the end."""
+"""The work of a batch: calls to workers, outcomes to the journal, a summary at the end."""
 
 from __future__ import annotations
 
@@ -7,51 +7,54 @@ import contextlib
 import itertools
 import logging
 import shutil
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sdftrack._internal.text_files import reason_of
 from sdftrack.batch.cluster import Task, cluster, outcomes
-from sdftrack.cli.batch.commands import Commands
-from sdftrack.cli.batch.journal import (
-    FAILED,
-    JOURNAL,
-    SUCCEEDED,
-    Journal,
-    read_items,
-    read_journal,
-    write_items,
-)
-from sdftrack.cli.batch.plan import Item
-from sdftrack.cli.batch.summary import summary_rows, write_summary
-from sdftrack.cli.batch.task import PART, Call, Result, call, read_record
-from sdftrack.cli.common import show_table
-from sdftrack.cli.progress import progress_counter
+from sdftrack.batch.commands import Commands
+from sdftrack.batch.journal import FAILED, JOURNAL, SUCCEEDED, Journal, write_items
+from sdftrack.batch.plan import Item
+from sdftrack.batch.summary import summary_rows, write_summary
+from sdftrack.batch.task import PART, Call, Result, call, read_record
 from sdftrack.io.folder_lock import lock_folder
 from sdftrack.io.out_folder import refuse_folder
 
-if TYPE_CHECKING:
-    from sdftrack.cli.batch.command import Batch
-
-__all__ = ["run_items", "show_plan", "show_status"]
-
-SHOWN, SHOWN_CALLS = 10, 1000  # failures at the end, calls of a plan
+__all__ = ["Running", "log_of", "run_items"]
 
 
-def run_items(items: list[Item], job: Batch, commands: Commands) -> int:
-    """Run what has no result yet; returns the number of failures."""
-    out = job.folder.resolve()
+@dataclass(frozen=True)
+class Running:
+    """How the calls are run: the options of the command.
+
+    `tell`: called with (done, total, failures); `tell_page`: with the address of Dask's own page.
+    """
+
+    scheduler: str | None
+    jobs: int
+    retries: int
+    again: bool
+    overwrite: bool
+    cache: Path | None
+    tell: Callable[[int, int, int], None]
+    tell_page: Callable[[str], None]
+
+
+def run_items(
+    items: list[Item], out: Path, how: Running, commands: Commands
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Run what has no result yet; returns the last event of each item, and the names of the summary's files."""
     if not (out / JOURNAL).is_file():
-        refuse_folder(out, job.overwrite)
+        refuse_folder(out, how.overwrite)
     out.mkdir(parents=True, exist_ok=True)
     lock = lock_folder(out)
     with contextlib.ExitStack() as stack:
         if lock is not None:
             stack.callback(lock.release)
-        if job.overwrite:
+        if how.overwrite:
             (out / JOURNAL).unlink(missing_ok=True)
             for item in items:
                 shutil.rmtree(out / item.name, ignore_errors=True)
@@ -59,12 +62,8 @@ def run_items(items: list[Item], job: Batch, commands: Commands) -> int:
         with contextlib.closing(journal):
             _adopt(items, out, journal)
             write_items(out, items)
-            _run(items, out, journal, job, commands)
-        names = write_summary(out, summary_rows(out, items, journal.ended))
-    if not job.quiet:
-        _show([item.name for item in items], journal.ended, out)
-        print(f"written to {out}: {', '.join(names)}")
-    return sum(journal.status(item) in FAILED for item in items)
+            _run(items, out, journal, how, commands)
+        return journal.ended, write_summary(out, summary_rows(out, items, journal.ended))
 
 
 def _adopt(items: list[Item], out: Path, journal: Journal) -> None:
@@ -81,34 +80,34 @@ def _adopt(items: list[Item], out: Path, journal: Journal) -> None:
             journal.add(item, there)
 
 
-def _run(items: list[Item], out: Path, journal: Journal, job: Batch, commands: Commands) -> None:
+def _run(items: list[Item], out: Path, journal: Journal, how: Running, commands: Commands) -> None:
     """Run what has no result yet, one job of the plan after the other: a later one may take results of an earlier."""
-    left = _left(items, journal, job.again)
+    left = _left(items, journal, how.again)
     for item in left:
-        _log(out, item.name).unlink(missing_ok=True)
+        log_of(out, item.name).unlink(missing_ok=True)
     if not left:
         return
-    jobs = min(job.jobs, len(left)) if job.jobs else 0
+    jobs = min(how.jobs, len(left)) if how.jobs else 0
     memory = max(item.memory_gb or 0.0 for item in left)
     threads = max(item.threads for item in left)
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it would tell is in the outcomes
-    workers = cluster(job.scheduler, jobs, memory_bytes=int(1e9 * memory) or None, threads=threads)
-    with workers as connect, progress_counter(job.quiet) as tell:
+    workers = cluster(how.scheduler, jobs, memory_bytes=int(1e9 * memory) or None, threads=threads)
+    with workers as connect:
         done = failures = 0
 
         def note(item: Item, result: Result) -> None:
             nonlocal done, failures
             journal.add(item, result)
             done, failures = done + 1, failures + (result.status in FAILED)
-            tell(done, len(left), "batch", f"{failures} failed" if failures else "")
+            how.tell(done, len(left), failures)
 
         linked: set[str] = set()
 
         def connected(patience_s: float) -> Any:
             client = connect(patience_s)
-            if not job.quiet and client.dashboard_link not in linked and find_spec("bokeh"):
+            if client.dashboard_link not in linked and find_spec("bokeh"):
                 linked.add(client.dashboard_link)
-                print(f"dashboard: {client.dashboard_link}")
+                how.tell_page(client.dashboard_link)
             return client
 
         for _, stage in itertools.groupby(left, lambda item: item.job):
@@ -118,8 +117,8 @@ def _run(items: list[Item], out: Path, journal: Journal, job: Batch, commands: C
                     tasks[item.name] = item
                 else:
                     note(item, Result("skipped", f"{item.after} has no results"))
-            calls = [_task(item, out, job, commands) for item in tasks.values()]
-            for task, outcome in outcomes(connected, call, calls, retries=job.retries):
+            calls = [_task(item, out, how, commands) for item in tasks.values()]
+            for task, outcome in outcomes(connected, call, calls, retries=how.retries):
                 died = not isinstance(outcome, Result)
                 note(tasks[task.name], Result("died", reason_of(outcome)) if died else outcome)
 
@@ -139,7 +138,7 @@ def _has_results(name: str, journal: Journal) -> bool:
     return journal.ended.get(name, {}).get("status") in SUCCEEDED
 
 
-def _task(item: Item, out: Path, job: Batch, commands: Commands) -> Task:
+def _task(item: Item, out: Path, how: Running, commands: Commands) -> Task:
     inputs = [item.source]
     if item.after is not None:
         results = str(out / item.after)
@@ -151,50 +150,15 @@ def _task(item: Item, out: Path, job: Batch, commands: Commands) -> Task:
         files=item.files,
         digest=item.digest,
         folder=str(out / item.name),
-        log=str(_log(out, item.name)),
-        cache=None if job.cache is None else str(job.cache.resolve()),
+        log=str(log_of(out, item.name)),
+        cache=None if how.cache is None else str(how.cache.resolve()),
         timeout_s=item.timeout_s,
     )
     resources: dict[str, float] = {}
-    if job.scheduler is not None:  # on this machine the number of processes sees to it
+    if how.scheduler is not None:  # on this machine the number of processes sees to it
         resources = {k: v for k, v in (("MEMORY", 1e9 * (item.memory_gb or 0)), ("GPU", item.gpus)) if v}
     return Task(item.name, what, resources)
 
 
-def _log(out: Path, name: str) -> Path:
+def log_of(out: Path, name: str) -> Path:
     return out / "logs" / f"{name}.log"
-
-
-def show_plan(items: list[Item]) -> None:
-    """The calls that a plan stands for."""
-    rows = [
-        (i.name, i.command, " ".join([i.source if i.after is None else i.after, *i.options])) for i in items
-    ]
-    show_table(f"{len(items)} calls", ("results", "command", "inputs and options"), rows[:SHOWN_CALLS])
-
-
-def show_status(out: Path, quiet: bool) -> None:
-    """How far a batch is, and what failed."""
-    names = read_items(out)
-    if not quiet:
-        _show(names, read_journal(out), out)
-
-
-def _show(names: list[str], ended: Mapping[str, Mapping[str, Any]], out: Path) -> None:
-    jobs: dict[str, list[str]] = {}
-    for name in names:
-        jobs.setdefault(name.split("/")[0], []).append(name)
-    columns = ("done", "lost", "refused", "died", "skipped", "open")
-    rows = []
-    for job, own in jobs.items():
-        counts = Counter(ended[n]["status"] if n in ended else "open" for n in own)
-        seconds = [float(ended[n]["seconds"]) for n in own if n in ended and ended[n]["status"] in SUCCEEDED]
-        mean = f"{sum(seconds) / len(seconds):.2f}" if seconds else ""
-        rows.append((job, *(str(counts[c]) for c in columns), mean))
-    show_table(str(out), ("job", *columns, "mean s"), rows)
-    failed = [n for n in names if ended.get(n, {}).get("status") in FAILED]
-    for name in failed[:SHOWN]:
-        log = f" (log: {_log(out, name)})" if _log(out, name).is_file() else ""
-        print(f"{name}: {ended[name]['status']}: {ended[name]['reason']}{log}")
-    if len(failed) > SHOWN:
-        print(f"... and {len(failed) - SHOWN} more: see summary.csv")

@@ -12,7 +12,7 @@ from typing import Any
 from sdftrack._internal.csv_cells import text_cell
 from sdftrack._internal.extras import need
 from sdftrack._internal.files import replacing, write_text
-from sdftrack.cli.batch.plan import Item
+from sdftrack.batch.plan import Item
 
 __all__ = ["summary_rows", "write_summary"]
 
