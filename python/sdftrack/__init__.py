@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.frame import Frame
     from sdftrack.imaging.plane import remove_plane
     from sdftrack.io.datasets import Sequence, open_sequence
-    from sdftrack.io.save import save_sequence
+    from sdftrack.io.writers import save_sequence
     from sdftrack.live import open_camera
     from sdftrack.mesh import Mesh
     from sdftrack.options import TrackerOptions
@@ -65,7 +65,7 @@ _HOMES = {
     "frame": ("Frame",),
     "imaging.plane": ("remove_plane",),
     "io.datasets": ("Sequence", "open_sequence"),
-    "io.save": ("save_sequence",),
+    "io.writers": ("save_sequence",),
     "live": ("open_camera",),
     "mesh": ("Mesh",),
     "options": ("TrackerOptions",),

@@ -7,7 +7,7 @@ import contextlib
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -19,7 +19,7 @@ from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.out_folder import OutFolder, cannot_write, prepare_folder, refuse_folder
-from sdftrack.io.result_rows import (
+from sdftrack.io.report_file import (
     BOP_HEADER,
     bop_row,
     number_or_none,
@@ -27,11 +27,10 @@ from sdftrack.io.result_rows import (
     plain,
     tum_row,
 )
-from sdftrack.io.spool import Spool
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
-__all__ = ["Recorder", "plain", "prepare_folder", "refuse_folder", "tum_row"]
+__all__ = ["Recorder", "Spool", "plain", "prepare_folder", "refuse_folder", "tum_row"]
 
 WAITING = 3  # frames that may wait to be drawn
 
@@ -298,3 +297,35 @@ class Recorder(ClosedByWith):
 
     def _obj_id(self, k: int) -> int:
         return int(self._obj_ids[k]) if self._obj_ids is not None else k + 1
+
+
+class Spool:
+    """A text file under a temporary name beside `path`."""
+
+    def __init__(self, path: Path) -> None:
+        self.part = path.with_name(f".{path.name}{PART}")
+        self.count = 0
+        self._file = self.part.open("w+", encoding="utf-8")
+
+    def add(self, line: str) -> None:
+        self._file.write(line + "\n")
+        self.count += 1
+
+    def lines(self) -> Iterator[str]:
+        """The lines so far, without their ends."""
+        self._file.flush()
+        with self.part.open(encoding="utf-8") as file:
+            for line in file:
+                yield line.rstrip("\n")
+
+    def finish(self) -> None:
+        """Close the file. OSError where the disk is full, before anything has been renamed."""
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+    def drop(self) -> None:
+        try:
+            self._file.close()
+        finally:
+            self.part.unlink(missing_ok=True)

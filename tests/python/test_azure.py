@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.io.datasets.azure_calibration import azure_cameras
+from sdftrack.io.datasets.azure import azure_cameras
 from sdftrack.io.datasets.matroska import MatroskaFile
 
 DEPTH_SIZE, COLOR_SIZE = (320, 288), (1280, 720)

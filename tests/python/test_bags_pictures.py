@@ -20,7 +20,7 @@ from bag_writers import (
 )
 
 import sdftrack as st
-from sdftrack.io.datasets.bags.compressed_depth import decode_rvl
+from sdftrack.io.datasets.bags.pictures import decode_rvl
 
 CAMERA = st.Camera(40.0, 40.0, 23.5, 17.5, 48, 36)
 RNG = np.random.default_rng(0)

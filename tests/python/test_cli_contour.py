@@ -12,9 +12,8 @@ from experiments.synth.blob import BlobVideo, blob_video
 from sdftrack.cli.app import run
 from sdftrack.cli.contour_files import WRITTEN
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.io.color_video import ColorVideo
 from sdftrack.io.frames import read_mask, write_color, write_mask
-from sdftrack.io.video import write_video
+from sdftrack.io.video import ColorVideo, write_video
 from sdftrack.metrics import iou
 
 FRAMES = 6

@@ -13,7 +13,7 @@ from sdftrack.cli.app import run
 from sdftrack.evaluation.report import compare, read_results
 from sdftrack.geometry import pose as rotated
 from sdftrack.io.datasets import Sequence
-from sdftrack.io.save import save_sequence
+from sdftrack.io.writers import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder
 from sdftrack.symmetry import Symmetry

@@ -10,7 +10,7 @@ import pytest
 from measured_memory import peak_bytes
 
 from sdftrack.io import frames
-from sdftrack.io.image_header import image_header
+from sdftrack.io.frames import image_header
 
 
 def _png(width: int, height: int, bits: int, color: int, rows: bytes) -> bytes:

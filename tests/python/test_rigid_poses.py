@@ -11,7 +11,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.geometry import pose, rigid
-from sdftrack.io.save import save_sequence
+from sdftrack.io.writers import save_sequence
 from sdftrack.sdf import SDF
 
 

@@ -11,7 +11,7 @@ import pytest
 import sdftrack as st
 from reference.symmetry import distance_from_itself
 from sdftrack.geometry import pose
-from sdftrack.io.save import save_sequence
+from sdftrack.io.writers import save_sequence
 from sdftrack.sdf import SDF
 
 VOXELS = 50

@@ -83,7 +83,7 @@ def contour(job: Contour) -> None:
             raise Usage("expected --memory with it", name)
     from sdftrack.cli.contour_files import ContourFiles, refuse_places
     from sdftrack.contour import ContourTracker
-    from sdftrack.io.color_video import ColorVideo
+    from sdftrack.io.video import ColorVideo
     from sdftrack.recorder import refuse_folder
 
     job.on_cpu()  # a frame is the work of one thread of the CPU

@@ -10,7 +10,7 @@ from typing import Any
 from sdftrack._internal.extras import need
 from sdftrack.io.unbuffered import UnbufferedFile
 
-__all__ = ["McapOutput"]
+__all__ = ["McapOutput", "copy_whole"]
 
 
 class McapOutput:
@@ -92,3 +92,42 @@ LATCHED = """- history: 1
   liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
   avoid_ros_namespace_conventions: false
 """
+
+
+def copy_whole(path: Path, output: McapOutput, last_topic: str, count: int) -> None:
+    """Copy messages in the order of the file up to the `count`-th one on `last_topic`.
+
+    ValueError if the file holds fewer.
+    """
+    from mcap.exceptions import McapError
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import StreamReader
+
+    schemas: dict[int, Any] = {}
+    channels: dict[int, Any] = {}
+    found = 0
+    with path.open("rb") as file:
+        try:
+            for record in StreamReader(file).records:
+                if found == count:
+                    return
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    channel = channels[record.channel_id]
+                    output.add(
+                        channel.topic,
+                        schemas[channel.schema_id].name,
+                        record.data,
+                        record.log_time,
+                        record.sequence,
+                        latched=bool(channel.metadata.get("offered_qos_profiles")),
+                    )
+                    found += channel.topic == last_topic
+        except (McapError, EOFError, ValueError, KeyError) as error:
+            if found < count:
+                raise ValueError(f"{path}: expected {count} whole frames, got {found} ({error})") from None
+    if found < count:
+        raise ValueError(f"{path}: expected {count} whole frames, got {found}")

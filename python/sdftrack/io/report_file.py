@@ -1,17 +1,29 @@
 # SPDX-License-Identifier: MIT
-"""report.json of a result folder, read back."""
+"""Rows of the output files of a tracked sequence (BOP results, TUM trajectories, report.json), and reading them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import contents, read_json
+from sdftrack.io.trajectories import tum_line
 from sdftrack.results import Status, TrackResult
 
-__all__ = ["read_results", "result_of"]
+__all__ = [
+    "BOP_HEADER",
+    "bop_row",
+    "number_or_none",
+    "object_entry",
+    "plain",
+    "read_results",
+    "result_of",
+    "tum_row",
+]
 
 
 def read_results(directory: Path) -> dict[str, Any]:
@@ -49,3 +61,59 @@ def result_of(row: dict[str, Any]) -> TrackResult:
         seconds=row.get("seconds") or 0.0,
         timestamp=row.get("timestamp"),
     )
+
+
+BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
+Array = NDArray[np.float64]
+
+
+def bop_row(result: TrackResult, k: int, scene_id: int, im_id: int, obj_id: int) -> str:
+    """``scene_id,im_id,obj_id,score,R,t,time`` of object k: BOP's results, t in millimetres."""
+    T = result.poses[k]
+    R = " ".join(f"{v:.9f}" for v in T[:3, :3].ravel())
+    t = " ".join(f"{1e3 * v:.6f}" for v in T[:3, 3])
+    score = number_or_none(result.confidence[k]) or 0.0
+    seconds = number_or_none(result.seconds)
+    time = "-1" if seconds is None else f"{seconds:.6f}"
+    return f"{scene_id},{im_id},{obj_id},{score:.6f},{R},{t},{time}"
+
+
+def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[str, Any]:
+    """Object k in ``report.json``: metres, the covariance as in Python, null where unknown."""
+    return {
+        "obj_id": obj_id,
+        "k": k,
+        "name": name,
+        "status": str(result.status[k]),
+        "reason": str(result.reason[k]),
+        "confidence": number_or_none(result.confidence[k]),
+        "energy": number_or_none(result.energy),
+        "inliers": number_or_none(result.inliers[k]),
+        "pose": plain(result.poses[k]) if np.isfinite(result.poses[k]).all() else None,
+        "covariance": plain(result.covariances[k]) if np.isfinite(result.covariances[k]).all() else None,
+    }
+
+
+def tum_row(time: float, T: Array) -> str:
+    """``timestamp tx ty tz qx qy qz qw``, metres."""
+    return tum_line(time, T, ".9f")
+
+
+def plain(value: Any) -> Any:
+    """Convert numpy values, paths and NaN for JSON."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
+
+
+def number_or_none(value: Any) -> float | None:
+    """None for values that JSON cannot represent."""
+    return float(value) if value is not None and np.isfinite(value) else None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.result_rows import plain
+from sdftrack.io.report_file import plain
 from sdftrack.motion.definitions import Definition
 
 __all__ = ["Measured", "measured"]

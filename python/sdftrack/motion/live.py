@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers
-from sdftrack.io.result_rows import plain
+from sdftrack.io.report_file import plain
 
 __all__ = ["LiveMotion", "LiveValues"]
 

@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from threading import Lock
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["Stream", "StreamFrames", "nearest_in_time"]
+__all__ = ["RealSenseStream", "Stream", "StreamFrames", "nearest_in_time"]
 
 
 @dataclass(frozen=True)
@@ -81,3 +83,24 @@ def nearest_in_time(stamps_s: NDArray[np.float64], others_s: NDArray[np.float64]
     periods = [float(np.median(np.diff(times))) for times in (stamps_s, others_s) if len(times) > 1]
     limit = 0.5 * max(periods, default=1 / 30)
     return np.where(np.minimum(left, right) <= limit * (1 + 1e-9), nearest, -1)
+
+
+@dataclass
+class RealSenseStream:
+    """A stream as a RealSense recording describes it.
+
+    Attributes
+    ----------
+    stream : Stream
+    lens : dict
+        width, height, fx, fy, ppx, ppy, model and coeffs, as in the SDK's intrinsics.
+    T_stream_ref : (4, 4) float64
+        Maps points of the recording's reference stream to this one, m.
+    """
+
+    stream: Stream
+    lens: dict[str, Any]
+    T_stream_ref: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+
+    def camera(self) -> Camera:
+        return Camera.from_realsense(SimpleNamespace(**self.lens))

@@ -15,16 +15,16 @@ from sdftrack import geometry
 from sdftrack._internal.files import write_text
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.io.mcap_copy import copy_whole
-from sdftrack.io.mcap_output import McapOutput
+from sdftrack.io.mcap_output import McapOutput, copy_whole
 from sdftrack.io.ros_types import COLOR_FRAME, DEPTH_FRAME, INFO, RosTypes
 from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
-from sdftrack.io.writers.ros2_metadata import metadata_yaml
+
+__all__ = ["metadata_yaml"]
 
 FILE = "sequence.mcap"
 DEPTH, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
 COLOR, COLOR_INFO = "/camera/color/image_raw/compressed", "/camera/color/camera_info"
-TRUTH = "/ground_truth"  # the reader knows it: sdftrack.io.datasets.bags.truth
+TRUTH = "/ground_truth"  # the reader knows it: sdftrack.io.datasets.bags.transforms
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 CHUNK = 1 << 22
@@ -165,3 +165,40 @@ class McapWriter(LayoutWriter):
         if self._output is not None:
             self._output.close()
             self._output = None
+
+
+def metadata_yaml(file: str, output: McapOutput) -> str:
+    """The text for a recording of one file; version 5, which all releases since Humble read."""
+    start, end = output.times_ns
+    count = sum(n for _, n in output.counts.values())
+    topics = "".join(
+        f"""    - topic_metadata:
+        name: {topic}
+        type: {kind}
+        serialization_format: cdr
+        offered_qos_profiles: ""
+      message_count: {n}
+"""
+        for topic, (kind, n) in output.counts.items()
+    )
+    return f"""rosbag2_bagfile_information:
+  version: 5
+  storage_identifier: mcap
+  duration:
+    nanoseconds: {end - start}
+  starting_time:
+    nanoseconds_since_epoch: {start}
+  message_count: {count}
+  topics_with_message_count:
+{topics}  compression_format: ""
+  compression_mode: ""
+  relative_file_paths:
+    - {file}
+  files:
+    - path: {file}
+      starting_time:
+        nanoseconds_since_epoch: {start}
+      duration:
+        nanoseconds: {end - start}
+      message_count: {count}
+"""

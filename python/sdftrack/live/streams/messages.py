@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
-from sdftrack.io.result_rows import object_entry, plain
+from sdftrack.io.report_file import object_entry, plain
 from sdftrack.io.ros_types import DEPTH_FRAME, INFO, RosTypes
 from sdftrack.live.streams.addresses import safe_names
 from sdftrack.live.streams.kinds import Packet

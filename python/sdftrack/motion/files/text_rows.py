@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from sdftrack._internal.validation import shown
-from sdftrack.io.result_rows import BOP_HEADER
+from sdftrack.io.report_file import BOP_HEADER
 from sdftrack.io.trajectories import read_tum_rows
 from sdftrack.motion.files.instances import check_order
 from sdftrack.motion.files.record import (

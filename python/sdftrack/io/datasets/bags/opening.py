@@ -10,13 +10,11 @@ import numpy as np
 
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.bags.bag import Bag, Topic
-from sdftrack.io.datasets.bags.cameras import find_camera
 from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.frames import LOOKED_AT, BagFrames
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
-from sdftrack.io.datasets.bags.topics import choose_color, choose_depth
-from sdftrack.io.datasets.bags.transforms import fixed_transforms, transform_between
-from sdftrack.io.datasets.bags.truth import models_of, true_poses
+from sdftrack.io.datasets.bags.topics import choose_color, choose_depth, find_camera
+from sdftrack.io.datasets.bags.transforms import fixed_transforms, models_of, transform_between, true_poses
 from sdftrack.io.datasets.sequence import Sequence
 
 __all__ = ["sequence_of"]
