@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import re
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
+from sdftrack._internal.files import write_json
 
 __all__ = [
     "CPU",
@@ -79,8 +81,6 @@ def device_number(device: str) -> int:
         return CPU
     usable = _core.cuda_devices()
     if device == "auto":
-        from sdftrack._internal.device_record import has_passed
-
         return usable[0] if usable and has_passed(usable[0]) else CPU
     if not _core.cuda_build:
         raise RuntimeError(
@@ -229,3 +229,39 @@ def _cpu_name() -> str:
     except OSError:
         pass
     return platform.processor() or platform.machine()
+
+
+def record_path() -> Path:
+    """The user's record of GPUs that have passed their self-test, in ``$XDG_CACHE_HOME`` or ``~/.cache``."""
+    folder = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(folder) / "sdftrack" / "cuda_self_test.json"
+
+
+def has_passed(number: int) -> bool:
+    """Whether this build has passed the self-test on the device, with its present driver."""
+    return _recorded().get(_record_key(number)) is True
+
+
+def remember(number: int, passed: bool) -> None:
+    """Write down the result of a self-test; where the user's folder cannot be written, it is known nowhere."""
+    try:
+        path = record_path()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, {**_recorded(), _record_key(number): bool(passed)})
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home
+        pass
+
+
+def _recorded() -> dict[str, bool]:
+    try:
+        found = json.loads(record_path().read_text(encoding="utf-8"))
+    except (OSError, ValueError, RuntimeError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _record_key(number: int) -> str:
+    built = Path(str(_core.__file__)).stat()
+    return (
+        f"sdftrack {_core.__version__}, {built.st_size}-{built.st_mtime_ns}: {_core.cuda_fingerprint(number)}"
+    )

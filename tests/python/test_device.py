@@ -9,7 +9,6 @@ from refusals import assert_refused, refused
 
 import sdftrack as st
 from sdftrack import _core, device
-from sdftrack._internal import device_record
 from sdftrack.testing import self_test
 
 
@@ -32,11 +31,11 @@ def two_gpus(monkeypatch, record):
 
 def test_auto_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, monkeypatch):
     assert device.resolve_device("auto") == "cpu"
-    device_record.remember(2, True)
+    device.remember(2, True)
     assert device.resolve_device("auto") == "cpu"  # another one
-    device_record.remember(0, False)
+    device.remember(0, False)
     assert device.resolve_device("auto") == "cpu"
-    device_record.remember(0, True)
+    device.remember(0, True)
     assert device.resolve_device("auto") == "cuda:0"
     monkeypatch.setattr(_core, "cuda_fingerprint", lambda number: f"a GPU {number}, driver 2")
     assert device.resolve_device("auto") == "cpu"
@@ -57,7 +56,7 @@ def made_on(monkeypatch):
 def test_auto_of_a_tracker_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, made_on):
     tracker = st.Tracker([BALL, BALL], CAMERA)
     assert tracker.device == "cpu"
-    device_record.remember(0, True)
+    device.remember(0, True)
     assert st.Tracker([BALL, BALL], CAMERA).device == "cuda:0"
     assert st.Tracker(BALL, CAMERA, device="cpu").device == "cpu"
     assert made_on == [-1, 0, -1]
@@ -67,7 +66,7 @@ def test_auto_of_a_tracker_is_a_gpu_once_it_has_passed_its_self_test(two_gpus, m
 def test_auto_of_a_reconstruction_is_a_gpu_once_it_has_passed_its_self_test(two_gpus):
     star = st.Reconstructor(CAMERA)
     assert star.device == "cpu"
-    device_record.remember(0, True)
+    device.remember(0, True)
     assert st.Reconstructor(CAMERA).device == "cuda:0"
     assert pickle.loads(pickle.dumps(star)).device == "cuda:0"
     given = st.Reconstructor(CAMERA, device="cpu")
@@ -76,10 +75,10 @@ def test_auto_of_a_reconstruction_is_a_gpu_once_it_has_passed_its_self_test(two_
 
 @pytest.mark.parametrize("text", ["", "[1]", "{", "[" * 100000, "null"])
 def test_a_damaged_record_is_no_record(two_gpus, text):
-    device_record.remember(0, True)
-    device_record.record_path().write_text(text)
+    device.remember(0, True)
+    device.record_path().write_text(text)
     assert device.resolve_device("auto") == "cpu"
-    device_record.remember(0, True)
+    device.remember(0, True)
     assert device.resolve_device("auto") == "cuda:0"
 
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack import _core
-from sdftrack._internal.device_record import remember
-from sdftrack.device import CPU
+from sdftrack.device import CPU, remember
 
 __all__ = ["Check", "run_self_test"]
 
