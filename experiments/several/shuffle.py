@@ -16,7 +16,7 @@ from experiments.synth.contact import Solid, first_contact, gap
 from experiments.synth.contact_paths import CONTACT_M, DISTANCE_M, ramped, rotations, unit
 from experiments.synth.staged import Scene, kept, make
 from sdftrack import geometry
-from sdftrack.synth.stage import SKIN, Stage
+from sdftrack.synth.bodies import SKIN, Stage
 from sdftrack.synth.surroundings import Layer, hand_mesh, mesh_layer
 
 __all__ = ["Hands", "hands"]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.synth.bodies import SKIN
 from sdftrack.synth.capsules import Capsules, cast
-from sdftrack.synth.stage import SKIN
 from sdftrack.synth.surroundings import background
 
 __all__ = ["BallView", "Props"]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.synth.exercise_objects import OBJECTS
 from sdftrack.synth.exercise_plans import PLANS
+from sdftrack.synth.exercise_sequence import OBJECTS
 from sdftrack.synth.exercise_signals import Oscillation, Steps, product, sine, smooth_step
 
 STEP_S = 1e-4

@@ -11,7 +11,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.synth.exercise_objects import OBJECTS
+from sdftrack.synth.exercise_sequence import OBJECTS
 
 
 @pytest.mark.parametrize("name", OBJECTS)

@@ -6,10 +6,9 @@ import pytest
 
 import sdftrack as st
 from sdftrack.synth import Cover, Grip, leave_and_return
-from sdftrack.synth.bodies import Body
+from sdftrack.synth.bodies import Body, Stage
 from sdftrack.synth.capsules import Capsules, cast
 from sdftrack.synth.grip import _Held
-from sdftrack.synth.stage import Stage
 from sdftrack.synth.surroundings import box_mesh
 from sdftrack.synth.tabletop import Tabletop
 

@@ -2,16 +2,13 @@
 """Synthetic sequences with exact ground truth: shapes, paths, noise, clutter, hands, colour, exercises."""
 
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.synth.exercise import Exercise, exercise
-from sdftrack.synth.exercise_file import load_exercise
-from sdftrack.synth.exercise_objects import exercise_object
-from sdftrack.synth.exercise_sequence import exercise_sequence
+from sdftrack.synth.exercise import Exercise, exercise, load_exercise
+from sdftrack.synth.exercise_sequence import exercise_object, exercise_sequence
 from sdftrack.synth.grip import Grip
-from sdftrack.synth.noise import Gaussian, Kinect
+from sdftrack.synth.noise import Gaussian, Kinect, Stereo
 from sdftrack.synth.occluders import Cover, Hand
 from sdftrack.synth.printed_can import can_mesh, turning_can
 from sdftrack.synth.scene import sequence
-from sdftrack.synth.stereo_noise import Stereo
 from sdftrack.synth.surroundings import Table
 from sdftrack.synth.trajectories import leave_and_return, orbit, random_walk, static, sweep
 

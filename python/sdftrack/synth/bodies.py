@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Shapes as the renderer and the occluders ask for them: layers, colours, points of the surface."""
+"""Shapes and their scene as the renderer and the occluders ask for them: layers, colours, points of the surface."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,32 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.synth.surroundings import Layer
 
-__all__ = ["Body", "Models"]
+__all__ = ["SKIN", "Body", "Models", "Occluder", "Stage"]
+
+SKIN = (205, 155, 130)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The first object, its poses (n, 4, 4) T_cam_obj, the camera, the seed and the frames per second."""
+
+    body: Body
+    poses: NDArray[np.float64]
+    camera: Camera
+    seed: int
+    fps: float
+
+
+class Occluder(Protocol):
+    """Something in front of the first object.
+
+    `ready` is called once and returns a function (frame, visible, depth) -> layer, with the (H, W) pixels in
+    which the object would be seen and the depth image without the occluder. The layer of a frame depends on
+    nothing but these and the frame's number: frames are rendered in any order.
+    """
+
+    def ready(self, stage: Stage) -> Callable[[int, NDArray[np.bool_], NDArray[np.float32]], Layer | Any]: ...
+
 
 Array = NDArray[np.float64]
 SPACING_M = 0.0025  # of the surface points: hulls of them are right to 0.03 mm on a curve of 30 mm

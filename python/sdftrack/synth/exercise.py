@@ -5,20 +5,24 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import geometry
 from sdftrack._internal.files import write_json
+from sdftrack._internal.text_files import read_json
 from sdftrack._internal.validation import number, numbers, whole
+from sdftrack.camera import Camera
 from sdftrack.motion.samples import MotionSamples
-from sdftrack.synth.exercise_motion import ObjectMotion
 from sdftrack.synth.exercise_plans import PLANS, Plan, Wishes
-from sdftrack.synth.exercise_view import in_view, random_view
+from sdftrack.synth.exercise_signals import ObjectMotion
 
-__all__ = ["Exercise", "exercise"]
+__all__ = ["Exercise", "exercise", "load_exercise"]
 
 Array = NDArray[np.float64]
 VIEWS = 200  # tries until all of the exercise is in view
@@ -251,3 +255,88 @@ def _between(value: float, name: str, least: float, most: float, unit: str) -> f
     if not least <= x <= most:
         raise ValueError(f"{name}: expected {least:g} to {most:g} {unit}, got {value!r}")
     return x
+
+
+# -- Exercises from their files
+
+
+SAME = 1e-9  # s, m, Hz: the last digits of sines differ between machines
+
+
+def load_exercise(path: str | os.PathLike[str]) -> Exercise:
+    """Read what `Exercise.save` or ``sdftrack synth exercise`` wrote; equal to the exercise that was written.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, or the folder that holds exercise.json.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        No such file; a file that is none of an exercise; one of a version that made other exercises.
+    """
+    file = Path(path)
+    if file.is_dir():
+        file /= "exercise.json"
+    stored = read_json(file)
+    try:
+        made = exercise(stored["kind"], **stored["arguments"])
+        same = _differences(made.truth(), stored) <= SAME
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{file}: expected the file of an exercise ({error})") from None
+    if not same:
+        raise ValueError(
+            f"{file}: written by a version that makes other exercises of these arguments; make it anew"
+        )
+    return made
+
+
+def _differences(a: Any, b: Any) -> float:
+    """The largest difference of numbers in two values of JSON; inf where anything else differs."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        a, b = sorted(a.items()), sorted(b.items())
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
+        return max((_differences(x, y) for x, y in zip(a, b, strict=True)), default=0.0)
+    if isinstance(a, float) and isinstance(b, float | int):
+        return abs(a - b)
+    return 0.0 if a == b else math.inf
+
+
+# -- Where a camera stands that looks down at a table, and whether it sees all of an exercise
+
+
+CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+DISTANCE_M = (0.6, 0.9)  # along the optical axis
+DOWN_RAD = (float(np.radians(38)), float(np.radians(60)))
+ROLL_RAD = float(np.radians(4))
+RATE_HZ = 25.0  # at which visibility is checked
+# A ball that holds each of the objects, and how far its middle is above the foot.
+BALL_M, MIDDLE_M = 0.09, 0.06
+
+
+def random_view(rng: np.random.Generator) -> Array:
+    """T_cam_table of a camera whose optical axis meets the table in the table's origin."""
+    down, roll = rng.uniform(*DOWN_RAD), rng.uniform(-ROLL_RAD, ROLL_RAD)
+    x, up = np.array([1.0, 0, 0]), np.array([0, -np.cos(down), -np.sin(down)])
+    T = np.eye(4)
+    T[:3, :3] = geometry.pose([0, 0, roll])[:3, :3] @ np.column_stack([x, np.cross(up, x), up])
+    T[2, 3] = rng.uniform(*DISTANCE_M)
+    return T
+
+
+def in_view(T_cam_table: Array, motions: Iterable[ObjectMotion], duration_s: float, origin_m: float) -> bool:
+    """Whether a hand-sized object stays inside the image."""
+    times = np.arange(0, duration_s, 1 / RATE_HZ)
+    for motion in motions:
+        middle = motion.places(times)[0] + (MIDDLE_M - origin_m) * motion.rotations(times)[0][:, :, 2]
+        p = geometry.transform_points(T_cam_table, middle)
+        # To first order; the outline of a ball away from the axis is a little longer.
+        reach = 1.1 * BALL_M / p[:, 2]
+        for axis, focal, centre, size in (
+            (0, CAMERA.fx, CAMERA.cx, CAMERA.width), (1, CAMERA.fy, CAMERA.cy, CAMERA.height),
+        ):  # fmt: skip
+            px = focal * p[:, axis] / p[:, 2] + centre
+            if (px - focal * reach).min() < 0 or (px + focal * reach).max() > size - 1:
+                return False
+    return True

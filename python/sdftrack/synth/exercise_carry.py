@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.exercise_motion import ObjectMotion, Turn
-from sdftrack.synth.exercise_signals import Oscillation, Signal, Steps
+from sdftrack.synth.exercise_signals import ObjectMotion, Oscillation, Signal, Steps, Turn
 
 __all__ = ["Carry", "Person", "submovements"]
 

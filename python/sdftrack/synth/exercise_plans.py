@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.synth.exercise_carry import Carry, Person
-from sdftrack.synth.exercise_motion import ObjectMotion, Turn
-from sdftrack.synth.exercise_signals import Circle, Signal, Steps, Swing
+from sdftrack.synth.exercise_signals import Circle, ObjectMotion, Signal, Steps, Swing, Turn
 
 __all__ = ["PLANS", "Plan", "Wishes"]
 

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.synth.bodies import Body
+from sdftrack.synth.bodies import SKIN, Body, Stage
 from sdftrack.synth.capsules import Capsules, cast
-from sdftrack.synth.stage import SKIN, Stage
 from sdftrack.synth.surroundings import Layer
 
 __all__ = ["Grip"]

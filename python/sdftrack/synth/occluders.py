@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.synth.bodies import SKIN, Occluder, Stage
 from sdftrack.synth.grip import Grip
-from sdftrack.synth.stage import SKIN, Occluder, Stage
 from sdftrack.synth.surroundings import Layer, box_mesh, hand_mesh, mesh_layer
 
 __all__ = ["Cover", "Hand", "occluder_of"]
