@@ -50,8 +50,8 @@ def _trajectories(folder: Path) -> Case:
     from sdftrack.io import trajectories
 
     times, T = np.arange(8) / 30, np.array(poses(8))
-    tum = _written(folder, "a.txt", lambda p: trajectories.write_tum(p, times, T))
-    log = _written(folder, "a.log", lambda p: trajectories.write_log(p, range(8), T))
+    tum = "".join(f"{trajectories.tum_line(t, P)}\n" for t, P in zip(times, T, strict=True)).encode()
+    log = "\n".join(line for i, P in enumerate(T) for line in trajectories.log_lines(i, P)).encode()
     moved = st.motion.Trajectory(times, T, np.tile(1e-6 * np.eye(6), (8, 1, 1)))
     table = _written(folder, "a.csv", lambda p: st.motion.save(p, moved))
     bop = "scene_id,im_id,obj_id,score,R,t,time\n" + "".join(

@@ -11,13 +11,10 @@ from scipy.spatial.transform import Rotation
 
 import sdftrack as st
 from sdftrack import motion
-from sdftrack.motion.definitions import Context
 from sdftrack.motion.measures.runs import beginnings, settled
-from sdftrack.motion.measures.tilt import time_tilted
 
 RATE_HZ = 100.0
 RADIUS_M = 0.03
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def placed(t, x, turn=None, observed=None):
@@ -188,22 +185,3 @@ class TestSymmetryIndex:
     def test_shapes_that_differ_are_told(self):
         with pytest.raises(ValueError, match="left, right: expected shapes that go together"):
             motion.symmetry_index(np.ones(3), np.ones(4))
-
-
-class TestTimeTilted:
-    def test_a_vessel_that_tips_evenly_is_beyond_half_of_its_angle_half_of_the_time(self):
-        t = times()
-        turn = np.outer(t / t[-1] * np.deg2rad(80), [1.0, 0, 0])[None]
-        found = time_tilted(placed(t, 0 * turn, turn), Context(0, 2, up=UP), np.deg2rad(40))
-        assert found[0] == pytest.approx(1.0, abs=1 / RATE_HZ)
-
-    def test_it_is_not_known_without_gravity_or_with_a_gap(self):
-        t = times()
-        still = np.zeros((2, len(t), 3))
-        assert np.isnan(time_tilted(placed(t, still), Context(0, 2), 0.5)).all()
-        assert np.isnan(time_tilted(placed(t, still, observed=t != 1), Context(0, 2, up=UP), 0.5)).all()
-        assert time_tilted(placed(t, still), Context(0, 2, up=UP), 0.5).tolist() == [0, 0]
-
-    def test_degrees_are_told(self):
-        with pytest.raises(ValueError, match="limit_rad: expected an angle from 0 to pi, got 45; in degrees"):
-            time_tilted(placed(times(), np.zeros((1, 201, 3))), Context(0, 2, up=UP), 45)

@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from sdftrack._internal.files import write_text
 from sdftrack._internal.rotations import quaternion, rotation
 from sdftrack._internal.text_files import named, read_text
 from sdftrack._internal.validation import shown
@@ -23,8 +21,6 @@ __all__ = [
     "read_tum_rows",
     "rotation",
     "tum_line",
-    "write_log",
-    "write_tum",
 ]
 
 TUM_HEADER = "# timestamp tx ty tz qx qy qz qw"
@@ -36,13 +32,6 @@ def tum_line(time_s: float, T: Array, digits: str = ".12g") -> str:
     """``timestamp tx ty tz qx qy qz qw`` (s, m) of a (4, 4) pose; `digits`: format of the numbers."""
     numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
     return f"{time_s:.6f} " + " ".join(f"{v:{digits}}" for v in numbers)
-
-
-def write_tum(path: str | os.PathLike[str], timestamps: Sequence[float], poses: ArrayLike) -> None:
-    """Lines `timestamp tx ty tz qx qy qz qw` (s, m), completely or not at all."""
-    stack = np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4)
-    lines = [TUM_HEADER, *(tum_line(t, T) for t, T in zip(timestamps, stack, strict=True))]
-    write_text(path, "\n".join(lines) + "\n")
 
 
 def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
@@ -77,13 +66,6 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
 def log_lines(number: int, T: Array) -> list[str]:
     """Redwood's block of one (4, 4) pose: a line of three integers, then the matrix, m."""
     return [f"{number} {number} {number + 1}", *(" ".join(f"{v:.15g}" for v in row) for row in T)]
-
-
-def write_log(path: str | os.PathLike[str], numbers: Sequence[int], poses: ArrayLike) -> None:
-    """Redwood's trajectory log, completely or not at all."""
-    stack = np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4)
-    lines = [line for i, T in zip(numbers, stack, strict=True) for line in log_lines(i, T)]
-    write_text(path, "\n".join(lines) + "\n")
 
 
 def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:

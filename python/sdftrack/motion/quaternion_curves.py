@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 __all__ = [
     "angles_between",
-    "angular_velocities",
     "angular_velocities_first",
     "continuous_quaternions",
     "exponentials_first",
@@ -75,11 +74,6 @@ def exponentials_first(w: Array) -> Array:
     """(4, ...) quaternions of rotation vectors (3, ...)."""
     half = 0.5 * np.sqrt((w**2).sum(axis=0))
     return np.concatenate([0.5 * w * np.sinc(half / np.pi), [np.cos(half)]])
-
-
-def angular_velocities(q: Array, rate: Array) -> Array:
-    """(..., 3) in the axes of the reference frame, rad/s, of curves q (..., 4) with derivative `rate` (..., 4)."""
-    return np.moveaxis(angular_velocities_first(np.moveaxis(q, -1, 0), np.moveaxis(rate, -1, 0)), 0, -1)
 
 
 def angular_velocities_first(q: Array, rate: Array) -> Array:

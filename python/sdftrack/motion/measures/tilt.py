@@ -6,12 +6,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.validation import number
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.repetition import moving, on_repetition, undefined
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["max_tilt", "mean_tilt", "tilt", "time_tilted"]
+__all__ = ["max_tilt", "mean_tilt", "tilt"]
 
 Array = NDArray[np.float64]
 SOURCE = "Angle between two directions"
@@ -56,21 +55,3 @@ def mean_tilt(samples: MotionSamples, context: Context) -> Array:
     if context.up is None:
         return undefined(samples)
     return np.asarray(tilt(samples, context)[:, moving(samples, context)].mean(axis=1))
-
-
-def time_tilted(samples: MotionSamples, context: Context, limit_rad: float) -> Array:
-    """(S,) time of the repetition in which the tilt exceeds `limit_rad`, the angle at which a vessel spills, s.
-
-    The number of such samples times the time between two; NaN without the direction of gravity and with a gap.
-    """
-    limit = number(limit_rad, "limit_rad")
-    if not 0 <= limit <= np.pi:
-        raise ValueError(f"limit_rad: expected an angle from 0 to pi, got {limit_rad!r}; in degrees?")
-
-    @on_repetition
-    def beyond(samples: MotionSamples, context: Context) -> Array:
-        if context.up is None:
-            return undefined(samples)
-        return np.asarray((tilt(samples, context) > limit).sum(axis=1) / samples.rate_hz)
-
-    return beyond(samples, context)
