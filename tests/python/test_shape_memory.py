@@ -20,8 +20,6 @@ from experiments.contour.shape_protocol import (
 from experiments.synth.covers import hide
 from experiments.synth.gait import gait
 from reference import shape_memory as twin
-from sdftrack._internal import saved_file
-from sdftrack._internal.saved_file import FileKind
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.contour.occluders import count_occluders
@@ -348,26 +346,6 @@ def test_a_memory_comes_back_from_its_file_from_pickle_and_as_a_copy(rule, count
             assert other.judge(bars[0].seen) == memory.judge(bars[0].seen)
             other.learn(cat[50])
             assert other != memory
-
-
-def test_damaged_and_foreign_files_are_refused_in_one_line(memory, tmp_path):
-    path = tmp_path / "cat.memory"
-    memory.save(path)
-    content = path.read_bytes()
-    broken = {
-        "another kind of file": b"\x89PNG\r\n" + content[:-7],
-        "truncated": content[:-7],
-        "checksum does not": content[:5000] + b"?" + content[5001:],
-    }
-    for words, wrong in broken.items():
-        path.write_bytes(wrong)
-        with pytest.raises(ValueError, match=words):
-            st.contour.ShapeMemory.load(path)
-    saved_file.write(path, FileKind("sdftrack.ShapeMemory", 1, ""), {"options": {}})
-    with pytest.raises(ValueError, match="inconsistent contents"):
-        st.contour.ShapeMemory.load(path)
-    with pytest.raises(FileNotFoundError, match="no such file"):
-        st.contour.ShapeMemory.load(tmp_path / "none")
 
 
 # Bad input
