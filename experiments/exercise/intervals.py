@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.exercise.truth import true_values
 from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import motion
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.truth import true_values
 
 __all__ = ["exercise_intervals", "tracked_exercise"]
 

@@ -178,7 +178,7 @@ def _images(folder: Path) -> Case:
 TARGETS = (
     Target("meshes", _meshes, weight=0.5),
     Target("trajectories", _trajectories),
-    Target("c3d", _c3d, weight=0.5, needs=("ezc3d",)),
+    Target("c3d", _c3d, weight=0.05, needs=("ezc3d",)),
     Target("cameras", _cameras),
     Target("options", _options),
     Target("images", _images),

@@ -12,9 +12,9 @@ from motion_cases import SD_M, SD_RAD, noisy, reaches
 from scipy.spatial.transform import Rotation
 
 import sdftrack as st
+from experiments.exercise.truth import true_values
 from sdftrack import motion
 from sdftrack.motion.report import compare_sessions
-from sdftrack.motion.truth import true_values
 
 POSITIONS = ("range_x", "range_y", "range_z", "reach", "path_length", "peak_speed_move", "movement_time_move")
 TURNS = ("range_angle", "range_turn", "peak_angular_speed")

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from sdftrack import motion
 from sdftrack.motion.definitions import Context
 from sdftrack.motion.measures.movement import movement_of
-from sdftrack.motion.measures.target_measures import definitions_of_target
+from sdftrack.motion.measures.targets import definitions_of_target
 
 RATE_HZ = 200.0
 FAR_M, MOVE_S, START_S, HOLD_S = 0.3, 1.0, 0.5, 0.8

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import sdftrack as st
 from sdftrack import motion
-from sdftrack.motion.measures.runs import beginnings, settled
+from sdftrack.motion.measures.targets import beginnings, settled
 
 RATE_HZ = 100.0
 RADIUS_M = 0.03

@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from reference.rts_smoother import smooth_coordinate
 from sdftrack import motion
-from sdftrack.motion.prior import _normal_equations
 from sdftrack.motion.quaternion_curves import (
     angular_velocities_first,
     continuous_quaternions,
     left_jacobians,
     matrices,
 )
+from sdftrack.motion.smoothing import _normal_equations
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 
 

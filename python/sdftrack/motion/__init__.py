@@ -8,19 +8,23 @@ from sdftrack.motion.filters import butterworth, resample, savitzky_golay
 from sdftrack.motion.frames import at_point, best_known_point, in_frame, table_frame
 from sdftrack.motion.intervals import Measured
 from sdftrack.motion.live import LiveMotion, LiveValues
-from sdftrack.motion.measures.contact import Contacts, contacts, surface_distances
 from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distance
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
-from sdftrack.motion.measures.symmetry_index import symmetry_index
 from sdftrack.motion.measures.targets import Box, Path, Sphere, parse_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
-from sdftrack.motion.posterior import SmoothedMotion
+from sdftrack.motion.posterior import SmoothedMotion, smoothed_trajectory
 from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
 from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.smoothed import smoothed_trajectory
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
-from sdftrack.motion.two_objects import contact, symmetry
+from sdftrack.motion.two_objects import (
+    Contacts,
+    contact,
+    contacts,
+    surface_distances,
+    symmetry,
+    symmetry_index,
+)
 
 __all__ = [
     "DEFINITIONS",

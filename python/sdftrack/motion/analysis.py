@@ -18,7 +18,7 @@ from sdftrack._internal.validation import THREADS, numbers, of_kind, shown, whol
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.repeatability import mean_dtw_distance
-from sdftrack.motion.measures.target_measures import definitions_of_target
+from sdftrack.motion.measures.targets import definitions_of_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
 from sdftrack.motion.measuring import UNSEEN, MeasuredRepetition, measure_repetition, requests
 from sdftrack.motion.posterior import SmoothedMotion

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.spread import CALIBRATION
 
-__all__ = ["DEFINITIONS", "Compute", "Context", "Definition", "measure", "of_two_objects"]
+__all__ = ["CALIBRATION", "DEFINITIONS", "Compute", "Context", "Definition", "measure", "of_two_objects"]
+
 
 Array = NDArray[np.float64]
 
@@ -118,3 +118,30 @@ def measure(
         return f
 
     return register
+
+
+# Measure: (part of the samples' shift that the mean movement has, too; factor of the spread).
+CALIBRATION: dict[str, tuple[float, float]] = {
+    "path_length": (0.9, 2.1),
+    "index_of_curvature": (0.0, 0.9),
+    "sparc": (0.0, 1.05),
+    "log_dimensionless_jerk": (0.2, 1.1),
+    "peak_speed": (0.2, 1.0),
+    "peak_acceleration": (0.2, 1.0),
+    "peak_angular_speed": (0.5, 1.05),
+    "range_height": (1.0, 1.15),
+    "range_horizontal": (1.1, 1.25),
+    "range_turn": (1.5, 1.35),
+    "range_angle": (0.6, 0.85),
+    "range_x": (0.5, 1.2),
+    "range_y": (0.7, 1.0),
+    "range_z": (0.6, 0.9),
+    "reach": (0.2, 1.05),
+    "movement_time": (0.0, 0.8),
+    "reaction_time": (0.0, 0.9),
+    "repetition_time": (0.0, 0.8),
+    "time_to_peak_speed_part": (0.0, 1.1),
+    "max_tilt": (1.4, 0.95),
+    "mean_tilt": (0.2, 1.1),
+    "dwell_time": (0.1, 1.6),
+}

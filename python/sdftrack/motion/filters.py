@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from sdftrack._internal.validation import number, whole
 from sdftrack.motion.posterior import checked_gap
 from sdftrack.motion.quaternion_curves import continuous_quaternions, matrices
-from sdftrack.motion.rests import runs
+from sdftrack.motion.repetitions import runs
 from sdftrack.motion.trajectory import Trajectory
 
 __all__ = ["butterworth", "resample", "savitzky_golay"]

@@ -15,8 +15,7 @@ from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.repetitions import Repetition
-from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.windows import MARGIN_S, with_rests
+from sdftrack.motion.samples import MARGIN_S, MotionSamples, with_rests
 
 __all__ = ["UNSEEN", "MeasuredRepetition", "measure_repetition", "requests"]
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -18,11 +19,11 @@ from sdftrack.motion.quaternion_curves import (
     product_first,
 )
 from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.slow_errors import SlowErrors
-from sdftrack.motion.spline import BandedPosterior, UniformSpline
+from sdftrack.motion.spline import BandedPosterior, SlowErrors, UniformSpline
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["Piece", "SmoothedMotion"]
+__all__ = ["Piece", "SmoothedMotion", "smoothed_trajectory"]
+
 
 Array = NDArray[np.float64]
 Coefficients = tuple[Array, Array]  # of positions (size, 3, S) and quaternions (size, 4, S)
@@ -194,3 +195,22 @@ def checked_gap(max_gap_s: float) -> float:
     if not 0 < gap <= 10:
         raise ValueError(f"max_gap_s: expected more than 0 and at most 10 s, got {max_gap_s!r}")
     return gap
+
+
+def smoothed_trajectory(motion: SmoothedMotion, rate_hz: float | None = None) -> Trajectory:
+    """Most probable poses at regular times; "lost" in gaps.
+
+    Parameters
+    ----------
+    motion : SmoothedMotion
+    rate_hz : float, optional
+        None: the frame rate of what was smoothed.
+    """
+    times = motion.times_s(motion.trajectory.rate_hz if rate_hz is None else rate_hz)
+    mean = motion.mean(times)
+    poses = np.full((len(times), 4, 4), np.nan)
+    poses[mean.observed] = np.eye(4)
+    poses[:, :3, :3][mean.observed] = mean.rotations[0, mean.observed]
+    poses[:, :3, 3][mean.observed] = mean.positions_m[0, mean.observed]
+    status = np.where(mean.observed, "ok", "lost").tolist()
+    return dataclasses.replace(motion.trajectory, times_s=times, poses=poses, covariances=None, status=status)

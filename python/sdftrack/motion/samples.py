@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MotionSamples"]
+__all__ = ["MARGIN_S", "MotionSamples", "with_rests"]
+
 
 Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
@@ -74,3 +75,14 @@ class MotionSamples:
         return MotionSamples(
             **{k: v[a:b] if k in ("times_s", "observed") else v[:, a:b] for k, v in values.items()}
         )
+
+
+MARGIN_S = 0.25
+
+
+def with_rests(movements: Sequence[tuple[float, float]], k: int) -> tuple[float, float]:
+    """(start, end) of movement `k` and up to 0.25 s of the rests beside it, at most half of a hold."""
+    start, end = movements[k]
+    before = 0.5 * (start - movements[k - 1][1]) if k > 0 else MARGIN_S
+    after = 0.5 * (movements[k + 1][0] - end) if k + 1 < len(movements) else MARGIN_S
+    return start - min(before, MARGIN_S), end + min(after, MARGIN_S)

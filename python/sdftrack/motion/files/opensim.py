@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sdftrack._internal.rotations import quaternion
-from sdftrack.motion.files.grid import regular_rate_hz, shared_times
-from sdftrack.motion.files.record import Array
+from sdftrack.motion.files.record import Array, regular_rate_hz, shared_times
 from sdftrack.motion.trajectory import Trajectory
 
 __all__ = ["orientation_text", "position_text", "trc_text"]

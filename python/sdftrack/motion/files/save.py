@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sdftrack._internal.files import replacing, write_text
 from sdftrack._internal.validation import numbers, of_kind
-from sdftrack.motion.files.c3d_writing import write_c3d
+from sdftrack.motion.files.c3d import write_c3d
 from sdftrack.motion.files.opensim import orientation_text, position_text, trc_text
 from sdftrack.motion.files.record import Array
 from sdftrack.motion.files.table import table_text

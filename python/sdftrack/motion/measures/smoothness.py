@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import movement_of
-from sdftrack.motion.measures.repetition import on_repetition
+from sdftrack.motion.measures.movement import movement_of, on_repetition
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["log_dimensionless_jerk", "sparc"]

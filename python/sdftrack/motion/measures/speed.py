@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import Movement, movement_of
-from sdftrack.motion.measures.repetition import moving, on_repetition
+from sdftrack.motion.measures.movement import Movement, movement_of, moving, on_repetition
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = [

@@ -9,10 +9,82 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import binary_closing, binary_opening
 
 from sdftrack._internal.validation import number, numbers
+from sdftrack.motion.definitions import Context, Definition
+from sdftrack.motion.measures.movement import on_repetition
+from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["Box", "Path", "Sphere", "Target", "parse_target"]
+__all__ = [
+    "MIN_S",
+    "Box",
+    "Path",
+    "Sphere",
+    "Target",
+    "beginnings",
+    "definitions_of_target",
+    "parse_target",
+    "settled",
+]
+
+
+def definitions_of_target(target: Target, number: int) -> list[Definition]:
+    """Measures of a target: time in it, entries, nearest and mean distance, error at the end."""
+    what = {"Sphere": "sphere", "Box": "box", "Path": "path"}[type(target).__name__]
+
+    @on_repetition
+    def time_inside(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray((target.distances(samples.positions_m) <= 0).sum(axis=1) / samples.rate_hz)
+
+    @on_repetition
+    def nearest(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).min(axis=1))
+
+    @on_repetition
+    def mean_distance(samples: MotionSamples, context: Context) -> Array:
+        return np.asarray(np.maximum(target.distances(samples.positions_m), 0).mean(axis=1))
+
+    @on_repetition
+    def entries(samples: MotionSamples, context: Context) -> Array:
+        inside = target.distances(samples.positions_m) <= 0
+        return np.asarray(beginnings(settled(inside, samples.rate_hz)).sum(axis=1), np.float64)
+
+    @on_repetition
+    def error(samples: MotionSamples, context: Context) -> Array:
+        end = context.movements[0][1] if context.movements else context.end_s
+        k = int(np.clip(np.searchsorted(samples.times_s, end - 1e-9), 0, len(samples.times_s) - 1))
+        return np.asarray(np.linalg.norm(samples.positions_m[:, k] - target.aim_m, axis=-1))
+
+    aim = "the last point of the path" if isinstance(target, Path) else "its centre"
+    source = "Distance of a point from a shape"
+    name, label = f"target{number}", f"target {number} ({what})"
+    return [
+        Definition(
+            f"{name}_time", f"Time in {label}", "s",
+            f"Time of the repetition in which the point is in {label}.", source, 0.3, False, time_inside,
+        ),
+        Definition(
+            f"{name}_nearest", f"Nearest distance from {label}", "m",
+            f"Smallest distance of the point from {label} in the repetition, 0 inside.", source, 0.01, False, nearest,
+        ),
+        Definition(
+            f"{name}_mean", f"Mean distance from {label}", "m",
+            f"Mean distance of the point from {label} over the repetition, 0 inside.", source, 0.01, False,
+            mean_distance,
+        ),
+        Definition(
+            f"{name}_entries", f"Entries into {label}", "1",
+            f"Number of times that the point comes into {label}, a start inside as one: stays and absences shorter "
+            "than 0.1 s are not counted.", source, 2, False, entries,
+        ),
+        Definition(
+            f"{name}_error", f"Error at the end for {label}", "m",
+            f"Distance of the point from {aim} at the end of the first movement of the repetition, or of the "
+            "repetition where its movements are not told apart.", source, 0.01, False, error,
+        ),
+    ]  # fmt: skip
+
 
 Array = NDArray[np.float64]
 FORMS = "sphere:x,y,z,r, box:x0,y0,z0,x1,y1,z1 or path:FILE.csv,r (metres)"
@@ -148,3 +220,26 @@ def _radius(value: float) -> float:
     if not 0 < radius <= 10:
         raise ValueError(f"radius_m: expected more than 0 and at most 10 m, got {value!r}")
     return radius
+
+
+Mask = NDArray[np.bool_]
+MIN_S = 0.1  # noise at a threshold makes many short stretches of one
+
+
+def settled(holds: Mask, rate_hz: float, min_s: float = MIN_S) -> Mask:
+    """(S, n) `holds` without breaks and then without stretches that are shorter than `min_s`.
+
+    A stretch or break at either end of the recording stays: how long it goes on beyond is not known.
+    """
+    count = max(1, round(min(min_s * rate_hz, holds.shape[1] + 1)))  # what is longer than all is no different
+    beyond = 3 * count  # both filters take something off the ends
+    wide = np.pad(holds, ((0, 0), (beyond, beyond)), mode="edge")
+    window = np.ones((1, count), dtype=bool)
+    done = binary_opening(binary_closing(wide, window), window)
+    return np.asarray(done[:, beyond:-beyond])
+
+
+def beginnings(holds: Mask) -> Mask:
+    """(S, n) True at the first sample of each stretch."""
+    before = np.pad(holds, ((0, 0), (1, 0)))[:, :-1]
+    return np.asarray(holds & ~before)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.repetition import moving, on_repetition, undefined
+from sdftrack.motion.measures.movement import moving, on_repetition, undefined
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["max_tilt", "mean_tilt", "tilt"]

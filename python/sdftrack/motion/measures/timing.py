@@ -7,10 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import movement_of
-from sdftrack.motion.measures.repetition import on_repetition, undefined
-from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.windows import with_rests
+from sdftrack.motion.measures.movement import movement_of, on_repetition, undefined
+from sdftrack.motion.samples import MotionSamples, with_rests
 
 __all__ = ["dwell_time", "movement_time", "reaction_time", "repetition_time"]
 

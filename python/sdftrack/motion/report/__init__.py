@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The report of an exercise: numbers as JSON and CSV, and a page to read and print."""
 
-from sdftrack.motion.report.numbers import measures_csv, measures_json, repetitions_text
+from sdftrack.motion.report.numbers import measures_csv, measures_json, repetitions_text, smoothed_csv
 from sdftrack.motion.report.page import report_html
 from sdftrack.motion.report.pair import Pair, pairs_of
 from sdftrack.motion.report.sessions import Change, compare_sessions
-from sdftrack.motion.report.smoothed_csv import smoothed_csv
 
 __all__ = [
     "Change",

@@ -13,11 +13,13 @@ from sdftrack import __version__
 from sdftrack._internal.csv_cells import text_cell
 from sdftrack.io.report_file import plain
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
+from sdftrack.motion.quaternion_curves import continuous_quaternions
 from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.sessions import Change
 from sdftrack.motion.report.words import gaps_of
 
-__all__ = ["measures_csv", "measures_json", "repetitions_json", "repetitions_text"]
+__all__ = ["measures_csv", "measures_json", "repetitions_json", "repetitions_text", "smoothed_csv"]
+
 
 FORMAT = 1  # of measures.json; changes when a program that reads it has to change
 
@@ -175,3 +177,39 @@ def repetitions_text(analyses: Sequence[Analysis]) -> str:
 
 def _cell(value: float) -> str:
     return f"{value:.9g}" if np.isfinite(value) else ""
+
+
+COLUMNS = (
+    "time_s", "x_m", "y_m", "z_m", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s", "qx", "qy", "qz", "qw",
+    "wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s",
+)  # fmt: skip
+ROW = ",".join(["%.4f", *["%.7g"] * (len(COLUMNS) - 1)])
+
+
+def smoothed_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
+    """A row per object and frame, at regular times of the frame rate; in gaps only the time.
+
+    Position and velocity are those of the measured point, the rotation is a quaternion of the object in the reference
+    frame, the angular velocity has the axes of that frame.
+    """
+    lines = [",".join(["session", "object", *COLUMNS])]
+    for session, each in sessions.items():
+        for a in each:
+            head = f"{text_cell(session)},{text_cell(a.trajectory.name)}"
+            lines += [f"{head},{row}" for row in _rows(a)]
+    return "\n".join(lines) + "\n"
+
+
+def _rows(a: Analysis) -> list[str]:
+    mean = a.motion.mean(a.motion.times_s(a.trajectory.rate_hz))
+    seen = mean.observed
+    q = np.full((len(seen), 4), np.nan)
+    if seen.any():
+        q[seen] = continuous_quaternions(mean.rotations[0, seen])
+    turning = mean.angular_velocities_radps[0]
+    table = np.column_stack([mean.times_s, mean.positions_m[0], mean.velocities_mps[0], q, turning])
+    empty = "," * (len(COLUMNS) - 1)
+    return [
+        ROW % tuple(row) if known else f"{row[0]:.4f}{empty}"
+        for row, known in zip(table.tolist(), seen.tolist(), strict=True)
+    ]

@@ -11,14 +11,30 @@ import numpy as np
 
 from sdftrack import __version__
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.report.cells import interval_text, label_of, labels_of, table, value_html
-from sdftrack.motion.report.multiples import repetitions_svg
 from sdftrack.motion.report.pair import Pair
-from sdftrack.motion.report.plots import missing_plots, path_svg, time_svg
-from sdftrack.motion.report.session_table import sessions_html
-from sdftrack.motion.report.sessions import Change
-from sdftrack.motion.report.style import GAP, PHASES, STYLE
-from sdftrack.motion.report.words import INTERVALS, date_of, gaps_of, headline, open_questions, trust
+from sdftrack.motion.report.plots import (
+    GAP,
+    PHASES,
+    STYLE,
+    missing_plots,
+    path_svg,
+    repetitions_svg,
+    time_svg,
+)
+from sdftrack.motion.report.sessions import Change, sessions_html
+from sdftrack.motion.report.words import (
+    INTERVALS,
+    date_of,
+    gaps_of,
+    headline,
+    interval_text,
+    label_of,
+    labels_of,
+    open_questions,
+    table,
+    trust,
+    value_html,
+)
 
 __all__ = ["report_html"]
 

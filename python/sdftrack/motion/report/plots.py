@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,14 +15,132 @@ from numpy.typing import NDArray
 from sdftrack._internal.extras import MissingExtra, need
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.definitions import Context
+from sdftrack.motion.intervals import Measured
 from sdftrack.motion.measures.tilt import tilt
-from sdftrack.motion.report.style import GAP, INK, PHASES
 from sdftrack.motion.report.words import gaps_of
 
-__all__ = ["missing_plots", "path_svg", "time_svg"]
+__all__ = [
+    "GAP",
+    "GRID",
+    "INK",
+    "PHASES",
+    "QUIET",
+    "STYLE",
+    "missing_plots",
+    "path_svg",
+    "repetitions_svg",
+    "time_svg",
+    "trend_svg",
+]
+
+
+INK, QUIET, GRID, GAP = "#24323d", "#6b7780", "#d9dfe3", "#b9bfc4"
+PHASES = {"move": "#cfe3f5", "hold": "#f6e7c8", "return": "#d5ebd3"}
+
+STYLE = """
+:root { color: #24323d; background: white; }
+body { font: 15px/1.5 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; max-width: 880px; margin: 2em auto;
+  padding: 0 1em; }
+h1 { font-size: 1.7em; line-height: 1.2; margin: 0; }
+h2 { font-size: 1.25em; margin: 2em 0 .4em; padding-top: .6em; border-top: 2px solid #24323d; }
+h3 { font-size: 1em; margin: 1.4em 0 .2em; }
+p { margin: .4em 0; }
+.quiet { color: #6b7780; font-size: .9em; }
+.open { color: #8a5a00; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(7.6em, 1fr)); gap: .6em; margin: 1em 0; }
+.tile { border: 1px solid #d9dfe3; border-radius: 6px; padding: .4em .7em; }
+.tile b { display: block; font-size: 1.3em; line-height: 1.4; font-weight: 600; white-space: nowrap; }
+.tile span { display: block; color: #6b7780; font-size: .82em; line-height: 1.35; }
+.note { background: #fbf5e6; border-left: 4px solid #d9a520; padding: .4em .8em; margin: .6em 0; }
+.key span { display: inline-block; padding: 0 .7em; margin-right: .6em; font-size: .85em; color: #24323d;
+  print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+table { border-collapse: collapse; width: 100%; font-size: .87em; font-variant-numeric: tabular-nums; }
+th { text-align: left; font-weight: 600; vertical-align: top; padding: .22em 1em .22em 0; }
+td { vertical-align: top; padding: .22em 1em .22em 0; }
+thead th { border-bottom: 1.5px solid #24323d; vertical-align: bottom; color: #6b7780; }
+tbody th { font-weight: 400; } tbody tr { border-bottom: 1px solid #e9edf0; }
+.changed { font-weight: 600; }
+table.each { font-size: .78em; } table.each th { padding-right: .5em; } table.each td { padding-right: .5em; }
+svg { max-width: 100%; height: auto; display: block; }
+details { margin: .8em 0; } summary { cursor: pointer; font-weight: 600; }
+.wide { overflow-x: auto; }
+footer { margin-top: 3em; border-top: 1px solid #d9dfe3; }
+@page { size: A4; margin: 14mm 13mm; }
+@media print {
+  body { font-size: 10.5px; max-width: none; margin: 0; padding: 0; }
+  h2, h3, summary { break-after: avoid; } svg, tr, .tiles, .note { break-inside: avoid; }
+  thead { display: table-header-group; } .session + .session, .page { break-before: page; }
+  .wide { overflow: visible; } summary { list-style: none; }
+}
+"""
+
+
+WIDTH, MARGIN = 880.0, 22.0
+POINTS = 70
+
+
+def repetitions_svg(a: Analysis) -> str:
+    """The speed of each repetition in a panel of its own, all with the same scales."""
+    columns = 5 if len(a.repetitions) <= 40 else 10
+    width, height = WIDTH / columns, 78.0 if columns == 5 else 44.0
+    times = [np.linspace(r.span.start_s, r.span.end_s, POINTS) for r in a.repetitions]
+    speeds = [1e3 * a.motion.mean(t).speeds_mps[0] for t in times]
+    longest = max(float(t[-1] - t[0]) for t in times)
+    fastest = max(float(np.nanmax(v, initial=0.0)) for v in speeds) or 1.0
+    sx, sy = (width - 14) / longest, (height - MARGIN) / fastest
+    rows = -(-len(times) // columns)
+    parts = []
+    for k, (r, t, v) in enumerate(zip(a.repetitions, times, speeds, strict=True)):
+        x0, y0 = (k % columns) * width + 2, (k // columns + 1) * height - 6
+        for p in r.span.phases:
+            color = PHASES.get(p.name, "#eee")
+            parts.append(
+                f'<rect x="{x0 + sx * (p.start_s - t[0]):.1f}" y="{y0 - height + MARGIN:.1f}" '
+                f'width="{sx * (p.end_s - p.start_s):.1f}" height="{height - MARGIN:.1f}" fill="{color}"/>'
+            )
+        parts.append(f'<path d="M{x0:.1f} {y0:.1f}h{width - 14:.1f}" stroke="{GRID}"/>')
+        parts.append(f'<path d="{_line(x0 + sx * (t - t[0]), y0 - sy * v)}" fill="none" stroke="{INK}"/>')
+        parts.append(f'<text x="{x0:.1f}" y="{y0 - height + MARGIN - 3:.1f}">{k + 1}</text>')
+    return (
+        f'<svg viewBox="0 0 {WIDTH:.0f} {rows * height:.0f}" role="img" aria-label="speed of each repetition" '
+        f'font-size="11" font-family="sans-serif" fill="{QUIET}">{"".join(parts)}</svg>'
+        f'<p class="quiet">All panels: 0 to {longest:.1f} s from left to right, 0 to {fastest:.0f} mm/s upwards.</p>'
+    )
+
+
+def _line(x: Array, y: Array) -> str:
+    """A path that is broken where y is not known."""
+    out, down = [], False
+    for a, b in zip(x, y, strict=True):
+        if np.isfinite(b):
+            out.append(f"{'L' if down else 'M'}{a:.1f} {b:.1f}")
+        down = bool(np.isfinite(b))
+    return "".join(out)
+
+
+def trend_svg(values: Sequence[Measured | None]) -> str:
+    """Values with their intervals over the sessions; not determined ones as a hollow point."""
+    known = [m for m in values if m is not None and np.isfinite([m.value, m.low, m.high]).all()]
+    if not known:
+        return ""
+    low, high = min(min(m.low, m.value) for m in known), max(max(m.high, m.value) for m in known)
+    span = high - low or 1.0
+    step, tall = 22, 34
+    parts = []
+    for k, m in enumerate(values):
+        if m is None or m not in known:
+            continue
+        x = 8 + step * k
+        top, bottom, y = (4 + (tall - 8) * (high - v) / span for v in (m.high, m.low, m.value))
+        parts.append(f'<path d="M{x} {top:.1f}V{bottom:.1f}" stroke="{QUIET}" stroke-width="2"/>')
+        fill = INK if m.determined else "white"
+        parts.append(f'<circle cx="{x}" cy="{y:.1f}" r="3" fill="{fill}" stroke="{INK}"/>')
+    width = 16 + step * (len(values) - 1)
+    return f'<svg width="{width}" height="{tall}" viewBox="0 0 {width} {tall}">{"".join(parts)}</svg>'
+
 
 Array = NDArray[np.float64]
-STYLE: Any = {
+FIGURES: Any = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9, "axes.edgecolor": INK, "text.color": INK,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
     "axes.spines.right": False, "axes.linewidth": 0.6, "svg.hashsalt": "sdftrack",
@@ -130,7 +248,7 @@ def _figure(width: float, height: float, rows: int, columns: int) -> Iterator[tu
     import matplotlib
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(FIGURES):
         fig = Figure(figsize=(width, height), layout="constrained")
         yield fig, fig.subplots(rows, columns, squeeze=False)
 
