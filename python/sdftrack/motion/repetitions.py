@@ -29,6 +29,8 @@ __all__ = [
     "rests_of",
 ]
 
+Array = NDArray[np.float64]
+
 
 TREMOR_HZ = 3.0  # a held object that trembles faster than this is at rest
 MOVING_PART = 0.05  # of the usual peak speed
@@ -169,7 +171,6 @@ def _filled(values: Array) -> Array:
     )
 
 
-Array = NDArray[np.float64]
 PROMINENCE = 0.25  # of the largest excursion; smaller ones are hesitations
 NEAR = 0.35  # of a repetition's excursion: rests below are at the place where it starts or ends
 RATE_HZ = 50.0

@@ -18,6 +18,8 @@ from sdftrack.motion.trajectory import Trajectory
 
 __all__ = ["NOISE_WINDOW_S", "MovementPrior", "estimate_prior", "quiet_level", "smooth"]
 
+Array = NDArray[np.float64]
+
 
 WINDOW_S, NOISE_WINDOW_S = 0.15, 0.5  # standard deviations of the windows of jerk and noise
 QUIET = 0.35  # part of the time without tremor that is enough to know the noise
@@ -110,7 +112,6 @@ def _normal_equations(
     return data, right
 
 
-Array = NDArray[np.float64]
 FINEST_STEP_S = 1 / 60  # of knots: hands move below 15 Hz
 WEAK = 4.0  # factor of the covariance of weak poses, see docs/trust.md
 DEFAULT_SD = np.repeat([1e-3, 1e-2], 3)  # m, rad: only their ratio over time matters, the scale is estimated

@@ -13,6 +13,8 @@ from scipy.sparse import csr_array
 
 __all__ = ["BandedPosterior", "SlowErrors", "UniformSpline", "slow_errors"]
 
+Array = NDArray[np.float64]
+
 
 UNSURE = 0.1  # of a measured variance: less than this is none
 STEP_S = 0.35  # of knots: errors are alike within about twice that, the time of half a movement
@@ -72,9 +74,6 @@ def _unit_scale(spline: UniformSpline) -> float:
     """What makes the variance of a spline with independent coefficients one, averaged over a knot."""
     weights = spline.basis(spline.start_s + spline.step_s * np.linspace(0, 1, 20))[1]
     return float(1 / np.sqrt((weights**2).sum(axis=1).mean()))
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ from sdftrack.sdf import SDF
 
 __all__ = ["Contacts", "contact", "contacts", "surface_distances", "symmetry", "symmetry_index"]
 
+Array = NDArray[np.float64]
+
 
 TOUCHING_M = 0.003
 
@@ -119,7 +121,6 @@ def contacts(
     return Contacts(*(np.where(known, v, np.nan) for v in values))
 
 
-Array = NDArray[np.float64]
 RATE_HZ = 30.0
 SAMPLES = 40  # of the posterior: each of them asks the distances of all points
 MOST_POINTS = 500

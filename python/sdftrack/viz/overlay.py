@@ -15,6 +15,9 @@ from sdftrack.results import TrackResult
 
 __all__ = ["STATUS_RGB", "backdrop", "depth_picture", "draw"]
 
+Picture = NDArray[np.uint8]
+Array = NDArray[np.float64]
+
 
 NOTHING_RGB = (22, 24, 30)  # pixels without a measurement
 
@@ -109,8 +112,6 @@ def _filled(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.where(holes, fill, depth)
 
 
-Picture = NDArray[np.uint8]
-Array = NDArray[np.float64]
 STATUS_RGB = {
     "ok": (70, 220, 110),
     "weak": (255, 180, 40),

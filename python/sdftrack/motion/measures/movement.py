@@ -23,6 +23,8 @@ __all__ = [
     "undefined",
 ]
 
+Array = NDArray[np.float64]
+
 
 def undefined(samples: MotionSamples) -> Array:
     """(S,) NaN."""
@@ -54,7 +56,6 @@ def on_repetition(compute: Compute) -> Compute:
     return computed
 
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 ONSET_PART = 0.05  # of the peak speed

@@ -23,6 +23,8 @@ __all__ = [
     "reach",
 ]
 
+Array = NDArray[np.float64]
+
 
 LARGEST_INDEX = 10.0  # a path that ends nearer to its start than a tenth of its length is closed, not crooked
 
@@ -69,7 +71,6 @@ def index_of_curvature(samples: MotionSamples, context: Context) -> Array:
     return np.where((length > 0) & (index <= LARGEST_INDEX), index, np.nan)
 
 
-Array = NDArray[np.float64]
 CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
 DIRECTIONS = 36  # 5 degrees apart: the width in the nearest one is short by 0.1 % at most
 

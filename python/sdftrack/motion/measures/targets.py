@@ -28,6 +28,8 @@ __all__ = [
     "settled",
 ]
 
+Array = NDArray[np.float64]
+
 
 def definitions_of_target(target: Target, number: int) -> list[Definition]:
     """Measures of a target: time in it, entries, nearest and mean distance, error at the end."""
@@ -86,7 +88,6 @@ def definitions_of_target(target: Target, number: int) -> list[Definition]:
     ]  # fmt: skip
 
 
-Array = NDArray[np.float64]
 FORMS = "sphere:x,y,z,r, box:x0,y0,z0,x1,y1,z1 or path:FILE.csv,r (metres)"
 
 

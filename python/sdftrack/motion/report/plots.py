@@ -33,6 +33,8 @@ __all__ = [
     "trend_svg",
 ]
 
+Array = NDArray[np.float64]
+
 
 INK, QUIET, GRID, GAP = "#24323d", "#6b7780", "#d9dfe3", "#b9bfc4"
 PHASES = {"move": "#cfe3f5", "hold": "#f6e7c8", "return": "#d5ebd3"}
@@ -139,7 +141,6 @@ def trend_svg(values: Sequence[Measured | None]) -> str:
     return f'<svg width="{width}" height="{tall}" viewBox="0 0 {width} {tall}">{"".join(parts)}</svg>'
 
 
-Array = NDArray[np.float64]
 FIGURES: Any = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9, "axes.edgecolor": INK, "text.color": INK,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
