@@ -30,6 +30,7 @@ OTHERS = {
     ("io/video", "__init__"): HIDDEN,
     ("io/writers/journal", "_keep_space"): GROWS,
     ("io/writers/journal", "_line"): GROWS,
+    ("motion/files/c3d_child", "main"): "in a temporary folder",
     ("motion/report/plots", "_svg"): "in memory",
 }
 
