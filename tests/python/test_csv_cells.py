@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from motion_cases import noisy, reaches
 from scipy.spatial.transform import Rotation
+from sdftrack.cli.batch.summary import write_summary
 
 from sdftrack import motion
 from sdftrack._internal.csv_cells import cell_text, text_cell
 from sdftrack.cli.app import run
-from sdftrack.cli.batch.summary import write_summary
 
 HOSTILE = [
     "=cmd|' /C calc'!A0", '=HYPERLINK("http://evil.example.com","a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1",
