@@ -83,9 +83,11 @@ def path_panels(truth: Array, estimate: Array | None = None) -> tuple[Panel, Pan
     return made[0], made[1]
 
 
-def error_panels(errors: Mapping[str, tuple[Any, Any]], **axes: Any) -> tuple[Panel, Panel]:
+def error_panels(
+    errors: Mapping[str, tuple[Any, Any]], what: str = "error", **axes: Any
+) -> tuple[Panel, Panel]:
     """Errors in mm and degrees by frame, a curve for each name; `axes` of both panels."""
-    labels = ("translation error (mm)", "rotation error (deg)")
+    labels = (f"translation {what} (mm)", f"rotation {what} (deg)")
     made = [
         Panel(
             [Line(np.arange(len(e[k])), e[k], name, {"linewidth": 1}) for name, e in errors.items()],

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tasks of the GPU path and their times on the device that is here, beside the CPU's.
-
-    python -m experiments.gpu.measure --out FOLDER
-
-records them after each task: `experiments.gpu.times.main`.
-"""
+"""Tasks of the GPU path and their times on the device that is here, beside the CPU's."""
 
 from __future__ import annotations
 
@@ -250,9 +245,3 @@ def measure(
         print(name, {k: round(v["median"], 3) for k, v in out[name].items()}, flush=True)
         each(out)
     return out
-
-
-if __name__ == "__main__":
-    from experiments.gpu.times import main
-
-    main()

@@ -241,15 +241,14 @@ def at_rest(
         f"Figure 5.8, {frames} frames, relative pose of two copies of {name} about its mean",
         {"way": "way", **numbers, "lost": "lost:d", "printed": "printed"},
         rows,
-        picture=lambda: curves(
-            [
-                [panel]
-                for panel in error_panels({r["way"]: (r["mm"], r["deg"]) for r in rows}, ylim=(0, None))
-            ],
-            (9.0, 6.0),
-            sharex=True,
-        ),
+        picture=lambda: _rest_picture(rows),
     )
+
+
+def _rest_picture(rows: list[dict[str, Any]]) -> Any:
+    off = {row["way"]: (row["mm"], row["deg"]) for row in rows}
+    panels = error_panels(off, "off its mean", ylim=(0, None))
+    return curves([[panel] for panel in panels], (9.0, 6.0), sharex=True)
 
 
 def relative_motion(poses: Array) -> tuple[Array, Array]:
