@@ -50,7 +50,7 @@ struct PlaceTriangles {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
     SDFTRACK_SHARED(int[kBlockVoxels], all);
     const int b = of.blocks[blockIdx.x];
-    const MarchedVoxel voxel(blocks, b, phi, tile);
+    const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
     CellTriangle* out = triangles + of.vertex[b] + sum_before(triangles_in(voxel), all, kThreads);
     const Vec3d origin = blocks.grid.origin_obj;
     const double voxel_m = blocks.grid.voxel_m;
