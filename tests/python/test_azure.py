@@ -12,7 +12,6 @@ import pytest
 
 import sdftrack as st
 from sdftrack.io.datasets.azure import azure_cameras
-from sdftrack.io.datasets.matroska import MatroskaFile
 
 DEPTH_SIZE, COLOR_SIZE = (320, 288), (1280, 720)
 TURN = st.geometry.exp([-0.032, -0.002, 0.004, 0.09, 0.01, -0.02])
@@ -254,21 +253,3 @@ def test_other_videos_are_not_taken_for_a_recording(tmp_path):
     (tmp_path / "plain.mkv").write_bytes(content)
     with pytest.raises(ValueError, match=r"unknown layout; known are: .*azure"):
         st.open_sequence(tmp_path / "plain.mkv")
-
-
-def test_the_index_agrees_with_ffmpegs(tmp_path):
-    write(tmp_path / "kinect.mkv", count=12)
-    file = MatroskaFile(tmp_path / "kinect.mkv")
-    ours = {
-        track.name: [(block.time_ns, file.read(block)) for block in track.blocks]
-        for track in file.tracks.values()
-    }
-    file.close()
-    with av.open(tmp_path / "kinect.mkv") as container:
-        theirs = {stream.metadata["title"]: [] for stream in container.streams.video}
-        for packet in container.demux(video=[0, 1, 2]):
-            if packet.size:
-                time_ns = round(packet.pts * packet.time_base * 10**9)
-                theirs[packet.stream.metadata["title"]].append((time_ns, bytes(packet)))
-    assert ours == theirs
-    assert sum(map(len, ours.values())) == 36

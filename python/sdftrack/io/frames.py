@@ -36,6 +36,11 @@ __all__ = [
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 _TAIL = 1024  # writers may put a few bytes after the end mark
 _COPIES = 2.1  # of the pixels: OpenCV decodes into one and returns another; the rest is for the decoder
+PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 4, 6: 4}  # of the colour types; OpenCV makes BGRA of grey with alpha
+JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # markers of a frame's header, with the size
+JPEG_ALONE = {0x01, *range(0xD0, 0xD9)}  # markers without a length
+PNM = re.compile(rb"P[1-6](?:\s+|#[^\n]*\n)+(\d{1,9})(?:\s+|#[^\n]*\n)+(\d{1,9})\s")
+PNM_MOST_BYTES = 6  # of a pixel: three channels of 16 bit
 
 
 @dataclass(frozen=True)
@@ -180,12 +185,7 @@ def _encode(path: str | os.PathLike[str], image: NDArray[Any]) -> None:
         temporary.write_bytes(data.tobytes())
 
 
-PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 4, 6: 4}  # of the colour types; OpenCV makes BGRA of grey with alpha
-JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # markers of a frame's header, with the size
-JPEG_ALONE = {0x01, *range(0xD0, 0xD9)}  # markers without a length
 TIFF_WIDTH, TIFF_HEIGHT, TIFF_BITS, TIFF_SAMPLES = 256, 257, 258, 277
-PNM = re.compile(rb"P[1-6](?:\s+|#[^\n]*\n)+(\d{1,9})(?:\s+|#[^\n]*\n)+(\d{1,9})\s")
-PNM_MOST_BYTES = 6  # of a pixel: three channels of 16 bit
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,16 @@ from sdftrack._internal.extras import need
 from sdftrack.io.unbuffered import UnbufferedFile
 
 __all__ = ["McapOutput", "copy_whole"]
+LATCHED = """- history: 1
+  depth: 1
+  reliability: 1
+  durability: 1
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: 1
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+"""
 
 
 class McapOutput:
@@ -80,18 +90,6 @@ class McapOutput:
     def close(self) -> None:
         """Close the file without a summary."""
         self._file.close()
-
-
-LATCHED = """- history: 1
-  depth: 1
-  reliability: 1
-  durability: 1
-  deadline: {sec: 9223372036, nsec: 854775807}
-  lifespan: {sec: 9223372036, nsec: 854775807}
-  liveliness: 1
-  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
-  avoid_ros_namespace_conventions: false
-"""
 
 
 def copy_whole(path: Path, output: McapOutput, last_topic: str, count: int) -> None:

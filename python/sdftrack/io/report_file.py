@@ -24,6 +24,8 @@ __all__ = [
     "result_of",
     "tum_row",
 ]
+BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
+Array = NDArray[np.float64]
 
 
 def read_results(directory: Path) -> dict[str, Any]:
@@ -61,10 +63,6 @@ def result_of(row: dict[str, Any]) -> TrackResult:
         seconds=row.get("seconds") or 0.0,
         timestamp=row.get("timestamp"),
     )
-
-
-BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
-Array = NDArray[np.float64]
 
 
 def bop_row(result: TrackResult, k: int, scene_id: int, im_id: int, obj_id: int) -> str:

@@ -12,18 +12,29 @@ from numpy.typing import NDArray
 from sdftrack._internal.text_files import contents, parsed_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.matroska import MAGIC, MatroskaFile, Track
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.io.datasets.streams import Stream, StreamFrames
+from sdftrack.io.datasets.video_file import Track, VideoFile
 from sdftrack.io.frames import decode_color
 
 __all__ = ["azure_cameras", "open_azure"]
 
 CALIBRATION = "calibration.json"
 METRES_PER_UNIT = 0.001
-RAW = {b"BGRA": 4.0, b"NV12": 1.5, b"YUY2": 2.0}  # bytes per pixel
+RAW = {"BGRA": 4.0, "NV12": 1.5, "YUY2": 2.0}  # bytes per pixel
+MAGIC = b"\x1a\x45\xdf\xa3"
 MARKS = (b"K4A_", CALIBRATION.encode())
 SEARCHED = 1 << 22  # bytes; the recorder writes its tags and the calibration at the beginning
+# Size of the depth image -> (side of the sensor's image at this binning, offset of the crop). The calibration is
+# in fractions of the sensor's image.
+DEPTH_MODES = {
+    (320, 288): (512, (96, 90)),
+    (640, 576): (1024, (192, 180)),
+    (512, 512): (512, (0, 0)),
+    (1024, 1024): (1024, (0, 0)),
+}
+COLOR_SIZES = ((1280, 720), (1920, 1080), (2560, 1440), (2048, 1536), (3840, 2160), (4096, 3072))
+BROWN_CONRADY = "CALIBRATION_LensDistortionModelBrownConrady"
 
 
 def _detect(root: Path) -> bool:
@@ -36,17 +47,12 @@ def _detect(root: Path) -> bool:
 
 @register("azure", "a file .mkv of an Azure Kinect", _detect)
 def open_azure(path: Path) -> Sequence:
-    file = MatroskaFile(path)
-    try:
-        with contents(path, f"a recording of an Azure Kinect with {CALIBRATION}"):
-            return _sequence(path, file)
-    except ValueError:
-        file.close()
-        raise
+    with contents(path, f"a recording of an Azure Kinect with {CALIBRATION}"):
+        return _sequence(path, VideoFile(path))
 
 
-def _sequence(path: Path, file: MatroskaFile) -> Sequence:
-    tracks = {track.name: track for track in file.tracks.values()}
+def _sequence(path: Path, file: VideoFile) -> Sequence:
+    tracks = {track.name: track for track in file.tracks}
     depth, color = tracks.get("DEPTH"), tracks.get("COLOR")
     if depth is None:
         raise ValueError(
@@ -54,40 +60,38 @@ def _sequence(path: Path, file: MatroskaFile) -> Sequence:
         )
     if CALIBRATION not in file.attachments:
         raise ValueError(f"the recording has no attachment {CALIBRATION}, with the cameras' intrinsics")
-    if color is not None and not color.blocks:
+    if color is not None and not color.packets:
         color = None
-    for track in (depth, color):
-        if track is not None and track.encoded:
-            raise ValueError(
-                f"track {track.name} is compressed by Matroska; copy the file without that compression"
-            )
     calibration = parsed_json(file.attachments[CALIBRATION].rstrip(b"\0"), CALIBRATION)
     color_size = (color.width, color.height) if color is not None else None
     camera = azure_cameras(calibration, (depth.width, depth.height), color_size)
     start_ns = int(file.tags.get("K4A_START_OFFSET_NS", 0))  # of the device's clock
     frames = StreamFrames(
         path.name,
-        Stream(_times(depth, start_ns), lambda i: _depth(depth, file.read(depth.blocks[i]))),
-        None if color is None else _color_stream(file, color, start_ns),
+        Stream(_times(depth, start_ns), lambda i: _depth(depth, bytes(depth.read(i)))),
+        None if color is None else _color_stream(color, start_ns),
         METRES_PER_UNIT,
     )
-    return Sequence(frames, camera, layout="azure", name=path.stem, close=file.close)
+
+    def close() -> None:
+        for track in file.tracks:
+            track.close()
+
+    return Sequence(frames, camera, layout="azure", name=path.stem, close=close)
 
 
-def _color_stream(file: MatroskaFile, track: Track, start_ns: int) -> Stream:
+def _color_stream(track: Track, start_ns: int) -> Stream:
     if not (_is_jpeg(track) or track.fourcc in RAW):
-        raise ValueError(
-            f"colour of codec {track.codec} {track.fourcc.decode(errors='replace')}, expected MJPG, BGRA, NV12 or YUY2"
-        )
-    return Stream(_times(track, start_ns), lambda i: _color(track, file.read(track.blocks[i])))
+        raise ValueError(f"colour of codec {track.codec} {track.fourcc}, expected MJPG, BGRA, NV12 or YUY2")
+    return Stream(_times(track, start_ns), lambda i: _color(track, bytes(track.read(i))))
 
 
 def _times(track: Track, start_ns: int) -> NDArray[np.float64]:
-    return 1e-9 * np.array([start_ns + block.time_ns for block in track.blocks], dtype=np.float64)
+    return 1e-9 * np.array([start_ns + packet.time_ns for packet in track.packets], dtype=np.float64)
 
 
 def _is_jpeg(track: Track) -> bool:
-    return track.codec == "V_MJPEG" or track.fourcc == b"MJPG"
+    return track.codec == "mjpeg" or track.fourcc == "MJPG"
 
 
 def _depth(track: Track, data: bytes) -> NDArray[np.uint16]:
@@ -108,24 +112,14 @@ def _color(track: Track, data: bytes) -> NDArray[Any]:
     if len(data) != RAW[track.fourcc] * w * h:
         raise ValueError(f"a colour image of {len(data)} bytes, expected {RAW[track.fourcc] * w * h:g}")
     pixels = np.frombuffer(data, np.uint8)
-    if track.fourcc == b"BGRA":
+    if track.fourcc == "BGRA":
         return np.ascontiguousarray(pixels.reshape(h, w, 4)[..., 2::-1])
-    if track.fourcc == b"NV12":
+    if track.fourcc == "NV12":
         return np.asarray(cv2.cvtColor(pixels.reshape(h * 3 // 2, w), cv2.COLOR_YUV2RGB_NV12))
     return np.asarray(cv2.cvtColor(pixels.reshape(h, w, 2), cv2.COLOR_YUV2RGB_YUY2))
 
 
-# Size of the depth image -> (side of the sensor's image at this binning, offset of the crop). The calibration is
-# in fractions of the sensor's image.
-DEPTH_MODES = {
-    (320, 288): (512, (96, 90)),
-    (640, 576): (1024, (192, 180)),
-    (512, 512): (512, (0, 0)),
-    (1024, 1024): (1024, (0, 0)),
-}
-COLOR_SIZES = ((1280, 720), (1920, 1080), (2560, 1440), (2048, 1536), (3840, 2160), (4096, 3072))
 DEPTH_AT, COLOR_AT = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocationPV0"
-BROWN_CONRADY = "CALIBRATION_LensDistortionModelBrownConrady"
 
 
 def azure_cameras(

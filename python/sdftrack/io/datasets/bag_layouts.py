@@ -18,6 +18,8 @@ from sdftrack.io.datasets.sequence import Sequence
 __all__ = ["is_recording", "open_mcap", "open_parts", "open_ros1", "open_ros2"]
 
 TOPICS = ("depth_topic", "color_topic")
+METADATA = "metadata.yaml"
+MARK = "rosbag2_bagfile_information"
 
 
 def _is_ros2(path: Path) -> bool:
@@ -41,10 +43,6 @@ def open_ros2(path: Path, depth_topic: str | None = None, color_topic: str | Non
 @register("mcap", "a Foxglove .mcap file", lambda path: path.is_file() and path.suffix == ".mcap", TOPICS)
 def open_mcap(path: Path, depth_topic: str | None = None, color_topic: str | None = None) -> Sequence:
     return sequence_of(Bag(path, open_parts(path)), "mcap", depth_topic, color_topic)
-
-
-METADATA = "metadata.yaml"
-MARK = "rosbag2_bagfile_information"
 
 
 def is_recording(folder: Path) -> bool:

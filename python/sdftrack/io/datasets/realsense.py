@@ -27,6 +27,10 @@ from sdftrack.io.frames import decode_color, decode_depth_units
 __all__ = ["open_realsense"]
 
 Streams = tuple[dict[str, RealSenseStream], float | None]
+PREFIX = "/device_0/sensor_"
+TEXT = "std_msgs/msg/String"
+SEARCHED = 1 << 20  # bytes of the index, or of the file: the connections are at the beginning
+COLORS = ("rgb8", "bgr8", "rgba8", "bgra8", "mono8")
 
 
 def _detect(root: Path) -> bool:
@@ -75,10 +79,6 @@ def _streams(bag: Bag, read: Callable[[Bag], Streams]) -> Streams:
     except (ValueError, KeyError, IndexError, struct.error) as error:
         lacks = f" ({bag.damage})" if bag.damage else ""
         raise ValueError(f"{bag.path}: the recording cannot be read: {error}{lacks}") from None
-
-
-PREFIX = "/device_0/sensor_"
-TEXT = "std_msgs/msg/String"
 
 
 def _is_db3(path: Path) -> bool:
@@ -188,10 +188,6 @@ def _db3_pose(text: str) -> NDArray[np.float64]:
         T[:3, :3] = np.array(values["rotation"].split(","), dtype=float).reshape(3, 3).T
         T[:3, 3] = np.array(values["translation"].split(","), dtype=float)
     return T
-
-
-SEARCHED = 1 << 20  # bytes of the index, or of the file: the connections are at the beginning
-COLORS = ("rgb8", "bgr8", "rgba8", "bgra8", "mono8")
 
 
 def _is_bag(path: Path) -> bool:

@@ -44,6 +44,10 @@ _PIXELS: dict[str, tuple[str, int, str]] = {
     "32fc1": ("f4", 1, "depth"),
 }
 COLOR_ENCODINGS = tuple(name for name, (_, _, how) in _PIXELS.items() if how != "depth")
+HEADER = struct.Struct("<iff")  # kind, and the two numbers of the quantisation
+SIZE = struct.Struct("<II")  # columns and rows, before RVL's words
+MAX_PIXELS = 1 << 27
+Depth = NDArray[np.uint16] | NDArray[np.float32]
 
 
 def encoding_of(picture: Picture) -> str:
@@ -120,12 +124,6 @@ def _pixels(picture: Picture, name: str, kind: str, channels: int) -> NDArray[An
 def _sixteen_bit_png(start: bytes) -> bool:
     """By its header: bit depth 16, one channel."""
     return start.startswith(b"\x89PNG") and start[24:26] == b"\x10\x00"
-
-
-HEADER = struct.Struct("<iff")  # kind, and the two numbers of the quantisation
-SIZE = struct.Struct("<II")  # columns and rows, before RVL's words
-MAX_PIXELS = 1 << 27
-Depth = NDArray[np.uint16] | NDArray[np.float32]
 
 
 def is_compressed_depth(picture: Picture) -> bool:

@@ -22,6 +22,9 @@ __all__ = ["TRUTH", "fixed_transforms", "models_of", "pose_of", "transform_betwe
 MAX_MESSAGES = 200  # of a topic whose transforms may move
 SAME = 1e-6  # metres, and entries of a rotation matrix
 Pose = NDArray[np.float64]
+TRUTH = "/ground_truth"
+OBJECT = re.compile(r"object_(\d+)_(\d+)")
+MODEL = re.compile(r"models/obj_(\d+)\.ply")
 
 
 def fixed_transforms(bag: Bag) -> dict[tuple[str, str], Pose]:
@@ -68,12 +71,6 @@ def pose_of(t: Transform) -> Pose | None:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation(q), t.translation
     return T
-
-
-TRUTH = "/ground_truth"
-OBJECT = re.compile(r"object_(\d+)_(\d+)")
-MODEL = re.compile(r"models/obj_(\d+)\.ply")
-Pose = NDArray[np.float64]
 
 
 def true_poses(bag: Bag, depth_topic: str) -> tuple[list[int], dict[int, dict[int, Pose]]]:
