@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from io import RawIOBase
 from pathlib import Path
 
 __all__ = ["UnbufferedFile"]
@@ -17,10 +18,14 @@ class UnbufferedFile:
         self.seek = self._file.seek
 
     def write(self, data: bytes) -> int:
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
+        write_all(self._file, data)
         return len(data)
 
     def flush(self) -> None:
         pass
+
+
+def write_all(file: RawIOBase, data: bytes) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]

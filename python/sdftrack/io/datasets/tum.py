@@ -17,9 +17,8 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
-from sdftrack.io.datasets.video_images import VideoImage, VideoImages
+from sdftrack.io.datasets.video_images import VideoImage, VideoImages, is_part
 from sdftrack.io.trajectories import read_tum
-from sdftrack.io.video_parts import is_part
 
 DEPTH_SCALE = 1 / 5000
 LONGEST_GAP_S = 0.02  # as in the data set's own association script

@@ -45,7 +45,9 @@ class Track:
         try:
             if self._container is None:
                 self._container = av.open(str(self.path))
-                self._container.streams[self.number].codec_context.thread_count = 1  # others hold images back
+                context = self._container.streams[self.number].codec_context
+                context.thread_count = 1  # threads would hold images back
+                context.options = {"err_detect": "explode"}  # instead of inventing what is damaged
             if n != self._next:
                 stream = self._container.streams[self.number]
                 self._container.seek(self.packets[n].pts, stream=stream)

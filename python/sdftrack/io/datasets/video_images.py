@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""The colour images of a folder that has them as a video: any one by its number, neighbours without a search."""
+"""The colour images of a folder that has them as a video: any one by its number, neighbours without a search.
+
+``color.mkv`` has the images of a recording, and ``color_000123.mkv`` those from image 123 on, where it was continued.
+The time of an image in a file is its number in the layout times `PERIOD_MS`, so that an image that is missing leaves a
+gap and moves no other. Times of the recording are in the files of its layout.
+"""
 
 from __future__ import annotations
 
-import mmap
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +18,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.datasets.matroska import MatroskaFile
-from sdftrack.io.h264 import H264Decoder
-from sdftrack.io.video_parts import CODEC, PERIOD_MS, part_name, parts_in
+from sdftrack.io.datasets.video_file import Track, VideoFile
 
-__all__ = ["VideoImage", "VideoImages"]
+__all__ = ["PERIOD_MS", "SHOWN", "VideoImage", "VideoImages", "is_part", "part_name", "parts_in"]
 
+PERIOD_MS = 33
 PERIOD_NS = 1_000_000 * PERIOD_MS
+SHOWN = "SHOWN"  # tag: width x height in pixels, of images of odd size less than is encoded
+MOST_BETWEEN = 40  # bytes between two images of a file that is not damaged: 20 to 24, and 38 of any Matroska
 MOST_NS = 2**62  # of a time; damaged ones are larger
+_NAME = re.compile(r"color(?:_(\d{6,}))?\.mkv")
+
+
+def part_name(first: int | None) -> str:
+    """The file that begins with image `first`; None: the first file."""
+    return "color.mkv" if first is None else f"color_{first:06d}.mkv"
+
+
+def is_part(name: str) -> bool:
+    return _NAME.fullmatch(name) is not None
+
+
+def parts_in(folder: Path) -> dict[int, Path]:
+    """The files by the number from which on they hold the images, ascending."""
+    found = {}
+    for path in folder.iterdir() if folder.is_dir() else ():
+        name = _NAME.fullmatch(path.name)
+        if name:
+            found[-1 if name[1] is None else int(name[1])] = path
+    return dict(sorted(found.items()))
 
 
 class VideoImages:
@@ -100,42 +126,34 @@ class VideoImage:
 
 
 class _Part:
-    """One file. Its index stays in memory, the file itself is mapped while it is read."""
-
-    _data: Any  # the file, mapped
-    _decoder: H264Decoder | None
-    _frame: Any  # the image decoded last
-    _next: int  # the place of the image that the decoder takes next, -1 for none
+    """One file. Its index stays in memory, the file itself is open while it is read."""
 
     def __init__(self, path: Path, first: int) -> None:
-        self._path = path
         try:
-            file = MatroskaFile(path)
+            file = VideoFile(path)
         except ValueError as error:
             raise ValueError(f"{error}; without the file, the depth images can be read alone") from None
-        file.close()
-        track = next(iter(file.tracks.values()), None)
-        blocks = [] if track is None else track.blocks
-        times = np.array([min(block.time_ns, MOST_NS) for block in blocks], np.int64)
-        self._spans = [(block.start, block.end) for block in blocks]
-        self._keys = np.array([n for n, block in enumerate(blocks) if block.key], np.int64)
-        in_order = all(a[1] <= b[0] for a, b in zip(self._spans, self._spans[1:], strict=False))
+        track = file.tracks[0] if file.tracks else None
+        shown = re.fullmatch(r"(\d+)x(\d+)", file.tags.get(SHOWN, ""))
+        packets = [] if track is None else _until_damage(track)
         if (
             track is None
-            or track.codec != CODEC
-            or (times % PERIOD_NS).any()
-            or not in_order
-            or not (blocks == [] or blocks[0].key)
+            or shown is None
+            or track.codec != "h264"
+            or any(packet.time_ns % PERIOD_NS or not 0 <= packet.time_ns < MOST_NS for packet in packets)
+            or not (packets == [] or packets[0].key)
         ):
             raise ValueError(
                 f"{path}: expected a video as sdftrack writes it, got another one; without the file, the depth images "
                 "can be read alone"
             )
-        self._numbers = times // PERIOD_NS
-        self._private = track.private
-        self._shown = (track.height - track.cropped[1], track.width - track.cropped[0])
-        self._forget()
-        have, stated = int(self._numbers[-1]) + 1 if blocks else first, file.duration_ns // PERIOD_NS
+        self._track = track
+        self._numbers = np.array([packet.time_ns // PERIOD_NS for packet in packets], np.int64)
+        self._keys = np.array([n for n, packet in enumerate(packets) if packet.key], np.int64)
+        self._shown = (int(shown[2]), int(shown[1]))
+        self._frame: Any = None  # the image decoded last
+        self._next = -1  # the place of the image that the decoder takes next, -1 for none
+        have, stated = int(self._numbers[-1]) + 1 if packets else first, file.duration_ns // PERIOD_NS
         if stated > have:
             warnings.warn(
                 f"{path}: the video is cut: images {have} to {stated - 1} are missing, and their frames have no colour",
@@ -147,9 +165,6 @@ class _Part:
         return at if at < len(self._numbers) and self._numbers[at] == number else None
 
     def read(self, place: int) -> NDArray[np.uint8]:
-        if self._data is None:
-            with self._path.open("rb") as file:
-                self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         if place + 1 != self._next:
             self._go_to(place)
         h, w = self._shown
@@ -159,23 +174,39 @@ class _Part:
         """Decode up to an image: on from the last one, or from the nearest one before that needs no other."""
         key = int(self._keys[np.searchsorted(self._keys, place, "right") - 1])
         begin = self._next if key <= self._next <= place else key
-        if begin == key or self._decoder is None:
-            self._decoder, begin = H264Decoder(self._private), key
-        self._next = -1  # if it fails, the next one begins anew
-        for start, end in self._spans[begin : place + 1]:
-            self._frame = self._decoder.decode(self._data[start:end])
+        self._next = -1
+        try:
+            for n in range(begin, place + 1):
+                self._frame = decode(self._track.read(n))
+        except ValueError:
+            self.close()  # the next one begins anew
+            raise
         self._next = place + 1
 
     def close(self) -> None:
-        if self._data is not None:
-            self._data.close()
-        self._forget()
-
-    def _forget(self) -> None:
-        self._data = self._decoder = self._frame = None
-        self._next = -1
+        self._track.close()
+        self._frame, self._next = None, -1
 
     def __getstate__(self) -> dict[str, Any]:
-        state = self.__dict__.copy()
-        state.update(_data=None, _decoder=None, _frame=None, _next=-1)
-        return state
+        return {**self.__dict__, "_frame": None, "_next": -1}
+
+
+def decode(packet: Any) -> Any:
+    """The image of a packet as PyAV's frame; ValueError if it is damaged."""
+    import av
+
+    try:
+        frames = packet.decode()
+    except av.FFmpegError as error:
+        raise ValueError(f"it cannot be decoded ({error.strerror})") from None
+    if len(frames) != 1 or frames[0].is_corrupt:
+        raise ValueError("it cannot be decoded")
+    return frames[0]
+
+
+def _until_damage(track: Track) -> list[Any]:
+    """The packets up to the first that does not follow its predecessor: what refers to one that is lost is wrong."""
+    for n, (one, other) in enumerate(zip(track.packets, track.packets[1:], strict=False), 1):
+        if not 0 <= other.start - one.start - one.size <= MOST_BETWEEN:
+            return track.packets[:n]
+    return track.packets

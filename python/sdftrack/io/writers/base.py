@@ -15,10 +15,9 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_color, write_depth_units
-from sdftrack.io.h264 import has_encoder
 from sdftrack.io.writers.depth_units import DepthUnits
 from sdftrack.io.writers.journal import Journal
-from sdftrack.io.writers.video import VideoWriter
+from sdftrack.io.writers.video import VideoWriter, has_encoder, last_image
 
 __all__ = ["COLOR_FILES", "FRAME_PERIOD_S", "Contents", "LayoutWriter"]
 
@@ -90,7 +89,9 @@ class LayoutWriter(ClosedByWith):
             "objects": contents.objects,
             "color": color,
         }
-        self.journal = Journal(folder, header, resume)
+        held = last_image(folder) if resume and color == "video" else -1
+        # An image of the video is in the file when the next one has come: a frame without its image is not whole.
+        self.journal = Journal(folder, header, resume, lambda entry: (entry.get("video") or -1) <= held)
         for name in self.folders:
             (folder / name).mkdir(exist_ok=True)
         self._video = (

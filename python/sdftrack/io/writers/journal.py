@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -29,14 +29,22 @@ class Journal:
         What a continuation must agree with: layout, camera, objects.
     resume : bool
         Continue the journal that is there.
+    whole : function of an entry
+        Whether a frame is whole; the journal is continued before the first that is not.
     """
 
-    def __init__(self, folder: Path, header: dict[str, Any], resume: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        header: dict[str, Any],
+        resume: bool = False,
+        whole: Callable[[dict[str, Any]], bool] = lambda _: True,
+    ) -> None:
         self._path, self._reserve = folder / NAME, folder / RESERVE
         self.count, self.last = 0, None
         header = json.loads(json.dumps(header))
         if resume:
-            self._continue(header)
+            self._continue(header, whole)
         self._file: TextIO = self._path.open("a" if resume else "w", encoding="utf-8")
         self._size = self._path.stat().st_size
         self._reserved = 0
@@ -51,12 +59,12 @@ class Journal:
         """Whether the folder holds an interrupted recording."""
         return (folder / NAME).is_file()
 
-    def _continue(self, header: dict[str, Any]) -> None:
+    def _continue(self, header: dict[str, Any], is_whole: Callable[[dict[str, Any]], bool]) -> None:
         with self._path.open("rb") as file:
             lines, whole = 0, 0
             for line in file:
                 entry = _entry(line)
-                if entry is None:  # cut while it was written
+                if entry is None or (lines and not is_whole(entry)):  # cut while it was written
                     break
                 if lines == 0 and entry != header:
                     changed = ", ".join(k for k in header if entry.get(k) != header[k]) or "its contents"
