@@ -24,6 +24,7 @@ OTHERS = {
     ("batch/task", "end"): "a log, which is read while it grows",
     ("cli/contour_files", "__init__"): "a hidden list of what is written",
     ("io/datasets/bags/transforms", "models_of"): "in a temporary folder",
+    ("io/folder_lock", "__init__"): "a lock that has no content",
     ("recorder", "__init__"): HIDDEN,
     ("io/unbuffered", "__init__"): GROWS,
     ("io/writers/video", "_begin"): GROWS,
