@@ -80,15 +80,6 @@ def test_a_plate_too_thin_for_any_volume_is_not_told_to_use_more_voxels(scene, t
     assert "thicken" in told(scene, tmp_path, capsys, "--model", str(path))
 
 
-@pytest.mark.parametrize(
-    ("t_m", "message"), [((0, 0, -0.5), "behind the camera"), ((10, 20, 500), "metres, are these mm")]
-)
-def test_a_first_pose_where_no_object_can_be_is_refused(scene, tmp_path, capsys, t_m, message):
-    path = tmp_path / "poses.json"
-    path.write_text(json.dumps({"T_cam_obj": [geometry.pose(t_m=t_m).tolist()]}))
-    assert message in told(scene, tmp_path, capsys, "--model", save(tmp_path), "--init", str(path))
-
-
 def test_a_lost_object_is_told_with_its_images_and_the_reason(scene, tmp_path, capsys):
     path = tmp_path / "poses.json"
     path.write_text(json.dumps({"T_cam_obj": [geometry.pose(t_m=(0, 0, 0.2)).tolist()]}))

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import pickle
 import shutil
 import signal
@@ -135,20 +134,7 @@ class TestWholeRun:
     def test_the_results_are_those_of_the_command_alone(self, batch, made, tmp_path):
         line = ["track", str(made / "recordings" / "run_1"), "--model", str(made / "box.ply"), "--unit", "m"]
         assert (
-            run(
-                [
-                    *line,
-                    "--voxels",
-                    "24",
-                    "--no-video",
-                    "--threads",
-                    "1",
-                    "--quiet",
-                    "--out",
-                    str(tmp_path / "r"),
-                ]
-            )
-            == 0
+            run([*line, *f"--voxels 24 --no-video --threads 1 --quiet --out {tmp_path / 'r'}".split()]) == 0
         )
         alone, own = files_of(tmp_path / "r"), files_of(batch[0] / "track" / "run_1" / "voxels=24")
         assert alone.keys() == own.keys()
@@ -380,27 +366,3 @@ def test_check_shows_the_calls(made, capsys):
     text = capsys.readouterr().out
     assert "12 calls" in text
     assert "evaluate/run_0/voxels=24" in text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "told"),
-    [
-        (["batch", "nowhere.toml", "--out", "x"], 1, "nowhere.toml: no such file"),
-        (["batch", "status", "nowhere"], 1, "expected the folder of a batch"),
-        (["batch", "status"], 2, "sdftrack batch status DIR"),
-        (["batch", "a.toml", "b.toml"], 2, "expected one plan, got 2"),
-        (["batch", "a.toml", "--scheduler", "tcp://x:1", "--jobs", "2"], 2, "one of --scheduler and --jobs"),
-    ],
-)
-def test_wrong_use(arguments, code, told, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert run(arguments) == code
-    assert told in capsys.readouterr().err
-    assert not os.listdir(tmp_path)
-
-
-def test_a_folder_with_other_things_is_refused(made, tmp_path, capsys):
-    (tmp_path / "thesis.txt").write_text("mine")
-    assert run(["batch", str(made / "plan.toml"), "--out", str(tmp_path)]) == 1
-    assert "expected a new or empty folder" in capsys.readouterr().err
-    assert os.listdir(tmp_path) == ["thesis.txt"]

@@ -123,63 +123,6 @@ def test_an_output_folder_with_files_is_refused_before_the_work_unless_it_may_be
     assert (tmp_path / "mine.txt").read_text() == "keep"
 
 
-@pytest.mark.parametrize(
-    ("extra", "message"),
-    [
-        ([], "--out"),
-        (["--out", "o", "--free", "fx,fz"], "'fz'"),
-        (["--out", "o", "--free", "fx,fx"], "each once"),
-        (["--out", "o", "--free", ""], "--free"),
-        (["--out", "o", "--guess", "300,300,160"], "fx,fy,cx,cy"),
-        (["--out", "o", "--guess", "-300,300,160,120"], "above 0"),
-        (["--out", "o", "--guess", "nan,300,160,120"], "--guess"),
-        (["--out", "o", "--guess", GUESS, "--camera", "c.json"], "got both"),
-        (["--out", "o", "--init", "somewhere"], "--init"),
-        (["--out", "o", "--init", "box:900,0,10,10"], "--init"),
-        (["--out", "o", "--max-pixels", "10"], "--max-pixels"),
-        (["--out", "o", "--unit", "mile"], "--unit"),
-        (["--out", "o", "--holes", "ignore"], "--holes"),
-        (["--out", "o", "--layout", "tape"], "--layout"),
-    ],
-)
-def test_wrong_usage_exits_with_two(command, extra, message, capsys):
-    assert run([*command, *extra]) == 2
-    assert message in told(capsys)
-
-
-@pytest.mark.parametrize(
-    ("extra", "message"),
-    [
-        (["--camera", "nowhere.json"], "nowhere.json"),
-        (["--start", "90"], "--start"),
-        (["--stop", "4", "--init", "gt"], "at least 5"),
-        (["--config", "nowhere.toml"], "nowhere.toml"),
-        (["--init", "nowhere.json"], "nowhere.json"),
-    ],
-)
-def test_what_cannot_be_done_is_one_line_and_leaves_nothing(command, tmp_path, extra, message, capsys):
-    out = tmp_path / "out"
-    assert run([*command, *EVERY_THIRD, "--out", str(out), *extra]) == 1
-    assert message in told(capsys)
-    assert not out.exists()
-
-
-def test_a_missing_model_or_sequence_is_named(folder, model, tmp_path, capsys):
-    for seq, mesh, missing in ((folder, "none.ply", "none.ply"), (tmp_path / "none", str(model), "none")):
-        code = run(["calibrate", "intrinsics", str(seq), "--model", mesh, "--out", str(tmp_path / "out")])
-        assert code == 1
-        assert missing in told(capsys)
-
-
-def test_a_camera_of_another_size_is_refused_with_both_sizes(command, tmp_path, capsys):
-    st.Camera(600.0, 600.0, 300.0, 200.0, 640, 480).save(tmp_path / "large.json")
-    code = run([*command, "--camera", str(tmp_path / "large.json"), "--out", str(tmp_path / "out")])
-    assert code == 1
-    message = told(capsys)
-    assert "320 x 240" in message
-    assert "640 x 480" in message
-
-
 def test_an_object_that_is_nowhere_is_an_error_that_speaks_of_init(model, tmp_path, capsys):
     wall = [st.Frame(np.full(TRUTH.shape, 2.5, np.float32)) for _ in range(6)]
     st.save_sequence(tmp_path / "wall", st.Sequence(wall, TRUTH))
@@ -189,24 +132,6 @@ def test_an_object_that_is_nowhere_is_an_error_that_speaks_of_init(model, tmp_pa
     assert "found it in 0 of 6" in message
     assert "with --init" in message
     assert "initial_pose" not in message
-
-
-def test_the_command_explains_itself(capsys):
-    assert run(["calibrate", "--help"]) == 0
-    assert "intrinsics" in capsys.readouterr().out
-    assert run(["calibrate", "intrinsics", "--help"]) == 0
-    text = capsys.readouterr().out
-    for option in (
-        "--device",
-        "--threads",
-        "--config",
-        "--quiet",
-        "--out",
-        "--model",
-        "--free",
-        "--per-frame",
-    ):
-        assert option in text, option
 
 
 # --- the residuals behind the third picture

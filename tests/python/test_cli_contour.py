@@ -60,14 +60,7 @@ def test_a_folder_and_a_box_give_masks_a_video_and_a_report(scene, tmp_path, cap
 def test_a_video_and_a_mask_do_as_well(scene, tmp_path):
     root, _, video = scene
     out = tmp_path / "out"
-    given = [
-        "contour",
-        str(root / "blob.mp4"),
-        "--mask",
-        str(root / "mask" / "000000.png"),
-        "--out",
-        str(out),
-    ]
+    given = f"contour {root / 'blob.mp4'} --mask {root / 'mask' / '000000.png'} --out {out}".split()
     assert run([*given, "--warp", "affine", "--quiet"]) == 0
     report = json.loads((out / "result.json").read_text())
     assert report["settings"]["warp"] == "affine"
@@ -80,19 +73,7 @@ def test_a_part_of_the_frames_keeps_their_numbers(scene, tmp_path):
     root, _, _ = scene
     out = tmp_path / "out"
     mask = str(root / "mask" / "000001.png")
-    given = [
-        "contour",
-        str(root / "rgb"),
-        "--mask",
-        mask,
-        "--out",
-        str(out),
-        "-q",
-        "--start",
-        "1",
-        "--step",
-        "2",
-    ]
+    given = f"contour {root / 'rgb'} --mask {mask} --out {out} -q --start 1 --step 2".split()
     assert run(given) == 0
     assert sorted(p.name for p in (out / "mask").iterdir()) == ["000001.png", "000003.png", "000005.png"]
 
@@ -106,47 +87,6 @@ def test_a_folder_with_files_is_refused_and_replaced_when_asked(scene, tmp_path,
     assert "out: expected a new or empty folder" in capsys.readouterr().err
     assert run([*given, "--overwrite", "--stop", "3"]) == 0
     assert len(list((out / "mask").iterdir())) == 3
-
-
-@pytest.mark.parametrize(
-    ("more", "code", "told"),
-    [
-        ([], 2, "expected --box or --mask, got none"),
-        (["--box", "1,2,3,4", "--mask", "m.png"], 2, "expected --box or --mask, got both"),
-        (
-            ["--box", "1,2,3"],
-            2,
-            "Invalid value for --box: expected x,y,w,h in pixels, w and h above 0, got '1,2,3'",
-        ),
-        (["--box", "1,2,3,-4"], 2, "expected x,y,w,h in pixels"),
-        (["--box", "1,2,a,4"], 2, "expected x,y,w,h in pixels"),
-        (["--box", "BOX", "--stop", "-1"], 2, "--stop"),
-        (["--box", "500,2,30,30"], 1, "box: expected a box in the 240 x 160 image"),
-        (["--mask", "none.png"], 1, "the file is missing"),
-        (["--box", "BOX", "--masks", "nowhere"], 1, "--masks: no such folder"),
-        (["--box", "BOX", "--start", "99"], 1, "expected some of the frames"),
-        (["--box", "BOX", "--warp", "rigid"], 2, "rigid"),
-    ],
-)
-def test_arguments_that_cannot_be_are_refused(scene, tmp_path, capsys, more, code, told):
-    root, box, _ = scene
-    more = [box if m == "BOX" else m for m in more]
-    assert run(["contour", str(root / "rgb"), "--out", str(tmp_path / "out"), *more]) == code
-    assert told in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-def test_what_is_no_video_is_refused(tmp_path, capsys):
-    (tmp_path / "film.mp4").write_text("not a film")
-    (tmp_path / "empty").mkdir()
-    for name, told in (
-        ("film.mp4", "not a readable video"),
-        ("empty", "folder of images"),
-        ("no.mp4", "no such file"),
-    ):
-        given = ["contour", str(tmp_path / name), "--box", "1,2,30,40", "--out", str(tmp_path / "out")]
-        assert run(given) == 1
-        assert told in capsys.readouterr().err
 
 
 def stepped(scene, tmp_path, spoil):
@@ -317,14 +257,6 @@ def test_a_memory_is_kept_in_a_file_and_goes_on_from_it(scene, tmp_path, capsys)
     assert all(
         frame["judgement"] is not None for frame in judged
     )  # a taught memory judges from the first frame
-
-
-@pytest.mark.parametrize("option", [["--memory-file", "m.shapes"], ["--burn-in", "3"]])
-def test_options_of_a_memory_need_one(scene, tmp_path, capsys, option):
-    root, box, _ = scene
-    assert run(["contour", str(root / "rgb"), "--box", box, *option, "--out", str(tmp_path / "out")]) == 2
-    assert "--memory" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_file_that_is_no_memory_is_refused_and_stays(scene, tmp_path, capsys):

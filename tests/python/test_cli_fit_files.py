@@ -97,14 +97,6 @@ def test_points_that_are_not_finite_are_told_without_python(tmp_path, capsys):
     assert "np." not in line
 
 
-@pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "0,0,0,0", "nan,0,5,5", "1,2,3,4,5"])
-def test_a_wrong_box_names_its_own_option(tmp_path, capsys, box):
-    assert run(["fit", str(tmp_path), "--box", box, "--out", str(tmp_path / "out")]) == 2
-    line = capsys.readouterr().err
-    assert "--box" in line
-    assert "--init" not in line
-
-
 @pytest.mark.parametrize(
     ("python", "shell"),
     [

@@ -48,23 +48,9 @@ def middle_of(mask):
 
 
 def track(folder, out, *more, code=0):
-    common = [
-        "track",
-        str(folder / "scene"),
-        "--model",
-        str(folder / "duck.ply"),
-        "--out",
-        str(out),
-        "--no-video",
-    ]
+    common = f"track {folder / 'scene'} --model {folder / 'duck.ply'} --out {out} --no-video".split()
     assert run([*common, *VOXELS, *more]) == code
     return json.loads((out / "report.json").read_text()) if code in (0, 3) else None
-
-
-def told(capsys):
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    return err
 
 
 @pytest.mark.parametrize("kind", ["gt", "mask", "box", "click", "poses"])
@@ -132,34 +118,6 @@ def test_another_mesh_is_drawn_at_the_pose(scene, tmp_path):
     plain = video(tmp_path / "a")
     drawn = video(tmp_path / "b", "--overlay-mesh", str(tmp_path / "sword.ply"))
     assert (np.abs(drawn - plain).max(axis=-1) > 60).sum() > 300
-
-
-@pytest.mark.parametrize(
-    ("text", "code", "message"),
-    [
-        ("box:400,10,30,30", 2, "320 x 240"),
-        ("click:320,10", 2, "320 x 240"),
-        ("{tmp}/none.png", 1, "no such file"),
-        ("{tmp}/large.png", 1, "geometry of the depth image"),
-        ("{tmp}/empty.png", 1, "empty"),
-        ("{tmp}/text.png", 1, "text.png"),
-    ],
-)
-def test_a_start_that_cannot_be_is_named(scene, tmp_path, capsys, text, code, message):
-    write_mask(tmp_path / "large.png", np.ones((480, 640), bool))
-    write_mask(tmp_path / "empty.png", np.zeros((240, 320), bool))
-    (tmp_path / "text.png").write_text("not a picture")
-    track(scene[0], tmp_path / "out", "--init", text.format(tmp=tmp_path), code=code)
-    assert message in told(capsys)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_scene_without_truth_says_what_to_pass(scene, tmp_path, capsys):
-    folder, seq = scene
-    st.save_sequence(tmp_path / "bare", st.Sequence([seq[0]], CAMERA), layout="bop")
-    common = ["track", str(tmp_path / "bare"), "--model", str(folder / "duck.ply"), *VOXELS]
-    assert run([*common, "--out", str(tmp_path / "out")]) == 1
-    assert "--init auto" in told(capsys)
 
 
 def test_two_objects_are_started_from_two_masks_in_their_order(tmp_path):

@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from live_scene import CAMERA, Page, recorded
 
 import sdftrack as st
 from sdftrack.cli import live as live_module
@@ -17,25 +18,15 @@ from sdftrack.cli.app import run
 from sdftrack.cli.live import files as live_files
 from sdftrack.cli.live import run as live_run
 from sdftrack.live.sources import CAMERAS, CameraKind
-from sdftrack.synth.duck import duck_mesh
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 from support.faulty_camera import FaultyCamera
 
-CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 60
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    """A duck before a wall: the sequence in memory and in a folder, and its mesh file."""
-    folder = tmp_path_factory.mktemp("live")
-    duck = duck_mesh()
-    walk = st.synth.random_walk(step_m=0.002, step_rad=0.01)
-    seq = st.synth.sequence(duck, FRAMES, walk, 0.001, seed=2, camera=CAMERA, clutter="wall")
-    seq = st.Sequence(list(seq), CAMERA, np.stack([seq.ground_truth[i][0] for i in range(FRAMES)]), {1: duck})
-    st.save_sequence(folder / "seq", seq)
-    duck.save(folder / "duck.ply")
-    return seq, folder
+    return recorded(tmp_path_factory.mktemp("live"), FRAMES)
 
 
 def middle(seq, i):
@@ -138,34 +129,6 @@ def test_an_object_that_was_carried_away_while_the_cable_was_out_is_found_again(
     metres, radians = st.metrics.pose_error(np.array(last["pose"]), path[-1])
     assert metres < 0.003
     assert radians < np.radians(3)
-
-
-class Page:
-    """A viewer whose user does something at certain frames."""
-
-    url, note, pages = "http://page", "", 1
-
-    def __init__(self, does):
-        self.does, self.shown, self.said, self.meshes = does, [], [], []
-        self.picture = np.zeros((4, 6, 3), np.uint8)
-
-    def requests(self):
-        return self.does.get(len(self.shown), [])
-
-    def show(self, frame, result, **about):
-        self.shown.append((frame, result, about))
-
-    def tell(self, text):
-        self.said.append(text)
-
-    def set_mesh(self, k, mesh):
-        self.meshes.append(mesh)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
 
 
 class PatientCamera(FaultyCamera):
@@ -350,47 +313,3 @@ def test_ctrl_c_is_a_clean_end(scene, tmp_path):
     err = child.communicate(timeout=30)[1]
     assert child.returncode == 0, err
     assert 1 <= len(report_of(out)) < FRAMES
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        ([], 2, "expected either --model"),
-        (["--model", "M", "--reconstruct"], 2, "expected either --model"),
-        (["--reconstruct", "--no-viewer"], 2, "nobody can show the object"),
-        (["--reconstruct", "--init", "auto"], 2, "with --reconstruct"),
-        (["--model", "M", "--init", "gt"], 2, "expected auto"),
-        (["--model", "M", "--init", "box:1,2"], 2, "box:x,y,w,h"),
-        (["--model", "M", "--mode", "x"], 2, "--mode"),
-        (["--model", "M", "--seconds", "0"], 2, "--seconds"),
-        (["--model", "M", "--camera", "webcam:0"], 2, "expected a file of start poses"),
-        (["--model", "M", "--camera", "sonar:"], 1, "expected one of"),
-        (["--model", "M", "--camera", "replay:/nowhere"], 1, "no such folder"),
-        (["--model", "/nowhere.ply", "--camera", "replay:SEQ"], 1, "nowhere.ply"),
-        (
-            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--stream", "udp://x"],
-            1,
-            "expected one of",
-        ),
-        (
-            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--stream", "ws://localhost:99999"],
-            1,
-            "99999",
-        ),
-        (
-            ["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--init", "click:999,1"],
-            2,
-            "expected a pixel",
-        ),
-        (["--model", "M", "--camera", "replay:SEQ", "--no-viewer", "--width", "7"], 1, "has 320 x 240"),
-    ],
-)
-def test_bad_input_is_one_line_and_leaves_nothing(scene, tmp_path, capsys, arguments, code, message):
-    given = [a.replace("SEQ", str(scene[1] / "seq")).replace("M", str(scene[1] / "duck.ply")) if a != "--model" else a
-             for a in arguments]  # fmt: skip
-    out = tmp_path / "out"
-    assert run(["live", *given, "--voxels", "50", "-q", "--out", str(out)]) == code
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert message in err
-    assert not out.exists()

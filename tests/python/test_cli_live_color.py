@@ -11,6 +11,7 @@ import time
 import cv2
 import numpy as np
 import pytest
+from live_scene import CAMERA, Page, recorded
 
 import sdftrack as st
 from sdftrack.cli import live as live_module
@@ -22,7 +23,6 @@ from sdftrack.synth.duck import duck_mesh
 from sdftrack.viz.viewer.requests import Box, Click, Record, Save
 from support.faulty_camera import FaultyCamera
 
-CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 40
 LEAST_IOU = 0.85  # of outlines with the true silhouettes; measured 0.95
 FARTHEST_M = 0.01  # poses by colour alone, whose distance is uncertain; measured 0.003
@@ -30,18 +30,7 @@ FARTHEST_M = 0.01  # poses by colour alone, whose distance is uncertain; measure
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    """A duck before a wall: the sequence in memory and in a folder, its mesh, its first pose and the intrinsics."""
-    folder = tmp_path_factory.mktemp("color")
-    duck = duck_mesh()
-    walk = st.synth.random_walk(step_m=0.002, step_rad=0.01)
-    seq = st.synth.sequence(duck, FRAMES, walk, 0.001, seed=2, camera=CAMERA, clutter="wall")
-    seq = st.Sequence(list(seq), CAMERA, np.stack([seq.ground_truth[i][0] for i in range(FRAMES)]), {1: duck})
-    st.save_sequence(folder / "seq", seq)
-    duck.save(folder / "duck.ply")
-    CAMERA.save(folder / "cam.json")
-    pose = {"T_cam_obj": [seq.ground_truth[0][0].tolist()]}
-    (folder / "poses.json").write_text(json.dumps(pose))
-    return seq, folder
+    return recorded(tmp_path_factory.mktemp("color"), FRAMES)
 
 
 @pytest.fixture(scope="module")
@@ -118,31 +107,6 @@ def rgbd(monkeypatch, scene):
         monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", make))
 
     return register
-
-
-class Page:
-    """A viewer whose user does something at certain frames."""
-
-    url, note, pages = "http://page", "", 1
-
-    def __init__(self, does):
-        self.does, self.shown, self.said = does, [], []
-        self.picture = np.zeros((4, 6, 3), np.uint8)
-
-    def requests(self):
-        return self.does.get(len(self.shown), [])
-
-    def show(self, frame, result, **about):
-        self.shown.append((frame, result, about))
-
-    def tell(self, text):
-        self.said.append(text)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
 
 
 @pytest.fixture
@@ -481,55 +445,24 @@ def test_a_shape_is_moved_to_where_it_fills_a_box(distance):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "message"),
+    ("arguments", "message"),
     [
-        (["--contour", "--model", "M"], 2, "expected either --model"),
-        (["--contour", "--reconstruct"], 2, "expected either --model"),
-        (["--contour", "--mode", "rgb"], 2, "expected no --mode with --contour"),
-        (["--contour", "--no-viewer"], 2, "nobody can show the object"),
-        (["--contour", "--init", "auto"], 2, "with --contour, got auto"),
-        (["--contour", "--init", "click:1,1"], 2, "with --contour, got click:1,1"),
-        (["--contour", "--init", "box:1,2"], 2, "in pixels of the colour image"),
-        (["--contour", "--device", "cuda"], 2, "runs on the CPU"),
-        (["--contour", "--stream", "ws://localhost:0"], 2, "an outline has no pose to send"),
-        (["--contour", "--no-viewer", "--init", "box:400,9,9,9"], 2, "in the 320 x 240 colour image"),
-        (["--contour", "--no-viewer", "--init", "SMALL"], 1, "the colour image's size 320 x 240, got 9 x 7"),
-        (["--contour", "--no-viewer", "--init", "none.png"], 1, "--init: no such file"),
-        (["--contour", "--config", "EMPTY"], 1, "expected options in a table [contour]"),
-        (["--reconstruct"], 2, "cannot be reconstructed from colour alone"),
-        (["--model", "M", "--mode", "depth"], 2, "a webcam has colour alone, and mode depth needs depth"),
-        (["--model", "M", "--mode", "rgbd"], 2, "a webcam has colour alone, and mode rgbd needs depth"),
-        (["--model", "M", "--mode", "rgb"], 2, "expected a file of start poses, --init poses.json"),
-        (["--model", "M", "--init", "box:9,9,9,9"], 2, "expected a file of start poses"),
-        (["--reconstruct", "--mode", "rgb", "--camera", "replay:SEQ"], 2, "a reconstruction needs depth"),
-        (["--model", "M", "--init", "none.json", "--intrinsics", "CAM"], 1, "no such file: none.json"),
-        (["--model", "M", "--init", "POSES", "--intrinsics", "BIG"], 1, "--intrinsics: these intrinsics are of 640 x"),
-        (["--model", "M", "--init", "POSES", "--intrinsics", "no.json"], 1, "no.json"),
-        (["--model", "M", "--camera", "replay:SEQ", "--intrinsics", "CAM"], 2, "other cameras know their"),
-        (["--contour", "--camera", "webcam:front"], 1, "expected a number or a device file"),
+        ("--init none.json --intrinsics cam.json", "no such file: none.json"),
+        ("--init poses.json --intrinsics big.json", "--intrinsics: these intrinsics are of 640 x"),
+        ("--init poses.json --intrinsics no.json", "no.json"),
     ],
-)  # fmt: skip
-def test_bad_input_is_one_line_and_leaves_nothing(
-    webcam, scene, tmp_path, capsys, page, arguments, code, message
+)
+def test_files_for_a_webcam_that_will_not_do(
+    webcam, scene, tmp_path, capsys, monkeypatch, arguments, message
 ):
-    page({})
-    folder = scene[1]
-    cv2.imwrite(str(tmp_path / "small.png"), np.full((7, 9), 255, np.uint8))
-    CAMERA.scaled(2).save(tmp_path / "big.json")
-    (tmp_path / "empty.toml").write_text("")
-    named = {
-        "M": folder / "duck.ply", "replay:SEQ": f"replay:{folder / 'seq'}", "POSES": folder / "poses.json",
-        "CAM": folder / "cam.json", "BIG": tmp_path / "big.json", "SMALL": tmp_path / "small.png",
-        "EMPTY": tmp_path / "empty.toml",
-    }  # fmt: skip
-    given = [str(named.get(a, a)) for a in arguments]
-    camera = [] if "--camera" in given else ["--camera", "webcam:0"]
-    out = tmp_path / "out"
-    assert run(["live", *given, *camera, "--voxels", "50", "-q", "--out", str(out)]) == code
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert message in err
-    assert not out.exists()
+    monkeypatch.chdir(scene[1])
+    CAMERA.scaled(2).save("big.json")
+    line = "live --model duck.ply --camera webcam:0 --no-viewer --voxels 50 -q"
+    assert run([*line.split(), *arguments.split(), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert message in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_webcam_that_another_program_uses_is_one_line(webcam, tmp_path, capsys):
@@ -537,8 +470,3 @@ def test_a_webcam_that_another_program_uses_is_one_line(webcam, tmp_path, capsys
     assert contour(tmp_path / "out", "--init", "view") == 1
     err = capsys.readouterr().err
     assert err == "sdftrack: error: webcam 0: it cannot be opened; does another program use it?\n"
-
-
-def test_record_says_what_a_webcam_is_good_for(tmp_path, capsys):
-    assert run(["record", "webcam:0", "--out", str(tmp_path / "out")]) == 2
-    assert "sdftrack live --camera webcam:0 follows an outline (--contour)" in capsys.readouterr().err

@@ -275,22 +275,6 @@ def test_an_object_without_corrected_repetitions_is_told(command, tmp_path):
     assert any("no repetitions of right" in note for note in content["notes"])
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[[1, 3], [8, 99]]", "within the recording of cup, 0 to 9.96667 s, got 8 to 99 s"),
-        ("[[3, 1]]", "start_s < end_s, got 3 and 1"),
-        ("[[1, 4], [3, 5]]", "one after another"),
-        ("[]", "at least one repetition"),
-        ('{"a": 1}', "expected a repetitions.json"),
-        ("[[1, 2", "expected a repetitions.json"),
-    ],
-)
-def test_repetitions_that_cannot_be_are_told(command, tmp_path, text, message):
-    (tmp_path / "r.json").write_text(text)
-    assert message in command("monday.csv", "--repetitions", tmp_path / "r.json", code=1)
-
-
 @pytest.mark.parametrize("name", ["cues.txt", "cues.json", "exercise.json"])
 def test_signals_may_come_from_a_file(command, tmp_path, name):
     text = {"cues.txt": "0.6\n3.5\n", "cues.json": "[0.6, 3.5]", "exercise.json": '{"cues_s": [0.6, 3.5]}'}[
@@ -420,45 +404,6 @@ def test_an_object_that_rests_has_no_repetitions_and_a_report(command, tmp_path)
     content = command(tmp_path / "rest.csv")
     assert objects(content)[0]["repetitions"]["count"] == 0
     assert "No repetition in 10.0 s" in (tmp_path / "out" / "report.html").read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "option"),
-    [
-        (["--measures", "beauty"], "path_length"),
-        (["--by", "weight"], "--by"),
-        (["--frame", "moon"], "--frame"),
-        (["--up", "1,2"], "--up"),
-        (["--up", "0,0,0"], "--up"),
-        (["--axis", "0,0,nan"], "--axis"),
-        (["--point", "top"], "--point"),
-        (["--cues", "soon"], "--cues"),
-        (["--target", "cube:1"], "--target"),
-        (["--target", "path:nowhere.csv,0.1"], "no such file"),
-        (["--export", "pdf"], "--export"),
-        (["--session", "a", "--session", "b"], "--session"),
-        (["--max-gap", "0"], "--max-gap"),
-        (["--fps", "0"], "--fps"),
-    ],
-)
-def test_wrong_usage_exits_with_2_and_one_line(command, arguments, option):
-    assert option in command("monday.csv", *arguments, code=2)
-
-
-def test_repetitions_by_hand_are_those_of_one_result(command, tmp_path):
-    assert "--repetitions" in command(
-        ["monday.csv", "friday.csv"], "--repetitions", tmp_path / "r.json", code=2
-    )
-
-
-def test_out_is_required_and_refused_where_it_has_files(recorded, tmp_path, capsys):
-    assert run(["motion", str(recorded / "monday.csv")]) == 2
-    assert "--out" in capsys.readouterr().err
-    (tmp_path / "mine.txt").write_text("x")
-    assert run(["motion", str(recorded / "monday.csv"), "--out", str(tmp_path)]) == 1
-    assert "--overwrite" in capsys.readouterr().err
-    assert run(["motion", str(recorded / "monday.csv"), *FEW, "--out", str(tmp_path), "--overwrite"]) == 0
-    assert (tmp_path / "mine.txt").read_text() == "x"
 
 
 def test_a_result_is_not_replaced_by_what_is_measured_of_it(recorded, tmp_path, capsys):

@@ -31,16 +31,7 @@ def folder(tmp_path_factory):
 
 
 def track(folder, out, *more):
-    start = [
-        "track",
-        str(folder / "scene"),
-        "--model",
-        str(folder / "box.ply"),
-        "--unit",
-        "m",
-        "--out",
-        str(out),
-    ]
+    start = f"track {folder / 'scene'} --model {folder / 'box.ply'} --unit m --out {out}".split()
     return run([*start, "--no-video", "--voxels", "60", "-q", *more])
 
 
@@ -62,18 +53,3 @@ def test_by_colour_alone_every_frame_is_weak_and_near(folder, tmp_path):
 def test_the_outline_is_read_where_it_is_asked_for(folder, tmp_path, more):
     assert track(folder, tmp_path / "out", *more) == 0
     assert report(tmp_path / "out")["settings"]["tracker"]["outline"] is ("--no-outline" not in more)
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        (("--mode", "depth", "--outline"), "--outline: expected --mode rgbd, rgb or auto"),
-        (("--mode", "rgb", "--no-outline"), "--no-outline: expected --outline"),
-        (("--mode", "rgb", "--init", "auto"), "--init: expected gt or a file of poses"),
-        (("--mode", "grey"), "--mode: expected one of auto, depth, rgbd, rgb"),
-    ],
-)
-def test_what_cannot_be_is_one_line(folder, tmp_path, capsys, more, said):
-    assert track(folder, tmp_path / "none", *more) == 2
-    assert said in capsys.readouterr().err
-    assert not (tmp_path / "none").exists()

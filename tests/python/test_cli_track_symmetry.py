@@ -69,15 +69,3 @@ def test_an_object_that_is_lost_in_all_frames_gives_exit_code_3_and_the_next_ste
     assert f"box is lost in all {FRAMES} frames" in err
     assert "next: check the poses' unit" in err
     assert (tmp_path / "out/report.json").is_file()
-
-
-@pytest.mark.parametrize(
-    ("value", "code", "message"),
-    [
-        ("always", 2, "expected auto, none or a models_info.json"),
-        ("absent.json", 1, "no such file: absent.json"),
-    ],
-)
-def test_a_wrong_symmetry_is_one_line(folder, tmp_path, capsys, value, code, message):
-    assert track(folder, tmp_path / "out", "--symmetry", value) == code
-    assert message in capsys.readouterr().err

@@ -19,7 +19,7 @@ from sdftrack.batch.commands import Commands
 from sdftrack.batch.journal import FAILED, JOURNAL, SUCCEEDED, Journal, write_items
 from sdftrack.batch.plan import Item
 from sdftrack.batch.summary import summary_rows, write_summary
-from sdftrack.batch.task import PART, Call, Result, call, read_record
+from sdftrack.batch.task import PART, Call, Result, call, late_reason, read_record
 from sdftrack.io.folder_lock import lock_folder
 from sdftrack.io.out_folder import refuse_folder
 
@@ -119,8 +119,15 @@ def _run(items: list[Item], out: Path, journal: Journal, how: Running, commands:
                     note(item, Result("skipped", f"{item.after} has no results"))
             calls = [_task(item, out, how, commands) for item in tasks.values()]
             for task, outcome in outcomes(connected, call, calls, retries=how.retries):
-                died = not isinstance(outcome, Result)
-                note(tasks[task.name], Result("died", reason_of(outcome)) if died else outcome)
+                note(tasks[task.name], _result(outcome, log_of(out, task.name)))
+
+
+def _result(outcome: Any, log: Path) -> Result:
+    """Of a call that returned one, raised an error, or whose process ended."""
+    if isinstance(outcome, Result):
+        return outcome
+    late = late_reason(log)
+    return Result("refused", late) if late else Result("died", reason_of(outcome))
 
 
 def _left(items: list[Item], journal: Journal, again: bool) -> list[Item]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from sdftrack.batch.addresses import fetched
 
-__all__ = ["PART", "RECORD", "Call", "Result", "call", "read_record"]
+__all__ = ["PART", "RECORD", "Call", "Result", "call", "late_reason", "read_record"]
 
 RECORD = ".batch.json"  # in each folder of results
 PART = ".part"
@@ -60,7 +60,7 @@ def call(what: Call) -> Result:
     there = read_record(folder)
     if there is not None:
         return there
-    late = _late(Path(what.log))
+    late = late_reason(Path(what.log))
     if late:
         return Result("refused", late, digest=what.digest)
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -155,7 +155,7 @@ def _time_limit(seconds: float | None, log: Path) -> Iterator[None]:
         timer.cancel()
 
 
-def _late(log: Path) -> str:
+def late_reason(log: Path) -> str:
     """Why an earlier try of the same run ended its process, or ""."""
     told = _last_error(log) if log.is_file() else ""
     return told if told.startswith(TIMED_OUT) else ""

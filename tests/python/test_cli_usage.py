@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: MIT
+"""Wrong usage (2) and bad input (1) of every command: one line says what was expected, and nothing is left behind."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from motion_cases import noisy, reaches
+
+import sdftrack as st
+from sdftrack import motion
+from sdftrack.cli.app import run
+
+CAMERA = st.Camera(150.0, 150.0, 79.5, 59.5, 160, 120)
+TIMES = np.arange(300) / 30
+
+# Exit code | command line | part of the message. The files are those of `data`.
+TABLE = """
+2 | track | Missing argument
+2 | track seq | Missing option '--model'
+2 | track seq --model m.ply | expected a folder for the results: --out DIR
+2 | track seq --model m.ply -o o --mode sonar | --mode: expected one of auto, depth, rgbd, rgb, got 'sonar'
+2 | track seq --model m.ply -o o --init guess | expected gt, auto, poses.json
+2 | track seq --model m.ply -o o --init mask | expected gt, auto, poses.json
+2 | track seq --model m.ply -o o --init box:1,2,3 | expected box:x,y,w,h
+2 | track seq --model m.ply -o o --init box:1,2,3,wide | expected box:x,y,w,h
+2 | track seq --model m.ply -o o --init box:1,2,0,4 | a width and a height above 0
+2 | track seq --model m.ply -o o --init click:1 | expected click:x,y
+2 | track seq --model m.ply -o o --init click:nan,1 | expected click:x,y
+2 | track seq --model m.ply -o o --init gt --init auto | expected only gt
+2 | track seq --model m.ply -o o --init box:1,2,3,4 --init box:1,2,3,4 | one mask, box or click per --model (1), got 2
+2 | track seq --model m.ply --model m.ply -o o --init mask.png | one mask, box or click per --model (2), got 1
+2 | track seq --model m.ply --model m.ply -o o --init mask.png --init box:1,2,3,4 | only boxes, or masks and clicks
+2 | track seq --model m.ply -o o --unit parsec | --unit: expected one of m, mm, cm, in, got 'parsec'
+2 | track seq --model m.ply -o o --holes ignore | --holes: expected error or close, got 'ignore'
+2 | track seq --model m.ply -o o --step 0 | --step
+2 | track seq --model m.ply -o o --device abacus | --device: expected one of auto, cpu, cuda
+2 | track seq --model m.ply -o o --layout scroll | --layout: expected one of auto, bop
+2 | track seq --model m.ply -o o --count 2 --count 3 | --count: expected one per --model (1), got 2
+2 | track seq --model m.ply -o o --overlay-mesh m.ply --overlay-mesh m.ply | at most one per --model (1)
+2 | track seq --model m.ply -o o --colored --mode depth | depth mode does not use colours
+2 | track seq --model m.ply -o o --mode depth --outline | --outline: expected --mode rgbd, rgb or auto
+2 | track seq --model m.ply -o o --mode rgb --no-outline | --no-outline: expected --outline
+2 | track seq --model m.ply -o o --mode rgb --init auto | --init: expected gt or a file of poses
+2 | track seq --model m.ply -o o --symmetry always | expected auto, none or a models_info.json
+2 | track seq --model m.ply -o o --init box:400,10,30,30 | 160 x 120
+2 | track seq --model m.ply -o o --init click:160,10 | 160 x 120
+2 | track seq --model m.ply -o o --modell m.ply | unknown option '--modell'; did you mean '--model'?
+1 | track /nowhere --model m.ply -o o | no such folder
+1 | track seq --model none.ply -o o | none.ply
+1 | track seq --model m.ply -o seq | expected another folder than the sequence
+1 | track seq --model m.ply -o o --start 9 | --start, --stop: expected some of the 4 frames
+1 | track seq --model m.ply -o o --symmetry absent.json | no such file: absent.json
+1 | track seq --model m.ply -o o --init none.png | no such file
+1 | track seq --model m.ply -o o --init small.png | geometry of the depth image
+1 | track seq --model m.ply -o o --init empty.png | empty
+1 | track seq --model m.ply -o o --init text.png | text.png
+1 | track bare --model m.ply -o o | --init auto
+1 | track seq --model m.ply -o o --init none.json | no such file
+1 | track seq --model m.ply -o o --init cut.json | not a JSON file
+1 | track seq --model m.ply -o o --init other.json | T_cam_obj
+1 | track seq --model m.ply -o o --init few.json | one 4x4 matrix per --model (1), got 0
+1 | track seq --model m.ply -o o --init shape.json | T_cam_obj
+1 | track seq --model m.ply -o o --init scaled.json | rigid
+1 | track seq --model m.ply -o o --init behind.json | behind the camera
+1 | track seq --model m.ply -o o --init far.json | metres, are these mm
+1 | track seq --model huge.ply -o o | mm
+2 | evaluate seq | Missing argument
+2 | evaluate x y --layout scroll | --layout
+1 | evaluate /nowhere /nowhere | no such folder
+2 | info --threads -1 | --threads
+1 | info --config /nowhere.toml | no such file
+2 | config extra | extra
+1 | config --config unknown.toml | max_pixels
+1 | config --config torn.toml | TOML
+2 | reconstruct seq | --out
+2 | reconstruct seq -o o --init click:3,4 | box:x,y,w,h
+2 | reconstruct seq -o o --init auto | box:x,y,w,h
+2 | reconstruct seq -o o --init box:1,2,3 | box:x,y,w,h
+2 | reconstruct seq -o o --init box:1,2,0,4 | width
+2 | reconstruct seq -o o --init gt | --shape
+2 | reconstruct seq -o o --shape sphere:big | sphere:RADIUS
+2 | reconstruct seq -o o --shape sphere:80 | metres
+2 | reconstruct seq -o o --shape cube | sphere:RADIUS
+2 | reconstruct seq -o o --voxels 8 | --voxels
+2 | reconstruct seq -o o --extent -1 | --extent: expected metres above 0 and below 10, got -1
+2 | reconstruct seq -o o --format ply,dwg | ply, obj
+2 | reconstruct seq -o o --mode rgb | --mode
+2 | reconstruct seq -o o --evolution theirs | expected ours or printed, got 'theirs'
+2 | reconstruct seq -o o --quality superb | --quality
+2 | reconstruct seq -o o --quality fine --voxels 64 | one of --quality and --voxels
+2 | reconstruct seq -o o --faces 3 | --faces
+2 | reconstruct seq -o o --texture 4 | --texture
+2 | reconstruct seq seq -o o --then bare | --then: expected one SEQ
+2 | reconstruct seq -o o --then-init mask | --then-init: expected one for each --then
+2 | reconstruct seq -o o --then bare --then-init gt | --then-init: expected box:x,y,w,h, mask.png, mask, got 'gt'
+2 | reconstruct seq -o o --then bare --then-init box:1 | --then-init: expected box:x,y,w,h
+2 | reconstruct seq -o o --then bare --evolution printed | supports only one recording
+2 | reconstruct bare -o o | no mask
+2 | reconstruct seq -o o --object 4 | --object
+2 | reconstruct bare -o o --init box:900,2,30,40 | 160 x 120
+2 | reconstruct seq -o o --then bare | no mask
+2 | reconstruct bare -o o --init gt --shape sphere:0.1 | no ground truth
+1 | reconstruct seq -o o --init /nowhere.png | no such file
+1 | reconstruct seq -o o --shape /nowhere.ply | --shape
+1 | reconstruct seq -o o --shape /nowhere.npz | --shape
+1 | reconstruct seq -o o --extent 0.01 | extent
+1 | reconstruct seq -o o --start 99 | --start
+1 | reconstruct seq -o seq --overwrite | --out: expected another folder than the sequence
+1 | reconstruct seq -o o --config kept_frame.toml | did you mean 'kept_frames'
+1 | reconstruct seq -o o --config half.toml | half.toml: [reconstruct] kept_frames: expected a whole number
+1 | reconstruct seq -o o --config wide.toml | sigma_d_m: expected a number
+1 | reconstruct seq -o o --config below.toml | sigma_d_m: expected a number > 0, got -1
+1 | reconstruct seq -o o --config table.toml | did you mean [reconstruct]?
+1 | reconstruct seq -o o --config scalar.toml | expected a table [reconstruct]
+1 | reconstruct seq -o o --config alone.toml | unknown option 'kept_frames'
+2 | calibrate color seq --ball-radius 0.05 | --out
+2 | calibrate color seq --ball-radius 0.05 -o o --ball-color red | expected r,g,b from 0 to 255, got 'red'
+2 | calibrate color seq --ball-radius 0.05 -o o --ball-color 1,2 | expected r,g,b
+2 | calibrate color seq --ball-radius 0.05 -o o --ball-color 1,2,400 | expected r,g,b
+2 | calibrate color seq --ball-radius 0.05 -o o --fps 0 | --fps: expected frames per second above 0
+2 | calibrate color seq --ball-radius -1 -o o | --ball-radius: expected metres above 0, got -1
+1 | calibrate color seq --ball-radius 0.05 -o o --color-camera nowhere.json | nowhere.json
+1 | calibrate color seq --ball-radius 0.05 -o o --start 90 | --start
+1 | calibrate color k1 --ball-radius 0.05 -o k1 --overwrite | SEQ: expected no file that would be replaced
+2 | calibrate intrinsics seq --model m.ply | --out
+2 | calibrate intrinsics seq --model m.ply -o o --free fx,fz | 'fz'
+2 | calibrate intrinsics seq --model m.ply -o o --free fx,fx | each once
+2 | calibrate intrinsics seq --model m.ply -o o --guess 300,300,160 | fx,fy,cx,cy
+2 | calibrate intrinsics seq --model m.ply -o o --guess -300,300,160,120 | above 0
+2 | calibrate intrinsics seq --model m.ply -o o --guess nan,300,160,120 | --guess
+2 | calibrate intrinsics seq --model m.ply -o o --guess 1,1,1,1 --camera c.json | got both
+2 | calibrate intrinsics seq --model m.ply -o o --init somewhere | --init
+2 | calibrate intrinsics seq --model m.ply -o o --init box:900,0,10,10 | --init
+2 | calibrate intrinsics seq --model m.ply -o o --max-pixels 10 | --max-pixels
+1 | calibrate intrinsics seq --model m.ply -o o --camera nowhere.json | nowhere.json
+1 | calibrate intrinsics seq --model m.ply -o o --camera large.json | 160 x 120, got 640 x 480
+1 | calibrate intrinsics seq --model m.ply -o o --start 90 | --start
+1 | calibrate intrinsics seq --model m.ply -o o --init gt -q | at least 5
+1 | calibrate intrinsics seq --model none.ply -o o | none.ply
+1 | calibrate intrinsics none --model m.ply -o o | none
+1 | calibrate intrinsics k1 --model m.ply -o k1 --overwrite | SEQ: expected no file that would be replaced
+2 | calibrate depth seq | --out sensor.toml
+2 | fit seq --box 1,2,3 -o o | --box: expected x,y,w,h
+2 | fit seq --box a,b,c,d -o o | --box
+2 | fit seq --box 0,0,0,0 -o o | --box
+2 | fit seq --box nan,0,5,5 -o o | --box
+2 | fit seq --box 1,2,3,4,5 -o o | --box
+2 | fit seq --kind torus -o o | --kind: expected one of auto, sphere
+1 | fit seq --start 9 -o o | expected some of the 4 frames
+2 | contour rgb -o o | expected --box or --mask, got none
+2 | contour rgb -o o --box 1,2,3,4 --mask m.png | expected --box or --mask, got both
+2 | contour rgb -o o --box 1,2,3 | --box: expected x,y,w,h in pixels, w and h above 0
+2 | contour rgb -o o --box 1,2,3,-4 | expected x,y,w,h in pixels
+2 | contour rgb -o o --box 1,2,a,4 | expected x,y,w,h in pixels
+2 | contour rgb -o o --box 60,40,40,40 --stop -1 | --stop
+2 | contour rgb -o o --box 60,40,40,40 --warp rigid | rigid
+2 | contour rgb -o o --box 60,40,40,40 --burn-in 3 | --burn-in: expected --memory with it
+2 | contour rgb -o o --box 60,40,40,40 --memory-file m.shapes | --memory-file: expected --memory with it
+1 | contour rgb -o o --box 500,2,30,30 | box: expected a box in the 160 x 120 image
+1 | contour rgb -o o --mask none.png | the file is missing
+1 | contour rgb -o o --box 60,40,40,40 --masks nowhere | --masks: no such folder
+1 | contour rgb -o o --box 60,40,40,40 --start 99 | expected some of the frames
+1 | contour film.mp4 -o o --box 1,2,30,40 | not a readable video
+1 | contour nothing -o o --box 1,2,30,40 | folder of images
+1 | contour no.mp4 -o o --box 1,2,30,40 | no such file
+1 | contour rgb -o o --box 1,2,30,40 --memory --memory-file text.png | text.png
+1 | contour rgb -o o --box 1,2,30,40 --config softnes.toml | [contour] unknown option 'softnes'; did you mean
+1 | contour rgb -o o --box 1,2,30,40 --config bins.toml | [contour] bins: expected 16 or 32
+1 | contour rgb -o o --box 1,2,30,40 --config pixels.toml | expected options in a table [contour], got none
+1 | contour rgb -o o --box 1,2,30,40 --config contours.toml | did you mean [contour]?
+2 | superpixels text.png | --out
+2 | superpixels text.png -o o --segments 0 | --segments
+2 | superpixels text.png -o o --compactness 0 | --compactness: expected a number above 0 and up to 4000
+2 | superpixels text.png -o o --distance far | --distance: expected slic or thesis, got 'far'
+1 | superpixels text.png -o o | text.png
+2 | motion cup.csv | --out
+2 | motion cup.csv -o o --measures beauty | path_length
+2 | motion cup.csv -o o --by weight | --by
+2 | motion cup.csv -o o --frame moon | --frame: expected camera or table, got 'moon'
+2 | motion cup.csv -o o --up 1,2 | --up
+2 | motion cup.csv -o o --up 0,0,0 | --up
+2 | motion cup.csv -o o --axis 0,0,nan | --axis
+2 | motion cup.csv -o o --point top | --point
+2 | motion cup.csv -o o --cues soon | --cues
+2 | motion cup.csv -o o --target cube:1 | --target
+2 | motion cup.csv -o o --target path:nowhere.csv,0.1 | no such file
+2 | motion cup.csv -o o --export pdf | --export
+2 | motion cup.csv -o o --session a --session b | --session
+2 | motion cup.csv -o o --max-gap 0 | --max-gap
+2 | motion cup.csv -o o --fps 0 | --fps
+2 | motion cup.csv cup.csv -o o --repetitions r.json | --repetitions
+1 | motion cup.csv -o o --repetitions late.json | within the recording of cup, 0 to 9.96667 s, got 8 to 99 s
+1 | motion cup.csv -o o --repetitions back.json | start_s < end_s, got 3 and 1
+1 | motion cup.csv -o o --repetitions over.json | one after another
+1 | motion cup.csv -o o --repetitions none.json | no such file
+1 | motion cup.csv -o o --repetitions list.json | at least one repetition
+1 | motion cup.csv -o o --repetitions other.json | expected a repetitions.json
+1 | motion cup.csv -o o --repetitions cut.json | expected a repetitions.json
+2 | convert seq --to kitti -o o | expected one of bop, tum, open3d
+1 | convert seq --to mcap --color video -o o | holds images one by one
+2 | convert seq --color avi -o o | --color
+2 | convert seq | --out DIR
+1 | convert seq -o seq | expected another folder than the sequence
+1 | convert /nowhere -o o | no such folder
+1 | convert seq --start 9 -o o | expected at least one of the 4 frames
+1 | convert seq --resume -o o | holds no interrupted recording
+1 | record replay:/nowhere -o o | no such folder
+2 | record webcam:0 -o o | live --camera webcam:0 follows an outline (--contour)
+1 | record telescope: -o o | expected one of
+2 | record replay:seq --fps 0 -o o | --fps
+2 | record replay:seq --seconds 0 -o o | --seconds
+1 | record replay:seq --width 3 -o o | has 160 x 120
+2 | synth --noise loud -o o | standard deviation in metres
+2 | synth --kind reach -o o | the scene 'sequence' does not use this option
+2 | synth exercise --motion orbit -o o | the scene 'exercise' does not use this option
+1 | synth --model /nowhere.ply -o o | nowhere.ply
+1 | view /nowhere | no such folder or file
+2 | view seq --seconds -1 | --seconds
+1 | batch nowhere.toml -o o | nowhere.toml: no such file
+1 | batch status nowhere | expected the folder of a batch
+2 | batch status | sdftrack batch status DIR
+2 | batch a.toml b.toml | expected one plan, got 2
+2 | batch a.toml --scheduler tcp://x:1 --jobs 2 | one of --scheduler and --jobs
+2 | live -o o | expected either --model
+2 | live --model m.ply --reconstruct | expected either --model
+2 | live --contour --reconstruct | expected either --model
+2 | live --contour --model m.ply | expected either --model
+2 | live --reconstruct --no-viewer | nobody can show the object
+2 | live --reconstruct --init auto | with --reconstruct, got auto
+2 | live --reconstruct --mode rgb | a reconstruction needs depth
+2 | live --reconstruct --camera webcam:0 | cannot be reconstructed from colour alone
+2 | live --model m.ply --init gt | expected auto
+2 | live --model m.ply --init box:1,2 | box:x,y,w,h
+2 | live --model m.ply --mode x | --mode
+2 | live --model m.ply --seconds 0 | --seconds
+2 | live --model m.ply --camera webcam:0 | expected a file of start poses, --init poses.json
+2 | live --model m.ply --camera webcam:0 --init box:9,9,9,9 | expected a file of start poses
+2 | live --model m.ply --camera webcam:0 --mode depth | a webcam has colour alone, and mode depth needs depth
+2 | live --model m.ply --camera replay:seq --intrinsics large.json | other cameras know their
+2 | live --contour --mode rgb | expected no --mode with --contour
+2 | live --contour --no-viewer | nobody can show the object
+2 | live --contour --init auto | with --contour, got auto
+2 | live --contour --init click:1,1 | with --contour, got click:1,1
+2 | live --contour --init box:1,2 | in pixels of the colour image
+2 | live --contour --device cuda | runs on the CPU
+2 | live --contour --stream ws://localhost:0 | an outline has no pose to send
+1 | live --contour --config nothing.toml | expected options in a table [contour]
+1 | live --contour --camera webcam:front | expected a number or a device file
+2 | live --contour --camera replay:seq --no-viewer --init box:400,9,9,9 -q | in the 160 x 120 colour image
+1 | live --contour --camera replay:seq --no-viewer --init small.png -q | the colour image's size 160 x 120, got 9 x 7
+1 | live --contour --camera replay:seq --no-viewer --init none.png -q | --init: no such file
+1 | live --model m.ply --camera sonar: | expected one of
+1 | live --model m.ply --camera replay:/nowhere | no such folder
+1 | live --model /nowhere.ply --camera replay:seq | nowhere.ply
+1 | live --model m.ply --camera replay:seq --no-viewer --stream udp://x | expected one of
+1 | live --model m.ply --camera replay:seq --no-viewer --stream ws://localhost:99999 | 99999
+2 | live --model m.ply --camera replay:seq --no-viewer -q --init click:999,1 | expected a pixel
+1 | live --model m.ply --camera replay:seq --no-viewer --width 7 | has 160 x 120
+"""
+ROWS = [[cell.strip() for cell in line.split(" | ", 2)] for line in TABLE.strip().splitlines()]
+OPTIONS = {
+    "unknown": "max_pixel = 777", "torn": "= 3", "nothing": "", "kept_frame": "[reconstruct]\nkept_frame = 3",
+    "half": "[reconstruct]\nkept_frames = 2.5", "wide": "[reconstruct]\nsigma_d_m = 'wide'",
+    "below": "[reconstruct]\nsigma_d_m = -1", "table": "[reconstrukt]\nkept_frames = 3", "scalar": "reconstruct = 3",
+    "alone": "kept_frames = 3", "softnes": "[contour]\nsoftnes = 1", "bins": "[contour]\nbins = 8",
+    "pixels": "[tracker]\nmax_pixels = 2000", "contours": "[contours]\nbins = 16",
+}  # fmt: skip
+POSES = {
+    "other": {"poses": []}, "few": {"T_cam_obj": []}, "shape": {"T_cam_obj": [[[1, 2], [3, 4]]]},
+    "scaled": {"T_cam_obj": [(2 * np.eye(4)).tolist()]},
+    "behind": {"T_cam_obj": [st.geometry.pose(t_m=(0, 0, -0.5)).tolist()]},
+    "far": {"T_cam_obj": [st.geometry.pose(t_m=(10, 20, 500)).tolist()]},
+    "late": [[1, 3], [8, 99]], "back": [[3, 1]], "over": [[1, 4], [3, 5]], "list": [],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """A recording with masks, truth and a model, one of depth alone, images, a trajectory, and bad files."""
+    root = tmp_path_factory.mktemp("data")
+    mesh = st.SDF.box((0.12, 0.09, 0.06), voxels=40).to_mesh()
+    mesh.save(root / "m.ply")
+    st.Mesh(1e3 * mesh.vertices * [1, 1, 1.1], mesh.faces).save(root / "huge.ply")
+    seq = st.synth.sequence(mesh, 4, camera=CAMERA, noise=0.001, clutter="wall", seed=5)
+    st.save_sequence(root / "seq", seq, layout="bop")
+    st.save_sequence(
+        root / "bare", st.Sequence([f.replace(color=None) for f in seq[:2]], CAMERA), layout="bop"
+    )
+    (root / "rgb").mkdir()
+    for k, frame in enumerate(seq):
+        cv2.imwrite(str(root / "rgb" / f"{k}.png"), frame.color[..., ::-1])
+    (root / "nothing").mkdir()
+    (root / "k1").mkdir()
+    (root / "k1" / "camera.json").write_text("{}")
+    cv2.imwrite(str(root / "small.png"), np.full((7, 9), 255, np.uint8))
+    cv2.imwrite(str(root / "empty.png"), np.zeros((120, 160), np.uint8))
+    for name in ("text.png", "film.mp4"):
+        (root / name).write_text("neither")
+    st.Camera(600.0, 600.0, 300.0, 200.0, 640, 480).save(root / "large.json")
+    for name, text in OPTIONS.items():
+        (root / f"{name}.toml").write_text(f"{text}\n")
+    for name, value in POSES.items():
+        (root / f"{name}.json").write_text(json.dumps(value))
+    (root / "cut.json").write_text("[1, 2")
+    motion.save(root / "cup.csv", noisy(TIMES, reaches(TIMES, (1.0, 4.0, 7.0)), name="cup"))
+    return root
+
+
+@pytest.mark.parametrize(("code", "line", "message"), ROWS, ids=[line for _, line, _ in ROWS])
+def test_wrong_usage_and_bad_input_are_one_line_and_leave_nothing(
+    data, monkeypatch, capsys, code, line, message
+):
+    monkeypatch.chdir(data)
+    before = sorted(data.rglob("*"))
+    assert run(line.split()) == int(code)
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert error.startswith("sdftrack: error: ")
+    assert message in error
+    assert (code == "2") == ("--help" in error)
+    assert sorted(data.rglob("*")) == before
