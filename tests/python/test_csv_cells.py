@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from motion_cases import noisy, reaches
 from scipy.spatial.transform import Rotation
-from sdftrack.cli.batch.summary import write_summary
 
 from sdftrack import motion
 from sdftrack._internal.csv_cells import cell_text, text_cell
+from sdftrack.batch.summary import write_summary
 from sdftrack.cli.app import run
 
 HOSTILE = [
