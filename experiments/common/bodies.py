@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 import sdftrack as st
 
-__all__ = ["Body", "body"]
-
 VOXELS = 200
 
 

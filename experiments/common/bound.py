@@ -15,8 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MAX_INCIDENCE_RAD", "PoseBound", "expected_length", "pose_bound", "pose_information"]
-
 MAX_INCIDENCE_RAD = np.deg2rad(80.0)  # beyond, no depth camera delivers what the formula promises
 
 Array = NDArray[np.float64]

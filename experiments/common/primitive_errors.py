@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from experiments.synth.solids import SolidScene
 from sdftrack.primitives import PrimitiveFit
 
-__all__ = ["Error", "angle_deg", "is_own", "measure", "measure_patch"]
-
 Array = NDArray[np.float64]
 ALIKE = 0.1  # two radii of an ellipsoid that differ by less have no directions of their own
 

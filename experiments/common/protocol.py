@@ -12,8 +12,6 @@ import numpy as np
 
 from experiments.common.tracked_scene import WRONG_M, WRONG_RAD, Run
 
-__all__ = ["MESHES", "load_mesh", "load_sdf", "say", "summary"]
-
 MESHES = ("lm_driller", "lm_can", "lm_cat", "spot")
 
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-__all__ = ["FOLDERS", "RECORDINGS", "Opened", "Recording", "opened", "recordings_of"]
-
 Part = Literal["choose", "report"]
 VOXELS = 200
 

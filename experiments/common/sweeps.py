@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.synth.noise import Noise, noise_of
 
-__all__ = ["NOISES", "START", "TRUTH", "box_mesh", "swept", "values_of"]
-
 Array = NDArray[np.float64]
 TRUTH = Camera(575.0, 575.0, 319.5, 239.5, 640, 480)
 START = Camera(632.5, 632.5, 339.5, 259.5, 640, 480)  # 10 % and 20 px off

@@ -11,8 +11,6 @@ import numpy as np
 
 from sdftrack.evaluation.pose_errors import Errors, pose_errors, track_frames
 
-__all__ = ["WRONG_M", "WRONG_RAD", "Run", "track_scene"]
-
 WRONG_M, WRONG_RAD = 0.020, np.deg2rad(10.0)  # a frame this far off is lost, whatever the tracker says
 
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from experiments.common.bound import MAX_INCIDENCE_RAD, expected_length, pose_information
 from sdftrack._internal.files import replacing
 
-__all__ = ["DISTANCE_M", "Truth", "default_camera", "motion", "noisy", "render_truth"]
-
 Array = NDArray[np.float64]
 DISTANCE_M = 0.8
 SPREAD_M = np.array([0.10, 0.07, 0.06])  # the path stays this near to its middle: always in view

@@ -17,8 +17,6 @@ from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.noise import noise_of
 
-__all__ = ["BallScene", "ball_path", "ball_scene"]
-
 Array = NDArray[np.float64]
 DEPTH_CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 COLOR_CAMERA = Camera(610.0, 612.0, 322.0, 246.0, 640, 480)

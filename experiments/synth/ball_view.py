@@ -14,8 +14,6 @@ from sdftrack.synth.bodies import SKIN
 from sdftrack.synth.capsules import Capsules, cast
 from sdftrack.synth.surroundings import background
 
-__all__ = ["BallView", "Props"]
-
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 WALL_M = 2.0

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BlobVideo", "blob_video"]
-
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from sdftrack.metrics.scores import _surface_points
 
-__all__ = ["Solid", "deepest", "first_contact", "gap", "min_gap"]
-
 Array = NDArray[np.float64]
 POINTS, INNER = 3000, 1000
 NEAR_M = 0.02  # points farther than this outside the other's ball are not looked up

@@ -9,11 +9,6 @@ from numpy.typing import NDArray
 from experiments.synth.contact import Solid, first_contact
 from sdftrack import geometry
 
-__all__ = [
-    "CONTACT_M", "DISTANCE_M", "MAX_RAD", "MAX_STEP_M", "apart", "ramped", "rotations", "smooth", "spins", "steps",
-    "unit", "wander",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 # Changing these numbers breaks comparisons with every figure that was printed with them.
 MAX_STEP_M, MAX_RAD = 0.005, np.deg2rad(1.5)

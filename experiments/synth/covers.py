@@ -9,8 +9,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HIDDEN_BY", "hide"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Region: TypeAlias = Callable[[float], Mask]  # grows with its argument, from nothing at 0 to everything at 1
 

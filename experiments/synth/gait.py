@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.masks import FILL, align
 
-__all__ = ["FIGURES", "gait"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Point: TypeAlias = tuple[float, float]
 Limb: TypeAlias = tuple[Point, Point, float, float]  # two ends (x right, y down) and the radii there

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from experiments.synth.gait import gait
 
-__all__ = ["OCCLUDERS", "GaitVideo", "gait_video", "occluder"]
-
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 OCCLUDERS = ("none", "bar", "fence", "window")

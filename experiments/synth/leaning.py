@@ -10,8 +10,6 @@ from sdftrack import _core
 from sdftrack.camera import Camera
 from sdftrack.geometry import pose
 
-__all__ = ["posed_scene"]
-
 
 def posed_scene(
     kind: str, camera: Camera, rng: np.random.Generator, lean_deg: float, above_m: float

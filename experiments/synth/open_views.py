@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from experiments.synth.solids import random_solid, ray_depth
 from sdftrack.camera import Camera
 
-__all__ = ["open_view"]
-
 WALL_M = 1.0  # behind the solid
 
 

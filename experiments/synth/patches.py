@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from experiments.synth.solids import FAR_M, SolidScene, rendered_scene
 from sdftrack.camera import Camera
 
-__all__ = ["VIEWS", "cut_scene", "hidden_scene", "patch_scene"]
-
 Array = NDArray[np.float64]
 VIEWS = ("standing", "lying", "held")
 DISTANCE_M = (0.6, 1.2)

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["region_picture"]
-
 BENT = 0.06  # how far borders wander, as a part of the width
 TEXTURE, GRAIN = (
     7.0,

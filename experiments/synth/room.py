@@ -14,8 +14,6 @@ from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.noise import Noise, noise_of
 
-__all__ = ["corner", "corner_poses", "render_corner"]
-
 Array = NDArray[np.float64]
 DEFAULT_CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 MIN_TOWARDS = (

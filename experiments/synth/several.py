@@ -31,8 +31,6 @@ from experiments.synth.contact_paths import (
 from experiments.synth.staged import Scene, kept, make
 from sdftrack import geometry
 
-__all__ = ["approach", "hidden", "meetings", "push", "row", "still_pair"]
-
 Array = NDArray[np.float64]
 HOLD, OPEN_M = 12, 0.05  # frames of a contact; gap between two that have parted
 HALVES = 13  # turns of 180 deg in which the two of `meetings` touch once and pass once

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.camera import Camera
 
-__all__ = ["KINDS", "SolidScene", "random_solid", "ray_depth", "rendered_scene", "standing_scene"]
-
 Array = NDArray[np.float64]
 SIZES = {kind["name"]: kind["sizes"] for kind in _core.primitive_kinds()}
 KINDS = tuple(kind["name"] for kind in _core.primitive_kinds() if kind["has_inside"])

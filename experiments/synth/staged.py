@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from experiments.synth.contact import Solid, min_gap
 from sdftrack._internal.files import write_whole
 
-__all__ = ["Scene", "kept", "make"]
-
 Array = NDArray[np.float64]
 # Changing these numbers breaks comparisons with every figure that was printed with them.
 COLOR, GRAIN = (70, 90, 200), 5.0  # of every object; grey levels of noise

@@ -17,8 +17,6 @@ from sdftrack.synth.noise import noise_of
 from sdftrack.synth.surroundings import Layer, plane_layer
 from sdftrack.synth.trajectories import orbit
 
-__all__ = ["standing"]
-
 Array = NDArray[np.float64]
 
 TABLE, WOOD = np.array([0.0, 0.0, 1.0]), (150, 120, 90)

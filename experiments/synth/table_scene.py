@@ -15,8 +15,6 @@ from sdftrack.frame import Frame
 from sdftrack.synth.noise import Kinect
 from sdftrack.synth.surroundings import box_mesh
 
-__all__ = ["TableScene", "table_scene"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 # Of `table_scene`; changing these numbers breaks comparisons with tests/bench/bench_planes.py.

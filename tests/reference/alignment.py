@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.alignment import AREA, EDGE_PX, FRAME, LACKING, MARGIN_PX
 
-__all__ = ["products", "silhouette_cost"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from reference.energies import GRAZING_SLOPE, HIT_LEAD_M
 from reference.sdf import sample
 
-__all__ = ["depth_of", "marginal_information", "numeric_rows", "point_residual", "ray_of", "residual"]
-
 Array = NDArray[Any]
 
 CONVERGED_M = 1e-10

@@ -13,18 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "distance",
-    "inside_at",
-    "moved",
-    "opinions",
-    "posterior",
-    "posterior_cost",
-    "registration",
-    "sample",
-    "shape_step",
-]
-
 Array = NDArray[np.float64]
 UNIFORM = 1e-2  # share of a uniform distribution in the shared histograms
 MIN_MIXTURE = 1e-6

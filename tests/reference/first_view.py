@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-__all__ = ["may_hold"]
-
 Array = NDArray[Any]
 BEND = 0.1  # of a plane, over the distance from the object
 

@@ -13,8 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Field", "Options", "Unit", "loo_slope", "metric_gradient"]
-
 Array = NDArray[np.float64]
 SS_FLOOR = 1e-10  # of the sum of squared projections: nothing is divided by 0
 FIRST_U = 1e-10  # length of a projection at first: the first sample turns it

@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["local_color_chances", "outline_cost", "outline_offset", "outline_residuals"]
-
 Array = NDArray[np.float64]
 AMPLITUDE, SLOPE, BEYOND = 0.42, 0.6, 4
 PER_SIDE, PSEUDO_PIXELS, LOCAL_BINS = 4, 15, 512

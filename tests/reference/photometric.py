@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from reference.sdf import sample
 
-__all__ = ["brightness_at", "photometric_cost", "ray_hit", "surface_normal"]
-
 Array = NDArray[np.float64]
 LUMA = np.array([0.299, 0.587, 0.114])
 

@@ -11,11 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "KINECT", "Fit", "Noise", "bend_terms", "feet", "fit", "height_m", "height_sigma_m", "inverse_plane", "normal_form",
-    "off_plane", "plane_depth_m",
-]  # fmt: skip
-
 Array = NDArray[np.float64]
 TUKEY = 4.685  # 95 % efficiency for Gaussian noise
 MAD = 1.4826  # of the median of |e| to one sd

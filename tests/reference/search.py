@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["seed_rotation", "super_fibonacci"]
-
 Array = NDArray[Any]
 
 STRIDE = 0.471  # of the spiral: runs of 60 of 240 leave gaps below 57 degrees

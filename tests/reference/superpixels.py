@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Grid", "assign", "connect", "features", "first_centers", "make_grid", "slic"]
-
 F = np.float32
 Array = NDArray[Any]
 FINEST, MAX_REACH = 32.0, 1500.0

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from reference.sdf import sample
 
-__all__ = ["distance_from_itself"]
-
 
 def distance_from_itself(sdf: Any, S: NDArray[np.float64], points: int = 200) -> float:
     """The 95 % quantile of |phi(S p)| over points p of the surface (m); about 0 for a symmetry S."""

@@ -10,16 +10,6 @@ from numpy.typing import NDArray
 
 from reference.energies import DepthLogistic, Field, find_hit
 
-__all__ = [
-    "LATERAL_SHARE",
-    "PATCHES",
-    "PATCH_SHARE",
-    "SHARES",
-    "bias_response",
-    "modes",
-    "systematic_covariance",
-]
-
 Array = NDArray[Any]
 
 SHARES = np.array([1.0, 0.5, 0.5, 0.2, 0.2, 0.2])  # sd of each mode over systematic_m
@@ -70,13 +60,3 @@ def bias_response(
     prior = np.diag([diameter**-2] * 3 + [np.pi**-2] * 3)
     R = scale * np.linalg.inv(information + prior)
     return R @ pulls, R @ (used / PATCHES * squares) @ R.T
-
-
-def systematic_covariance(
-    shifts: Array, patches: Array, systematic_m: float, lateral_m: float = 0.0
-) -> Array:
-    """In camera axes, of a response in camera axes."""
-    S = systematic_m * shifts * SHARES
-    C = S @ S.T + (PATCH_SHARE * systematic_m) ** 2 * patches
-    C[[0, 1], [0, 1]] += lateral_m**2 + (LATERAL_SHARE * systematic_m) ** 2
-    return np.asarray(C)

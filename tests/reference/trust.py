@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["WEIGHTS", "evidence"]
-
 WEIGHTS = {
     "constant": -25.97, "log_gap": -1.22, "unhidden": 29.29, "log_ends": 0.87, "missing": -4.22, "log_rough": -1.55,
 }  # fmt: skip

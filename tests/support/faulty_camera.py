@@ -10,8 +10,6 @@ from typing import Any
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CameraLost
 
-__all__ = ["FaultyCamera"]
-
 
 class FaultyCamera:
     """A sequence as a camera that stalls, repeats, reorders and drops frames, or is unplugged for a while.

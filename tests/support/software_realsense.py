@@ -12,8 +12,6 @@ from sdftrack._internal.extras import need
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
-__all__ = ["SoftwareRealSense"]
-
 
 class SoftwareRealSense:
     """A software device whose depth and colour sensors deliver what it is fed with.

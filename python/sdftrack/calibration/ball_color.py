@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import numbers
 
-__all__ = ["BallColor", "checked_color", "moving_color"]
-
 Array = NDArray[np.float64]
 BINS = 48  # of r / (r + g + b) and of g / (r + g + b): shading moves no pixel to another bin
 DARKEST = 45  # r + g + b below this says nothing about chromaticity

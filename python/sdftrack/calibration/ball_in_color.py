@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from sdftrack.calibration.cone import Cone, fit_cone
 from sdftrack.camera import Camera
 
-__all__ = ["Outline", "edges_along", "find_outlines"]
-
 Array = NDArray[np.float64]
 MIN_RADIUS_PX = 5.0
 MIN_EDGES = 16

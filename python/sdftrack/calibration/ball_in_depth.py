@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-__all__ = ["DepthBall", "fit_ball", "ray_hits", "search_balls"]
-
 Array = NDArray[np.float64]
 MIN_COSINE = (
     0.5  # measurements at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss

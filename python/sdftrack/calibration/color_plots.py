@@ -11,8 +11,6 @@ from sdftrack.calibration.color_result import ColorCalibration
 from sdftrack.camera import RGBDCamera
 from sdftrack.viz.plots import figure
 
-__all__ = ["plot_coverage", "plot_path", "plot_residuals"]
-
 
 def plot_residuals(result: ColorCalibration, before: RGBDCamera) -> Any:
     """Residuals over the colour image for the previous camera (`before`) and the new one, equally magnified."""

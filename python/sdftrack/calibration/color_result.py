@@ -15,8 +15,6 @@ from sdftrack.calibration.projective import ProjectiveMap, RigidMap
 from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
 
-__all__ = ["ColorCalibration"]
-
 Array = NDArray[np.float64]
 
 

@@ -22,8 +22,6 @@ from sdftrack.calibration.robust_fit import Fit, first_map, fit_map
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
-__all__ = ["calibrate_color_to_depth", "check_spread", "registered", "result_of"]
-
 Array = NDArray[np.float64]
 ROUNDS = 6  # of centres under the last colour camera, and maps from them
 SETTLED_PX = 0.003

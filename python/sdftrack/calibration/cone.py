@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-__all__ = ["Cone", "fit_cone", "outline_of_sphere", "rays_of"]
-
 Array = NDArray[np.float64]
 TUKEY = 4.685
 FLOOR_PX = 0.02

@@ -31,8 +31,6 @@ from sdftrack.frame import Frame
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 
-__all__ = ["DepthCalibration", "calibrate_depth"]
-
 Array = NDArray[np.float64]
 MIN_FRAMES = 5
 MIN_PATCHES = 6

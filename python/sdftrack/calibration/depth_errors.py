@@ -13,20 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = [
-    "SPAN",
-    "DepthErrors",
-    "NoiseSample",
-    "errors_of_object",
-    "errors_of_plane",
-    "fit_growth",
-    "fit_noise",
-    "neighbour_correlation",
-    "noise_samples",
-    "rough_part",
-    "smooth_part",
-]
-
 Array = NDArray[np.float64]
 WINDOW_PX = 31  # wider than noise is shared, narrower than what bends a surface
 PATCH_PX, MIN_PATCH_PX = 61, 9  # the size of a part of an object,

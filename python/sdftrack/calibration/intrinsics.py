@@ -30,8 +30,6 @@ from sdftrack.imaging.pose_hint import one_place
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
 
-__all__ = ["calibrate_intrinsics"]
-
 MIN_FRAMES = 5
 FIRST_SCALE_M, SCALE_M = 0.01, 0.004  # s of the first stage: before anything is known of the lens, and later
 TEST_ROUNDS = 3  # of leaving frames out

@@ -20,8 +20,6 @@ from sdftrack.results import Status
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["Misfit", "compare", "misfit", "points_of"]
-
 Array = NDArray[np.float64]
 
 SHOWN_FRAMES = 12  # of those that the calibration used, evenly chosen

@@ -16,8 +16,6 @@ from sdftrack.calibration.statistics import fuse
 from sdftrack.camera import Camera
 from sdftrack.results import Step
 
-__all__ = ["IntrinsicsResult", "PerFrame"]
-
 Array = NDArray[np.float64]
 
 

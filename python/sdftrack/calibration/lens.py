@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.camera import Camera
 
-__all__ = ["EXTRA", "UNKNOWNS", "camera_of", "check_free", "core_lens", "extra_of", "prior_sd"]
-
 Array = NDArray[np.float64]
 
 # In the core's order. Those that a Camera does not hold, with the value of a camera without them:

@@ -16,8 +16,6 @@ from sdftrack._internal.array_equality import Compared
 from sdftrack.camera import Camera
 from sdftrack.sdf import SDF
 
-__all__ = ["Observability", "observe", "refuse_flat_shape", "refuse_still_object", "refuse_unobservable"]
-
 Array = NDArray[np.float64]
 
 COLUMNS, ROWS = 8, 6  # cells of the image

@@ -16,8 +16,6 @@ from sdftrack.calibration.ball_in_depth import DepthBall, search_balls
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["ObservedFrame", "Watch", "moving_first", "watch"]
-
 Array = NDArray[np.float64]
 LEARNT_FROM = 20  # frames
 STATIC_SHARE = 0.4  # of the frames in which the same place holds something round

@@ -15,8 +15,6 @@ from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose
 from sdftrack.calibration.robust_fit import BAND_PX, Fit
 from sdftrack.camera import Camera
 
-__all__ = ["color_camera_of", "pairs_of", "path_of", "picked"]
-
 Array = NDArray[np.float64]
 LATE_BAND_PX = 40.0  # of the choice between candidates while colour may be late, at 1 m/s
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.array_equality import Compared
 
-__all__ = ["BallPairs", "Path"]
-
 Array = NDArray[np.float64]
 JUMP, JUMP_M = 6.0, 0.03  # of a path's points, in usual deviations and in metres beyond
 LONGEST_GAP = 2.5  # usual frame periods that the path is carried over

@@ -14,15 +14,6 @@ from sdftrack.calibration.intrinsics_result import IntrinsicsResult
 from sdftrack.calibration.observability import MIN_IN_CELL
 from sdftrack.viz.plots import COLORS, figure
 
-__all__ = [
-    "plot_coverage",
-    "plot_depth_errors",
-    "plot_estimates",
-    "plot_residuals",
-    "show_cells",
-    "show_estimate",
-]
-
 Array = NDArray[np.float64]
 
 UNITS = {"fx": "px", "fy": "px", "cx": "px", "cy": "px", "skew": "px", "depth_offset": "m"}

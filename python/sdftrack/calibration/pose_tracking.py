@@ -17,8 +17,6 @@ from sdftrack.results import Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["MIN_READINGS", "Follower"]
-
 MIN_READINGS = 200  # of the object in a frame that is used
 FIRST_LOOK, GROWTH = (
     4,

@@ -17,8 +17,6 @@ from sdftrack import geometry
 from sdftrack._internal.array_equality import Compared
 from sdftrack.camera import Camera
 
-__all__ = ["ProjectiveMap", "RigidMap", "decompose", "dlt", "resection"]
-
 Array = NDArray[np.float64]
 STEP_M = 1e-6  # of the numerical derivative through a lens
 

@@ -14,8 +14,6 @@ from sdftrack.calibration.pairs import BallPairs, Path
 from sdftrack.calibration.projective import dlt, resection
 from sdftrack.camera import Camera
 
-__all__ = ["BAND_PX", "Fit", "consensus", "first_map", "fit_map"]
-
 Array = NDArray[np.float64]
 HUBER = 2.0  # standard deviations of a pair's residual (two coordinates) where the loss becomes linear
 DROPPED = 13.82  # squared: chi-square with two degrees of freedom, 0.1 % of true pairs are dropped

@@ -10,17 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "chi2_quantile",
-    "covariance_of",
-    "frame_test",
-    "fuse",
-    "half_width95",
-    "inverse_of",
-    "robust_chi2",
-    "student_t975",
-]
-
 Array = NDArray[np.float64]
 Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
 

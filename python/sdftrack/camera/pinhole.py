@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.validation import INT_MAX, numbers, shown
 
-__all__ = ["Camera"]
-
 _DISTORTION_LENGTHS = (0, 4, 5, 8)
 LENS_TOLERANCE_PX = 0.01  # rays are float32 and the inverse is iterated: 1e-4 px where it converges
 

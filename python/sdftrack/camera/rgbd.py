@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack.camera.pinhole import Camera
 
-__all__ = ["RGBDCamera", "depth_camera"]
-
 
 @dataclass(frozen=True, eq=False)
 class RGBDCamera:

@@ -23,8 +23,6 @@ from sdftrack import _core
 from sdftrack.contour.masks import FILL
 from sdftrack.contour.placement import Placement, Prediction, seen_from
 
-__all__ = ["COARSE", "FINE", "Found", "Stage", "find", "template"]
-
 Array: TypeAlias = NDArray[np.float64]
 Picture: TypeAlias = NDArray[np.float32]
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.contour.masks import overlap
 
-__all__ = ["first_instability", "segment_box", "start_in_box"]
-
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 Array = NDArray[np.float32]

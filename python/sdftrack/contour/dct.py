@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack.contour.masks import checked_mask, resampled, signed_distances
 
-__all__ = ["Order", "block_of", "count", "harmonic_numbers", "harmonics", "series", "silhouette"]
-
 Array: TypeAlias = NDArray[np.float64]
 Order: TypeAlias = Literal["max", "sum"]
 GRID = 64  # side of the grid that the coefficients belong to, unless told otherwise

@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["draw_outline"]
-
 COLORS = {"ok": (60, 220, 90), "weak": (250, 180, 40), "lost": (230, 60, 60)}
 
 

@@ -14,8 +14,6 @@ from sdftrack.contour.image_flow import BackwardFlow, moved_mask
 from sdftrack.contour.masks import overlap
 from sdftrack.results import Status
 
-__all__ = ["Evidence", "EvidenceGatherer", "certainty", "colors_inside", "status_by_evidence"]
-
 Mask = NDArray[np.bool_]
 BITS = 3  # of each colour channel that are compared
 MEMORY = 0.8  # weight of the past in the mean disagreement with the flow

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.dct import Order, harmonic_numbers
 
-__all__ = ["HarmonicRegression", "PredictedHarmonics"]
-
 Array: TypeAlias = NDArray[np.float64]
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
 

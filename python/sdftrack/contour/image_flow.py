@@ -10,8 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BackwardFlow", "ImageFlow", "moved_mask"]
-
 Mask = NDArray[np.bool_]
 MARGIN = 0.4  # of the longer side of the object's box, around it
 MIN_MARGIN_PX = 16

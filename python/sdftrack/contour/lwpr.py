@@ -32,8 +32,6 @@ from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
 from sdftrack.device import CPU, device_input, device_number
 
-__all__ = ["LWPR"]
-
 _SCHEMA = core_schema("lwpr")
 
 Array = NDArray[np.float64]

@@ -12,22 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers
 
-__all__ = [
-    "AUTO",
-    "FIRST",
-    "Fitted",
-    "Samples",
-    "check_norm",
-    "fitted",
-    "inputs",
-    "is_auto",
-    "metric",
-    "norms",
-    "samples",
-    "warn_of_many_fields",
-    "without_auto",
-]
-
 Array = NDArray[np.float64]
 MANY_FROM, MANY = 256, 0.5  # samples, from which on this share of them as fields is too many
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from sdftrack._internal.saved_file import FileKind
 
-__all__ = ["KIND", "content_of", "plain", "state_from"]
-
 KIND = FileKind("sdftrack.LWPR", 1, "LWPR.save")
 
 

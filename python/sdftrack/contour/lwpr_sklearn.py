@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import numbers
 
-__all__ = ["SklearnParts"]
-
 
 class SklearnParts:
     """fit, score and parameters; a base of `sdftrack.LWPR`, which has update and predict."""

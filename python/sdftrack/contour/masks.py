@@ -8,8 +8,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["align", "checked_mask", "overlap", "resampled", "signed_distances", "transformed"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
 FILL = 0.35  # square root of the area over the grid's side: a thin body three times as long as wide still fits in

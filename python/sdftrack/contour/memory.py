@@ -23,8 +23,6 @@ from sdftrack.contour.occluders import count_occluders
 from sdftrack.contour.result import Assessment, Judgement
 from sdftrack.contour.silhouette_library import Explanation, SilhouetteLibrary
 
-__all__ = ["Rule", "ShapeMemory"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Rule: TypeAlias = Literal["remembered", "printed"]
 FILE = saved_file.FileKind("sdftrack.ShapeMemory", 1, "ShapeMemory.save")

@@ -11,8 +11,6 @@ from sdftrack._internal.option_schema import check_fields, described, schema_of
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.contour.dct import Order
 
-__all__ = ["MemoryOptions"]
-
 _SCHEMA = schema_of("memory")
 
 SET_BY_MEMORY = {

@@ -8,8 +8,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["count_occluders"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 MIN_SHARE = 0.0015  # of the grid (6 of 64 x 64 pixels): pieces smaller than this are ragged edges
 SEEN_BETWEEN = (

@@ -27,8 +27,6 @@ from sdftrack.contour.placement import (
     seen_from,
 )
 
-__all__ = ["OcclusionHandler"]
-
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Picture: TypeAlias = NDArray[np.float32]

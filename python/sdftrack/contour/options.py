@@ -14,16 +14,6 @@ from sdftrack import _core
 from sdftrack._internal.option_files import read_tables
 from sdftrack._internal.option_schema import Option, check_options, core_schema
 
-__all__ = [
-    "MEANINGS",
-    "checked_box",
-    "checked_image",
-    "checked_mask_of",
-    "checked_whole",
-    "contour_options",
-    "options_from_file",
-]
-
 _SCHEMA = core_schema("contour")
 MEANINGS = {name: option.meaning for name, option in _SCHEMA.items()}
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.masks import FILL
 
-__all__ = ["MotionPredictor", "Placement", "Prediction", "placement_of", "put_back", "seen_from"]
-
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Picture: TypeAlias = NDArray[np.float32]

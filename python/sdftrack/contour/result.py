@@ -13,8 +13,6 @@ from sdftrack._internal.array_equality import Compared
 from sdftrack.contour.evidence import Evidence
 from sdftrack.results import Status
 
-__all__ = ["ArrayRecord", "Assessment", "ContourResult", "Judgement", "mask_png"]
-
 PICTURE_PX = 240  # height of a picture in a notebook, at most
 
 

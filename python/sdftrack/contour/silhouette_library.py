@@ -21,8 +21,6 @@ from sdftrack.contour.alignment import Stage, template
 from sdftrack.contour.dct import Order, block_of, count
 from sdftrack.contour.masks import signed_distances
 
-__all__ = ["Explanation", "SilhouetteLibrary", "with_hidden"]
-
 Array: TypeAlias = NDArray[np.float32]
 Mask: TypeAlias = NDArray[np.bool_]
 

@@ -29,8 +29,6 @@ from sdftrack.contour.result import ContourResult, Judgement
 from sdftrack.device import device_number
 from sdftrack.results import Status
 
-__all__ = ["ContourTracker", "Memory"]
-
 JUDGEMENTS = get_args(Judgement)
 
 

@@ -20,8 +20,6 @@ from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
 
-__all__ = ["PoseFit", "PoseFitter", "fit_poses"]
-
 Array = NDArray[np.float64]
 MOST_STEPS, MOST_ROUNDS = 1000, 100
 

@@ -13,8 +13,6 @@ from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 from sdftrack.results import Step
 
-__all__ = ["Linearization", "Minimum", "State", "state_poses"]
-
 Array = NDArray[np.float64]
 
 

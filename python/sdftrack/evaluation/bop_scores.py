@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from sdftrack.metrics import average_recall, mspd, vsd
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["TAUS", "BopErrors", "bop_errors", "diameter"]
-
 Array = NDArray[np.float64]
 TAUS = np.arange(0.05, 0.51, 0.05)  # of the diameter: how far apart two surfaces of VSD may be
 POINTS = 2000  # of the mesh, that distances are taken between

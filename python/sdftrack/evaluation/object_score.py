@@ -14,8 +14,6 @@ from sdftrack.evaluation.bop_scores import BopErrors
 from sdftrack.metrics import auc
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["ObjectScore"]
-
 Array = NDArray[np.float64]
 
 

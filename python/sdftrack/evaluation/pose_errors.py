@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from sdftrack.results import TrackResult
 
-__all__ = ["Errors", "pose_errors", "swing_and_turn", "track_frames"]
-
 Array = NDArray[np.float64]
 
 

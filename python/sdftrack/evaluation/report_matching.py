@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["check_frames", "check_object", "instances_of", "known_symmetries", "true_frame"]
-
 Array = NDArray[np.float64]
 
 

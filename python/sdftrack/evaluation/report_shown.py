@@ -10,8 +10,6 @@ import numpy as np
 
 from sdftrack.evaluation.object_score import ObjectScore
 
-__all__ = ["HEAD", "plot_errors", "plot_trajectories", "table_rows"]
-
 HEAD = [
     "object",
     "frames",

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["text_table"]
-
 
 def text_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Aligned columns; the first left-aligned, numbers right-aligned."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 
-__all__ = ["color_map"]
-
 
 def color_map(camera: Camera | RGBDCamera, color: NDArray[np.uint8]) -> Any:
     """The core's mapping from depth pixels to the pixels of `color`, (h, w, 3).

@@ -13,8 +13,6 @@ from sdftrack.camera import RGBDCamera, depth_camera
 from sdftrack.imaging.near_planes import planes_near, surface_normals, tolerance_m
 from sdftrack.imaging.plane import remove_plane
 
-__all__ = ["click_regions", "connected_region", "nearest_reading"]
-
 Mask = NDArray[np.bool_]
 
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in

@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NearPlane", "planes_near", "surface_normals", "tolerance_m"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 

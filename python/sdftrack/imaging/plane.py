@@ -14,8 +14,6 @@ from sdftrack._internal.validation import THREADS, number, of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 
-__all__ = ["remove_plane", "three_planes"]
-
 METHODS = ("rigid", "bent", "printed")
 KINECT = (0.0012, 0.0019, 0.5)  # near_m, per_m, lateral_px of the law; Nguyen, Izadi and Lovell 2012
 WIDEST_M = 0.5  # a tolerance beyond this is one in millimetres

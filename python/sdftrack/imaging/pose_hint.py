@@ -14,8 +14,6 @@ from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 
-__all__ = ["Place", "box_place", "mask_place", "moved_into", "one_place", "place_list", "pose_place"]
-
 # A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
 Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
 

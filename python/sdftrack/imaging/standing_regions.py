@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.near_planes import planes_near, surface_normals
 
-__all__ = ["Standing", "standing_regions"]
-
 Mask = NDArray[np.bool_]
 
 PIXELS = 320  # along the longer side of the image that is looked at

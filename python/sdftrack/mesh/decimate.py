@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
 
-__all__ = ["MIN_FACES", "decimate", "median_of_merged", "weighted_mean_of_merged"]
-
 MIN_FACES = 4  # a tetrahedron
 # How readily the library takes an edge that costs much, so as to be done in fewer passes: at 4 the mean error is half
 # that of its own default, 7, in the same time, but on some meshes it ends before there are so few.

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import reason
 
-__all__ = ["FORMATS", "UNITS", "check_ply_is_whole", "read_mesh", "unit_scale", "vertex_colors"]
-
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 FORMATS = (".ply", ".obj", ".glb", ".stl")
 HEADER_BYTES = 64 * 1024  # of a PLY, at most

@@ -20,8 +20,6 @@ from sdftrack.mesh.files import read_mesh, unit_scale
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["Mesh", "core_camera"]
-
 
 class Mesh:
     """Triangle mesh in metres, object frame.

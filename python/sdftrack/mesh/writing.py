@@ -25,8 +25,6 @@ from sdftrack._internal.extras import need
 if TYPE_CHECKING:
     from sdftrack.mesh.mesh import Mesh
 
-__all__ = ["TEXTURE_FORMATS", "files_beside", "write_mesh"]
-
 TEXTURE_FORMATS = (".ply", ".obj", ".glb")
 WHITE, BLACK = [255, 255, 255, 255], [0, 0, 0, 255]
 

@@ -13,8 +13,6 @@ from sdftrack.camera import depth_camera
 from sdftrack.metrics.scores import _points, _poses
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["average_recall", "mspd", "mssd", "vsd"]
-
 Array = NDArray[np.float64]
 TAUS = np.arange(0.05, 0.51, 0.05)  # of the diameter (VSD) and thresholds of MSSD; thresholds of VSD
 MSPD_PX = np.arange(5.0, 51.0, 5.0)  # at an image width of 640

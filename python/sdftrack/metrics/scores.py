@@ -11,19 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers, whole
 
-__all__ = [
-    "achievable_accuracy",
-    "add",
-    "adds",
-    "auc",
-    "boundary_recall",
-    "chamfer",
-    "iou",
-    "plane_angles",
-    "pose_error",
-    "undersegmentation",
-]
-
 Array = NDArray[np.float64]
 FAR_M = 1e15  # whose square float32 holds
 

@@ -20,8 +20,6 @@ from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.segmentation import checked_plane
 from sdftrack.primitives.solver import FitRequest, solve
 
-__all__ = ["fit_primitive", "points_view"]
-
 FARTHEST_M = 1e6  # of a coordinate: beyond it micrometres are lost
 WIDEST_M, NARROWEST_M = 10.0, 1e-3  # of points in metres, without the outermost twentieth on each side
 MIN_SPREAD = 40  # points, of which a twentieth is more than one

@@ -15,8 +15,6 @@ from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.segmentation import ON, SegmentedFrame, camera_of, checked_mask, mask_near, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 
-__all__ = ["FrameFitter"]
-
 
 class FrameFitter:
     """Fits to frames with one camera (None: each frame's own) and one setting for the table."""

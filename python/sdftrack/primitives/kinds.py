@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from sdftrack import _core
 
-__all__ = ["FREE", "KINDS", "SIZES", "SOLIDS", "TABLE", "Kind"]
-
 
 @dataclass(frozen=True)
 class Kind:

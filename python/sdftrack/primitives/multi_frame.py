@@ -18,8 +18,6 @@ from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.solver import FitRequest, unbounded
 from sdftrack.results import Status
 
-__all__ = ["SizeSum", "fuse_sizes", "fused"]
-
 GATE = 4.0  # standard deviations: a frame whose size is farther from the others' has seen something else
 MIN_INLIERS = 0.6  # of a later frame; of an object whose first frame has fewer, nearly as many
 MIN_SHARE_OF_FIRST = 0.8

@@ -19,8 +19,6 @@ from sdftrack.sdf import SDF
 from sdftrack.sdf.grid import MAX_VOXELS, grid_round
 from sdftrack.sdf.solids import distances_of_solid
 
-__all__ = ["PrimitiveFit", "volume_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class PrimitiveFit(Compared):

@@ -24,8 +24,6 @@ from sdftrack.primitives.segmentation import (
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.results import Status
 
-__all__ = ["fit_primitives"]
-
 CLAIM_M = 0.008  # measurements so near a fitted surface, at up to 1 m, are that object's
 MIN_READINGS = 150
 

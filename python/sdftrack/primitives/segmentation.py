@@ -16,20 +16,6 @@ from sdftrack.frame import Frame
 from sdftrack.imaging.plane import remove_plane
 from sdftrack.primitives.kinds import TABLE
 
-__all__ = [
-    "OFF",
-    "ON",
-    "UNKNOWN",
-    "SegmentedFrame",
-    "camera_of",
-    "checked_mask",
-    "checked_plane",
-    "distance_to",
-    "mask_near",
-    "pieces",
-    "table_under",
-]
-
 OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
 TABLE_M = (
     0.008  # half the thickness of a table in measurements at up to 1 m; it grows with the square of the depth

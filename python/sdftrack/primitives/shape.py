@@ -21,8 +21,6 @@ from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 
-__all__ = ["FreeSize", "Primitive"]
-
 PLACEHOLDER_M = 0.05  # radius of the ball that stands in until the start
 MIN_READINGS = 200
 EVERY = 5  # frames between two looks at the size

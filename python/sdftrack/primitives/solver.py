@@ -15,8 +15,6 @@ from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
 
-__all__ = ["FitRequest", "solve", "unbounded"]
-
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits

@@ -18,8 +18,6 @@ from sdftrack.results import Status, TrackResult
 if TYPE_CHECKING:
     from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["FreeSizes"]
-
 
 class FreeSizes:
     """The primitives among a tracker's shapes, by number.

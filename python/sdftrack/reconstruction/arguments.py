@@ -15,14 +15,6 @@ from sdftrack.frame import Frame
 from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
 from sdftrack.sdf import SDF
 
-__all__ = [
-    "VOXELS",
-    "check_beginning",
-    "check_extent",
-    "check_settings",
-    "voxels_of",
-]
-
 VOXELS = {"quick": 96, "normal": 200, "fine": 300}
 
 

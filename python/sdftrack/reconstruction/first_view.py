@@ -13,8 +13,6 @@ from sdftrack import _core
 from sdftrack.camera import Camera
 from sdftrack.imaging.near_planes import NearPlane, planes_near, surface_normals
 
-__all__ = ["FirstView", "above", "own_pixels", "planes_below", "room"]
-
 WINDOW_PX = 200  # along the surroundings, that are enough for a plane
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
 ABOVE = 0.9  # of the mask's measurements lie above a plane that the object stands on or before

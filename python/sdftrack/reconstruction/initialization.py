@@ -15,21 +15,6 @@ from sdftrack.reconstruction.first_view import FirstView, above, own_pixels, pla
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
-__all__ = [
-    "EXTENT_PER_BALL",
-    "PRINTED_SCALE_VOXELS",
-    "Ball",
-    "Beginning",
-    "ball_prior",
-    "find_object",
-    "inside_points",
-    "measured_noise",
-    "printed_prior",
-    "printed_shape",
-    "printed_tracker_options",
-    "shape_prior",
-]
-
 EXTENT_PER_BALL = (
     1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
 )

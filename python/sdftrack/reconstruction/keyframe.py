@@ -15,8 +15,6 @@ from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
 
-__all__ = ["Keyframe", "Keyframes", "Refined", "cut", "masked_keyframe", "region_of"]
-
 MARGIN_PX = 25  # of what is kept around the object
 Region = tuple[int, int, int, int]
 

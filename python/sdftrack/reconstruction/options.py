@@ -13,8 +13,6 @@ from sdftrack._internal.option_files import read_tables
 from sdftrack._internal.option_schema import check_fields, core_schema, described, schema_of
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 
-__all__ = ["ReconstructorOptions"]
-
 _SCHEMA = schema_of("reconstruct")
 
 

@@ -15,17 +15,6 @@ from sdftrack.camera import Camera
 from sdftrack.device import CPU
 from sdftrack.mesh import Mesh
 
-__all__ = [
-    "MaskExtent",
-    "Quality",
-    "bodies",
-    "expected_error",
-    "largest_body",
-    "quality_of",
-    "seen_part",
-    "surface_mesh",
-]
-
 SEEN_SCALE = 256.0
 BAND_VOXELS = 8.0
 GUESS_BLUR_VOXELS = 2.5

@@ -43,8 +43,6 @@ from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["Reconstructor"]
-
 Pose = NDArray[np.float64]
 STAND_IN_VOXELS = 24
 ROUNDS = 3

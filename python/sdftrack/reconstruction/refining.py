@@ -16,8 +16,6 @@ from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["OVERFIT", "Judge", "learn_colors", "refine", "track_again"]
-
 TRACKING = 0.4  # of a round's time; the rest is fusing
 
 

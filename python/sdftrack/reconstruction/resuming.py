@@ -24,8 +24,6 @@ from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 
-__all__ = ["Contradiction", "Looked", "begin_again", "begin_with"]
-
 NEAR_M = (
     0.006  # a measurement farther in front of the surface, in space observed to be free, is of another object
 )

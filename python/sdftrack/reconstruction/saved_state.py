@@ -27,8 +27,6 @@ from sdftrack.tracking.saved_state import camera_from, camera_record, volume_fro
 if TYPE_CHECKING:
     from sdftrack.reconstruction.reconstructor import Reconstructor
 
-__all__ = ["KIND", "content_of", "restore", "state_from", "state_of"]
-
 KIND = FileKind("sdftrack.Reconstructor", 1, "Reconstructor.save")
 PLAIN = ("voxels", "extent", "mode", "threads")
 

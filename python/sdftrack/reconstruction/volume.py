@@ -26,8 +26,6 @@ from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.quality import bodies
 from sdftrack.sdf import SDF
 
-__all__ = ["BLOCK", "BYTES_PER_VOXEL", "MAX_VOXELS", "Lattice", "Volume", "lattice_for"]
-
 BLOCK = 8  # voxels; volumes grow by whole blocks
 MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20

@@ -14,8 +14,6 @@ from sdftrack._internal import saved_file
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
 
-__all__ = ["checked_colors", "read_volume", "write_volume"]
-
 KIND = saved_file.FileKind("sdftrack.SDF", 1, "SDF.save")
 NAMES = ("values", "voxel_size", "origin", "colors")
 

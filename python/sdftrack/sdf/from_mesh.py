@@ -24,8 +24,6 @@ from sdftrack.sdf.mesh_report import (
     warn_of_inward,
 )
 
-__all__ = ["distances_of_mesh", "mesh_of"]
-
 LARGEST, SMALLEST = 3.0, 3e-3  # m; a side beyond these is more likely a wrong unit than an object
 THIN_FRACTION = 0.02  # of the surface: less than that is the rim of an edge, more is a wall
 

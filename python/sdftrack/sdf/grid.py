@@ -15,18 +15,6 @@ from sdftrack._internal.validation import number, shown
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
 
-__all__ = [
-    "MAX_ORIGIN",
-    "MAX_VOXEL",
-    "MAX_VOXELS",
-    "MIN_VOXEL",
-    "Shape3",
-    "grid_round",
-    "resample",
-    "shape_zyx",
-    "voxels_between",
-]
-
 MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
 MAX_VOXELS = 1200  # along one side
 FLOAT_BYTES = 4  # of a voxel

@@ -10,18 +10,6 @@ import numpy as np
 
 from sdftrack.sdf.grid import MAX_VOXELS
 
-__all__ = [
-    "MeshReport",
-    "enough_voxels",
-    "openness",
-    "use_voxels",
-    "voxels_for_thinnest",
-    "warn",
-    "warn_of",
-    "warn_of_cracks",
-    "warn_of_inward",
-]
-
 
 @dataclass(frozen=True)
 class MeshReport:

@@ -10,8 +10,6 @@ from sdftrack import _core
 from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.sdf.grid import MAX_VOXEL, grid_round
 
-__all__ = ["distances_of_solid", "three_lengths"]
-
 
 def distances_of_solid(
     kind: str, size: list[float], half: NDArray[np.float64], voxels: int, padding: float | None

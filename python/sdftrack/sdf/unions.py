@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from sdftrack.sdf.grid import Shape3, resample, shape_zyx, voxels_between
 from sdftrack.sdf.volume import SDF
 
-__all__ = ["smooth_union", "union"]
-
 
 def union(*shapes: SDF) -> SDF:
     """Union of shapes in one object frame, on a common grid of the finest voxel, as a distance field.

@@ -24,8 +24,6 @@ from sdftrack.sdf.solids import distances_of_solid, three_lengths
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["SDF"]
-
 MOST_SAMPLES = 10_000_000  # of 24 bytes each
 COLOR_REACH_VOXELS = 3.0  # from the surface
 

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Clustering", "segment"]
-
 Array = NDArray[np.float64]
 REACH = 2  # sides of a cell from a centre to the furthest pixel that may be its own
 

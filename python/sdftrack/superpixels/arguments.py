@@ -12,18 +12,6 @@ from sdftrack import _core
 from sdftrack._internal.validation import number
 from sdftrack.device import host_array
 
-__all__ = [
-    "checked_depth",
-    "checked_image",
-    "checked_mask",
-    "checked_shape",
-    "checked_values",
-    "core_labels",
-    "cut",
-    "one_of",
-    "part_with",
-]
-
 MAX_PIXELS = 2**31 - 65
 MAX_DEPTH = 200.0  # units of colour: the squared distance must fit into 31 bits
 

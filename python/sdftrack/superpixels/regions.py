@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.array_equality import Compared
 from sdftrack.superpixels.arguments import checked_image
 
-__all__ = ["Regions", "adjacency", "boundaries", "mark_boundaries", "mean_colors", "regions"]
-
 RED = (255, 0, 0)
 Array = NDArray[np.float64]
 

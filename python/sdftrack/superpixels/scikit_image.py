@@ -14,8 +14,6 @@ from sdftrack.device import host_array
 from sdftrack.superpixels.any_image import Clustering, segment
 from sdftrack.superpixels.arguments import core_labels
 
-__all__ = ["Given", "as_theirs", "given_image", "is_theirs", "taken"]
-
 NAMES = ("channel_axis", "sigma", "spacing", "convert2lab", "slic_zero", "max_size_factor")
 MAX_COMPACT = 4000.0  # of the core: from here on colours have no say
 OURS: Any = object()  # channel_axis where none is given: (H, W) is grey, else the last axis

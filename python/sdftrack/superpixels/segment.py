@@ -22,8 +22,6 @@ from sdftrack.superpixels.arguments import (
 )
 from sdftrack.superpixels.scikit_image import as_theirs, given_image, is_theirs, taken
 
-__all__ = ["Video", "slic"]
-
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
 DISTANCES = ("slic", "thesis")

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.synth.surroundings import Layer
 
-__all__ = ["SKIN", "Body", "Models", "Occluder", "Stage"]
-
 SKIN = (205, 155, 130)
 
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 
-__all__ = ["Capsules", "Hits", "cast"]
-
 Array = NDArray[np.float64]
 NEAREST_M = 0.05  # what reaches nearer to the camera is not drawn
 

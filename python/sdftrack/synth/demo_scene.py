@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["DemoScene", "alone", "make_scene"]
-
 Array = NDArray[np.float64]
 EYE, TARGET = (0.02, -0.69, 0.54), (0.0, 0.0, 0.12)
 LIGHT = np.array([-0.45, -0.6, 0.75]) / np.linalg.norm([-0.45, -0.6, 0.75])  # towards the lamp, world

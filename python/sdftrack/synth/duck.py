@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["colours", "duck_mesh", "field"]
-
 Array = NDArray[np.float64]
 BLEND_M = 0.008  # radius of the rounding where parts meet
 GRID_M = 0.002

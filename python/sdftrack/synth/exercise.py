@@ -22,8 +22,6 @@ from sdftrack.motion.samples import MotionSamples
 from sdftrack.synth.exercise_plans import PLANS, Plan, Wishes
 from sdftrack.synth.exercise_signals import ObjectMotion
 
-__all__ = ["Exercise", "exercise", "load_exercise"]
-
 Array = NDArray[np.float64]
 VIEWS = 200  # tries until all of the exercise is in view
 TREMBLING = ("reach", "pouring", "tremor")

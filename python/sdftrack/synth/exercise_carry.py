@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from sdftrack.synth.exercise_signals import ObjectMotion, Oscillation, Signal, Steps, Turn
 
-__all__ = ["Carry", "Person", "submovements"]
-
 Array = NDArray[np.float64]
 Z = (0.0, 0.0, 1.0)
 

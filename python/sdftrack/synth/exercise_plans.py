@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack.synth.exercise_carry import Carry, Person
 from sdftrack.synth.exercise_signals import Circle, ObjectMotion, Signal, Steps, Swing, Turn
 
-__all__ = ["PLANS", "Plan", "Wishes"]
-
 Array = NDArray[np.float64]
 TREMOR_HZ, TREMOR_M = (4.0, 9.0), (0.0005, 0.003)
 GRIP_M = 0.05  # above the foot of the object: a cup is tilted about where it is held

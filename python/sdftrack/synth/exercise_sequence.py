@@ -20,8 +20,6 @@ from sdftrack.synth.printed_can import CAN_HEIGHT_M, can_mesh
 from sdftrack.synth.scene import sequence
 from sdftrack.synth.surroundings import Table
 
-__all__ = ["OBJECTS", "exercise_object", "exercise_sequence"]
-
 Array = NDArray[np.float64]
 GRID_M = 0.0015
 DUCK_SCALE = 0.6

@@ -12,19 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Circle",
-    "ObjectMotion",
-    "Oscillation",
-    "Signal",
-    "Steps",
-    "Swing",
-    "Turn",
-    "product",
-    "sine",
-    "smooth_step",
-]
-
 Array = NDArray[np.float64]
 Signal = Callable[[Array], Array]
 

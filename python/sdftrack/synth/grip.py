@@ -20,8 +20,6 @@ from sdftrack.synth.bodies import SKIN, Body, Stage
 from sdftrack.synth.capsules import Capsules, cast
 from sdftrack.synth.surroundings import Layer
 
-__all__ = ["Grip"]
-
 Array = NDArray[np.float64]
 DIRECTIONS = 64  # of a finger's curve around a section
 JOINT_M = 0.006  # between the capsules of a finger: its curve is bent, not a few straight bones

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Gaussian", "Kinect", "Noise", "Stereo", "noise_of"]
-
 Image = NDArray[np.float32]
 Noise = Callable[[Image, Image, np.random.Generator], Image]
 

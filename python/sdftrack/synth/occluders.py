@@ -14,8 +14,6 @@ from sdftrack.synth.bodies import SKIN, Occluder, Stage
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.surroundings import Layer, box_mesh, hand_mesh, mesh_layer
 
-__all__ = ["Cover", "Hand", "occluder_of"]
-
 HAND_GAP_M = 0.02
 BOARD_RGB = (95, 110, 90)
 

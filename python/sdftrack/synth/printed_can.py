@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from sdftrack.mesh import Mesh
 
-__all__ = ["CAN_RADIUS_M", "can_mesh", "turning_can"]
-
 Array = NDArray[np.float64]
 CAN_RADIUS_M, CAN_HEIGHT_M = 0.033, 0.11
 WAVES = 25  # of the print

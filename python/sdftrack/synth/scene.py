@@ -23,8 +23,6 @@ from sdftrack.synth.surroundings import Layer, Table, background
 from sdftrack.synth.tabletop import Tabletop
 from sdftrack.synth.trajectories import poses_of
 
-__all__ = ["sequence"]
-
 Array = NDArray[np.float64]
 DEFAULT_CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 

@@ -16,8 +16,6 @@ from sdftrack.camera import Camera
 if TYPE_CHECKING:
     from sdftrack.mesh import Mesh
 
-__all__ = ["CLUTTER", "Layer", "Table", "background", "box_mesh", "hand_mesh", "mesh_layer", "plane_layer"]
-
 Array = NDArray[np.float64]
 TABLE_RGB = (120, 90, 65)
 CLUTTER = ("wall", "table", "objects", "touching")

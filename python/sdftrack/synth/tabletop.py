@@ -15,8 +15,6 @@ from sdftrack.synth.surroundings import Layer, box_mesh, mesh_layer
 if TYPE_CHECKING:
     from sdftrack.mesh import Mesh
 
-__all__ = ["Tabletop"]
-
 Array = NDArray[np.float64]
 TILT_RAD = float(np.radians(40))  # of the table towards the camera
 COUNT = 5

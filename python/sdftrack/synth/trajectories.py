@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 
-__all__ = ["Trajectory", "leave_and_return", "orbit", "poses_of", "random_walk", "static", "sweep"]
-
 Array = NDArray[np.float64]
 Trajectory = Callable[[int, np.random.Generator, Array], Array]
 

@@ -12,8 +12,6 @@ import numpy as np
 from sdftrack import _core
 from sdftrack.device import CPU, remember
 
-__all__ = ["Check", "run_self_test"]
-
 # Sums of floats in another order, and a x + y in one rounding.
 SUM_RTOL, POSE_ATOL, CELL_ATOL, LWPR_RTOL = 1e-4, 1e-5, 1e-4, 1e-9
 MOVED_VOXELS = 0.02

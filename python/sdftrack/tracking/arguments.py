@@ -15,18 +15,6 @@ from sdftrack.options import TrackerOptions
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 
-__all__ = [
-    "COLLISIONS",
-    "check_switches",
-    "expect",
-    "name_list",
-    "object_number",
-    "option_set",
-    "options_of",
-    "pose_covariance",
-    "shape_list",
-]
-
 COLLISIONS = {"contact": "contact", "printed": "printed", None: "none"}  # the core's names
 
 

@@ -14,8 +14,6 @@ from sdftrack.imaging.pose_hint import Place
 from sdftrack.results import TrackResult
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["CanonicalPoses", "moved_covariance"]
-
 Array = NDArray[np.float64]
 FOLLOWED = ("ok", "weak")
 ADVICE = "make one with st.find_symmetries(sdf)"

@@ -14,8 +14,6 @@ from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 
-__all__ = ["assembled", "core_frame", "followed", "modes_of", "rgb_seen", "volume_of"]
-
 
 def core_frame(
     frame: Frame,

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from sdftrack.tracking.start_by_click import StartHypothesis
     from sdftrack.tracking.tracker import Tracker
 
-__all__ = ["PixelEvidence", "TrackerInterface"]
-
 Pose = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["KIND", "camera_from", "camera_record", "content_of", "state_from", "volume_from", "volume_record"]
-
 KIND = FileKind("sdftrack.Tracker", 1, "Tracker.save")
 # Of a result of M objects: name, dtype and shape after M.
 ARRAYS = {

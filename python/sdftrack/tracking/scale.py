@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.click_regions import nearest_reading
 
-__all__ = ["check_scale", "check_size", "extent_of", "size_of"]
-
 FACTOR = 8.0  # between what is seen and the shape: a view may show a part, and a mask more than the object
 COARSE = 50  # voxels along the shortest side that are enough to tell a size
 INCH_AND_CM = 200.0  # a larger factor is that of millimetres

@@ -23,18 +23,6 @@ if TYPE_CHECKING:
     from sdftrack.results import TrackResult
     from sdftrack.tracking.tracker import Tracker
 
-__all__ = [
-    "FOUND_STANDING",
-    "MIN_CONFIDENCE",
-    "best_anywhere",
-    "clicked_places",
-    "found_anywhere",
-    "hypothesis_at_click",
-    "is_unconvincing",
-    "search_confidence",
-    "unconfirmed",
-]
-
 FOUND_STANDING = "found among the objects on a plane; the next frame must confirm it"
 MIN_CONFIDENCE = 0.45  # belief from which a region is taken for the object, without anybody's word
 AMBIGUOUS = 0.8  # of the best score, from which the second one halves the confidence

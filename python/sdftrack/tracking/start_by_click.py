@@ -14,8 +14,6 @@ from sdftrack.imaging.click_regions import click_regions, nearest_reading
 from sdftrack.imaging.pose_hint import Place, one_place
 from sdftrack.tracking.scale import check_size, extent_of, size_of
 
-__all__ = ["StartHypothesis", "best_at_click", "click_list", "score_pose"]
-
 Mask = NDArray[np.bool_]
 
 BOX_MARGIN = 0.15  # of the larger side of a region, about it

@@ -47,8 +47,6 @@ from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.scale import check_scale
 from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 
-__all__ = ["Tracker"]
-
 LOG = logging.getLogger("sdftrack")
 COLOR_DELAY_KNOWN_S = 0.05  # sd above which it is not told
 # What may have been meant where a keyword is neither an argument nor an option.
