@@ -110,14 +110,15 @@ def few(
     counts
         numbers of points, comma separated
     """
-    rows = []
+    rows = {}
     for kind in kinds:
         for count in counts:
             found = run(kind, count, n)
-            rms = f"{np.sqrt(np.mean(found.z**2)):.2f}" if len(found.z) else "-"
-            within = f"{100 * np.mean(np.abs(found.z) < 2):.0f}" if len(found.z) else "-"
-            shares = (found.found, found.error, found.ok, found.open_share)
-            cells = [f"{100 * share:.{digits}f}" for share, digits in zip(shares, (0, 1, 0, 0), strict=True)]
-            rows.append([f"{kind}, {count} points", *cells, rms, within])
-    head = ["kind, points", "found %", "error %", "ok %", "no sd %", "rms z", "within 2 sd %"]
-    return Table(f"{n} clouds a row", head, rows)
+            rows[f"{kind}, {count} points"] = {
+                **{key: 100 * getattr(found, key) for key in ("found", "error", "ok", "open_share")},
+                "rms_z": float(np.sqrt(np.mean(found.z**2))) if len(found.z) else None,
+                "within": 100 * float(np.mean(np.abs(found.z) < 2)) if len(found.z) else None,
+            }
+    columns = {"kind, points": "name", "found %": "found:.0f", "error %": "error:.1f", "ok %": "ok:.0f"}
+    columns |= {"no sd %": "open_share:.0f", "rms z": "rms_z:.2f", "within 2 sd %": "within:.0f"}
+    return Table.of(f"{n} clouds a row", columns, rows)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.common.truth import _random_rotation, default_camera
 from experiments.registry import experiment
-from experiments.table import Table
+from experiments.table import Table, cells
 
 __all__ = ["CASES", "MESHES", "View", "random_views", "search", "start"]
 
@@ -137,7 +136,7 @@ def search(searcher: Any, view: View, case: str, threads: int, camera: Any = Non
     return found
 
 
-def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: bool) -> dict[str, Any]:
+def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int) -> dict[str, Any]:
     """All views of one mesh: plain numbers (mm, ms, shares)."""
     import sdftrack as st
     from sdftrack import _core, metrics
@@ -146,7 +145,7 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
     searcher = _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), options._to_core())
     tracker = st.Tracker(sdf, default_camera(), threads=threads, options=options, recover=False)
     rows = []
-    for i, view in enumerate(random_views(mesh, case, count)):
+    for view in random_views(mesh, case, count):
         seconds = []
         for _ in range(3):
             began = time.perf_counter()
@@ -166,15 +165,6 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
                 result.seconds, status == "ok",
             )
         )  # fmt: skip
-        if verbose and max(first, polished) > WITHIN_M:
-            rank = next((n for n, e in enumerate(errors) if e < WITHIN_M), -1)
-            print(
-                f"#  view {i}: ADD {1e3 * first:.1f} mm, ADD-S {1e3 * symmetric:.1f}, fitted {1e3 * polished:.1f} "
-                f"({status} {confidence:.2f}), score {score:.3f} then {second:.3f}, right one at {rank} "
-                f"({found[rank]['score'] if rank >= 0 else 0:.3f})",
-                file=sys.stderr,
-                flush=True,
-            )
     a = np.array(rows)
     wrong = a[:, 0] > WITHIN_M
     ended_wrong = a[:, 2] > WITHIN_M
@@ -199,21 +189,25 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int, verbose: 
     }
 
 
-COLUMNS = (
-    "mesh", "views", "ADD<5mm", "ADD-S", "fitted", "listed", "median mm", "fitted mm", "5% score", "wrong score",
-    "ambiguous", "wrong ambiguous", "ms", "ms 95 %", "start ms", "start 95 %", "wrong ok",
-)  # fmt: skip
-
-
-def cells(name: str, q: dict[str, Any]) -> list[str]:
-    """A row of the table."""
-    shares = ("within", "within_adds", "within_fitted", "among_found")
-    return [
-        name, str(q["views"]), *(f"{q[k]:.3f}" for k in shares), f"{q['median_mm']:.2f}",
-        f"{q['median_fitted_mm']:.2f}", f"{q['score_right']:.3f}", f"{q['score_wrong']:.3f}", f"{q['ambiguous']:.3f}",
-        f"{q['wrong_said_ambiguous']:.2f}",
-        *(f"{q[k]:.1f}" for k in ("median_ms", "p95_ms", "start_ms", "start_p95_ms")), f"{q['wrong_ok']:.3f}",
-    ]  # fmt: skip
+COLUMNS = {
+    "mesh": "name",
+    "views": "views:d",
+    "ADD<5mm": "within:.3f",
+    "ADD-S": "within_adds:.3f",
+    "fitted": "within_fitted:.3f",
+    "listed": "among_found:.3f",
+    "median mm": "median_mm:.2f",
+    "fitted mm": "median_fitted_mm:.2f",
+    "5% score": "score_right:.3f",
+    "wrong score": "score_wrong:.3f",
+    "ambiguous": "ambiguous:.3f",
+    "wrong ambiguous": "wrong_said_ambiguous:.2f",
+    "ms": "median_ms:.1f",
+    "ms 95 %": "p95_ms:.1f",
+    "start ms": "start_ms:.1f",
+    "start 95 %": "start_p95_ms:.1f",
+    "wrong ok": "wrong_ok:.3f",
+}
 
 
 @experiment(
@@ -232,7 +226,6 @@ def start(
     voxels: int = 200,
     threads: int = 2,
     cache: Path | None = None,
-    verbose: bool = False,
 ) -> Table:
     """Starts without a pose: views of meshes from a mask, half hidden, and on a table from a box and from the image.
 
@@ -245,14 +238,12 @@ def start(
         what the search is given; half: a mask of which half is hidden
     views
         of each mesh
-    verbose
-        a line for every view that fails
     """
     rows = {}
     for name in only:
         mesh = load_mesh(data, name)
         sdf = load_sdf(mesh, name, voxels, cache)
-        rows[name] = run_mesh(mesh, sdf, case, views, threads, verbose)
-        say("  ".join(cells(name, rows[name])))
+        rows[name] = run_mesh(mesh, sdf, case, views, threads)
+        say("  ".join(cells(COLUMNS, {"name": name, **rows[name]})))
     title = f"{case}: {views} views of each mesh at {NEAR_M:g} to {FAR_M:g} m, Kinect-like noise, {threads} threads"
-    return Table(title, COLUMNS, [cells(name, row) for name, row in rows.items()], numbers=rows)
+    return Table.of(title, COLUMNS, rows)
