@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack._internal import files
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
-from sdftrack.io import unbuffered
 from sdftrack.io.writers import WRITERS, Contents
-from sdftrack.io.writers.depth_units import DepthUnits
+from sdftrack.io.writers.base import DepthUnits
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
 LAYOUTS = list(WRITERS)
@@ -176,7 +176,7 @@ def test_a_full_disk_ends_a_recording_that_can_be_read(tmp_path, monkeypatch, ca
 
 def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
     st.save_sequence(tmp_path / "0", sensor_sequence())
-    whole, written = unbuffered.UnbufferedFile.write, []
+    whole, written = files.UnbufferedFile.write, []
 
     def full_in_the_fourth_frame(self, data):
         written.append(len(data))
@@ -185,7 +185,7 @@ def test_a_full_disk_leaves_a_readable_bag(tmp_path, monkeypatch, capsys):
             raise OSError(errno.ENOSPC, "no space left on the disk")
         return whole(self, data)
 
-    monkeypatch.setattr(unbuffered.UnbufferedFile, "write", full_in_the_fourth_frame)
+    monkeypatch.setattr(files.UnbufferedFile, "write", full_in_the_fourth_frame)
     out = tmp_path / "1"
     assert run(["convert", str(tmp_path / "0"), "--to", "mcap", "--out", str(out), "-q"]) == 1
     assert "frames before that are in" in capsys.readouterr().err

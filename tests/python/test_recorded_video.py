@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from sdftrack._internal import files
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
-from sdftrack.io import unbuffered
 from sdftrack.io.datasets import video_images
 from sdftrack.io.datasets.video_file import VideoFile
 from sdftrack.io.datasets.video_images import VideoImages
@@ -289,7 +289,7 @@ def test_damage_is_said_and_never_another_image(tmp_path):
 
 def full_after(monkeypatch, count):
     """The disk is full in the middle of the `count`-th write."""
-    whole, written = unbuffered.write_all, []
+    whole, written = files.write_all, []
 
     def write(file, data):
         written.append(len(data))
@@ -298,7 +298,7 @@ def full_after(monkeypatch, count):
             raise OSError(errno.ENOSPC, "no space left on the disk")
         whole(file, data)
 
-    monkeypatch.setattr(unbuffered, "write_all", write)
+    monkeypatch.setattr(files, "write_all", write)
 
 
 @pytest.mark.parametrize("layout", FOLDERS)

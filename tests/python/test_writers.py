@@ -26,7 +26,7 @@ OTHERS = {
     ("io/datasets/bags/transforms", "models_of"): "in a temporary folder",
     ("io/folder_lock", "__init__"): "a lock that has no content",
     ("recorder", "__init__"): HIDDEN,
-    ("io/unbuffered", "__init__"): GROWS,
+    ("_internal/files", "__init__"): GROWS,
     ("io/writers/video", "_begin"): GROWS,
     ("io/video", "__init__"): HIDDEN,
     ("io/writers/journal", "_keep_space"): GROWS,

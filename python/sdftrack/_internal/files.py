@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Output files that are written completely or not at all."""
+"""Output files: written completely or not at all, or without a buffer."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Iterator
+from io import RawIOBase
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -93,3 +94,28 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
             ) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+class UnbufferedFile:
+    """A file without a buffer in this process, so that a crash loses nothing that was written.
+
+    What `write` was given is with the operating system when it returns; OSError if the disk is full.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by its owner
+        self.tell, self.truncate, self.close = self._file.tell, self._file.truncate, self._file.close
+        self.seek = self._file.seek
+
+    def write(self, data: bytes) -> int:
+        write_all(self._file, data)
+        return len(data)
+
+    def flush(self) -> None:
+        pass
+
+
+def write_all(file: RawIOBase, data: bytes) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]

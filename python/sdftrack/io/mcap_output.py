@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.extras import need
-from sdftrack.io.unbuffered import UnbufferedFile
+from sdftrack._internal.files import UnbufferedFile
 
 __all__ = ["McapOutput", "copy_whole"]
 LATCHED = """- history: 1

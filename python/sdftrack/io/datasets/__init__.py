@@ -90,4 +90,5 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure, bag_layouts  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure  # noqa: E402, F401, I001
+from sdftrack.io.datasets.bags import opening  # noqa: E402, F401

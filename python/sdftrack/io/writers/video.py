@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
-from sdftrack._internal.files import replacing
+from sdftrack._internal.files import UnbufferedFile, replacing
 from sdftrack.io.datasets.video_file import VideoFile
 from sdftrack.io.datasets.video_images import PERIOD_MS, SHOWN, part_name, parts_in
-from sdftrack.io.unbuffered import UnbufferedFile
 
 __all__ = ["KEY_EVERY", "VideoWriter", "has_encoder", "last_image"]
 
