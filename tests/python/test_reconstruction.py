@@ -31,6 +31,13 @@ def test_poses_are_right_while_the_shape_is_unknown() -> None:
     assert np.degrees(errors[:, 1]).max() < 1.5
 
 
+def test_a_frame_moves_the_surface_by_a_part_of_a_voxel_on_the_mean() -> None:
+    star, _, results = reconstructed()
+    changes = [r.shape_change for r in results[1:]]
+    assert min(changes) > 0
+    assert max(changes) < 0.2 * star.shape.voxel_size
+
+
 def test_the_seen_surface_lies_where_it_is() -> None:
     star, poses, _ = reconstructed()
     errors = scene.surface_error(scene.sequence(), star, poses[0], least=3.0)
