@@ -34,6 +34,13 @@ def bop_row(im_id, T, obj_id=1, scene=0):
     return f"{scene},{im_id},{obj_id},1.0,{R},{t},0.01\n"
 
 
+def changed(folder, change):
+    """Change the report of a result folder."""
+    report = json.loads((folder / "report.json").read_text())
+    change(report["frames"])
+    write(folder / "report.json", json.dumps(report))
+
+
 def tum_row(time, numbers="0 0 1 0 0 0 1"):
     return f"{time} {numbers}\n"
 
@@ -98,27 +105,20 @@ def test_unknown_covariances_of_some_frames_stay_unknown(tmp_path):
         (",ok,", ",ok,abc,", "expected a number as x_m, got 'abc'"),
         ("\ncup,", "\nmug,", "line 5: expected an object of the header"),
         ('{""name"": ""cup""', "{", "expected header lines"),
+        (",END", "\n", "line 7: expected a number as cov_rz_rz, got 'the end of the row'"),
     ],
 )
 def test_a_damaged_table_is_refused_with_its_line(tmp_path, old, new, words):
     path = tmp_path / "a.csv"
-    st.motion.save(path, trajectory(2))
+    st.motion.save(path, trajectory(3))
     text = path.read_text()
+    old = text[text.rindex(",") :] if old == ",END" else old
     assert old in text
     write(path, text.replace(old, new, 1))
     with pytest.raises(ValueError, match=words) as error:
         st.motion.load(path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_a_truncated_table_is_refused(tmp_path):
-    path = tmp_path / "a.csv"
-    st.motion.save(path, trajectory(3))
-    text = path.read_text()
-    write(path, text[: text.rindex(",")])
-    with pytest.raises(ValueError, match="line 7: expected a number as cov_rz_rz, got 'the end of the row'"):
-        st.motion.load(path)
 
 
 # -- result folders
@@ -155,10 +155,7 @@ def test_the_text_trajectory_of_a_result_folder_is_read(tmp_path):
 def test_a_report_without_timestamps_asks_for_the_frame_rate(tmp_path):
     a = trajectory(status=["ok"] * 12)
     write_folder(tmp_path / "run", results_of(a), a.times_s)
-    report = json.loads((tmp_path / "run/report.json").read_text())
-    for row in report["frames"][3:]:
-        row["timestamp"] = None
-    write(tmp_path / "run/report.json", json.dumps(report))
+    changed(tmp_path / "run", lambda frames: [row.update(timestamp=None) for row in frames[3:]])
     with pytest.raises(ValueError, match=r"report.json: 9 of 12 frames have no timestamp; .*fps=30"):
         st.motion.load(tmp_path / "run")
     np.testing.assert_allclose(st.motion.load(tmp_path / "run", fps=60)[0].times_s, np.arange(12) / 60)
@@ -167,9 +164,7 @@ def test_a_report_without_timestamps_asks_for_the_frame_rate(tmp_path):
 def test_objects_that_come_and_go_are_lost_where_a_frame_does_not_have_them(tmp_path):
     a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, "box", status=["ok"] * 4)
     write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "box"), (3, 3))
-    report = json.loads((tmp_path / "run/report.json").read_text())
-    del report["frames"][0]["objects"][1], report["frames"][2]["objects"][0]
-    write(tmp_path / "run/report.json", json.dumps(report))
+    changed(tmp_path / "run", lambda frames: (frames[0]["objects"].pop(1), frames[2]["objects"].pop(0)))
     x, y = st.motion.load(tmp_path / "run")
     assert x.status == ("ok", "ok", "lost", "ok")
     assert y.status == ("lost", "ok", "ok", "ok")
@@ -179,10 +174,7 @@ def test_objects_that_come_and_go_are_lost_where_a_frame_does_not_have_them(tmp_
 def test_an_object_that_is_lost_in_all_frames_is_left_out_with_a_warning(tmp_path):
     a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, "box", status=["ok"] * 4)
     write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "box"), (3, 4))
-    report = json.loads((tmp_path / "run/report.json").read_text())
-    for row in report["frames"]:
-        row["objects"][1]["status"] = "lost"
-    write(tmp_path / "run/report.json", json.dumps(report))
+    changed(tmp_path / "run", lambda frames: [row["objects"][1].update(status="lost") for row in frames])
     with pytest.warns(UserWarning, match="left out, without any pose: box"):
         assert len(st.motion.load(tmp_path / "run")) == 1
     with pytest.raises(ValueError, match="box: lost in all frames"):
@@ -193,16 +185,6 @@ def test_objects_of_one_name_are_numbered(tmp_path):
     a, b = trajectory(4, status=["ok"] * 4), trajectory(4, 5, status=["ok"] * 4)
     write_folder(tmp_path / "run", results_of(a, b), a.times_s, ("cup", "cup"), (3, 3))
     assert [t.name for t in st.motion.load(tmp_path / "run")] == ["cup", "cup_2"]
-
-
-@pytest.mark.parametrize(
-    "text", ["", "{", "[]", '{"frames": [{}], "settings": {}}', '{"frames": 3, "settings": {}}']
-)
-def test_a_damaged_report_is_refused_in_one_line(tmp_path, text):
-    write(tmp_path / "report.json", text)
-    with pytest.raises(ValueError, match=r"report\.json: expected a report of sdftrack") as error:
-        st.motion.load(tmp_path)
-    assert "\n" not in str(error.value)
 
 
 # -- TUM
@@ -222,8 +204,6 @@ def test_a_tum_file_gives_back_what_was_written(tmp_path_factory, seed, start_s)
 
 def test_a_tum_file_in_millimetres_is_converted_on_request_only(tmp_path):
     path = write(tmp_path / "a.txt", tum_row(0, "10 20 500 0 0 0 1") + tum_row(1, "11 20 500 0 0 0 1"))
-    with pytest.raises(ValueError, match=r"a.txt: .*500.* m from the origin; in mm\?"):
-        st.motion.load(path)
     (t,) = st.motion.load(path, unit="mm")
     np.testing.assert_allclose(t.poses[0, :3, 3], [0.01, 0.02, 0.5])
 
@@ -233,27 +213,6 @@ def test_rows_of_nan_are_gaps(tmp_path):
     (t,) = st.motion.load(path)
     assert t.status == ("ok", "lost", "ok")
     assert np.isnan(t.poses[1]).all()
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (tum_row(0) + tum_row(1, "0 0 1 0 0 0 0"), "line 2: the quaternion is 0"),
-        (tum_row(0) + tum_row(0), "repeated at frames 0 and 1"),
-        (tum_row(1) + tum_row(0), "not sorted"),
-        (tum_row("nan") + tum_row(0), "expected finite times"),
-        (tum_row(0) + "1 0 0\n", "line 2: expected 'timestamp tx ty tz qx qy qz qw'"),
-        ("# timestamp\n", "expected at least one pose, but there is none"),
-        (tum_row(0, "nan nan nan nan nan nan nan"), "a: lost in all frames"),
-        ("", "the file is empty"),
-    ],
-)
-def test_a_tum_file_that_is_no_trajectory_is_refused_with_its_name(tmp_path, text, words):
-    path = write(tmp_path / "a.txt", text)
-    with pytest.raises(ValueError, match=words) as error:
-        st.motion.load(path)
-    assert str(path) in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_the_frame_rate_replaces_times_that_cannot_be_used(tmp_path):
@@ -304,53 +263,61 @@ def test_instances_of_one_object_are_one_trajectory_each(tmp_path):
     np.testing.assert_allclose([a.poses[:, 0, 3], b.poses[:, 0, 3]], [[0, 0.01, 0.02], [1, 1.01, 1.02]])
 
 
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ([(0, 0), (0, 1), (1, 1), (1, 0)], "rows 1 and 2 exchange their places between images 0 and 1"),
-        ([(0, 0), (0, 1), (1, 1)], "image 1 has 1 and another 2"),
-    ],
-)
-def test_instances_whose_order_is_not_theirs_are_refused(tmp_path, rows, words):
-    path = write(tmp_path / "a.csv", BOP + "".join(bop_row(i, at(x)) for i, x in rows))
-    with pytest.raises(ValueError, match=f"a.csv: obj_id 1: .*{words}"):
-        st.motion.load(path, fps=1)
+# -- what is refused, in one line with the name of the file
+
+IDENTITY = "1 0 0 0 1 0 0 0 1"
+REPORT = "expected a report of sdftrack"
+
+
+def bop_rows(*places):
+    return BOP + "".join(bop_row(i, at(x)) for i, x in places)
 
 
 @pytest.mark.parametrize(
-    ("row", "words"),
+    ("name", "text", "words"),
     [
-        ("0,1,1,1.0,1 0 0 0 1 0 0 0,0 0 1,0.1\n", "line 2: expected 'scene_id,"),
-        ("0,1,1,1.0\n", "line 2: expected 'scene_id,"),
-        ("0,1,1,1.0,2 0 0 0 1 0 0 0 1,0 0 1,0.1\n", "line 2, R"),
-        ("".join(f"0,{i},1,1.0,1 0 0 0 1 0 0 0 1,0 0 1,0\n" for i in (0, 1, 1_700_000_000)),
-         "numbered one after the other"),
+        ("a.txt", tum_row(0) + tum_row(1, "0 0 1 0 0 0 0"), "line 2: the quaternion is 0"),
+        ("a.txt", tum_row(0) + tum_row(0), "repeated at frames 0 and 1"),
+        ("a.txt", tum_row(1) + tum_row(0), "not sorted"),
+        ("a.txt", tum_row("nan") + tum_row(0), "expected finite times"),
+        ("a.txt", tum_row(0) + "1 0 0\n", "line 2: expected 'timestamp tx ty tz qx qy qz qw'"),
+        ("a.txt", "# timestamp\n", "expected at least one pose, but there is none"),
+        ("a.txt", tum_row(0, "nan nan nan nan nan nan nan"), "a: lost in all frames"),
+        ("a.txt", tum_row(0, "10 20 500 0 0 0 1"), r"500.* m from the origin; in mm\?"),
+        ("a.txt", "", "the file is empty"),
+        ("a.txt", b"\xff\xfe\x00", "expected text, got a binary file"),
+        ("a.csv", BOP + f"0,1,1,1.0,{IDENTITY[:-2]},0 0 1,0.1\n", "line 2: expected 'scene_id,"),
+        ("a.csv", BOP + "0,1,1,1.0\n", "line 2: expected 'scene_id,"),
+        ("a.csv", BOP + f"0,1,1,1.0,2{IDENTITY[1:]},0 0 1,0.1\n", "line 2, R"),
+        ("a.csv", bop_rows((0, 0), (1, 0), (1_700_000_000, 0)), "numbered one after the other"),
+        ("a.csv", bop_rows((0, 0), (0, 1), (1, 1), (1, 0)), "obj_id 1: .*rows 1 and 2 exchange their places between"),
+        ("a.csv", bop_rows((0, 0), (0, 1), (1, 1)), "obj_id 1: .*image 1 has 1 and another 2"),
+        ("a.csv", "time,x,y\n1,2,3\n", "got 'time,x,y'"),
+        ("a.xlsx", "x", r"cannot be read from '\.xlsx'; expected .*\.c3d"),
+        ("report.json", "", REPORT),
+        ("report.json", "{", REPORT),
+        ("report.json", "[]", REPORT),
+        ("report.json", '{"frames": [{}], "settings": {}}', REPORT),
+        ("report.json", '{"frames": 3, "settings": {}}', REPORT),
     ],
 )  # fmt: skip
-def test_damaged_bop_results_are_refused_with_their_line(tmp_path, row, words):
-    with pytest.raises(ValueError, match=f"a.csv.*{words}") as error:
-        st.motion.load(write(tmp_path / "a.csv", BOP + row), fps=30)
+def test_a_file_that_is_no_trajectory_is_refused_with_its_name(tmp_path, name, text, words):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(ValueError, match=words) as error:
+        st.motion.load(path, fps=30 if text[:5] == BOP[:5] else None)
+    assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
 
 
 # -- arguments
 
 
-def test_what_is_no_trajectory_file_is_refused(tmp_path):
+def test_arguments_are_checked(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file or folder"):
         st.motion.load(tmp_path / "a.csv")
     with pytest.raises(ValueError, match=r"this folder has no report\.json"):
         st.motion.load(tmp_path)
-    with pytest.raises(ValueError, match=r"cannot be read from '\.xlsx'; expected .*\.c3d"):
-        st.motion.load(write(tmp_path / "a.xlsx", "x"))
-    with pytest.raises(ValueError, match="got 'time,x,y'"):
-        st.motion.load(write(tmp_path / "a.csv", "time,x,y\n1,2,3\n"))
-    (tmp_path / "b.txt").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ValueError, match="expected text, got a binary file"):
-        st.motion.load(tmp_path / "b.txt")
-
-
-def test_arguments_are_checked(tmp_path):
     path = write(tmp_path / "a.txt", tum_row(0))
     with pytest.raises(ValueError, match="fps: expected images per second"):
         st.motion.load(path, fps=0)

@@ -139,21 +139,21 @@ def test_each_of_several_samples_has_its_own_value(name):
 
 
 class TestTimes:
-    def test_dwell_time_is_that_between_offset_and_onset(self):
+    @pytest.mark.parametrize(
+        ("name", "expected", "tolerance"),
+        [
+            ("dwell_time", HOLD_S + 2 * ONSET * MOVE_S, 0.002),  # between offset and onset
+            ("reaction_time", START_S + ONSET - 0.2, 0.001),  # from the cue to the onset
+            (
+                "repetition_time",
+                2 * MOVE_S + HOLD_S - 2 * ONSET * MOVE_S,
+                0.002,
+            ),  # first onset to last offset
+        ],
+    )
+    def test_times_between_onsets_and_offsets(self, name, expected, tolerance):
         samples, context = there_and_back()
-        assert value("dwell_time", samples, context) == pytest.approx(HOLD_S + 2 * ONSET * MOVE_S, abs=0.002)
-
-    def test_reaction_time_is_that_from_cue_to_onset(self):
-        samples, context = there_and_back()
-        assert value("reaction_time", samples, context) == pytest.approx(START_S + ONSET - 0.2, abs=0.001)
-
-    def test_a_repetition_lasts_from_the_first_onset_to_the_last_offset(self):
-        samples, context = there_and_back()
-        expected = 2 * MOVE_S + HOLD_S - 2 * ONSET * MOVE_S
-        assert value("repetition_time", samples, context) == pytest.approx(expected, abs=0.002)
-
-    def test_without_a_hold_there_is_no_dwell_time(self):
-        assert np.isnan(value("dwell_time", reach()))
+        assert value(name, samples, context) == pytest.approx(expected, abs=tolerance)
 
     def test_a_halt_of_less_than_a_tenth_of_a_second_is_part_of_the_movement(self):
         t = times(3.0)
@@ -318,13 +318,19 @@ class TestUndefined:
         cut = movement(samples.times_s, samples.positions_m[0], samples.velocities_mps[0], observed=seen)
         assert value("path_length", cut, Context(0, 1.7)) == pytest.approx(FAR_M)
 
-    def test_without_a_cue_there_is_no_reaction_time(self):
-        assert np.isnan(value("reaction_time", reach()))
-
     @pytest.mark.parametrize(
-        "name", ["range_height", "range_horizontal", "range_turn", "max_tilt", "mean_tilt"]
+        "name",
+        [
+            "range_height",
+            "range_horizontal",
+            "range_turn",
+            "max_tilt",
+            "mean_tilt",
+            "reaction_time",
+            "dwell_time",
+        ],
     )
-    def test_without_gravity_heights_and_tilts_are_undefined(self, name):
+    def test_without_gravity_cue_and_hold_what_needs_them_is_undefined(self, name):
         assert np.isnan(value(name, reach(), Context(0, 2)))
 
 
@@ -395,20 +401,6 @@ class TestSmoothness:
         assert np.isnan(motion.log_dimensionless_jerk(np.ones((5, 3)), 100.0))
         assert np.isnan(motion.log_dimensionless_jerk(np.ones((2, 3)), 100.0))
 
-    @pytest.mark.parametrize(
-        ("call", "message"),
-        [
-            (lambda: motion.sparc([1.0], 100.0), "speeds: expected shape"),
-            (lambda: motion.sparc([1.0, -1.0], 100.0), "speeds: expected norms"),
-            (lambda: motion.sparc([1.0, 1.0], 0.0), "rate_hz: expected"),
-            (lambda: motion.log_dimensionless_jerk([1.0], 100.0), "velocities: expected shape"),
-            (lambda: motion.log_dimensionless_jerk(np.ones((4, 3)), 100.0, [True]), "within: expected shape"),
-        ],
-    )
-    def test_wrong_input_is_told(self, call, message):
-        with pytest.raises(ValueError, match=message):
-            call()
-
 
 def slow_dtw(a, b, band):
     """Dynamic time warping cell by cell: the sum of distances over the number of pairs."""
@@ -462,19 +454,28 @@ class TestTimeWarping:
         assert np.isnan(motion.mean_dtw_distance(paths[:1]))
         assert np.isnan(motion.mean_dtw_distance([]))
 
-    @pytest.mark.parametrize(
-        ("a", "b", "band", "message"),
-        [
-            (np.ones((3, 2)), np.ones((3, 3)), 0.1, "a, b: expected points"),
-            (np.ones((0, 3)), np.ones((3, 3)), 0.1, "a, b: expected points"),
-            (np.ones(3), np.ones(3), 0.1, "a, b: expected points"),
-            (np.ones((3, 3)), np.ones((3, 3)), 0.0, "band: expected"),
-            (np.ones((3, 3)), np.ones((3, 3)), 1.5, "band: expected"),
-        ],
-    )
-    def test_wrong_input_is_told(self, a, b, band, message):
-        with pytest.raises(ValueError, match=message):
-            motion.dtw_distance(a, b, band)
+
+ONES = np.ones((3, 3))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: motion.sparc([1.0], 100.0), "speeds: expected shape"),
+        (lambda: motion.sparc([1.0, -1.0], 100.0), "speeds: expected norms"),
+        (lambda: motion.sparc([1.0, 1.0], 0.0), "rate_hz: expected"),
+        (lambda: motion.log_dimensionless_jerk([1.0], 100.0), "velocities: expected shape"),
+        (lambda: motion.log_dimensionless_jerk(np.ones((4, 3)), 100.0, [True]), "within: expected shape"),
+        (lambda: motion.dtw_distance(np.ones((3, 2)), ONES), "a, b: expected points"),
+        (lambda: motion.dtw_distance(np.ones((0, 3)), ONES), "a, b: expected points"),
+        (lambda: motion.dtw_distance(np.ones(3), np.ones(3)), "a, b: expected points"),
+        (lambda: motion.dtw_distance(ONES, ONES, 0.0), "band: expected"),
+        (lambda: motion.dtw_distance(ONES, ONES, 1.5), "band: expected"),
+    ],
+)
+def test_wrong_input_is_told(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
 
 
 class TestTargets:
@@ -583,30 +584,20 @@ class TestTargets:
             ("sphere:0,0,800,50", "in mm"),
             ("box:0,0,0,0.1,0.1,0", "expected low < high"),
             ("path:/nowhere.csv,0.1", "/nowhere.csv: no such file"),
-        ],
-    )
-    def test_text_that_is_no_target_is_told(self, text, message):
-        with pytest.raises(ValueError, match=message):
-            motion.parse_target(text)
-
-    @pytest.mark.parametrize(
-        ("content", "message"),
-        [
+            # The rest is what a file of a path contains.
             ("0,0,0.8\n", "at least two points"),
             ("0,0\n0,1\n", "expected points"),
             ("a,b,c\n", "expected lines of x,y,z"),
             ("0,0,800\n0,0,900\n", "in mm"),
+            ("# nothing\n", "path"),
         ],
     )
-    def test_a_file_that_is_no_path_is_told(self, tmp_path, content, message):
-        (tmp_path / "line.csv").write_text(content)
+    def test_what_is_no_target_is_told(self, tmp_path, text, message):
+        if "\n" in text:
+            (tmp_path / "line.csv").write_text(text)
+            text = f"path:{tmp_path / 'line.csv'},0.02"
         with pytest.raises(ValueError, match=message):
-            motion.parse_target(f"path:{tmp_path / 'line.csv'},0.02")
-
-    def test_an_empty_file_is_no_path_and_no_warning(self, tmp_path):
-        (tmp_path / "line.csv").write_text("# nothing\n")
-        with pytest.raises(ValueError, match="path"):
-            motion.parse_target(f"path:{tmp_path / 'line.csv'},0.02")
+            motion.parse_target(text)
 
 
 NOISE_M = 0.5e-3  # of an axis
