@@ -15,9 +15,8 @@ from experiments.data import has
 from experiments.primitives.kinect_objects import BOXES, objects_of
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
-from experiments.synth.open_views import open_view
 from experiments.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
-from experiments.synth.solids import SolidScene, random_solid, standing_scene
+from experiments.synth.solids import SolidScene, open_view, random_solid, standing_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame

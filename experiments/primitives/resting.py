@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from experiments.common.primitive_errors import measure
 from experiments.primitives.solids import CAMERA, NOISES
 from experiments.registry import experiment
-from experiments.synth.leaning import posed_scene
-from experiments.synth.solids import KINDS
+from experiments.synth.solids import KINDS, posed_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from experiments.common.primitive_errors import measure
 from experiments.registry import experiment
-from experiments.synth.open_views import open_view
-from experiments.synth.solids import KINDS, SolidScene, random_solid, standing_scene
+from experiments.synth.solids import KINDS, SolidScene, open_view, random_solid, standing_scene
 from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame

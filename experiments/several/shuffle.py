@@ -12,8 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.synth.contact import Solid, first_contact, gap
-from experiments.synth.contact_paths import CONTACT_M, DISTANCE_M, ramped, rotations, unit
+from experiments.synth.contact import (
+    CONTACT_M,
+    DISTANCE_M,
+    Solid,
+    first_contact,
+    gap,
+    ramped,
+    rotations,
+    unit,
+)
 from experiments.synth.staged import Scene, kept, make
 from sdftrack import geometry
 from sdftrack.synth.bodies import SKIN, Stage

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.synth.contact import Solid, first_contact, gap
-from experiments.synth.contact_paths import (
+from experiments.synth.contact import (
     CONTACT_M,
     DISTANCE_M,
     MAX_STEP_M,
+    Solid,
     apart,
+    first_contact,
+    gap,
     ramped,
     rotations,
     smooth,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Solids that stand on a table, seen by a depth camera: exact ray intersections, no mesh. Plane patches: patches.py."""
+"""Solids on a table seen by a depth camera, upright, leaning, or hiding a length: exact ray intersections, no mesh."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera
+from sdftrack.geometry import pose
 
 Array = NDArray[np.float64]
 SIZES = {kind["name"]: kind["sizes"] for kind in _core.primitive_kinds()}
@@ -201,4 +202,65 @@ def rendered_scene(
         depth.reshape(shape).astype(np.float32),
         cosine.reshape(shape).astype(np.float32),
         mask.reshape(shape),
+    )
+
+
+# -- Round bodies on a table that do not stand upright
+
+
+def posed_scene(
+    kind: str, camera: Camera, rng: np.random.Generator, lean_deg: float, above_m: float
+) -> SolidScene:
+    """A random solid whose axis leans from the table's normal in a random direction, its lowest point `above_m`."""
+    upright = standing_scene(kind, random_solid(kind, rng), camera, rng)
+    about = rng.uniform(0, 2 * np.pi)
+    turn = np.radians(lean_deg) * np.array([np.cos(about), np.sin(about), 0.0])
+    T = upright.T_cam_obj @ pose(turn.tolist(), [0.0, 0.0, 0.0])
+    normal, offset = upright.plane
+    reach = _core.primitive_reach(
+        _core.PrimitiveKind.__members__[kind], list(upright.size.values()), (-(T[:3, :3].T @ normal)).tolist()
+    )[0]
+    T[:3, 3] += (above_m + reach - (normal @ T[:3, 3] + offset)) * normal
+    return rendered_scene(kind, upright.size, T, upright.plane, camera)
+
+
+# -- Views of a solid in which one of its lengths is unobservable
+
+
+WALL_M = 1.0  # behind the solid
+
+
+def open_view(
+    kind: str, rng: np.random.Generator, camera: Camera
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], str]:
+    """A box from the front, a cylinder from its end, a cone from below, on the camera's axis.
+
+    Returns
+    -------
+    depth, cosine : (H, W) float32
+    mask : (H, W) bool
+    hidden : str
+        The unobservable length.
+    """
+    size = random_solid(kind, rng)
+    away = rng.uniform(0.6, 1.2)
+    length = size["z"] if kind == "box" else size["height"]
+    # z of the solid along the view; a cone's base faces the camera.
+    turn = rng.uniform(0, 2 * np.pi)
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+    t = np.array([0, 0, away + length / 2])
+    rays = camera.back_project(np.ones(camera.shape, np.float32)).astype(np.float64).reshape(-1, 3)
+    z, normals = ray_depth(kind, size, -R.T @ t, rays @ R)
+    seen = np.isfinite(z)
+    depth = np.where(seen, z, away + length + WALL_M)
+    cosine = np.abs(np.where(seen, np.einsum("ni,ni->n", normals @ R.T, rays), rays[:, 2]))
+    cosine /= np.linalg.norm(rays, axis=1)
+    hidden = "z" if kind == "box" else "height"
+    shape = camera.shape
+    return (
+        depth.reshape(shape).astype(np.float32),
+        cosine.reshape(shape).astype(np.float32),
+        seen.reshape(shape),
+        hidden,
     )

@@ -14,7 +14,7 @@ from experiments.several.identity import Tracked, swapped, swaps, track
 from experiments.several.judged import judge, measure, total
 from experiments.several.look_alikes import relative_motion
 from experiments.several.shuffle import hands
-from experiments.synth import contact_paths as paths
+from experiments.synth import contact as paths
 from experiments.synth import several as scenes
 from experiments.synth.contact import Solid, deepest, first_contact, gap
 from experiments.synth.staged import Scene

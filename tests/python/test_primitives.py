@@ -9,9 +9,8 @@ from tracking_scene import increment
 
 import sdftrack as st
 from experiments.common.primitive_errors import measure
-from experiments.synth.leaning import posed_scene
 from experiments.synth.patches import patch_scene
-from experiments.synth.solids import KINDS, random_solid, ray_depth, standing_scene
+from experiments.synth.solids import KINDS, posed_scene, random_solid, ray_depth, standing_scene
 from reference import primitives as twin
 from sdftrack import _core
 from sdftrack.primitives.multi_frame import fuse_sizes
@@ -540,7 +539,7 @@ def test_the_readings_just_above_the_table_are_not_chosen_by_their_noise():
 
 
 def test_a_box_seen_from_the_front_alone_has_an_open_depth_and_the_table_bounds_a_height():
-    from experiments.synth.open_views import open_view
+    from experiments.synth.solids import open_view
 
     depth, _, mask, _ = open_view("box", np.random.default_rng([3, 0, 7]), CAMERA)
     fit = st.fit_primitive(st.Frame(depth), "box", camera=CAMERA, mask=mask, plane=None)

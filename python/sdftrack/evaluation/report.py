@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Comparison of recorded results with ground truth."""
+"""Comparison of recorded results with ground truth: which object is which, scores, a table and plots of them."""
 
 from __future__ import annotations
 
+import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,27 +12,11 @@ from numpy.typing import NDArray
 
 from sdftrack.evaluation.bop_scores import bop_errors
 from sdftrack.evaluation.object_score import ObjectScore
-from sdftrack.evaluation.report_matching import (
-    check_frames,
-    check_object,
-    instances_of,
-    known_symmetries,
-    true_frame,
-)
-from sdftrack.evaluation.report_shown import HEAD, plot_errors, plot_trajectories, table_rows
 from sdftrack.io.report_file import read_results
 from sdftrack.metrics import add, adds, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 
-__all__ = [
-    "HEAD",
-    "ObjectScore",
-    "compare",
-    "plot_errors",
-    "plot_trajectories",
-    "read_results",
-    "table_rows",
-]
+__all__ = ["HEAD", "ObjectScore", "compare", "plot_errors", "plot_trajectories", "read_results", "table_rows"]
 
 Array = NDArray[np.float64]
 
@@ -121,3 +107,156 @@ def _symmetric_errors(rows: list[Any], mesh: Any, symmetry: Symmetry | None) -> 
     poses, truth = np.array([r[4] for r in rows]), np.array([r[5] for r in rows])
     worst = [mssd(T, B, points, symmetry) for T, B in zip(poses, truth, strict=True)]
     return np.asarray(adds(poses, truth, points)), np.array(worst)
+
+
+# -- Which object of a sequence each object of recorded results is, and whether they belong together
+
+
+def true_frame(report: dict[str, Any], k: int, truth: Array | None) -> Array:
+    """From the truth's object frame to that of the results: one for models that are tracked, chosen for an object that
+    was reconstructed, so that the two agree in the first image."""
+    if report["settings"].get("command") != "reconstruct":
+        return np.eye(4)
+    first = report["frames"][0]
+    if truth is None:
+        raise ValueError(
+            f"ground truth: a reconstruction is compared from its first image on, and image {first['im_id']} has none"
+        )
+    return np.asarray(np.linalg.solve(np.asarray(first["objects"][k]["pose"], np.float64), truth), np.float64)
+
+
+def known_symmetries(report: dict[str, Any], seq: Any) -> list[Symmetry | None]:
+    """Symmetries of each object: those used for tracking, else those of the data set."""
+    entries = report["frames"][0]["objects"]
+    recorded = report["settings"].get("symmetries")
+    if isinstance(recorded, list) and len(recorded) == len(entries):
+        return [None if s is None else Symmetry.from_bop(s) for s in recorded]
+    return [getattr(seq, "symmetries", {}).get(e["obj_id"]) for e in entries]
+
+
+def check_frames(frames: list[Any], number: dict[int, int]) -> None:
+    """Check that the images of the results belong to the sequence."""
+    ids = [f["im_id"] for f in frames]
+    foreign = [i for i in ids if i not in number]
+    if len(foreign) == len(ids):
+        raise ValueError(
+            f"results: none of their images ({min(ids)} to {max(ids)}) is one of the sequence's ({min(number)} to "
+            f"{max(number)}); is this the sequence that was tracked?"
+        )
+    if foreign:
+        warnings.warn(
+            f"results: {len(foreign)} of their {len(ids)} images are not in the sequence and are not compared",
+            stacklevel=3,
+        )
+
+
+def check_object(report: dict[str, Any], seq: Any, k: int, instance: int | None) -> None:
+    """Check that an object of the results matches its ground truth."""
+    settings, entry = report["settings"], report["frames"][0]["objects"][k]
+    known = settings.get("known_models")
+    if settings.get("command") == "reconstruct" or not seq.models:
+        return
+    if isinstance(known, list) and len(known) > k and not known[k]:
+        return  # tracked by a mesh of the user's own, which has no number in the data set
+    own = None if instance is None or instance >= len(seq.objects) else seq.objects[instance]
+    if own != entry["obj_id"]:
+        has = "no instance" if own is None else f"obj_id {own} as instance {instance}"
+        raise ValueError(
+            f"results: object {k} ({entry['name']}) has obj_id {entry['obj_id']}, the sequence has {has} (objects "
+            f"{sorted(set(seq.objects))}); is this the sequence that was tracked?"
+        )
+
+
+def instances_of(report: dict[str, Any], seq: Any) -> list[int | None]:
+    """Instance of the ground truth for each object: as recorded, else the next unused one of its obj_id."""
+    recorded = report["settings"].get("instances")
+    entries = report["frames"][0]["objects"]
+    if isinstance(recorded, list) and len(recorded) == len(entries):
+        return recorded
+    used: set[int] = set()
+    out: list[int | None] = []
+    for entry in entries:
+        free = [k for k in range(len(seq.objects)) if k not in used]
+        same = [k for k in free if seq.objects[k] == entry["obj_id"]]
+        out.append((same or free or [None])[0])  # type: ignore[list-item]
+        if out[-1] is not None:
+            used.add(out[-1])
+    return out
+
+
+# -- Scores as a table and as plots
+
+
+HEAD = [
+    "object",
+    "frames",
+    "with truth",
+    "lost",
+    "mean mm",
+    "median mm",
+    "max mm",
+    "mean deg",
+    "median deg",
+    "max deg",
+    "ADD mm",
+    "ADD auc",
+    "ADD-S mm",
+    "MSSD mm",
+    "MSPD px",
+    "VSD",
+    "AR",
+]
+
+
+def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
+    """Rows under `HEAD`."""
+    rows = []
+    for score in scores:
+        d = score.to_dict()
+
+        def shown(part: str, key: str, d: dict[str, Any] = d) -> str:
+            value = d[part][key]
+            return "-" if value is None else f"{value:.3f}"
+
+        rows.append(
+            [score.name, str(score.frames), str(score.compared), str(score.lost)]
+            + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
+            + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
+            + [shown("adds_mm", "mean"), shown("mssd_mm", "mean")]
+            + [shown("mspd_px", "mean"), shown("vsd", "mean")]
+            + ["-" if d["average_recall"] is None else f"{d['average_recall']['AR']:.3f}"]
+        )
+    return rows
+
+
+def plot_errors(scores: list[ObjectScore], path: Path) -> None:
+    """Translation and rotation error over the images, one curve per object."""
+    from sdftrack.viz.plots import figure, save_figure
+
+    fig, axes = figure(2, 1, size=(8.0, 5.0), sharex=True)
+    for score in scores:
+        marker = "o" if len(score.images) < 20 else None
+        axes[0].plot(score.images, 1e3 * score.translation_m, label=score.name, marker=marker)
+        axes[1].plot(score.images, np.rad2deg(score.rotation_rad), label=score.name, marker=marker)
+    axes[0].set_ylabel("translation error (mm)")
+    axes[1].set_ylabel("rotation error (deg)")
+    axes[1].set_xlabel("image")
+    for a in axes:
+        a.set_ylim(bottom=0)
+    axes[0].legend()
+    save_figure(fig, path)
+
+
+def plot_trajectories(scores: list[ObjectScore], path: Path) -> None:
+    """Position over the images, truth as a dashed line."""
+    from sdftrack.viz.plots import figure, save_figure
+
+    fig, axes = figure(3, 1, size=(8.0, 6.0), sharex=True)
+    for score in scores:
+        for j, a in enumerate(axes):
+            line = a.plot(score.images, 1e3 * score.poses[:, j, 3], label=score.name)[0]
+            a.plot(score.images, 1e3 * score.truth[:, j, 3], "--", color=line.get_color(), alpha=0.6)
+            a.set_ylabel(f"{'xyz'[j]} (mm)")
+    axes[0].legend(title="dashed: truth")
+    axes[-1].set_xlabel("image")
+    save_figure(fig, path)
