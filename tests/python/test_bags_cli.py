@@ -7,7 +7,6 @@ import contextlib
 import io
 import json
 from dataclasses import replace
-from typing import get_type_hints
 
 import pytest
 from bag_writers import DEPTH_TOPIC, recording, write
@@ -58,7 +57,7 @@ def test_a_bag_is_tracked_from_the_command_line(tmp_path):
 
 
 def test_the_help_names_every_layout():
-    text = get_type_hints(Layout, include_extras=True)["layout"].__metadata__[0].more["help"]
+    text = Layout.__dataclass_fields__["layout"].metadata["more"]["help"]
     assert all(name in text for name in LAYOUTS)
     assert Layout(layout="mcap", depth_topic="a").opening == {
         "layout": "mcap", "depth_topic": "a", "color_topic": None

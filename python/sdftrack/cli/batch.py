@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import Common, check_common, show_table
 from sdftrack.cli.options import Usage, argument, option
@@ -29,24 +29,18 @@ class Batch(Common):
     that do not set them.
     """
 
-    plan: Annotated[tuple[str, ...], argument("Jobs; or how far a batch is.", "PLAN.toml | status DIR")]
-    scheduler: Annotated[
-        str | None,
-        option("Dask scheduler of a cluster; otherwise processes on this machine.", metavar="ADDRESS"),
-    ] = None
-    jobs: Annotated[
-        int, option("Processes on this machine; 0: as many as cores and memory allow.", min=0)
-    ] = 0
-    retries: Annotated[int, option("How often a call is repeated whose process died.", min=0)] = 3
-    again: Annotated[bool, option("Also repeat what was refused, or died, in an earlier run.")] = False
-    cache: Annotated[
-        Path | None,
-        option("Keep copies of recordings from addresses such as s3://bucket/run_1.", metavar="DIR"),
-    ] = None
-    check: Annotated[bool, option("Only read the plan and show the calls that it stands for.")] = False
-    threads: Annotated[
-        int, option("Threads of each call, where the plan does not say; 0: all cores.", min=0)
-    ] = 1
+    plan: tuple[str, ...] = argument("Jobs; or how far a batch is.", "PLAN.toml | status DIR")
+    scheduler: str | None = option(
+        None, "Dask scheduler of a cluster; otherwise processes on this machine.", metavar="ADDRESS"
+    )
+    jobs: int = option(0, "Processes on this machine; 0: as many as cores and memory allow.", min=0)
+    retries: int = option(3, "How often a call is repeated whose process died.", min=0)
+    again: bool = option(False, "Also repeat what was refused, or died, in an earlier run.")
+    cache: Path | None = option(
+        None, "Keep copies of recordings from addresses such as s3://bucket/run_1.", metavar="DIR"
+    )
+    check: bool = option(False, "Only read the plan and show the calls that it stands for.")
+    threads: int = option(1, "Threads of each call, where the plan does not say; 0: all cores.", min=0)
 
 
 def batch(commands: Callable[[], Commands], job: Batch) -> None:

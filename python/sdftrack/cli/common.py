@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.options import Usage, option
 from sdftrack.evaluation.tables import text_table
@@ -43,18 +43,16 @@ def above_zero(what: str, limit: float = math.inf) -> Any:
 class Common:
     """Options of every command."""
 
-    out: Annotated[Path | None, option("Output folder.", "--out", "-o", metavar="DIR")] = None
-    overwrite: Annotated[
-        bool, option("Allow DIR to contain files; files of this command are replaced.", "--overwrite")
-    ] = False
-    config: Annotated[Path | None, option("Options file, see sdftrack config.", metavar="FILE.toml")] = None
-    device: Annotated[
-        str, option("Device for the computation.", metavar="auto|cpu|cuda|cuda:N"), device_name
-    ] = "auto"
-    threads: Annotated[
-        int, option("Number of threads; 0: all cores. Results do not depend on it.", min=0)
-    ] = 0
-    quiet: Annotated[bool, option("Print only errors.", "--quiet", "-q")] = False
+    out: Path | None = option(None, "Output folder.", "--out", "-o", metavar="DIR")
+    overwrite: bool = option(
+        False, "Allow DIR to contain files; files of this command are replaced.", "--overwrite"
+    )
+    config: Path | None = option(None, "Options file, see sdftrack config.", metavar="FILE.toml")
+    device: str = option(
+        "auto", "Device for the computation.", metavar="auto|cpu|cuda|cuda:N", check=device_name
+    )
+    threads: int = option(0, "Number of threads; 0: all cores. Results do not depend on it.", min=0)
+    quiet: bool = option(False, "Print only errors.", "--quiet", "-q")
 
     @property
     def folder(self) -> Path:
@@ -72,21 +70,19 @@ class Common:
 class Sensor:
     """--sensor, of commands that track."""
 
-    sensor: Annotated[
-        str | None,
-        option(
-            "Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
-            metavar="NAME|FILE",
-        ),
-    ] = None
+    sensor: str | None = option(
+        None,
+        "Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
+        metavar="NAME|FILE",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meshes:
     """How models become volumes."""
 
-    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
-    voxels: Annotated[int, option("Voxels along the longest side of a model's volume.", min=8)] = 200
+    unit: Unit | None = option(None, "Unit of the meshes.")
+    voxels: int = option(200, "Voxels along the longest side of a model's volume.", min=8)
 
 
 def check_cpu_only(config: Path | None, device: str) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.common import Common, contour_settings, parse_box
 from sdftrack.cli.options import Usage, argument, option
@@ -24,29 +24,20 @@ class Contour(Frames, Common):
     warp and area of each frame); with --masks also iou.png. --config: the table [contour] of sdftrack config.
     """
 
-    source: Annotated[Path, argument("Video, or a folder of images in order.", "VIDEO|FOLDER")]
-    box: Annotated[
-        str | None, option("Location of the object in the first frame, pixels.", metavar="x,y,w,h")
-    ] = None
-    mask: Annotated[
-        Path | None, option("Alternatively, a mask: nonzero pixels are the object.", metavar="M.png")
-    ] = None
-    warp: Annotated[
-        Literal["similarity", "affine"] | None, option("Motion model.  [default: similarity]")
-    ] = None
-    memory: Annotated[bool, option("Learn the shape, and recover it when occluded.")] = False
-    memory_file: Annotated[
-        Path | None,
-        option("Load the memory from this file, if it exists, and save it there.", metavar="FILE"),
-    ] = None
-    burn_in: Annotated[
-        int | None,
-        option("Number of burn-in frames.  [default: 60; 0 with a memory from a file]", min=0),
-    ] = None
-    masks: Annotated[
-        Path | None,
-        option("Ground-truth masks, one per frame: adds IoU and iou.png.", metavar="FOLDER"),
-    ] = None
+    source: Path = argument("Video, or a folder of images in order.", "VIDEO|FOLDER")
+    box: str | None = option(None, "Location of the object in the first frame, pixels.", metavar="x,y,w,h")
+    mask: Path | None = option(None, "Alternatively, a mask: nonzero pixels are the object.", metavar="M.png")
+    warp: Literal["similarity", "affine"] | None = option(None, "Motion model.  [default: similarity]")
+    memory: bool = option(False, "Learn the shape, and recover it when occluded.")
+    memory_file: Path | None = option(
+        None, "Load the memory from this file, if it exists, and save it there.", metavar="FILE"
+    )
+    burn_in: int | None = option(
+        None, "Number of burn-in frames.  [default: 60; 0 with a memory from a file]", min=0
+    )
+    masks: Path | None = option(
+        None, "Ground-truth masks, one per frame: adds IoU and iou.png.", metavar="FOLDER"
+    )
 
     def place(self) -> dict[str, Any]:
         """Arguments of `ContourTracker.start`."""

@@ -8,7 +8,7 @@ import re
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from sdftrack.cli.common import Common, show_table, tracker_settings
 from sdftrack.cli.options import option
@@ -43,8 +43,8 @@ class Demo(Common):
     Without --out the folder is ./sdftrack-demo; files of an earlier demo are replaced.
     """
 
-    frames: Annotated[int, option("Number of frames.", min=12)] = 240
-    seed: Annotated[int, option("Random seed of noise and colours.", min=0)] = 0
+    frames: int = option(240, "Number of frames.", min=12)
+    seed: int = option(0, "Random seed of noise and colours.", min=0)
 
 
 def demo(job: Demo) -> None:

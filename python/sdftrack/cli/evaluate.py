@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from sdftrack.cli.common import Common, show_table
 from sdftrack.cli.objects import check_symmetry, symmetries_of
@@ -17,15 +17,13 @@ from sdftrack.cli.sources import Layout
 class Evaluate(Layout, Common):
     """Compare results with ground truth: a table, plots, result.json (default: in DIR/evaluation)."""
 
-    directory: Annotated[Path, argument("Output folder of sdftrack track or reconstruct.", "DIR")]
-    seq: Annotated[str, argument("The sequence with ground truth.", "SEQ")]
-    symmetry: Annotated[
-        str,
-        option(
-            "recorded (from the results, else from the data set), auto (else detected in the shape), none, or a "
-            "models_info.json."
-        ),
-    ] = "recorded"
+    directory: Path = argument("Output folder of sdftrack track or reconstruct.", "DIR")
+    seq: str = argument("The sequence with ground truth.", "SEQ")
+    symmetry: str = option(
+        "recorded",
+        "recorded (from the results, else from the data set), auto (else detected in the shape), none, or a "
+        "models_info.json.",
+    )
 
 
 def evaluate(job: Evaluate) -> None:

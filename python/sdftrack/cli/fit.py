@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.common import Common, Unit, above_zero, parse_box
 from sdftrack.cli.options import Usage, argument, option
@@ -30,38 +30,31 @@ class Fit(Frames, Layout, Common):
     the pose of the last frame (metres, camera frame).
     """
 
-    source: Annotated[
-        Path,
-        argument(
-            "Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
-            "SEQ|CLOUD.ply|DEPTH.png",
-        ),
-    ]
-    kind: Annotated[
-        Literal["auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"],
-        option("Kind of primitive; auto: the best solid; plane: a rectangle."),
-    ] = "auto"
-    mask: Annotated[
-        Path | None, option("Mask of the object in the first depth image.", metavar="mask.png")
-    ] = None
-    box: Annotated[
-        str | None, option("Alternatively, a box in pixels; may contain other objects.", metavar="x,y,w,h")
-    ] = None
-    frame: Annotated[int | None, option("Use only this frame.", min=0)] = None
-    no_plane: Annotated[bool, option("There is no supporting plane.")] = False
-    unit: Annotated[Unit | None, option("Unit of the point cloud (default: m).")] = None
-    camera: Annotated[
-        Path | None, option("Camera of a depth image: camera.json, .yaml, cam_K.txt.", metavar="FILE")
-    ] = None
-    intrinsics: Annotated[
-        str | None, option("Alternatively, its intrinsics, pixels.", metavar="fx,fy,cx,cy")
-    ] = None
-    depth_scale: Annotated[
-        float | None,
-        option("Metres per unit of a depth image (default: 0.001 of integers, 1 of floats).", metavar="M"),
-        above_zero("metres per unit"),
-    ] = None
-    seed: Annotated[int, option("Random seed of the initial guesses.", min=0, max=2**32 - 1)] = 0
+    source: Path = argument(
+        "Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
+        "SEQ|CLOUD.ply|DEPTH.png",
+    )
+    kind: Literal["auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"] = option(
+        "auto", "Kind of primitive; auto: the best solid; plane: a rectangle."
+    )
+    mask: Path | None = option(None, "Mask of the object in the first depth image.", metavar="mask.png")
+    box: str | None = option(
+        None, "Alternatively, a box in pixels; may contain other objects.", metavar="x,y,w,h"
+    )
+    frame: int | None = option(None, "Use only this frame.", min=0)
+    no_plane: bool = option(False, "There is no supporting plane.")
+    unit: Unit | None = option(None, "Unit of the point cloud (default: m).")
+    camera: Path | None = option(
+        None, "Camera of a depth image: camera.json, .yaml, cam_K.txt.", metavar="FILE"
+    )
+    intrinsics: str | None = option(None, "Alternatively, its intrinsics, pixels.", metavar="fx,fy,cx,cy")
+    depth_scale: float | None = option(
+        None,
+        "Metres per unit of a depth image (default: 0.001 of integers, 1 of floats).",
+        metavar="M",
+        check=above_zero("metres per unit"),
+    )
+    seed: int = option(0, "Random seed of the initial guesses.", min=0, max=2**32 - 1)
 
     @property
     def part(self) -> slice:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import typer
 
@@ -16,9 +15,7 @@ from sdftrack.cli.options import Usage, option
 class Info(Common):
     """Print version, build options, CPU features in use, GPU and threads; also written to DIR/info.json."""
 
-    self_test: Annotated[
-        bool, option('Compare a GPU with the CPU; device="auto" uses one that has passed.')
-    ] = False
+    self_test: bool = option(False, 'Compare a GPU with the CPU; device="auto" uses one that has passed.')
 
 
 def info(job: Info) -> None:

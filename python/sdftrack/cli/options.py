@@ -11,7 +11,7 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Iterator
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -23,25 +23,23 @@ def Usage(message: str, option: str | None = None) -> typer.BadParameter:
     return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
 
 
-class _About(NamedTuple):
-    """What stands beside the type of a field."""
+def option(
+    default: Any, help: str, *names: str, check: Callable[[Any], Any] | None = None, **more: Any
+) -> Any:
+    """An option of a job, called as the field if no `names` are given; a default of ``...``: required.
 
-    names: tuple[str, ...]  # () of an argument
-    more: dict[str, Any]
-
-
-def option(help: str, *names: str, **more: Any) -> Any:
-    """An option of a job, called as the field if no `names` are given; `more`: min, max, metavar, show_default.
-
-    ``Annotated[int, option("Number of voxels.", min=8)] = 200``. A function after it checks or converts the value. The
-    words of a ``Literal`` are the only values; a ``tuple[T, ...]`` is an option that is repeated.
+    ``voxels: int = option(200, "Number of voxels.", min=8)``. `check` checks or converts the value; `more`: min, max,
+    metavar, show_default. The words of a ``Literal`` are the only values; a ``tuple[T, ...]`` is an option that is
+    repeated.
     """
-    return _About(names or ("",), {"help": help, **more})
+    about = {"names": names or ("",), "check": check, "more": {"help": help, **more}}
+    return dataclasses.field(default=dataclasses.MISSING if default is ... else default, metadata=about)
 
 
-def argument(help: str, metavar: str) -> Any:
+def argument(help: str, metavar: str, default: Any = ...) -> Any:
     """A word without the name of an option before it."""
-    return _About((), {"help": help, "metavar": metavar})
+    about = {"names": (), "check": None, "more": {"help": help, "metavar": metavar}}
+    return dataclasses.field(default=dataclasses.MISSING if default is ... else default, metadata=about)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,44 +69,42 @@ class Field:
 
 def fields_of(job: type) -> Iterator[Field]:
     """The fields of a dataclass, its own ones before those of its bases."""
-    hints = get_type_hints(job, include_extras=True)
+    hints = get_type_hints(job)
     known = {f.name: f for f in dataclasses.fields(job)}
     own_first = dict.fromkeys(name for cls in job.__mro__ for name in inspect.get_annotations(cls))
     for name in own_first:
         if name in known:
-            yield _field(name, known[name].default, *get_args(hints[name]))
+            yield _field(known[name], hints[name])
 
 
-def _field(field_name: str, default: Any, kind: Any, about: _About, *checks: Callable[[Any], Any]) -> Field:
-    more = dict(about.more)
-    names = tuple(n or f"--{field_name.strip('_').replace('_', '-')}" for n in about.names)
+def _field(field: Any, kind: Any) -> Field:
+    names = tuple(n or f"--{field.name.strip('_').replace('_', '-')}" for n in field.metadata["names"])
+    more, check = dict(field.metadata["more"]), field.metadata["check"]
     long, _, off = next((n for n in names if n.startswith("--")), more.get("metavar", "")).partition("/")
-    if get_origin(kind) in (Union, UnionType):
-        inner, optional = next(k for k in get_args(kind) if k is not NoneType), True
-    else:
-        inner, optional = kind, False
-    repeated = get_origin(inner) is tuple
+    optional = get_origin(kind) in (Union, UnionType)
+    inner = next(k for k in get_args(kind) if k is not NoneType) if optional else kind
+    default, repeated = field.default, get_origin(inner) is tuple
     if get_origin(inner) is Literal:
         words = get_args(inner)
         more.setdefault("metavar", "|".join(words))
-        inner, checks = str, (_one_of(words), *checks)
+        inner, check = str, _one_of(words)
     if repeated:
         inner = list[get_args(inner)[0]]  # type: ignore[misc]
         default, optional = (None, True) if default == () else (default, optional)
-    shown = typer.Option(*names, **more) if names else typer.Argument(**more)
     parameter = inspect.Parameter(
-        field_name,
+        field.name,
         inspect.Parameter.KEYWORD_ONLY,
         default=inspect.Parameter.empty if default is dataclasses.MISSING else default,
-        annotation=Annotated[inner | None if optional else inner, shown],
+        annotation=Annotated[
+            inner | None if optional else inner,
+            typer.Option(*names, **more) if names else typer.Argument(**more),
+        ],
     )
 
     def convert(value: Any) -> Any:
         if repeated:
             return tuple(value or ())
-        for check in checks if value is not None else ():
-            value = _checked(check, value, long)
-        return value
+        return value if value is None or check is None else _checked(check, value, long)
 
     return Field(long, off, bool(names), "Path" in str(inner), inner is bool, repeated, parameter, convert)
 

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
@@ -28,9 +28,9 @@ class Record(CameraSize, Recording):
     interruption.
     """
 
-    source: Annotated[str, argument("realsense:, realsense:SERIAL or replay:RECORDING.", "CAMERA")]
-    seconds: Annotated[float | None, option("Stop after this time; default: Ctrl-C.", min=0)] = None
-    frames: Annotated[int | None, option("Stop after this number of frames.", min=1)] = None
+    source: str = argument("realsense:, realsense:SERIAL or replay:RECORDING.", "CAMERA")
+    seconds: float | None = option(None, "Stop after this time; default: Ctrl-C.", min=0)
+    frames: int | None = option(None, "Stop after this number of frames.", min=1)
 
 
 def record(job: Record) -> None:
@@ -71,7 +71,7 @@ class Convert(Frames, Layout, Recording):
     If the command is interrupted, --resume continues it.
     """
 
-    seq: Annotated[Path, argument("Recorded sequence.", "SEQ")]
+    seq: Path = argument("Recorded sequence.", "SEQ")
 
 
 def convert(job: Convert) -> None:

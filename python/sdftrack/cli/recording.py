@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from sdftrack.cli.common import Common
 from sdftrack.cli.options import Usage, option
@@ -37,18 +37,17 @@ def _known_layout(value: str) -> str:
 class Recording(Common):
     """Options of a recording that is written."""
 
-    to: Annotated[
-        str | None,
-        option(
-            "Layout to write.", metavar="bop|tum|open3d|mcap", show_default="the one that holds everything"
-        ),
-        _known_layout,
-    ] = None
-    resume: Annotated[bool, option("Continue the recording in DIR that was interrupted.")] = False
-    color: Annotated[
-        Literal["png", "jpg", "video"],
-        option("Colour images: png is lossless, jpg smaller; video: color.mkv, smallest."),
-    ] = "png"
+    to: str | None = option(
+        None,
+        "Layout to write.",
+        metavar="bop|tum|open3d|mcap",
+        show_default="the one that holds everything",
+        check=_known_layout,
+    )
+    resume: bool = option(False, "Continue the recording in DIR that was interrupted.")
+    color: Literal["png", "jpg", "video"] = option(
+        "png", "Colour images: png is lossless, jpg smaller; video: color.mkv, smallest."
+    )
 
     @property
     def folder(self) -> Path:

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -22,11 +21,11 @@ SOURCE = "a source checkout (git clone, or the sdist: pip download --no-binary s
 class Reproduce(Common):
     """Reproduce figures of the thesis; all of them if none is named. Needs a source checkout."""
 
-    figure: Annotated[tuple[str, ...], argument("Figure ids, see --list.", "FIGURE")] = ()
-    show_list: Annotated[bool, option("List the available figures.", "--list")] = False
-    mesh: Annotated[Path | None, option("Mesh to use instead of the built-in shape.", metavar="M.ply")] = None
-    unit: Annotated[Unit | None, option("Unit of the mesh.")] = None
-    frames: Annotated[int | None, option("Number of frames, e.g. fewer for a quick test.", min=2)] = None
+    figure: tuple[str, ...] = argument("Figure ids, see --list.", "FIGURE", default=())
+    show_list: bool = option(False, "List the available figures.", "--list")
+    mesh: Path | None = option(None, "Mesh to use instead of the built-in shape.", metavar="M.ply")
+    unit: Unit | None = option(None, "Unit of the mesh.")
+    frames: int | None = option(None, "Number of frames, e.g. fewer for a quick test.", min=2)
 
 
 def reproduce(job: Reproduce) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from sdftrack.cli.common import above_zero, floats
 from sdftrack.cli.objects import about_file
@@ -29,17 +29,17 @@ def known_layout(value: str) -> str:
 class Layout:
     """How a sequence is opened."""
 
-    layout: Annotated[
-        str,
-        option("auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md)."),
-        known_layout,
-    ] = "auto"
-    depth_topic: Annotated[
-        str | None, option("Depth images of a bag that has several topics of them.", metavar="TOPIC")
-    ] = None
-    color_topic: Annotated[
-        str | None, option("Colour images of a bag, likewise; none: without colour.", metavar="TOPIC")
-    ] = None
+    layout: str = option(
+        "auto",
+        "auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md).",
+        check=known_layout,
+    )
+    depth_topic: str | None = option(
+        None, "Depth images of a bag that has several topics of them.", metavar="TOPIC"
+    )
+    color_topic: str | None = option(
+        None, "Colour images of a bag, likewise; none: without colour.", metavar="TOPIC"
+    )
 
     @property
     def opening(self) -> dict[str, Any]:
@@ -51,9 +51,9 @@ class Layout:
 class Frames:
     """The frames of a sequence that are used."""
 
-    start: Annotated[int, option("First frame.", min=0)] = 0
-    stop: Annotated[int | None, option("End frame (exclusive).", min=0)] = None
-    step: Annotated[int, option("Every n-th frame.", min=1)] = 1
+    start: int = option(0, "First frame.", min=0)
+    stop: int | None = option(None, "End frame (exclusive).", min=0)
+    step: int = option(1, "Every n-th frame.", min=1)
 
     @property
     def part(self) -> slice:
@@ -122,9 +122,9 @@ SIZED = (".json", ".yaml", ".yml")  # camera files that may hold the size of the
 class CameraSize:
     """What is asked of a running camera."""
 
-    width: Annotated[int | None, option("Width of the images (of depth if any), px.", min=1)] = None
-    height: Annotated[int | None, option("Height of the images (of depth if any), px.", min=1)] = None
-    fps: Annotated[float | None, option("Frames per second."), above_zero("frames per second")] = None
+    width: int | None = option(None, "Width of the images (of depth if any), px.", min=1)
+    height: int | None = option(None, "Height of the images (of depth if any), px.", min=1)
+    fps: float | None = option(None, "Frames per second.", check=above_zero("frames per second"))
 
     def opened(
         self, address: str, waiting: int, *, color_alone: bool = False, camera: Path | None = None

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.common import Common, check_common
 from sdftrack.cli.options import Usage, argument, option
@@ -28,15 +28,13 @@ class Superpixels(Common):
     more than 65535), boundaries.png, mean.png and result.json.
     """
 
-    image: Annotated[Path, argument("PNG, JPEG or another image file.", "IMAGE")]
-    segments: Annotated[int, option("Approximate number of segments.", min=1)] = 1200
-    compactness: Annotated[float, option("Compactness m; larger: rounder segments."), _compactness] = 10.0
-    iterations: Annotated[int, option("Maximum number of k-means iterations.", min=1)] = 5
-    color_space: Annotated[Literal["lab", "xyz", "rgb"], option("Colour space of the comparison.")] = "lab"
-    distance: Annotated[Literal["slic", "thesis"], option("slic: squared; thesis: d_lab + (m / S) d_xy.")] = (
-        "slic"
-    )
-    mask: Annotated[Path | None, option("Segment only these pixels.", metavar="mask.png")] = None
+    image: Path = argument("PNG, JPEG or another image file.", "IMAGE")
+    segments: int = option(1200, "Approximate number of segments.", min=1)
+    compactness: float = option(10.0, "Compactness m; larger: rounder segments.", check=_compactness)
+    iterations: int = option(5, "Maximum number of k-means iterations.", min=1)
+    color_space: Literal["lab", "xyz", "rgb"] = option("lab", "Colour space of the comparison.")
+    distance: Literal["slic", "thesis"] = option("slic", "slic: squared; thesis: d_lab + (m / S) d_xy.")
+    mask: Path | None = option(None, "Segment only these pixels.", metavar="mask.png")
 
 
 def superpixels(job: Superpixels) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.common import Unit
 from sdftrack.cli.options import Usage, argument, option
@@ -33,49 +33,34 @@ def _noise(text: str) -> str | float | None:
 class Synth(Recording):
     """Render a sequence with exact poses, masks and models, to try the other commands with."""
 
-    scene: Annotated[
-        Literal["sequence", "exercise"],
-        argument(
-            "sequence: objects on a path; exercise: of rehabilitation, with an object on a table, and its truth in "
-            "exercise.json.",
-            "sequence|exercise",
-        ),
-    ] = "sequence"
-    model: Annotated[
-        tuple[Path, ...],
-        option(
-            "Mesh; repeat for several objects.", metavar="M.ply", show_default="a duck; an exercise: a cup"
-        ),
-    ] = ()
-    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
-    frames: Annotated[
-        int | None, option("Number of frames.", min=1, show_default="120; an exercise: all")
-    ] = None
-    motion: Annotated[
-        Literal["random", "orbit", "sweep", "static"] | None,
-        option("Path of the objects in a sequence.", show_default="random"),
-    ] = None
-    kind: Annotated[
-        Literal["reach", "pouring", "circle", "tremor", "two-handed"] | None,
-        option("Kind of exercise.", show_default="reach"),
-    ] = None
-    object_: Annotated[
-        Literal["cup", "ball", "box", "stick", "duck", "can"] | None,
-        option("Object of an exercise.", show_default="cup"),
-    ] = None
-    repetitions: Annotated[int | None, option("Repetitions of an exercise.", min=1, show_default="5")] = None
-    noise: Annotated[str, option("Depth noise; SIGMA in metres.", metavar="none|kinect|stereo|SIGMA")] = (
-        "kinect"
+    scene: Literal["sequence", "exercise"] = argument(
+        "sequence: objects on a path; exercise: of rehabilitation, with an object on a table, and its truth in "
+        "exercise.json.",
+        "sequence|exercise",
+        default="sequence",
     )
-    hidden: Annotated[float, option("Part of the first object that a hand hides.", min=0, max=0.8)] = 0.0
-    around: Annotated[
-        Literal["none", "wall", "table", "objects", "touching"] | None,
-        option(
-            "Surroundings; of an exercise: none, wall or table.", show_default="objects; an exercise: table"
-        ),
-    ] = None
-    fps: Annotated[float, option("Frames per second.", min=1, max=1000)] = 30.0
-    seed: Annotated[int, option("Random seed of path, noise, surroundings and colours.", min=0)] = 0
+    model: tuple[Path, ...] = option(
+        (), "Mesh; repeat for several objects.", metavar="M.ply", show_default="a duck; an exercise: a cup"
+    )
+    unit: Unit | None = option(None, "Unit of the meshes.")
+    frames: int | None = option(None, "Number of frames.", min=1, show_default="120; an exercise: all")
+    motion: Literal["random", "orbit", "sweep", "static"] | None = option(
+        None, "Path of the objects in a sequence.", show_default="random"
+    )
+    kind: Literal["reach", "pouring", "circle", "tremor", "two-handed"] | None = option(
+        None, "Kind of exercise.", show_default="reach"
+    )
+    object_: Literal["cup", "ball", "box", "stick", "duck", "can"] | None = option(
+        None, "Object of an exercise.", show_default="cup"
+    )
+    repetitions: int | None = option(None, "Repetitions of an exercise.", min=1, show_default="5")
+    noise: str = option("kinect", "Depth noise; SIGMA in metres.", metavar="none|kinect|stereo|SIGMA")
+    hidden: float = option(0.0, "Part of the first object that a hand hides.", min=0, max=0.8)
+    around: Literal["none", "wall", "table", "objects", "touching"] | None = option(
+        None, "Surroundings; of an exercise: none, wall or table.", show_default="objects; an exercise: table"
+    )
+    fps: float = option(30.0, "Frames per second.", min=1, max=1000)
+    seed: int = option(0, "Random seed of path, noise, surroundings and colours.", min=0)
 
 
 def synth(job: Synth) -> None:

@@ -8,7 +8,7 @@ import dataclasses
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import typer
 
@@ -38,49 +38,40 @@ class Track(Meshes, Frames, Layout, Sensor, Common):
     a folder each. The exit code is 3 where an object is lost in all frames.
     """
 
-    seq: Annotated[tuple[Path, ...], argument("Folders of recorded sequences.", "SEQ")]
-    model: Annotated[tuple[Path, ...], option("Mesh; repeat for several objects.", metavar="M.ply")]
-    count: Annotated[
-        tuple[int, ...],
-        option("Number of copies of the --model; once, or repeated for every model.", min=1, metavar="N"),
-    ] = ()
-    init: Annotated[
-        tuple[str, ...],
-        option(
-            "Location of the objects in the first image: ground truth (default); automatic search; a file; "
-            "a mask, box or click in the depth image, repeated for every --model.",
-            metavar=INIT,
-        ),
-    ] = ()
-    mode: Annotated[
-        Literal["auto", "depth", "rgbd", "rgb"],
-        option("Depth only; with colour if available; or only the outline in the colour image."),
-    ] = "auto"
-    outline: Annotated[
-        bool | None,
-        option(
-            "Also use the outline in the colour image, if depth is biased or missing.",
-            "--outline/--no-outline",
-            show_default="on, except with --mode depth",
-        ),
-    ] = None
-    overlay_mesh: Annotated[
-        tuple[Path, ...],
-        option("Mesh drawn at the pose; the k-th one at the k-th object.", metavar="MESH.ply"),
-    ] = ()
-    holes: Annotated[Holes, option("Open meshes: report an error, or close them.")] = "error"
-    colored: Annotated[
-        bool, option("Use the models' colours, which resolve rotations that their shapes do not.")
-    ] = False
-    symmetry: Annotated[
-        str,
-        option(
-            "Symmetries for the errors: from the data set or detected in the shape; none; a BOP file.",
-            metavar="auto|none|models_info.json",
-        ),
-        check_symmetry,
-    ] = "none"
-    no_video: Annotated[bool, option("Do not write overlay.mp4.")] = False
+    seq: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ")
+    model: tuple[Path, ...] = option(..., "Mesh; repeat for several objects.", metavar="M.ply")
+    count: tuple[int, ...] = option(
+        (), "Number of copies of the --model; once, or repeated for every model.", min=1, metavar="N"
+    )
+    init: tuple[str, ...] = option(
+        (),
+        "Location of the objects in the first image: ground truth (default); automatic search; a file; "
+        "a mask, box or click in the depth image, repeated for every --model.",
+        metavar=INIT,
+    )
+    mode: Literal["auto", "depth", "rgbd", "rgb"] = option(
+        "auto", "Depth only; with colour if available; or only the outline in the colour image."
+    )
+    outline: bool | None = option(
+        None,
+        "Also use the outline in the colour image, if depth is biased or missing.",
+        "--outline/--no-outline",
+        show_default="on, except with --mode depth",
+    )
+    overlay_mesh: tuple[Path, ...] = option(
+        (), "Mesh drawn at the pose; the k-th one at the k-th object.", metavar="MESH.ply"
+    )
+    holes: Holes = option("error", "Open meshes: report an error, or close them.")
+    colored: bool = option(
+        False, "Use the models' colours, which resolve rotations that their shapes do not."
+    )
+    symmetry: str = option(
+        "none",
+        "Symmetries for the errors: from the data set or detected in the shape; none; a BOP file.",
+        metavar="auto|none|models_info.json",
+        check=check_symmetry,
+    )
+    no_video: bool = option(False, "Do not write overlay.mp4.")
 
     def models(self) -> list[Path]:
         """The mesh of each object."""

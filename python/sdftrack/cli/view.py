@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import Usage, argument, option
@@ -28,21 +28,18 @@ class View(Layout, Common):
     The page's save button writes the image that it shows into DIR of --out, as view_NNNNNN.png.
     """
 
-    path: Annotated[
-        Path,
-        argument("Output folder of track or reconstruct, a recorded sequence, or a mesh.", "DIR|SEQ|MESH"),
-    ]
-    seq: Annotated[
-        str | None, option("The sequence of the results, if it has been moved.", metavar="SEQ")
-    ] = None
-    host: Annotated[
-        str, option("Address to listen at; others than localhost are for the network, with a token.")
-    ] = "localhost"
-    port: Annotated[int, option("First port tried; 0: any free one.", min=0, max=65535)] = 8080
-    seconds: Annotated[
-        float | None, option("End after so many seconds. Default: at Ctrl-C.", metavar="S"), _seconds
-    ] = None
-    unit: Annotated[Unit | None, option("Unit of the meshes.")] = None
+    path: Path = argument(
+        "Output folder of track or reconstruct, a recorded sequence, or a mesh.", "DIR|SEQ|MESH"
+    )
+    seq: str | None = option(None, "The sequence of the results, if it has been moved.", metavar="SEQ")
+    host: str = option(
+        "localhost", "Address to listen at; others than localhost are for the network, with a token."
+    )
+    port: int = option(8080, "First port tried; 0: any free one.", min=0, max=65535)
+    seconds: float | None = option(
+        None, "End after so many seconds. Default: at Ctrl-C.", metavar="S", check=_seconds
+    )
+    unit: Unit | None = option(None, "Unit of the meshes.")
 
 
 def view(job: View) -> None:

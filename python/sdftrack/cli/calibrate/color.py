@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from sdftrack.cli.common import Common, above_zero, floats, show_table
 from sdftrack.cli.options import Usage, argument, option
@@ -25,22 +25,22 @@ class Color(Frames, Layout, Common):
     Writes camera.json (with the mapping, in the format of a sequence folder), result.json and plots into DIR.
     """
 
-    seq: Annotated[Path, argument("Folder of a recorded sequence.", "SEQ")]
-    ball_radius: Annotated[float, option("Radius of the ball, metres.", metavar="R"), above_zero("metres")]
-    ball_color: Annotated[
-        str | None, option("0 to 255; default: the most saturated moving object.", metavar="r,g,b")
-    ] = None
-    color_camera: Annotated[
-        Path | None,
-        option("Known colour camera: only its pose is estimated; its distortion is used.", metavar="FILE"),
-    ] = None
-    time_offset: Annotated[bool, option("Also estimate the delay of colour relative to depth.")] = False
-    fps: Annotated[
-        float | None,
-        option("Frames per second, if the sequence has no timestamps.", metavar="N"),
-        above_zero("frames per second"),
-    ] = None
-    seed: Annotated[int, option("Random seed of the search for consistent pairs.", min=0)] = 0
+    seq: Path = argument("Folder of a recorded sequence.", "SEQ")
+    ball_radius: float = option(..., "Radius of the ball, metres.", metavar="R", check=above_zero("metres"))
+    ball_color: str | None = option(
+        None, "0 to 255; default: the most saturated moving object.", metavar="r,g,b"
+    )
+    color_camera: Path | None = option(
+        None, "Known colour camera: only its pose is estimated; its distortion is used.", metavar="FILE"
+    )
+    time_offset: bool = option(False, "Also estimate the delay of colour relative to depth.")
+    fps: float | None = option(
+        None,
+        "Frames per second, if the sequence has no timestamps.",
+        metavar="N",
+        check=above_zero("frames per second"),
+    )
+    seed: int = option(0, "Random seed of the search for consistent pairs.", min=0)
 
     def rgb(self) -> tuple[float, ...] | None:
         """The numbers of --ball-color."""

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from sdftrack.cli.common import Common, Meshes, show_table
 from sdftrack.cli.objects import load_targets
@@ -25,24 +25,21 @@ class Depth(Meshes, Frames, Layout, Common):
     with --sensor FILE.toml, or Tracker(..., sensor=FILE.toml).
     """
 
-    seqs: Annotated[tuple[Path, ...], argument("Folders of recorded sequences.", "SEQ...")]
-    out: Annotated[
-        Path | None,
-        option(
-            "Output file of the sensor model; a plot is written next to it.",
-            "--out",
-            "-o",
-            metavar="FILE.toml",
-        ),
-    ] = None
-    model: Annotated[
-        Path | None,
-        option(
-            "A known object, at the sequence's ground-truth poses. Default: a wall or table.", metavar="M.ply"
-        ),
-    ] = None
-    overwrite: Annotated[bool, option("Replace FILE if it exists.", "--overwrite")] = False
-    name: Annotated[str, option("Name of the sensor, used in results.")] = "calibrated"
+    seqs: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ...")
+    out: Path | None = option(
+        None,
+        "Output file of the sensor model; a plot is written next to it.",
+        "--out",
+        "-o",
+        metavar="FILE.toml",
+    )
+    model: Path | None = option(
+        None,
+        "A known object, at the sequence's ground-truth poses. Default: a wall or table.",
+        metavar="M.ply",
+    )
+    overwrite: bool = option(False, "Replace FILE if it exists.", "--overwrite")
+    name: str = option("calibrated", "Name of the sensor, used in results.")
 
     def file(self) -> Path:
         """--out, a new file."""

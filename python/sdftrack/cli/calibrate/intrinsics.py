@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from sdftrack.cli.common import Common, Holes, Meshes, show_table
 from sdftrack.cli.init import INIT, Init, parse_inits, places
@@ -30,36 +30,28 @@ class Intrinsics(Meshes, Frames, Layout, Common):
     Writes camera.json, result.json and plots into DIR.
     """
 
-    seq: Annotated[Path, argument("Folder of a recorded sequence.", "SEQ")]
-    model: Annotated[Path, option("Mesh of the object.", metavar="M.ply")]
-    init: Annotated[
-        str,
-        option("Location of the object in the first image; auto: by its mask or a search.", metavar=INIT),
-    ] = "auto"
-    free: Annotated[
-        str,
-        option(
-            "Parameters to estimate, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
-            metavar="NAME,...",
-        ),
-    ] = ",".join(PINHOLE)
-    per_frame: Annotated[
-        bool, option("Weighted mean of single-frame estimates instead of a joint solution.")
-    ] = False
-    residual: Annotated[
-        Literal["ray_hit", "point"],
-        option("ray_hit: depth of the ray's intersection with the model; point: as in the thesis."),
-    ] = "ray_hit"
-    camera: Annotated[
-        Path | None, option("Initial estimate, instead of the sequence's own camera.", metavar="FILE")
-    ] = None
-    guess: Annotated[
-        str | None, option("Initial estimate, pixels; 10 % accuracy suffices.", metavar="fx,fy,cx,cy")
-    ] = None
-    holes: Annotated[Holes, option("Open meshes: report an error, or close them.")] = "error"
-    max_pixels: Annotated[int, option("Maximum number of depth pixels used per frame.", min=MIN_PIXELS)] = (
-        5000
+    seq: Path = argument("Folder of a recorded sequence.", "SEQ")
+    model: Path = option(..., "Mesh of the object.", metavar="M.ply")
+    init: str = option(
+        "auto", "Location of the object in the first image; auto: by its mask or a search.", metavar=INIT
     )
+    free: str = option(
+        ",".join(PINHOLE),
+        "Parameters to estimate, out of fx, fy, cx, cy, skew, k1, k2, depth_scale, depth_offset.",
+        metavar="NAME,...",
+    )
+    per_frame: bool = option(False, "Weighted mean of single-frame estimates instead of a joint solution.")
+    residual: Literal["ray_hit", "point"] = option(
+        "ray_hit", "ray_hit: depth of the ray's intersection with the model; point: as in the thesis."
+    )
+    camera: Path | None = option(
+        None, "Initial estimate, instead of the sequence's own camera.", metavar="FILE"
+    )
+    guess: str | None = option(
+        None, "Initial estimate, pixels; 10 % accuracy suffices.", metavar="fx,fy,cx,cy"
+    )
+    holes: Holes = option("error", "Open meshes: report an error, or close them.")
+    max_pixels: int = option(5000, "Maximum number of depth pixels used per frame.", min=MIN_PIXELS)
 
     def unknowns(self) -> tuple[str, ...]:
         """The names of --free."""

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
@@ -48,51 +48,41 @@ class Live(CameraSize, Meshes, Sensor, Common):
     """
 
     # Named as the arguments of `open_camera`, whose advice about them thus names the options.
-    address: Annotated[
-        str,
-        option(
-            "realsense:, realsense:SERIAL, replay:RECORDING, or webcam:0 for --contour and --mode rgb.",
-            "--camera",
-            metavar="CAMERA",
-        ),
-    ] = "realsense:"
-    camera: Annotated[
-        Path | None,
-        option("Intrinsics of a webcam; other cameras know theirs.", "--intrinsics", metavar="CAMERA.json"),
-    ] = None
-    model: Annotated[tuple[Path, ...], option("Mesh; repeat for several objects.", metavar="M.ply")] = ()
-    reconstruct: Annotated[bool, option("Reconstruct an unknown object instead.")] = False
-    contour: Annotated[bool, option("Follow an outline in the colour images instead.")] = False
-    init: Annotated[
-        tuple[str, ...],
-        option(
-            "Location of the objects in the first image: automatic search (default); shown in the browser "
-            "(default of --reconstruct and --contour); a file; a mask, box or click in the depth image, repeated for "
-            "every --model. --contour: a mask or box in the colour image; --mode rgb: poses.json.",
-            metavar=INIT,
-        ),
-    ] = ()
-    viewer: Annotated[bool, option("Show a page in the browser.", "--viewer/--no-viewer")] = True
-    host: Annotated[
-        str, option("Address of the page; others than localhost can be reached from the network.")
-    ] = "localhost"
-    port: Annotated[int, option("Port of the page; 0: any.", min=0, max=65535)] = 8080
-    stream: Annotated[
-        tuple[str, ...],
-        option(
-            "Send the poses to other programs; repeatable.",
-            metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
-        ),
-    ] = ()
-    seconds: Annotated[float | None, option("Stop after this time; default: Ctrl-C.", min=0)] = None
-    motion: Annotated[
-        bool, option("Speed, path and repetitions so far, on the page and in ws:// streams.")
-    ] = False
-    mode: Annotated[
-        Literal["auto", "depth", "rgbd", "rgb"],
-        option("Depth only, with colour if available, or colour alone."),
-    ] = "auto"
-    no_video: Annotated[bool, option("Do not write overlay.mp4.")] = False
+    address: str = option(
+        "realsense:",
+        "realsense:, realsense:SERIAL, replay:RECORDING, or webcam:0 for --contour and --mode rgb.",
+        "--camera",
+        metavar="CAMERA",
+    )
+    camera: Path | None = option(
+        None, "Intrinsics of a webcam; other cameras know theirs.", "--intrinsics", metavar="CAMERA.json"
+    )
+    model: tuple[Path, ...] = option((), "Mesh; repeat for several objects.", metavar="M.ply")
+    reconstruct: bool = option(False, "Reconstruct an unknown object instead.")
+    contour: bool = option(False, "Follow an outline in the colour images instead.")
+    init: tuple[str, ...] = option(
+        (),
+        "Location of the objects in the first image: automatic search (default); shown in the browser "
+        "(default of --reconstruct and --contour); a file; a mask, box or click in the depth image, repeated for "
+        "every --model. --contour: a mask or box in the colour image; --mode rgb: poses.json.",
+        metavar=INIT,
+    )
+    viewer: bool = option(True, "Show a page in the browser.", "--viewer/--no-viewer")
+    host: str = option(
+        "localhost", "Address of the page; others than localhost can be reached from the network."
+    )
+    port: int = option(8080, "Port of the page; 0: any.", min=0, max=65535)
+    stream: tuple[str, ...] = option(
+        (),
+        "Send the poses to other programs; repeatable.",
+        metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
+    )
+    seconds: float | None = option(None, "Stop after this time; default: Ctrl-C.", min=0)
+    motion: bool = option(False, "Speed, path and repetitions so far, on the page and in ws:// streams.")
+    mode: Literal["auto", "depth", "rgbd", "rgb"] = option(
+        "auto", "Depth only, with colour if available, or colour alone."
+    )
+    no_video: bool = option(False, "Do not write overlay.mp4.")
 
     @property
     def by_color(self) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import typer
 
@@ -27,68 +27,43 @@ class Motion(Common):
     sessions. The exit code is 3 where all objects of a RESULT are lost in all frames.
     """
 
-    results: Annotated[
-        tuple[Path, ...],
-        argument(
-            "Folders of track, reconstruct or live, or TUM, BOP, C3D or CSV files; several are sessions in order.",
-            "RESULT...",
-        ),
-    ]
-    fps: Annotated[
-        float | None, option("Frames per second, of files without times.", min=0.1, max=10_000)
-    ] = None
-    unit: Annotated[Literal["m", "mm", "cm"] | None, option("Unit of lengths.")] = None
-    object_: Annotated[
-        tuple[str, ...],
-        option("Only this object, by name or number from 1; repeatable.", metavar="NAME|N"),
-    ] = ()
-    by: Annotated[Literal["auto", "position", "rotation"], option("What a repetition is found by.")] = "auto"
-    repetitions: Annotated[
-        Path | None,
-        option(
-            "Repetitions corrected by hand: a changed repetitions.json, or CSV of start_s,end_s.",
-            metavar="FILE",
-        ),
-    ] = None
-    cues: Annotated[str | None, option("Times of the signals to start, s.", metavar="T1,T2,...|FILE")] = None
-    up: Annotated[
-        str | None,
-        option(
-            "Direction against gravity in the camera frame, or the normal of the table in the recording.",
-            metavar="X,Y,Z|table",
-        ),
-    ] = None
-    frame: Annotated[
-        Literal["camera", "table"], option("Frame of positions; table: needs the recording.")
-    ] = "camera"
-    point: Annotated[
-        str,
-        option(
-            "Point of the object that is measured; center: near the middle of its model, where it is known best.",
-            metavar="center|origin|X,Y,Z",
-        ),
-    ] = "center"
-    axis: Annotated[str, option("Axis of the object that points up when it stands.", metavar="X,Y,Z")] = (
-        "0,0,1"
+    results: tuple[Path, ...] = argument(
+        "Folders of track, reconstruct or live, or TUM, BOP, C3D or CSV files; several are sessions in order.",
+        "RESULT...",
     )
-    target: Annotated[
-        tuple[str, ...],
-        option(
-            "Zone or path, metres; repeatable.",
-            metavar="sphere:x,y,z,r|box:x0,y0,z0,x1,y1,z1|path:FILE,r",
-        ),
-    ] = ()
-    measures: Annotated[str | None, option("Only these measures.", metavar="A,B,...")] = None
-    session: Annotated[
-        tuple[str, ...],
-        option("Name of a session in the report; repeated, one for every RESULT.", metavar="NAME|DATE"),
-    ] = ()
-    max_gap: Annotated[float, option("Longest time without a pose that is bridged, s.", min=0.01, max=10)] = (
-        0.3
+    fps: float | None = option(None, "Frames per second, of files without times.", min=0.1, max=10_000)
+    unit: Literal["m", "mm", "cm"] | None = option(None, "Unit of lengths.")
+    object_: tuple[str, ...] = option(
+        (), "Only this object, by name or number from 1; repeatable.", metavar="NAME|N"
     )
-    export: Annotated[
-        str | None, option("Smoothed trajectories for other programs.", metavar="c3d,sto,trc,csv")
-    ] = None
+    by: Literal["auto", "position", "rotation"] = option("auto", "What a repetition is found by.")
+    repetitions: Path | None = option(
+        None,
+        "Repetitions corrected by hand: a changed repetitions.json, or CSV of start_s,end_s.",
+        metavar="FILE",
+    )
+    cues: str | None = option(None, "Times of the signals to start, s.", metavar="T1,T2,...|FILE")
+    up: str | None = option(
+        None,
+        "Direction against gravity in the camera frame, or the normal of the table in the recording.",
+        metavar="X,Y,Z|table",
+    )
+    frame: Literal["camera", "table"] = option("camera", "Frame of positions; table: needs the recording.")
+    point: str = option(
+        "center",
+        "Point of the object that is measured; center: near the middle of its model, where it is known best.",
+        metavar="center|origin|X,Y,Z",
+    )
+    axis: str = option("0,0,1", "Axis of the object that points up when it stands.", metavar="X,Y,Z")
+    target: tuple[str, ...] = option(
+        (), "Zone or path, metres; repeatable.", metavar="sphere:x,y,z,r|box:x0,y0,z0,x1,y1,z1|path:FILE,r"
+    )
+    measures: str | None = option(None, "Only these measures.", metavar="A,B,...")
+    session: tuple[str, ...] = option(
+        (), "Name of a session in the report; repeated, one for every RESULT.", metavar="NAME|DATE"
+    )
+    max_gap: float = option(0.3, "Longest time without a pose that is bridged, s.", min=0.01, max=10)
+    export: str | None = option(None, "Smoothed trajectories for other programs.", metavar="c3d,sto,trc,csv")
 
     def check(self) -> None:
         """Usage error for options that do not go together."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import typer
 
@@ -37,91 +37,70 @@ class Reconstruct(Frames, Layout, Common):
     continue the shape of the first, and their poses go to DIR/recording_2, and so on.
     """
 
-    seq: Annotated[tuple[Path, ...], argument("Folders of recorded sequences.", "SEQ")]
-    init: Annotated[
-        str | None,
-        option(
-            "Location of the object in the first image: a box or a mask in the depth image, or the true pose of "
-            "--shape. Default: the sequence's own mask.",
-            metavar=INIT,
-        ),
-    ] = None
-    then: Annotated[
-        tuple[Path, ...],
-        option(
-            "Another recording of the same object, on another side, that extends its shape; may be repeated.",
-            metavar="SEQ",
-        ),
-    ] = ()
-    then_init: Annotated[
-        tuple[str, ...],
-        option(
-            "Location of the object in the first image of each --then; mask (default): the sequence's own.",
-            metavar=THEN_INIT,
-        ),
-    ] = ()
-    object_: Annotated[
-        int | None, option("Index of the object among those of the sequence, from 0.", min=0, metavar="K")
-    ] = None
-    shape: Annotated[
-        str | None,
-        option(
-            "Initial shape, metres: a ball, a mesh of a similar object, or a shape.npz. Default: a ball as wide "
-            "as the object.",
-            metavar=SHAPE,
-        ),
-        known_shape,
-    ] = None
-    unit: Annotated[Unit | None, option("Unit of the --shape mesh.")] = None
-    quality: Annotated[
-        Literal["quick", "normal", "fine"] | None,
-        option("Voxels along each side of the volume: 96, 200 (the default) or 300."),
-    ] = None
-    voxels: Annotated[
-        int | None, option("Number of voxels instead of --quality; 20 bytes each.", min=16, max=512)
-    ] = None
-    extent: Annotated[
-        float | None,
-        option("Side of the volume, m. Default: 1.8 times the object's width.", metavar="M"),
-        above_zero("metres", 10),
-    ] = None
-    mode: Annotated[Literal["auto", "depth", "rgbd"], option("Depth only, or with colour if available.")] = (
-        "auto"
+    seq: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ")
+    init: str | None = option(
+        None,
+        "Location of the object in the first image: a box or a mask in the depth image, or the true pose of "
+        "--shape. Default: the sequence's own mask.",
+        metavar=INIT,
     )
-    no_refine: Annotated[bool, option("Do not refine poses and shape over all frames at the end.")] = False
-    format: Annotated[
-        str,
-        option("Mesh file formats; mesh.ply is always written.", metavar="ply,obj,glb,stl"),
-    ] = "ply"
-    seen_only: Annotated[bool, option("Omit guessed surface from the mesh files; shape.npz contains it.")] = (
-        False
+    then: tuple[Path, ...] = option(
+        (),
+        "Another recording of the same object, on another side, that extends its shape; may be repeated.",
+        metavar="SEQ",
     )
-    faces: Annotated[
-        int | None,
-        option(
-            "Maximum number of triangles in the mesh files. Extra: export.",
-            min=4,
-            max=2**31 - 1,
-            metavar="N",
-        ),
-    ] = None
-    texture: Annotated[
-        int | None,
-        option(
-            "Store colours in a texture of N x N texels; with --faces, those of the full mesh. Extra: export.",
-            min=16,
-            max=8192,
-            metavar="N",
-        ),
-    ] = None
-    evolution: Annotated[
-        Literal["ours", "printed"] | None,
-        option(
-            "Evolution of the shape: ours, or as printed in the thesis, with its tracker. Default: as in "
-            "--config, else ours.",
-        ),
-    ] = None
-    no_video: Annotated[bool, option("Do not write overlay.mp4 and turntable.mp4.")] = False
+    then_init: tuple[str, ...] = option(
+        (),
+        "Location of the object in the first image of each --then; mask (default): the sequence's own.",
+        metavar=THEN_INIT,
+    )
+    object_: int | None = option(
+        None, "Index of the object among those of the sequence, from 0.", min=0, metavar="K"
+    )
+    shape: str | None = option(
+        None,
+        "Initial shape, metres: a ball, a mesh of a similar object, or a shape.npz. Default: a ball as wide "
+        "as the object.",
+        metavar=SHAPE,
+        check=known_shape,
+    )
+    unit: Unit | None = option(None, "Unit of the --shape mesh.")
+    quality: Literal["quick", "normal", "fine"] | None = option(
+        None, "Voxels along each side of the volume: 96, 200 (the default) or 300."
+    )
+    voxels: int | None = option(
+        None, "Number of voxels instead of --quality; 20 bytes each.", min=16, max=512
+    )
+    extent: float | None = option(
+        None,
+        "Side of the volume, m. Default: 1.8 times the object's width.",
+        metavar="M",
+        check=above_zero("metres", 10),
+    )
+    mode: Literal["auto", "depth", "rgbd"] = option("auto", "Depth only, or with colour if available.")
+    no_refine: bool = option(False, "Do not refine poses and shape over all frames at the end.")
+    format: str = option("ply", "Mesh file formats; mesh.ply is always written.", metavar="ply,obj,glb,stl")
+    seen_only: bool = option(False, "Omit guessed surface from the mesh files; shape.npz contains it.")
+    faces: int | None = option(
+        None,
+        "Maximum number of triangles in the mesh files. Extra: export.",
+        min=4,
+        max=2**31 - 1,
+        metavar="N",
+    )
+    texture: int | None = option(
+        None,
+        "Store colours in a texture of N x N texels; with --faces, those of the full mesh. Extra: export.",
+        min=16,
+        max=8192,
+        metavar="N",
+    )
+    evolution: Literal["ours", "printed"] | None = option(
+        None,
+        "Evolution of the shape: ours, or as printed in the thesis, with its tracker. Default: as in "
+        "--config, else ours.",
+    )
+    no_video: bool = option(False, "Do not write overlay.mp4 and turntable.mp4.")
 
     def place(self) -> Init | None:
         """Where the object is in the first image; None: in the sequence's own mask."""
