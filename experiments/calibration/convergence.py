@@ -133,10 +133,10 @@ def within_from(running: Array, frames: int) -> int | None:
 
 def _rows(level: dict[str, Any]) -> list[dict[str, Any]]:
     sigma, start, none = level["sigma_m"], level["within_from"], "never"
-    judged = {"printed": AT_1_MM if sigma == SIGMAS_M[1] else HIGHER if sigma > SIGMAS_M[1] else None}
+    judged: dict[str, Any] = {"printed": HIGHER if sigma > SIGMAS_M[1] else None}
     if sigma == SIGMAS_M[1]:
-        judged["kept"] = start is not None and start < BEFORE
-    ways = (
+        judged = {"printed": AT_1_MM, "kept": start is not None and start < BEFORE}
+    ways: tuple[tuple[str, list[float], dict[str, Any]], ...] = (
         ("fused", level["fused"], {"start": str(start or none), **judged}),
         ("fused, as printed", level["printed"][-1], {"start": str(level["printed_within_from"] or none)}),
         ("joint", level["joint"][max(level["joint"])], {}),
@@ -254,7 +254,10 @@ def _planes_picture(frame: Any, rows: list[dict[str, Any]], cameras: dict[str, C
     for name in ("start values", "joint solution"):
         points, own, angle = _along_edge(frame, cameras[name])
         dots = {"marker": ".", "markersize": 1, "linestyle": ""}
-        lines = [Line(*points[own == k].T, style={**dots, "color": COLORS[k]}) for k in range(2)]
+        lines = [
+            Line(points[own == k, 0], points[own == k, 1], style={**dots, "color": COLORS[k]})
+            for k in range(2)
+        ]
         upright = {"color": "#222222", "linestyle": "--"}
         lines.append(Line([0, 0], [0, points[:, 1].max()], style=upright))
         title = f"{name}: {angle:.2f} deg along an edge"

@@ -106,7 +106,7 @@ def cut(*, data: Path, frames: int | None = None) -> Table:
         of each set, at most
     """
     used, note = sets(data, frames)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for i, (name, masks) in enumerate(used.items()):
         step(i, len(used), name)
         rows.append({"set": name})
@@ -163,12 +163,14 @@ def recovered(*, data: Path, frames: int | None = None) -> Table:
         ways = {way: by_share(a, lambda x: x.completed) for way, (_, a) in _ask_all(masks, what).items()}
         seen = [float(np.mean([iou(c.seen, c.whole) for c in what if c.share == s])) for s in SHARES]
         found[name] = {**ways, "no recovery": seen}
-    rows = [
+    rows: list[dict[str, Any]] = [
         {"way": way, **{name: float(np.mean(ways[way])) for name, ways in found.items()}}
         for way in next(iter(found.values()))
     ]
-    splits = {name: {n: rows[i][name] for i, n in enumerate(SPLITS)} for name in found}
-    best = {name: max(mean, key=lambda n, m=mean: m[n]) for name, mean in splits.items()}  # type: ignore[misc]
+    splits: dict[str, dict[int, float]] = {
+        name: {n: rows[i][name] for i, n in enumerate(SPLITS)} for name in found
+    }
+    best = {name: max(mean, key=mean.__getitem__) for name, mean in splits.items()}
     as_printed = [
         name for name, m in splits.items() if max(m[n] for n in BEST_PRINTED) >= m[best[name]] - ALIKE
     ]
@@ -184,8 +186,11 @@ def recovered(*, data: Path, frames: int | None = None) -> Table:
 
 
 def _recovered_picture(found: dict[str, dict[str, list[float]]]) -> Any:
-    ours = {"memory": {"color": "black", "linewidth": 2}, "no recovery": {"color": "0.5", "linestyle": ":"}}
-    panels = []
+    ours: dict[str, dict[str, Any]] = {
+        "memory": {"color": "black", "linewidth": 2},
+        "no recovery": {"color": "0.5", "linestyle": ":"},
+    }
+    panels: list[Panel] = []
     for name, ways in found.items():
         lines = [
             Line(SHARES, overlap, way, ours.get(way) or _style(i))
