@@ -27,7 +27,7 @@ ROOT = HERE.parents[1]
 FAULTS = HERE / "faults.toml"
 # Words in the names of the Python files that are tried first.
 FILES_ABOUT = {
-    "energies": ("energy", "outline", "patch", "appearance"),
+    "energies": ("energy", "photometric", "outline", "patch", "appearance"),
     "tracking": ("tracker", "several", "search"),
     "levelset": ("levelset", "evol", "reconstruction", "evidence"),
     "contour": ("contour", "shape_memory"),
