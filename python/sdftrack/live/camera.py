@@ -16,9 +16,6 @@ from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
 
-__all__ = ["CameraClock", "LiveCamera", "open_camera"]
-
-
 _DRIVERS = ("replay", "realsense", "webcam")  # modules of this package, each of which registers its cameras
 RETRY_S = 0.5  # between attempts to connect again
 

@@ -26,9 +26,6 @@ from sdftrack.live.realsense_device import (
 )
 from sdftrack.live.sources import CameraLost, register_camera
 
-__all__ = ["AlignedToDepth", "Pairing", "RealSense"]
-
-
 FIRST_S = 5.0  # a camera delivers its first image within so long: D400 take up to 2 s
 SILENT_S = 1.0  # and every other one
 WAITING = 16  # images of both sensors in the queue, several periods

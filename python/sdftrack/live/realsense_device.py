@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-__all__ = ["choose", "color_profile", "connected", "depth_profile", "describe", "info", "set_preset"]
-
 PREFERRED = (640, 480, 30)  # where the user leaves it open; every D400 has it
 COLOR_FORMATS = ("rgb8", "bgr8")
 

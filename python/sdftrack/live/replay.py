@@ -10,8 +10,6 @@ from sdftrack.frame import Frame
 from sdftrack.io.datasets import open_sequence
 from sdftrack.live.sources import register_camera
 
-__all__ = ["Replay"]
-
 
 class Replay:
     """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back.

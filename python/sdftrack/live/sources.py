@@ -10,8 +10,6 @@ from typing import Any, Protocol
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 
-__all__ = ["CAMERAS", "CameraKind", "CameraLost", "FrameSource", "register_camera"]
-
 
 class CameraLost(OSError):
     """The camera stopped delivering frames: unplugged, or its driver failed. It may come back."""

@@ -17,8 +17,6 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CameraLost, register_camera
 
-__all__ = ["Webcam"]
-
 GUESSED_FOV_DEG = 60.0  # horizontal; common webcams have 55 to 70
 FIRST_TRIES, TRIES = 30, 3  # reads that may fail in a row: while it warms up, later
 

@@ -26,8 +26,6 @@ from sdftrack.motion.repetitions import Repetition, count_interval, find_repetit
 from sdftrack.motion.smoothing import smooth
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["Analysis", "MeasuredRepetition", "analyze"]
-
 Array = NDArray[np.float64]
 SETTLED_S = 0.15  # at the ends of a hold, while the object comes to rest
 

@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["CALIBRATION", "DEFINITIONS", "Compute", "Context", "Definition", "measure", "of_two_objects"]
-
-
 Array = NDArray[np.float64]
 
 

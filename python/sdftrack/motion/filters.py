@@ -18,8 +18,6 @@ from sdftrack.motion.quaternion_curves import continuous_quaternions, matrices
 from sdftrack.motion.repetitions import runs
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["butterworth", "resample", "savitzky_golay"]
-
 Array = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from sdftrack import geometry
 from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["at_point", "best_known_point", "in_frame", "table_frame"]
-
 Array = NDArray[np.float64]
 COST_RAD = 0.02  # a point 10 mm away is taken if its position is known by more than 0.2 mm better
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack.io.report_file import plain
 from sdftrack.motion.definitions import Definition
 
-__all__ = ["Measured", "measured"]
-
 Array = NDArray[np.float64]
 LEVEL = (2.5, 97.5)
 TOO_WIDE = "the interval is too wide: move nearer, record more frames per second, or use a larger object"

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers
 from sdftrack.io.report_file import plain
 
-__all__ = ["LiveMotion", "LiveValues"]
-
 Array = NDArray[np.float64]
 SMOOTHING_S = 0.06  # time constant of position and speed
 MOVING_MPS = 0.02  # slower motion adds nothing to the path: noise would

@@ -17,8 +17,6 @@ from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.repetitions import Repetition
 from sdftrack.motion.samples import MARGIN_S, MotionSamples, with_rests
 
-__all__ = ["UNSEEN", "MeasuredRepetition", "measure_repetition", "requests"]
-
 Array = NDArray[np.float64]
 OF_TURNS = frozenset({"range_angle", "range_turn", "peak_angular_speed"})
 OF_TILTS = frozenset({"max_tilt", "mean_tilt"})

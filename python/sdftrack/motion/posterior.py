@@ -22,9 +22,6 @@ from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.spline import BandedPosterior, SlowErrors, UniformSpline
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["Piece", "SmoothedMotion", "smoothed_trajectory"]
-
-
 Array = NDArray[np.float64]
 Coefficients = tuple[Array, Array]  # of positions (size, 3, S) and quaternions (size, 4, S)
 DRAWN_AT_ONCE = 25  # samples: a thread's share, which stays near the processor

@@ -10,17 +10,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "angles_between",
-    "angular_velocities_first",
-    "continuous_quaternions",
-    "exponentials_first",
-    "left_jacobians",
-    "matrices",
-    "matrices_first",
-    "product_first",
-]
-
 Array = NDArray[np.float64]
 
 

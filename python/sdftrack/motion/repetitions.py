@@ -16,19 +16,6 @@ from sdftrack.motion.posterior import SmoothedMotion
 from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = [
-    "REST_S",
-    "Excursion",
-    "Phase",
-    "Repetition",
-    "Rests",
-    "count_interval",
-    "excursion_of",
-    "excursions_of_samples",
-    "find_repetitions",
-    "rests_of",
-]
-
 Array = NDArray[np.float64]
 
 

@@ -11,9 +11,6 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MARGIN_S", "MotionSamples", "with_rests"]
-
-
 Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
 

@@ -16,8 +16,6 @@ from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacob
 from sdftrack.motion.spline import BandedPosterior, UniformSpline, slow_errors
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["NOISE_WINDOW_S", "MovementPrior", "estimate_prior", "quiet_level", "smooth"]
-
 Array = NDArray[np.float64]
 
 

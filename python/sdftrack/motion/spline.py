@@ -11,8 +11,6 @@ from scipy.interpolate import BSpline
 from scipy.linalg.lapack import dpbtrf, dpbtrs, dtbtrs
 from scipy.sparse import csr_array
 
-__all__ = ["BandedPosterior", "SlowErrors", "UniformSpline", "slow_errors"]
-
 Array = NDArray[np.float64]
 
 

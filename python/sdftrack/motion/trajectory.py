@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import numbers
 
-__all__ = ["Trajectory"]
-
 Array = NDArray[np.float64]
 MAX_REACH_M = 100.0  # a path beyond this is one in millimetres: no depth camera sees so far
 USABLE = ("ok", "weak")

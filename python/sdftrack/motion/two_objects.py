@@ -18,8 +18,6 @@ from sdftrack.motion.measures.targets import MIN_S, beginnings, settled
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.sdf import SDF
 
-__all__ = ["Contacts", "contact", "contacts", "surface_distances", "symmetry", "symmetry_index"]
-
 Array = NDArray[np.float64]
 
 

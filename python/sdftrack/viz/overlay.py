@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack._internal.validation import of_kind
 from sdftrack.results import TrackResult
 
-__all__ = ["STATUS_RGB", "backdrop", "depth_picture", "draw"]
-
 Picture = NDArray[np.uint8]
 Array = NDArray[np.float64]
 

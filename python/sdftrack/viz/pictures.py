@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from sdftrack.viz.plots import COLORS, figure, save_figure
 
-__all__ = ["plot_run", "plot_sdf_slices", "save_picture", "strip"]
-
 Array = NDArray[np.float64]
 STATUS_SHADE = {"weak": "#f2c14e", "lost": "#d1495b", "bad_frame": "#9aa0a6"}
 

@@ -10,8 +10,6 @@ from typing import Any
 
 from sdftrack._internal.extras import MissingExtra, need
 
-__all__ = ["figure", "save_figure", "write_plots"]
-
 COLORS = ("#2b6cb0", "#d1495b", "#3a9d6b", "#8456a5", "#e08e2b", "#4a4e69")
 EXTRA = "plots"
 

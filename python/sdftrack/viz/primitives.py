@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from sdftrack.primitives import PrimitiveFit
 
-__all__ = ["draw_primitives", "plot_cloud", "wires"]
-
 Array = NDArray[np.float64]
 RING = 72  # corners of a circle
 WIRE_RGB = {"ok": (20, 150, 60), "weak": (255, 190, 60), "lost": (235, 80, 90)}

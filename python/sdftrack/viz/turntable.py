@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack.camera import Camera
 from sdftrack.mesh import Mesh
 
-__all__ = ["four_sides", "turning"]
-
 Picture = NDArray[np.uint8]
 Array = NDArray[np.float64]
 SIDES = (("as first seen", 0), ("from the right", 90), ("from behind", 180), ("from the left", 270))

@@ -14,9 +14,6 @@ from sdftrack.results import TrackResult
 if TYPE_CHECKING:
     from sdftrack.viz.viewer import Viewer
 
-__all__ = ["Playback", "view"]
-
-
 FPS = 30.0  # of a recording without timestamps
 
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-__all__ = ["PORT", "host_and_port", "safe_names"]
-
 PORT = 8765  # of websocket servers, unless the address says another
 
 _FORM = re.compile(r"//(?P<host>\[[0-9A-Fa-f:.]+\]|[^\s:/?#\[\]@]*)(?::(?P<port>\d*))?/?")

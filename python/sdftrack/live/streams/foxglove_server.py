@@ -15,8 +15,6 @@ from sdftrack.live.streams.addresses import PORT, host_and_port
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
 from sdftrack.live.streams.messages import RosMessages
 
-__all__ = ["FoxgloveServer"]
-
 CLIENT_WAITING = 8  # frames for one client; the newest are kept
 LEAST_BACKLOG = 64  # messages; a client that connects is told about topics through a queue of the same length
 CAMERA_EVERY_S = 1.0  # clients come at any time, and nothing is kept for them

@@ -9,8 +9,6 @@ from typing import Any, ClassVar
 
 from sdftrack.results import TrackResult
 
-__all__ = ["STREAMS", "Packet", "Receiver", "StreamKind", "register_stream"]
-
 
 @dataclass(frozen=True)
 class Packet:

@@ -13,8 +13,6 @@ from sdftrack.io.mcap_output import McapOutput
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
 from sdftrack.live.streams.messages import RosMessages
 
-__all__ = ["McapFile"]
-
 # Bytes of messages that a crash may lose: about a second of one object at 30 Hz. Larger chunks compress better.
 CHUNK = 1 << 14
 

@@ -17,17 +17,6 @@ from sdftrack.live.streams.addresses import safe_names
 from sdftrack.live.streams.kinds import Packet
 from sdftrack.results import Status, TrackResult
 
-__all__ = [
-    "VERSION",
-    "RosMessages",
-    "frame_message",
-    "name_of",
-    "position_and_quaternion",
-    "ros_covariance",
-    "tracked",
-]
-
-
 VERSION = 1  # of the JSON messages, docs/reference/stream.schema.json
 UNKNOWN_VARIANCE = 1e6  # m^2 and rad^2: filters that read ROS messages take it as "says nothing"
 _KEPT = ("name", "status", "reason", "confidence")

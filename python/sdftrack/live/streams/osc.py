@@ -16,8 +16,6 @@ from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
 from sdftrack.live.streams.messages import name_of, position_and_quaternion
 from sdftrack.results import TrackResult
 
-__all__ = ["OscReceiver"]
-
 
 class OscReceiver(Receiver):
     """Sends ``/sdftrack/NAME/pose``, ``/status`` and ``/confidence`` of every object, numbers as 32-bit floats.

@@ -17,8 +17,6 @@ from sdftrack.frame import Frame
 from sdftrack.live.streams.kinds import STREAMS, Packet, Receiver
 from sdftrack.results import TrackResult
 
-__all__ = ["Stream", "open_stream"]
-
 _KINDS = (
     "websocket",
     "osc",

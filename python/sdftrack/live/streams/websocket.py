@@ -23,8 +23,6 @@ from sdftrack.live.streams.addresses import PORT, host_and_port
 from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
 from sdftrack.live.streams.messages import frame_message
 
-__all__ = ["Admission", "WebsocketServer"]
-
 # Bytes that the operating system keeps for a client that does not read: seconds of stale poses with its default.
 SEND_BUFFER = 1 << 16
 CLIENT_WAITING = 8  # messages for one client; the newest are kept

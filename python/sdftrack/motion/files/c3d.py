@@ -24,8 +24,6 @@ from sdftrack.motion.files.record import (
 )
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["read_c3d", "write_c3d"]
-
 EXTRA = ("ezc3d", "motion")
 # Time of the first frame, as text: a C3D file counts frames, and its numbers are of single precision.
 START = ("SDFTRACK", "START_S")

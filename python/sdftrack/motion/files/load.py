@@ -18,9 +18,6 @@ from sdftrack.motion.files.table import TITLE, read_table
 from sdftrack.motion.files.text_rows import read_bop, read_tum_file
 from sdftrack.motion.trajectory import USABLE, Trajectory
 
-__all__ = ["UNITS", "load", "read_result_folder"]
-
-
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # metres per unit
 KNOWN = (
     "a result folder of sdftrack (report.json), .txt or .tum (TUM), .csv (BOP results, or written by st.motion.save), "

@@ -11,8 +11,6 @@ from sdftrack._internal.rotations import quaternion
 from sdftrack.motion.files.record import Array, regular_rate_hz, shared_times
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["orientation_text", "position_text", "trc_text"]
-
 NAN3, NAN4 = ["nan"] * 3, ["nan"] * 4
 
 

@@ -14,17 +14,6 @@ from sdftrack._internal.rotations import RotationErrors, rigid_pose, rotation
 from sdftrack._internal.text_files import named
 from sdftrack.motion.trajectory import USABLE, Trajectory
 
-__all__ = [
-    "Record",
-    "gaps_as_lost",
-    "matrices_as_poses",
-    "quaternions_as_poses",
-    "regular_rate_hz",
-    "shared_times",
-    "times_from_numbers",
-]
-
-
 Array = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from sdftrack.motion.files.record import Array
 from sdftrack.motion.files.table import table_text
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["save"]
-
 SUFFIXES = (".csv", ".c3d", ".sto", ".trc")
 
 

@@ -19,8 +19,6 @@ from sdftrack.motion.files.record import Array, Record, gaps_as_lost, quaternion
 from sdftrack.motion.trajectory import Trajectory
 from sdftrack.results import Status
 
-__all__ = ["TITLE", "read_table", "table_text"]
-
 TITLE = "# sdftrack trajectories"
 HEADER = (
     f"{TITLE}, version 1: pose of each object in its reference frame (T_ref_obj)",

@@ -24,9 +24,6 @@ from sdftrack.motion.files.record import (
     times_from_numbers,
 )
 
-__all__ = ["check_order", "read_bop", "read_tum_file"]
-
-
 Key = tuple[int, int]  # scene_id, obj_id
 Row = tuple[int, Array]  # line, pose
 MAX_IMAGES = 1_000_000  # 9 hours at 30 Hz; more are timestamps in place of numbers

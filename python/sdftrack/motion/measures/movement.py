@@ -12,17 +12,6 @@ from numpy.typing import NDArray
 from sdftrack.motion.definitions import Compute, Context
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = [
-    "LEAST_PEAK_MPS",
-    "ONSET_PART",
-    "REST_S",
-    "Movement",
-    "movement_of",
-    "moving",
-    "on_repetition",
-    "undefined",
-]
-
 Array = NDArray[np.float64]
 
 

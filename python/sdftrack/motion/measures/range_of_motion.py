@@ -13,16 +13,6 @@ from sdftrack.motion.measures.movement import movement_of, moving, on_repetition
 from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = [
-    "index_of_curvature",
-    "path_length",
-    "range_angle",
-    "range_height",
-    "range_horizontal",
-    "range_turn",
-    "reach",
-]
-
 Array = NDArray[np.float64]
 
 

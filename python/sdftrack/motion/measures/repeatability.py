@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers
 
-__all__ = ["dtw_distance", "mean_dtw_distance"]
-
 Array = NDArray[np.float64]
 POINTS = 60  # of a resampled path
 BAND = 0.15

@@ -17,8 +17,6 @@ from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of, on_repetition
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["log_dimensionless_jerk", "sparc"]
-
 Array = NDArray[np.float64]
 LEAST_HZ, MOST_HZ = 1e-9, 1e9
 MOST_PADDING = 12  # doublings of the length

@@ -11,16 +11,6 @@ from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import Movement, movement_of, moving, on_repetition
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = [
-    "mean_speed",
-    "peak_acceleration",
-    "peak_angular_speed",
-    "peak_speed",
-    "time_to_peak_speed",
-    "time_to_peak_speed_part",
-    "velocity_peaks",
-]
-
 Array = NDArray[np.float64]
 CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
 PEAK_PART = 0.1  # prominence of a peak of the speed, as a part of the largest

@@ -16,18 +16,6 @@ from sdftrack.motion.definitions import Context, Definition
 from sdftrack.motion.measures.movement import on_repetition
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = [
-    "MIN_S",
-    "Box",
-    "Path",
-    "Sphere",
-    "Target",
-    "beginnings",
-    "definitions_of_target",
-    "parse_target",
-    "settled",
-]
-
 Array = NDArray[np.float64]
 
 

@@ -10,8 +10,6 @@ from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import moving, on_repetition, undefined
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["max_tilt", "mean_tilt", "tilt"]
-
 Array = NDArray[np.float64]
 SOURCE = "Angle between two directions"
 

@@ -10,8 +10,6 @@ from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of, on_repetition, undefined
 from sdftrack.motion.samples import MotionSamples, with_rests
 
-__all__ = ["dwell_time", "movement_time", "reaction_time", "repetition_time"]
-
 Array = NDArray[np.float64]
 CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
 

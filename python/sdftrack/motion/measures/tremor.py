@@ -15,8 +15,6 @@ from scipy.signal.windows import dpss
 from sdftrack._internal.validation import number, shown
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = ["Tremor", "tremor_of"]
-
 Array = NDArray[np.float64]
 BAND_HZ = (3.0, 12.0)
 TAPERS = 5

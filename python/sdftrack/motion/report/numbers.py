@@ -12,14 +12,12 @@ import numpy as np
 from sdftrack import __version__
 from sdftrack._internal.csv_cells import text_cell
 from sdftrack.io.report_file import plain
-from sdftrack.motion.analysis import Analysis, MeasuredRepetition
+from sdftrack.motion.analysis import Analysis
+from sdftrack.motion.measuring import MeasuredRepetition
 from sdftrack.motion.quaternion_curves import continuous_quaternions
 from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.sessions import Change
 from sdftrack.motion.report.words import gaps_of
-
-__all__ = ["measures_csv", "measures_json", "repetitions_json", "repetitions_text", "smoothed_csv"]
-
 
 FORMAT = 1  # of measures.json; changes when a program that reads it has to change
 

@@ -36,8 +36,6 @@ from sdftrack.motion.report.words import (
     value_html,
 )
 
-__all__ = ["report_html"]
-
 TILES = ("repetition_time", "reach", "peak_speed_move", "sparc_move", "max_tilt")  # what is asked for first
 ROWS = 5  # measures side by side in the table of repetitions, for A4
 

@@ -16,8 +16,6 @@ from sdftrack.motion.definitions import Definition, of_two_objects
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["Pair", "pairs_of"]
-
 Array = NDArray[np.float64]
 RATE_HZ = 50.0
 LARGEST_LAG_S = 0.5

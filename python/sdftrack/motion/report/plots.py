@@ -19,20 +19,6 @@ from sdftrack.motion.intervals import Measured
 from sdftrack.motion.measures.tilt import tilt
 from sdftrack.motion.report.words import gaps_of
 
-__all__ = [
-    "GAP",
-    "GRID",
-    "INK",
-    "PHASES",
-    "QUIET",
-    "STYLE",
-    "missing_plots",
-    "path_svg",
-    "repetitions_svg",
-    "time_svg",
-    "trend_svg",
-]
-
 Array = NDArray[np.float64]
 
 

@@ -17,8 +17,6 @@ from sdftrack.motion.intervals import Measured
 from sdftrack.motion.report.plots import trend_svg
 from sdftrack.motion.report.words import change_text, interval_text, label_of, labels_of, table, value_html
 
-__all__ = ["Change", "compare_sessions", "partner", "sessions_html"]
-
 
 @dataclass(frozen=True)
 class Change:

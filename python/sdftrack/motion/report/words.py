@@ -13,24 +13,6 @@ from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.intervals import Measured
 from sdftrack.motion.trajectory import Trajectory
 
-__all__ = [
-    "INTERVALS",
-    "MILLI",
-    "change_text",
-    "date_of",
-    "gaps_of",
-    "headline",
-    "interval_text",
-    "label_of",
-    "labels_of",
-    "open_questions",
-    "table",
-    "trust",
-    "unit_html",
-    "value_html",
-]
-
-
 YEAR_2000_S, YEAR_2100_S = 946_684_800.0, 4_102_444_800.0
 STATUS = {
     "ok": "tracked",

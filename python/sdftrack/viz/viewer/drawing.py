@@ -15,20 +15,6 @@ from sdftrack.contour.drawing import draw_outline
 from sdftrack.mesh import Mesh
 from sdftrack.viz.overlay import OBJECT_RGB, backdrop, draw
 
-__all__ = [
-    "MeshShape",
-    "Shown",
-    "cloud",
-    "cloud_step",
-    "ellipsoid",
-    "light_mesh",
-    "object_rgb",
-    "overlay",
-    "trail_segments",
-    "wxyz",
-]
-
-
 MAX_POINTS = 30_000  # 0.5 MB a frame
 FAR = 2.5  # points farther than so many distances of the objects are left out: a hall hides the table
 Array = NDArray[np.float64]

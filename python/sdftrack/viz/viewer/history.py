@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["History"]
-
 KEPT = 600  # frames: 20 s at 30 Hz
 RATE_FRAMES = 30
 

@@ -13,8 +13,6 @@ from sdftrack.viz.viewer.drawing import Shown, object_rgb
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.requests import Pause, Record, Request, Save
 
-__all__ = ["Panel"]
-
 MAGNIFIED = 10.0  # position errors are below a millimetre, and would not be seen
 STYLE = "padding:0.2em 0.9em; font-size:0.9em; line-height:1.5"
 HELP = "Click the object in the image, or drag a box around it, to start it."

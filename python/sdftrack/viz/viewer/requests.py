@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Box", "Click", "Pause", "Record", "Request", "Save"]
-
 
 @dataclass(frozen=True)
 class Click:

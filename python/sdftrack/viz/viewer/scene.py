@@ -23,8 +23,6 @@ from sdftrack.viz.viewer.drawing import (
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.stage import FOV_RAD, Board, BoardPointer, initial_view, place_board, scene_distance
 
-__all__ = ["Scene"]
-
 MOVED = 3.0  # the stage is set again where the objects are farther or nearer by this factor
 POINT = 0.6  # diameter of a point in distances of neighbours: models show between them
 FAINT = 0.25  # opacity of a lost object, at its last good pose

@@ -19,9 +19,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack._internal.validation import whole
 
-__all__ = ["Gate", "PageServer", "admitted"]
-
-
 _quiet = threading.Lock()
 
 

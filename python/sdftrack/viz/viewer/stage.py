@@ -11,9 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Board", "BoardPointer", "initial_view", "place_board", "scene_distance"]
-
-
 GAP = 0.06  # between the board and the scene, in widths of the board
 FOV_RAD = math.radians(50)  # vertical, of the page's view
 ASPECT = 1.3  # of the part of a page that shows the scene; a narrower one needs the mouse wheel

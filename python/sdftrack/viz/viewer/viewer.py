@@ -24,8 +24,6 @@ from sdftrack.viz.viewer.requests import Box, Click, Request
 from sdftrack.viz.viewer.scene import Scene
 from sdftrack.viz.viewer.server import PageServer
 
-__all__ = ["Viewer"]
-
 
 class Viewer(ClosedByWith):
     """A page that shows frames, poses and their reliability, and takes clicks (extra ``viewer``).
