@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import tracking_scene
 
 import sdftrack as st
 
@@ -16,12 +17,8 @@ def ball(radius=0.05, centre=(0, 0, 0), voxels=24):
 
 
 def box(size=(0.1, 0.08, 0.06), centre=(0, 0, 0), w=(0.1, 0.2, 0.3)):
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    R = st.geometry.pose(w)[:3, :3]
-    return corners @ R.T + np.asarray(centre, float), np.array(
-        [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32
-    )
+    mesh = tracking_scene.box_mesh(np.array(size))
+    return st.geometry.transform_points(st.geometry.pose(w, centre), mesh.vertices), mesh.faces.copy()
 
 
 def turned(mesh):

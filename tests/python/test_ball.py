@@ -17,7 +17,6 @@ LENS_PX = 1e-5  # the lens is inverted by iteration
 DIFFERENCE = 1e-6  # m, step of numerical derivatives
 DERIVATIVE = 1e-5  # of central differences at that step
 EXACT_FIT_M = 2e-5  # float32 depth of 1e-7 relative, and the noise floor's weighting
-LIBRARY_M = 1e-4  # of a 100^3 volume against the exact sphere
 MIN_FOUND = 0.9  # far away it has 9 pixels of radius in these small images
 SPREADS = 4.5  # standard deviations: of a few hundred numbers none is further
 EDGE_PX = 0.03  # of a box-filtered edge, sampled with linear interpolation, 8-bit

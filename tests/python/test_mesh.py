@@ -4,7 +4,9 @@ import pickle
 
 import numpy as np
 import pytest
+import tracking_scene
 
+import sdftrack as st
 from reference.render import raycast_mesh
 from sdftrack import _core
 from sdftrack.mesh import Mesh
@@ -14,17 +16,13 @@ DEPTH_ATOL = 1e-6  # float32 depth near 0.5 m: half a unit in the last place is 
 
 
 def box_mesh(size=(0.08, 0.05, 0.1), colors=False):
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    mesh = tracking_scene.box_mesh(np.array(size))
     rgb = (np.arange(24).reshape(8, 3) * 10).astype(np.uint8) if colors else None
-    return Mesh(corners, faces, rgb)
+    return Mesh(mesh.vertices, mesh.faces, rgb)
 
 
 def pose(rotation_vector=(0.4, -0.7, 0.2), t=(0.01, -0.02, 0.5)):
-    T = _core.rotation_exp(list(rotation_vector))
-    T[:3, 3] = t
-    return T
+    return st.geometry.pose(rotation_vector, t)
 
 
 def camera(width=40, height=30, distortion=()):

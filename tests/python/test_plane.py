@@ -92,13 +92,6 @@ def test_a_distorted_lens_does_not_bend_the_plane():
     assert_plane(st.remove_plane(frame_of(table(camera=camera)), camera)[1])
 
 
-def test_the_same_frame_gives_the_same_plane():
-    depth, _ = with_object(table())
-    one, two = (st.remove_plane(frame_of(depth), CAMERA)[1] for _ in range(2))
-    np.testing.assert_array_equal(one[0], two[0])
-    assert one[1] == two[1]
-
-
 def rays_of(camera=CAMERA):
     return np.concatenate([camera.rays, np.ones((*camera.shape, 1), np.float32)], axis=-1).astype(np.float64)
 
@@ -284,14 +277,6 @@ def test_the_lower_edge_of_an_object_stays_with_it():
     assert without[foot].mean() < 0.1
     assert with_feet[foot].mean() > 0.9
     assert with_feet[~seen].mean() < 0.01
-
-
-def osd_scenes(data_dir):
-    from experiments.planes.table_scenes import open_scenes
-
-    if not (data_dir / "osd").is_dir():
-        pytest.skip(f"recorded scenes absent: {data_dir / 'osd'}")
-    return open_scenes(data_dir)
 
 
 def test_the_tracker_can_leave_the_table_out():

@@ -5,7 +5,6 @@ import pytest
 
 import sdftrack as st
 from reference.render import raycast_sdf
-from sdftrack import _core
 from sdftrack.sdf import SDF
 
 ROOT_ATOL = 1e-6  # m: the promise; float32 depth at 0.5 m adds 3e-8
@@ -16,9 +15,7 @@ def camera(width=64, height=48, distortion=()):
 
 
 def pose(rotation_vector=(0.4, -0.7, 0.2), t=(0.01, -0.02, 0.4)):
-    T = _core.rotation_exp(list(rotation_vector))
-    T[:3, 3] = t
-    return T
+    return st.geometry.pose(rotation_vector, t)
 
 
 def rays(cam):

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+import tracking_scene
 
 import sdftrack as st
 from reference import sdf as reference
@@ -21,11 +22,8 @@ REDISTANCED_EDGE_ATOL_VOXELS = 1.0
 
 
 def box_arrays(size=(0.08, 0.05, 0.1), centre=(0.0, 0.0, 0.0)):
-    corners = (
-        np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size + centre
-    )
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    mesh = tracking_scene.box_mesh(np.array(size))
+    return mesh.vertices + centre, mesh.faces.copy()
 
 
 def grid_points(sdf):
