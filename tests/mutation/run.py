@@ -29,7 +29,7 @@ FAULTS = HERE / "faults.toml"
 FILES_ABOUT = {
     "energies": ("energy", "photometric", "outline", "patch", "appearance"),
     "tracking": ("tracker", "several", "search"),
-    "levelset": ("levelset", "evol", "reconstruction", "evidence"),
+    "levelset": ("levelset", "evol", "reconstruction", "printed_evidence"),
     "contour": ("contour", "shape_memory"),
     "lwpr": ("lwpr",),
     "superpixels": ("superpixels",),
