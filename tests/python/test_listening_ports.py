@@ -42,10 +42,7 @@ def ports_of(pid: int) -> set[tuple[str, int]]:
             words = line.split()
             if words[3] == "0A" and words[9] in inodes:
                 address, port = words[1].split(":")
-                local = "127.0.0.1" if table == "tcp" else "::1"
-                if set(address) != {"0"}:
-                    local = _address(address)
-                found.add((local, int(port, 16)))
+                found.add((_address(address), int(port, 16)))
     return found
 
 
@@ -76,7 +73,8 @@ class Knock:
         lines = [(n, v) for n, v in given.items() if n not in replaced] + self.headers
         head = [f"{self.method} {self.path} HTTP/1.1", *(f"{n}: {v}" for n, v in lines if v is not None)]
         answer = b""
-        with socket.create_connection((address, port), timeout=10) as connection:
+        near = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
+        with socket.create_connection((near, port), timeout=10) as connection:
             connection.sendall(("\r\n".join(head) + "\r\n\r\n").encode() + self.body)
             connection.settimeout(2)
             with contextlib.suppress(TimeoutError, ConnectionResetError):
@@ -227,6 +225,14 @@ def test_foxglove_opens_the_port_that_it_tells_and_no_other():
         assert ports() == {("127.0.0.1", int(stream.address.rpartition(":")[2]))}
     with new_ports() as ports, open_stream("osc://localhost:9000", ["duck"], CAMERA):
         assert ports() == set()
+
+
+def test_workers_of_a_batch_and_their_page_are_not_reached_from_the_network():
+    pytest.importorskip("distributed")
+    from sdftrack.batch.cluster import cluster
+
+    with new_ports() as ports, cluster(None, 1):
+        assert {address for address, _ in ports()} == {"127.0.0.1"}
 
 
 @pytest.fixture(scope="module")

@@ -74,8 +74,9 @@ def cluster(
     with dask.config.set(LOCAL):
         # One thread each: a task's log and its interrupts belong to a process.
         local = distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
-        )
+            n_workers=count, threads_per_worker=1, processes=True, silence_logs=50,
+            dashboard_address="127.0.0.1:0",  # without a host it could be reached from the network
+        )  # fmt: skip
     with local:
         yield lambda patience_s: distributed.Client(local)
 
