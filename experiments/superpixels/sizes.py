@@ -32,7 +32,6 @@ TITLE = f"{PER_SEGMENT_PX} pixels a segment, {ITERATIONS} iterations"
 
 @experiment(
     "thesis.A.2",
-    needs=["package:skimage"],
     chosen_on="nothing: times",
     reported_on="a made picture",
     short={"seconds": 0.1},
