@@ -143,7 +143,10 @@ def _curves() -> Any:
     )
     ours = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
     printed = printed_prior(d.astype(np.float32), 1.0)
-    guesses: dict[str, Array] = {"ours: log ratio of 0.4 at most": ours, "printed: a 0.5, sigma_G 4": printed}
+    guesses: dict[str, NDArray[Any]] = {
+        "ours: log ratio of 0.4 at most": ours,
+        "printed: a 0.5, sigma_G 4": printed,
+    }
     guess = [Line(d, 1 / (1 + np.exp(-ratio)), label) for label, ratio in guesses.items()]
     outside = [Line(d, 1 / (1 + np.exp(-d / s)), f"sigma_H {s:g}") for s in (2.0, 4.0, 8.0)]
     titles = (
