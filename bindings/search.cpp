@@ -5,6 +5,7 @@
 
 #include "array.h"
 #include "release_gil.h"
+#include "tracking/fit/free_space.h"
 #include "tracking/search/so3_grid.h"
 #include "volume.h"
 
@@ -21,7 +22,7 @@ class PySearcher {
       : values_(std::get<0>(shape)), options_(options) {
     const SdfView view = volume_view(values_, std::get<1>(shape), std::get<2>(shape));
     const ReleaseGil release;
-    shape_ = frame::make_shape(view, 3 * options.trust_points, options.free_space_points);
+    shape_ = frame::make_shape(view, tracking::kSurfacePoints, tracking::kFreeSpacePoints);
   }
 
   py::list search(const py::array& depth, const Camera& camera, const py::object& mask,

@@ -24,24 +24,17 @@ void visit_options(Options& o, Visit& f) {
   f("shrink", o.shrink, from_to(1, 1e6), "px", "weight of the global histograms in each local one, as a number of pixels");
   f("object_rate", o.object_rate, from_to(0, 1), "", "learning rate of the object's histograms: weight of a new frame");
   f("background_rate", o.background_rate, from_to(0, 1), "", "learning rate of the background's histograms: weight of a new frame");
-  f("least_posterior", o.min_posterior, from_to(1e-6, 0.4), "", "lower bound of the posterior of both classes at a pixel, so that no single colour is decisive");
   f("motion", o.motion, Choices<bool>(kMotions), "", "second cue of the posterior beside the colours: none, or flow (whether a pixel moves as the object does)");
   f("confidence", o.evidence, Choices<bool>(kConfidences), "", "confidence and status: from the colours alone, as in the thesis, or from evidence that was not minimised (optical flow, colours at the start)");
-  f("ring", o.ring, from_to(0.05, 2), "", "width of the background region around the object, relative to the longer side of its box");
-  f("most_cells", o.max_cells, from_to(32, 2048), "", "maximum number of grid cells along the object's longer side; bounds the time per frame");
+  f("max_cells", o.max_cells, from_to(32, 2048), "", "maximum number of grid cells along the object's longer side; bounds the time per frame");
   f("softness", o.softness, from_to(0.3, 10), "cells", "width of the smoothed Heaviside step across the contour");
   f("band", o.band, from_to(2, 32), "cells", "half width of the narrow band around the contour that is evaluated");
   f("registration_steps", o.registration_steps, from_to(0, 200), "", "maximum number of Gauss-Newton iterations per frame");
   f("reach", o.reach, from_to(0, 200), "px", "search radius for motion between two frames that is too large for Gauss-Newton; 0: no search");
-  f("shape_steps", o.shape_steps, from_to(0, 200), "", "level-set steps per frame");
   f("dt", o.dt, from_to(1e-3, 10), "", "step size of the level-set evolution");
   f("mu", o.mu, from_to(0, 10), "", "weight of the distance regulariser; mu dt <= 0.2");
   f("tension", o.tension, from_to(0, 4), "", "contour tension; 0: the regulariser as printed, 1: a Laplacian");
-  f("least_part", o.min_part, from_to(0, 1), "", "connected components smaller than this share of the largest are removed");
-  f("box_rounds", o.box_rounds, from_to(1, 100), "", "alternations of colour estimation and segmentation at a start from a box");
   f("box_start", o.box_prior, Choices<bool>(kBoxStarts), "", "first segmentation of a box: by its colors alone, or also by the place in the box and the edges of the image");
-  f("drift_cells", o.drift_cells, from_to(0, 64), "cells", "the grid is re-centred once the centre of the shape is this far from the grid's");
-  f("drift_log_scale", o.drift_log_scale, from_to(0, 1), "", "the grid is re-scaled once the log ratio of the current size to the initial size exceeds this");
 }
 // clang-format on
 

@@ -16,33 +16,25 @@ struct ContourOptions {
   OpinionPool pool = OpinionPool::kLinear;
   float object_rate = 0.02f;  // of a frame in the opinion pools
   float background_rate = 0.2f;
-  float min_posterior = 0.018f;  // no colour proves anything
 
   // Evidence beside the colours, from the optical flow.
   bool motion = true;    // weighs how a pixel moves: the flow comes with each image
   bool evidence = true;  // the reported confidence; the caller's, who sees masks and flow (evidence.py)
 
   // Grid.
-  float ring = 0.3f;    // width of the background around the object, over the longer side of its box
   int max_cells = 160;  // along the longer side of the object's box
 
   // Registration and evolution.
   float softness = 1.5f;  // s of the Heaviside
   float band = 8;
   int registration_steps = 12;
-  float reach = 24;  // how far the object may jump between two frames, beyond what Gauss-Newton bridges
-  int shape_steps = 5;
-  float dt = 4;            // of a shape step
-  float mu = 0.05f;        // of the distance regulariser; mu dt <= 0.2
-  float tension = 1;       // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
-  float min_part = 0.01f;  // pieces smaller than this share of the largest are dropped
+  float reach = 24;   // how far the object may jump between two frames, beyond what Gauss-Newton bridges
+  float dt = 4;       // of a shape step
+  float mu = 0.05f;   // of the distance regulariser; mu dt <= 0.2
+  float tension = 1;  // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
 
   // Start from a box.
-  int box_rounds = 8;
   bool box_prior = true;  // segmented once more by place and edges; the caller's (box_start.py)
-
-  // Drift correction, when the shape is so far from the middle or so much larger.
-  float drift_cells = 3, drift_log_scale = 0.05f;
 
   // std::invalid_argument names the first that cannot be.
   void check() const;

@@ -56,7 +56,7 @@ RegionModel::RegionModel(const ContourOptions& options)
       shared_only_(options.windows < 2),
       shrink_(static_cast<double>(options.shrink)),
       pool_(options.pool),
-      least_(options.min_posterior),
+      least_(kMinPosterior),
       stride_(2 * windows_ * windows_),
       slots_(static_cast<std::size_t>(bins_ * bins_ * bins_), -1),
       totals_(static_cast<std::size_t>(stride_)) {}

@@ -20,6 +20,8 @@ struct PosteriorImage {
   float at(int x, int y) const { return row(y)[x - rect.x0]; }
 };
 
+constexpr float kMinPosterior = 0.018f;  // of either class at a pixel: no single colour is decisive
+
 // Two histograms, object and background, for each of K x K windows spread over the grid: a pixel counts in
 // the four nearest by bilinear weights, and its posterior is that of their mixture. Each window's shares are
 // shrunk towards those of all windows together: (n_kc + m p_c) / (N_k + m).

@@ -18,6 +18,9 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kMinContrast = 0.02;
+// Width of the background around the object, over the longer side of its box: its colours are those nearby.
+constexpr double kRing = static_cast<double>(0.3f);
+constexpr int kBoxRounds = 8;  // of colours and segmentation
 constexpr const char* kOneColor =
     "box: expected an object whose colours differ from those around the box, got almost no such pixels; "
     "draw a tighter box, or start from a mask";
@@ -97,7 +100,7 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
   const double cell = std::max(1.0, longest / static_cast<double>(options_.max_cells));
-  const int ring = std::max(kMinRing_px, to_int(static_cast<double>(options_.ring) * longest / cell));
+  const int ring = std::max(kMinRing_px, to_int(kRing * longest / cell));
   grid_.nx = to_int(std::ceil(box.width() / cell)) + 2 * ring;
   grid_.ny = to_int(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
@@ -118,7 +121,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     for (int x = 0; x < g.nx; ++x)
       g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
   model_.object_windows(false);
-  for (int round = 0; round < options_.box_rounds; ++round) {
+  for (int round = 0; round < kBoxRounds; ++round) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
     model_.posterior(image, g, g.all(), &posterior_);
     find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
@@ -129,7 +132,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
       for (int x = kBlur; x + kBlur < g.nx; ++x) {
         g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
       }
-    if (drop_small_pieces(options_.min_part, std::max(g.nx, g.ny), &evolution_, &g) < kMinPixels)
+    if (drop_small_pieces(kMinPart, std::max(g.nx, g.ny), &evolution_, &g) < kMinPixels)
       throw std::invalid_argument(kOneColor);
   }
   redistance(reach_cells(), &evolution_.distance, &g);

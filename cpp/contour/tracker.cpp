@@ -23,6 +23,10 @@ constexpr double kSuspicious = 0.8;      // of the usual contrast
 constexpr double kFullTrust_px2 = 6000;  // a smaller object is blurred in the flow
 constexpr int kHiddenMargin = 6;         // cells that what hides a part may move by in a frame
 constexpr int kPosteriorMargin = 4;      // cells that registration may move the band by
+constexpr int kShapeSteps = 5;           // of the level set in a frame: what deforms between two frames
+// The grid follows a shape that lies so many cells off its middle, or whose length differs by so much: less
+// would resample the shape, and blur it, in most frames.
+constexpr double kDriftCells = 3, kDriftLogScale = static_cast<double>(0.05f);
 
 }  // namespace
 
@@ -48,7 +52,7 @@ void ContourTracker::shape(int steps) {
   find_band(grid_, options_.band, &evolution_.band);
   sample_posterior(grid_, posterior_, &evolution_);
   evolve_contour(options_, steps, &evolution_, &grid_);
-  inside_ = drop_small_pieces(options_.min_part, reach_cells(), &evolution_, &grid_);
+  inside_ = drop_small_pieces(kMinPart, reach_cells(), &evolution_, &grid_);
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
@@ -86,7 +90,7 @@ void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
   }
   if (!seen_.empty()) look_behind();
   motion_.flow.back = nullptr;  // the caller's
-  shape(options_.shape_steps);
+  shape(kShapeSteps);
   judge(image);
 }
 
@@ -132,7 +136,7 @@ void ContourTracker::weigh_motion(const FlowView* flow) {
 
 void ContourTracker::see(const RgbView& image, const CellBox& cells) {
   model_.posterior(image, grid_, cells, &posterior_);
-  if (motion_.flow.back) weigh_by_motion(motion_, options_.min_posterior, &posterior_);
+  if (motion_.flow.back) weigh_by_motion(motion_, kMinPosterior, &posterior_);
 }
 
 CellBox ContourTracker::near_cells() const {
@@ -215,9 +219,7 @@ void ContourTracker::recentre() {
   // Never so large that the background around it would leave the grid.
   k = std::max(k, std::max((x1 - x0 + 2 * kMinRing_px) / static_cast<double>(g.nx),
                            (y1 - y0 + 2 * kMinRing_px) / static_cast<double>(g.ny)));
-  if (std::max(std::abs(cx), std::abs(cy)) < static_cast<double>(options_.drift_cells) &&
-      std::abs(std::log(k)) < static_cast<double>(options_.drift_log_scale))
-    return;
+  if (std::max(std::abs(cx), std::abs(cy)) < kDriftCells && std::abs(std::log(k)) < kDriftLogScale) return;
   for (std::vector<float>* const values : {&g.phi, &seen_}) {
     if (values->empty()) continue;
     const FlatView from{values->data(), g.nx, g.ny};

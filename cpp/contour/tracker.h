@@ -41,9 +41,10 @@ class ContourTracker {
   const ContourOptions& options() const { return options_; }
 
  private:
-  static constexpr int kMinPixels = 30;   // an object of fewer has no colours to speak of
-  static constexpr int kMinRing_px = 12;  // of background around it
-  static constexpr int kBlur = 2;         // cells, to each side
+  static constexpr int kMinPixels = 30;     // an object of fewer has no colours to speak of
+  static constexpr int kMinRing_px = 12;    // of background around it
+  static constexpr int kBlur = 2;           // cells, to each side
+  static constexpr float kMinPart = 0.01f;  // of the largest piece; smaller ones are noise of the colours
 
   template <class Place>
   ContourFrame start_anew(const RgbView& image, const Place& place);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracking/fit/stages.h"
 #include "tracking/object_follower.h"
 
 namespace sdftrack::tracking {
@@ -188,12 +189,12 @@ Attempt ObjectFollower::fine_attempt(const TrackedObject& object, const Rigidd& 
   const double near_m = step_m(object);
   return {kScalePerStep * near_m,
           std::min(options_.padding_m, kFinePadding_m + near_m),
-          options_.coarse_steps,
+          kCoarseSteps,
           {T_cam_obj}};
 }
 
 Attempt ObjectFollower::narrow_attempt(const Rigidd& T_cam_obj) const {
-  return {options_.scale_start_m, options_.padding_m, options_.coarse_steps, {T_cam_obj}};
+  return {options_.scale_start_m, options_.padding_m, kCoarseSteps, {T_cam_obj}};
 }
 
 // From the last pose, from where the last motion would take it, and from small turns of it about each axis.
@@ -201,7 +202,7 @@ Attempt ObjectFollower::wide_attempt(const TrackedObject& object, const Rigidd& 
                                      double time_s) const {
   const Rigidd& T = object.T_cam_obj;
   const Rigidd moved = object.motion.predict(T, time_s);
-  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * options_.coarse_steps, {expected, moved}};
+  Attempt attempt{options_.far_scale_m, options_.far_padding_m, 2 * kCoarseSteps, {expected, moved}};
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
     for (const double sign : {-1.0, 1.0})
       attempt.starts.add({rotation_exp(sign * kWideTurn * axis) * T.R, T.t});

@@ -16,6 +16,9 @@ constexpr double kStepFades = 0.8;                       // per frame
 constexpr double kClearlyNearer = 0.8;                   // of a prediction than the other
 constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
 constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
+// Weight of a new frame in the histograms (thesis Eq. 4.22): an object keeps its colours, what is around it
+// changes.
+constexpr double kObjectRate = 0.05, kBackgroundRate = 0.3;
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 }  // namespace
@@ -180,7 +183,7 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
   const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
   count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
                budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));
-  object->colors.update(color_counts_, options_.color_object_rate, options_.color_background_rate);
+  object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
   if (object->memory.outline_age == 0 || !object->outline_colors.known()) learn_outline(*context, object);
 }
 

@@ -66,7 +66,7 @@ struct TrackedObject {
 
   void forget(const TrackerOptions& options) {
     memory = {};
-    memory.damping = options.damping_start, memory.systematic_m = options.systematic_m;
+    memory.systematic_m = options.systematic_m;
     motion.reset(), errors = {}, sure_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;

@@ -19,8 +19,7 @@ TrackedObject Tracker::new_object(const SdfView& sdf) const {
 std::shared_ptr<const frame::Shape> Tracker::shape_of(const SdfView& sdf) const {
   for (const Object& object : objects_)
     if (object.shape->sdf.phi == sdf.phi && !object.shape->colors.rgb_seen) return object.shape;
-  return std::make_shared<const frame::Shape>(
-      frame::make_shape(sdf, 3 * options_.trust_points, options_.free_space_points));
+  return std::make_shared<const frame::Shape>(frame::make_shape(sdf, kSurfacePoints, kFreeSpacePoints));
 }
 
 void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses) {
@@ -53,8 +52,8 @@ void Tracker::set_symmetries(int k, const std::vector<Rigidd>& motions) {
 void Tracker::reshape(int k, frame::PartialShape known) {
   Object& reshaped = object(k);
   known.centre_obj = reshaped.shape->centre_obj;  // what is remembered of the motion is about it
-  reshaped.shape = std::make_shared<const frame::Shape>(
-      frame::make_shape(known, 3 * options_.trust_points, options_.free_space_points));
+  reshaped.shape =
+      std::make_shared<const frame::Shape>(frame::make_shape(known, kSurfacePoints, kFreeSpacePoints));
 }
 
 void Tracker::paint(int k, const energies::ColorView& colors) {

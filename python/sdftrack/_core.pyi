@@ -219,46 +219,16 @@ class ContourOptions:
     def bins(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def box_rounds(self) -> int:
-        ...
-    @box_rounds.setter
-    def box_rounds(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def drift_cells(self) -> float:
-        ...
-    @drift_cells.setter
-    def drift_cells(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def drift_log_scale(self) -> float:
-        ...
-    @drift_log_scale.setter
-    def drift_log_scale(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
     def dt(self) -> float:
         ...
     @dt.setter
     def dt(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def least_part(self) -> float:
+    def max_cells(self) -> int:
         ...
-    @least_part.setter
-    def least_part(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def least_posterior(self) -> float:
-        ...
-    @least_posterior.setter
-    def least_posterior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def most_cells(self) -> int:
-        ...
-    @most_cells.setter
-    def most_cells(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+    @max_cells.setter
+    def max_cells(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def mu(self) -> float:
@@ -283,18 +253,6 @@ class ContourOptions:
         ...
     @registration_steps.setter
     def registration_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def ring(self) -> float:
-        ...
-    @ring.setter
-    def ring(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def shape_steps(self) -> int:
-        ...
-    @shape_steps.setter
-    def shape_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def shrink(self) -> float:
@@ -1126,7 +1084,6 @@ class TrackerOptions:
     drop_plane: bool
     fine_first: bool
     free_space: bool
-    keep_damping: bool
     outline: bool
     outline_local: bool
     photometric: bool
@@ -1154,12 +1111,6 @@ class TrackerOptions:
     def coarse_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def coarse_steps(self) -> int:
-        ...
-    @coarse_steps.setter
-    def coarse_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
     def coarse_union_sharpness(self) -> float:
         ...
     @coarse_union_sharpness.setter
@@ -1172,22 +1123,10 @@ class TrackerOptions:
     def collision_tolerance_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def color_background_rate(self) -> float:
-        ...
-    @color_background_rate.setter
-    def color_background_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
     def color_max_overlap(self) -> float:
         ...
     @color_max_overlap.setter
     def color_max_overlap(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def color_object_rate(self) -> float:
-        ...
-    @color_object_rate.setter
-    def color_object_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def color_prior(self) -> float:
@@ -1218,18 +1157,6 @@ class TrackerOptions:
         ...
     @far_scale_m.setter
     def far_scale_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def fine_steps(self) -> int:
-        ...
-    @fine_steps.setter
-    def fine_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def free_space_points(self) -> int:
-        ...
-    @free_space_points.setter
-    def free_space_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def free_space_scale_m(self) -> float:
@@ -1284,12 +1211,6 @@ class TrackerOptions:
         ...
     @min_correlation_area_px.setter
     def min_correlation_area_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def min_pixels(self) -> int:
-        ...
-    @min_pixels.setter
-    def min_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def motion_sigma_m(self) -> float:
@@ -1364,12 +1285,6 @@ class TrackerOptions:
     def photometric_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
-    def photometric_sigma(self) -> float:
-        ...
-    @photometric_sigma.setter
-    def photometric_sigma(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
     def photometric_weight(self) -> float:
         ...
     @photometric_weight.setter
@@ -1416,12 +1331,6 @@ class TrackerOptions:
         ...
     @systematic_per_m.setter
     def systematic_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def trust_points(self) -> int:
-        ...
-    @trust_points.setter
-    def trust_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def union_sharpness(self) -> float:

@@ -200,7 +200,6 @@ class TrackerOptions:
             damping_start=100.0,
             stop_rule="printed",
             coarse_pixels=ALL_PIXELS,
-            fine_steps=100,
             free_space=False,
             photometric=False,
             outline=False,

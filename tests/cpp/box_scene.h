@@ -110,7 +110,7 @@ struct PartsFixture {
     tracking::TrackedObject object;
     object.shape = objects.empty()
                        ? std::make_shared<const frame::Shape>(frame::make_shape(
-                             box_volume().view(), 3 * options.trust_points, options.free_space_points))
+                             box_volume().view(), tracking::kSurfacePoints, tracking::kFreeSpacePoints))
                        : objects.front().shape;
     object.colors = appearance::ColorModel(static_cast<float>(options.color_prior));
     object.forget(options);

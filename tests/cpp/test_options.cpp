@@ -100,7 +100,7 @@ TEST(Options, ends_lie_in_a_range_unless_it_is_open_there) {
 TEST(Options, a_float_is_shown_and_compared_with_its_fewest_digits) {
   EXPECT_EQ(decimal_of(0.05f), 0.05);
   contour::ContourOptions contour;
-  contour.ring = 0.05f, contour.min_posterior = 0.4f;  // the bounds themselves, no float
+  contour.softness = 0.3f;  // the bound itself, no float
   EXPECT_EQ(refusal(contour), "");
 }
 

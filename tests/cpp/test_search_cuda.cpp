@@ -66,7 +66,7 @@ TEST_F(SearchCuda, a_search_finds_what_it_finds_on_the_cpu) {
   const Camera camera = small_camera();
   const tracking::TrackerOptions options;
   const frame::Shape shape =
-      frame::make_shape(box_volume().view(), 3 * options.trust_points, options.free_space_points);
+      frame::make_shape(box_volume().view(), tracking::kSurfacePoints, tracking::kFreeSpacePoints);
   const BoxImage image = image_of(camera, {pose_at({0.02, -0.01, 0.5})}, 0);
   const frame::DepthFrame frame{{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr};
   energies::CudaWork work(cuda_devices().front());

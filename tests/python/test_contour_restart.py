@@ -49,13 +49,13 @@ def test_a_second_start_is_that_of_a_fresh_tracker(place, before, after, memory)
 
 def test_a_start_on_a_much_larger_grid_than_the_one_before_does_no_harm():
     # What was seen behind an occluder has the size of the old grid; read by the size of the new one it crashed.
-    tracker = st.contour.ContourTracker(memory=Told("occluded"), burn_in=0, most_cells=2048)
+    tracker = st.contour.ContourTracker(memory=Told("occluded"), burn_in=0, max_cells=2048)
     small, mask = disc(100, 100, 10, (900, 900))
     large, _ = disc(450, 450, 300, (900, 900))
     tracker.start(small, mask=mask)
     assert tracker.track(small).judgement == "occluded"
     box = (145, 145, 611, 611)
-    fresh = st.contour.ContourTracker(memory=Told("occluded"), burn_in=0, most_cells=2048)
+    fresh = st.contour.ContourTracker(memory=Told("occluded"), burn_in=0, max_cells=2048)
     same(tracker.start(large, box=box), fresh.start(large, box=box))
 
 

@@ -108,8 +108,12 @@ def test_the_budgets_of_pixels_are_kept(box):
     assert_pose_close(result.pose, POSE, 3 * NOISY_ATOL_M, 3 * NOISY_ATOL_RAD)  # a sixth of the pixels
 
 
-def test_fewer_readings_than_min_pixels_are_lost(box):
-    result = st.Tracker(box, CAMERA, threads=1, min_pixels=100_000).start(frame_of(), poses=[POSE])
+def test_a_few_measurements_are_no_object(box):
+    depth = np.array(frame_of().depth)
+    v, u = np.nonzero((depth > 0) & (depth < 1))
+    depth[:] = 0
+    depth[v[:30], u[:30]] = 0.5
+    result = st.Tracker(box, CAMERA, threads=1).start(st.Frame(depth), poses=[POSE])
     assert result.status == ["lost"]
     assert "few depth measurements" in result.reason[0]
 

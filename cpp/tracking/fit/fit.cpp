@@ -30,7 +30,7 @@ std::optional<Fitted> PoseFitter::fit(const frame::DepthFrame& frame, const Came
                                       const FitTarget& target, const Attempt& attempt,
                                       const frame::Plane* plane) {
   camera_ = &camera, target_ = &target;
-  if (view_.open(frame, camera, target, attempt.padding_m, plane) < options_.min_pixels) return std::nullopt;
+  if (view_.open(frame, camera, target, attempt.padding_m, plane) < kMinFitPixels) return std::nullopt;
   view_.read_free_space(attempt.padding_m);
   Fitted fitted = blank();
   optim::State& x = state_;
@@ -46,8 +46,7 @@ std::optional<Fitted> PoseFitter::fit(const frame::DepthFrame& frame, const Came
 std::optional<Fitted> PoseFitter::look(const frame::DepthFrame& frame, const Camera& camera,
                                        const FitTarget& target) {
   camera_ = &camera, target_ = &target;
-  if (view_.open(frame, camera, target, options_.padding_m, nullptr) < options_.min_pixels)
-    return std::nullopt;
+  if (view_.open(frame, camera, target, options_.padding_m, nullptr) < kMinFitPixels) return std::nullopt;
   Fitted fitted = blank();
   fitted.T_cam_obj = target.expected;
   optim::State& x = state_;
@@ -90,12 +89,11 @@ void PoseFitter::fit_coarsely(const frame::DepthFrame& frame, const Attempt& att
   for (const Rigidd& start : attempt.starts) {
     optim::State& now = attempt.starts.size() == 1 ? *x : trial_;
     begin_at(start, &now);
-    if (!options_.keep_damping) fitted->memory.damping = options_.damping_start;
     fit_coarse(attempt, &now, fitted);
     if (attempt.starts.size() == 1) return;
     const double share = agreeing_share(
         compare_visible_surface(frame, *camera_, target_->shape, inverse(now.T_obj_cam[0]),
-                                DepthError{noise_m, fitted->memory.systematic_m}, options_.trust_points));
+                                DepthError{noise_m, fitted->memory.systematic_m}, kTrustPoints));
     if (share > most) most = share, *x = now;
   }
 }
@@ -116,7 +114,7 @@ void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
   refuse_behind(options_, &energy);
   each_share_between(all / static_cast<double>(std::max(1, options_.coarse_pixels)), [&](double share) {
     view_.coarse().assign_subset(view_.pixels(), to_int(share * all));
-    run_stage(&view_.coarse(), energy, options_.coarse_steps, x, fitted);
+    run_stage(&view_.coarse(), energy, kCoarseSteps, x, fitted);
   });
 }
 
@@ -147,7 +145,7 @@ double PoseFitter::moved_px(const Rigidd& before, const Rigidd& now) const {
 // What it moves the pose by is found on a part of the pixels.
 void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted) {
   const auto run = [&](energies::PixelSet* pixels) {
-    run_stage(pixels, energy, options_.fine_steps, x, fitted);
+    run_stage(pixels, energy, fine_steps(options_), x, fitted);
   };
   energies::PixelSet& all = view_.pixels();
   if (!view_.outline_helps()) return run(&all);
@@ -190,8 +188,7 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
 
   optim::LmResult& found = lm_result_;
   found.x = *x;
-  const optim::LmOptions lm =
-      stage_lm(options_, steps, fitted->memory.damping, target_->memory.noise_known, all);
+  const optim::LmOptions lm = stage_lm(options_, steps, target_->memory.noise_known, all);
   // Colours that change are not sent; a device may have them as they are.
   const bool has_colors =
       device && (shape.sdf.id != 0 || DeviceCopies::find(shape.colors.rgb_seen, device->device()));
@@ -221,7 +218,6 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   for (const optim::LmStep& step : found.steps)
     fitted->steps.push_back({step, energy_options.scale_m, pixels->count()});
   *x = found.x;
-  if (options_.keep_damping) fitted->memory.damping = std::clamp(found.damping, 1e-6, options_.damping_start);
   if (brightness_weight > 0) found.cost -= brightness_weight * brightness.cost(*x);
   if (outline_weight > 0) {
     found.cost -= outline_weight * outline.cost(*x);

@@ -75,8 +75,8 @@ energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels
     fetch_grey(color_reader_, pixels, options_.photometric_pixels, &grey_);
   else
     grey_.clear();
-  energies::PhotometricEnergy energy(target_->shape.sdf, target_->shape.colors, &grey_,
-                                     {options_.photometric_sigma}, &photometric_hits_);
+  energies::PhotometricEnergy energy(target_->shape.sdf, target_->shape.colors, &grey_, {},
+                                     &photometric_hits_);
   const bool enough = energy.settle(x) >= kMinBright;
   *weight = enough ? options_.photometric_weight * pixels.count() / grey_.count() : 0;
   return energy;
@@ -252,7 +252,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
   fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
-                                         DepthError{noise_m, shared_m}, options_.trust_points, others);
+                                         DepthError{noise_m, shared_m}, kTrustPoints, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
                                     DepthError{noise_m, shared_m}, others);
   const double seen_m = local > 0 && fitted->memory.noise_known

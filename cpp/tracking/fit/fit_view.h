@@ -41,7 +41,6 @@ struct FitMemory {
   double systematic_m = 0;         // sd of the depth error that a surface's readings share, measured
   bool learns_systematic = false;  // in the next frame: its pose was given
   int search_pause = 0;            // frames in which no search may help a fit: the last one was in vain
-  double damping = 0;              // only with TrackerOptions::keep_damping
   OutlineNoise outline{};          // 0: not measured yet
   double shared_m = 0;             // sd of what the readings have been off by in common, lately
   int outline_age = 0;             // frames since the outline was looked at

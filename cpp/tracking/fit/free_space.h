@@ -12,6 +12,9 @@
 
 namespace sdftrack::tracking {
 
+// Surface points of the term, some for each side: more weigh the same and take longer.
+constexpr int kFreeSpacePoints = 120;
+
 struct FreeSpaceOptions {
   float scale_m = 0.003f;  // s of the logistic cost of the sideways distance
   float dead_px = 1.0f;    // distances up to this many pixels cost nothing

@@ -24,10 +24,18 @@ constexpr double kNoiseGain = 3;
 constexpr double kPrintedDampingMax = 10e6;  // Table 3.2
 constexpr double kMaxRatio = 6.5;            // of pixels from one stage to the next
 constexpr int kMaxStages = 64;               // more than any number of pixels asks for
+constexpr int kCoarseSteps = 3;              // trials of a coarse stage; the next stage corrects what is left
+// Trials of the last stage: a bound of the time of a frame, which the gain usually ends before. By the
+// printed rule it goes on until the damping is at its bound.
+constexpr int kFineSteps = 8, kPrintedSteps = 100;
+inline int fine_steps(const TrackerOptions& options) {
+  return options.stop_printed ? kPrintedSteps : kFineSteps;
+}
 // Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
 constexpr int kSummaryPixels = 1000;
+constexpr int kMinFitPixels = 40;   // near the object; of fewer no pose follows, and it is lost
 constexpr int kMinOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
 
 // A hand may be in front of the surface; behind it the sensor sees nothing. In all stages but the last: there
@@ -66,11 +74,11 @@ void each_share_between(double ratio, const Run& run) {
 
 // Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there
 // every step counts, and is looked at.
-inline optim::LmOptions stage_lm(const TrackerOptions& options, int steps, double damping, bool noise_known,
+inline optim::LmOptions stage_lm(const TrackerOptions& options, int steps, bool noise_known,
                                  bool all_pixels) {
   optim::LmOptions lm;
   lm.max_steps = steps;
-  lm.damping = damping;
+  lm.damping = options.damping_start;
   lm.cost_relative = 0;
   if (options.stop_printed) {
     lm.damping_max = kPrintedDampingMax;

@@ -45,19 +45,14 @@ void visit_options(Options& o, Visit& f) {
   f("far_padding_m", o.far_padding_m, kNonNegative, "m", "padding_m of the second attempt");
   f("max_pixels", o.max_pixels, kPositive, "", "maximum number of pixels in the last stage");
   f("coarse_pixels", o.coarse_pixels, kPositive, "", "maximum number of pixels in the coarse stages");
-  f("min_pixels", o.min_pixels, kPositive, "", "with fewer depth measurements near the object it is lost");
   f("fine_first", o.fine_first, kTrueOrFalse, "", "start each frame without coarse stages, in which a hand holding the object would pull the pose along");
   f("damping_start", o.damping_start, kNonNegative, "", "initial Levenberg-Marquardt damping (100 in the thesis)");
-  f("keep_damping", o.keep_damping, kTrueOrFalse, "", "carry the damping over to the next frame");
   f("stop_rule", o.stop_printed, Choices<bool>(kStopRules), "", "gain: a stage ends once the predicted decrease is small; printed: once the damping exceeds 10e6 (Table 3.2)");
   f("coarse_floor", o.coarse_floor, at_least(0).below(1), "", "outlier_floor of the coarse stages for measurements in front of the surface");
   f("coarse_floor_behind", o.coarse_floor_behind, at_least(0).below(1), "", "outlier_floor of the coarse stages for measurements behind the surface, where no occluder can be");
-  f("coarse_steps", o.coarse_steps, kNonNegative, "", "maximum number of iterations per coarse stage");
-  f("fine_steps", o.fine_steps, kPositive, "", "maximum number of iterations of the last stage");
   f("free_space", o.free_space, kTrueOrFalse, "", "penalise model points in space that the sensor observes to be free");
   f("free_space_scale_m", o.free_space_scale_m, kPositive, "m", "scale s of the free-space term");
   f("free_space_weight", o.free_space_weight, kNonNegative, "", "weight of the free-space term; 1: all its surface points together weigh as much as all pixels");
-  f("free_space_points", o.free_space_points, kPositive, "", "number of surface points in the free-space term");
   f("motion_sigma_m", o.motion_sigma_m, kNonNegative, "m", "standard deviation of the weak prior on the translation, centred at the predicted pose; 0: no prior");
   f("motion_sigma_rad", o.motion_sigma_rad, kNonNegative, "rad", "standard deviation of the same prior on the rotation");
   f("drop_plane", o.drop_plane, kTrueOrFalse, "", "ignore the pixels of the dominant plane (a table)");
@@ -66,13 +61,10 @@ void visit_options(Options& o, Visit& f) {
   f("coarse_union_sharpness", o.coarse_union_sharpness, kPositive, "", "sharpness of the soft minimum in the coarse stages; 2 in the thesis (section 5.2)");
   f("color_likelihood", o.color_likelihood, Choices<energies::ColorLikelihood>(kColorLikelihoods), "", "odds: the colour sets each pixel's outlier fraction; printed: P_f d_on + P_b H_out (Eq. 4.18)");
   f("color_prior", o.color_prior, above(0).below(1), "", "foreground posterior of an uninformative colour");
-  f("color_object_rate", o.color_object_rate, from_to(0, 1), "", "learning rate of the object's histogram: weight of a new frame (Eq. 4.22)");
-  f("color_background_rate", o.color_background_rate, from_to(0, 1), "", "learning rate of the background's histogram: weight of a new frame");
   f("smooth_colors", o.smooth_colors, kTrueOrFalse, "", "combine the colour evidence of a pixel with that of its neighbours on the same surface");
   f("color_free_space", o.color_free_space, kTrueOrFalse, "", "treat a pixel without depth but with background colour as free space");
   f("color_max_overlap", o.color_max_overlap, kNonNegative, "", "mode auto: depth alone if the overlap of the histograms, sum sqrt(p_f p_b), exceeds this");
   f("photometric", o.photometric, kTrueOrFalse, "", "with a coloured shape and colour images: add a photometric term to the pose estimation");
-  f("photometric_sigma", o.photometric_sigma, kPositive, "", "standard deviation of a pixel's brightness, relative to its full range");
   f("photometric_weight", o.photometric_weight, kPositive, "", "weight of the photometric term; 1: according to its noise alone");
   f("photometric_pixels", o.photometric_pixels, kPositive, "", "number of pixels in the photometric term");
   f("outline", o.outline, kTrueOrFalse, "", "with colour images: use the object's outline (occluding contour) too; the only term in frames without depth");
@@ -89,7 +81,6 @@ void visit_options(Options& o, Visit& f) {
   f("weak_evidence", o.weak_evidence, kNonNegative, "", "weak if the posterior probability of the pose is below this");
   f("given_odds", o.given_odds, kPositive, "", "prior odds that the object is present at a given pose");
   f("search_odds", o.search_odds, kPositive, "", "prior odds that the result of a search without mask or box is the object; applies until a frame is ok");
-  f("trust_points", o.trust_points, kPositive, "", "number of surface points used to determine the status");
 }
 // clang-format on
 

@@ -38,7 +38,6 @@ struct TrackerOptions {
   double padding_m = 0.04;  // a pixel counts when its point is this near the object's box
   int max_pixels = 10000;   // budget of the last stage
   int coarse_pixels = 320;  // budget of the coarse stages
-  int min_pixels = 40;      // fewer: lost
   bool fine_first = true;   // begin without coarse stages, as fine as the motion lets it be
   // Second attempt, from the same start over a wider basin, when the first is not convincing
   double retry_inliers =
@@ -47,18 +46,14 @@ struct TrackerOptions {
   double far_padding_m = 0.045;
   // Optimiser
   double damping_start = 1e-3;        // the source starts at 100
-  bool keep_damping = false;          // from frame to frame
   bool stop_printed = false;          // not where a step promises little, but where the damping passes 10e6
-  int coarse_steps = 3;               // trials per coarse stage
   double coarse_floor = 0.3;          // e of the coarse stages: in front of the surface a hand may be,
   double coarse_floor_behind = 0.02;  // behind it the sensor sees nothing
-  int fine_steps = 8;                 // trials of the last stage
   // Other energies
   bool free_space = true;
   double free_space_scale_m = 0.003;
   double free_space_weight = 1.0;  // 1: all surface points together weigh as much as the pixels do
-  int free_space_points = 120;
-  double motion_sigma_m = 0.03;  // weak prior about the predicted pose; 0: none
+  double motion_sigma_m = 0.03;    // weak prior about the predicted pose; 0: none
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
   // Several objects (docs/math/several_objects.md)
@@ -67,15 +62,12 @@ struct TrackerOptions {
   double coarse_union_sharpness = 2;    // in the coarse ones: the source's only one
   // Colour (docs/math/color.md)
   energies::ColorLikelihood color_likelihood = energies::ColorLikelihood::kOdds;
-  double color_prior = 0.7;         // P_f of a colour that says nothing
-  double color_object_rate = 0.05;  // of the opinion pool, per frame
-  double color_background_rate = 0.3;
+  double color_prior = 0.7;        // P_f of a colour that says nothing
   bool smooth_colors = true;       // the readings around a reading say what it is, too
   bool color_free_space = false;   // a pixel without depth but of the background's colour is free space
   double color_max_overlap = 0.9;  // sum sqrt(p_f p_b) beyond which the colours are not used
   // Brightness of surfaces whose colours are known (docs/math/photometric.md)
   bool photometric = true;
-  double photometric_sigma = 0.03;  // sd of a brightness, of its full range
   double photometric_weight = 0.3;  // 1: every pixel's brightness is right but for noise of its own
   int photometric_pixels = 600;
   // Outline in the colour image (docs/math/outline.md)
@@ -96,7 +88,6 @@ struct TrackerOptions {
   double weak_evidence = 0.5;
   double given_odds = 20;     // of an object at a pose that is given, before any evidence
   double search_odds = 0.05;  // of what a search without mask or box has found, before any evidence
-  int trust_points = 320;
 };
 
 }  // namespace sdftrack::tracking

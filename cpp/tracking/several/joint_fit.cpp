@@ -66,7 +66,6 @@ void JointFitter::open(const frame::DepthFrame& frame, const Camera& camera, con
   memory_ = targets.front().memory;
   memory_.noise_known = known > 0;
   memory_.noise_factor = known > 0 ? factor / known : 1;
-  memory_.damping = options_.damping_start;
   contact_reach_m_ = -1;
 }
 
@@ -83,7 +82,7 @@ void JointFitter::fit_coarse(optim::State* x) {
   each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
                     [&](energies::SdfEnergyOptions energy) {
                       energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
-                      run_stage(&coarse_, energy, {kStepsPerSingle * options_.coarse_steps, 0.02, 4}, x);
+                      run_stage(&coarse_, energy, {kStepsPerSingle * kCoarseSteps, 0.02, 4}, x);
                     });
 }
 
@@ -94,7 +93,7 @@ void JointFitter::fit_between(optim::State* x) {
   refuse_behind(options_, &energy);
   each_share_between(all_.count() / std::max(1.0, coarse_count()), [&](double share) {
     part_.assign_share(all_, share);
-    run_stage(&part_, energy, {options_.coarse_steps, 0.006, 2}, x);
+    run_stage(&part_, energy, {kCoarseSteps, 0.006, 2}, x);
   });
 }
 
@@ -107,9 +106,9 @@ void JointFitter::fit_fine(optim::State* x) {
     // An outline may lead farther than depth, into another object: first where there is room to see that.
     if (read_outlines(*x)) {
       part_.assign_share(all_, std::min(1.0, coarse_count() / std::max(1, all_.count())));
-      run_stage(&part_, energy, {options_.fine_steps, 0.02, 2, false, true}, x);
+      run_stage(&part_, energy, {fine_steps(options_), 0.02, 2, false, true}, x);
     }
-    run_stage(&all_, energy, {options_.fine_steps, 0.003, 1, true, true}, x);
+    run_stage(&all_, energy, {fine_steps(options_), 0.003, 1, true, true}, x);
     measure(*x, round == 1);
   }
 }
@@ -236,7 +235,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
-  optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.damping, memory_.noise_known, stage.all);
+  optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.noise_known, stage.all);
   // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
   // edge.
   if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
@@ -267,7 +266,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   FitView& view = *views_[m];
   Fitted& fitted = out_[m].fitted;
   fitted.T_cam_obj = inverse(x.T_obj_cam[m]);
-  out_[m].hidden = view.candidates() == 0 || view.pixels().count() < options_.min_pixels;
+  out_[m].hidden = view.candidates() == 0 || view.pixels().count() < kMinFitPixels;
   if (out_[m].hidden) {
     // Of what it is placed by only the prior is known to be its own.
     const Matrix6d prior = target.prior + 1e-9 * Matrix6d::Identity();

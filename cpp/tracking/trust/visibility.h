@@ -48,6 +48,10 @@ inline double agreeing_share(const Visibility& seen) {
   return open > 0 ? static_cast<double>(seen.agree) / open : 0.0;
 }
 
+// Surface points that the status is judged by: the standard error of the share that agrees is then below 3 %.
+constexpr int kTrustPoints = 320;
+constexpr int kSurfacePoints = 3 * kTrustPoints;  // of a shape, of which the camera sees a third or more
+
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
                                    const frame::Shape& shape, const Rigidd& T_cam_obj,
                                    const DepthError& error, int points, const Neighbors& others = {});
