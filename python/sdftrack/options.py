@@ -72,13 +72,11 @@ class TrackerOptions:
     far_padding_m: float = described(0.045, "padding_m of the second attempt")
     max_pixels: int = described(10000, "maximum number of pixels in the last stage")
     coarse_pixels: int = described(320, "maximum number of pixels in the coarse stages")
-    min_pixels: int = described(40, "with fewer depth measurements near the object it is lost")
     fine_first: bool = described(
         True,
         "start each frame without coarse stages, in which a hand holding the object would pull the pose along",
     )
     damping_start: float = described(0.001, "initial Levenberg-Marquardt damping (100 in the thesis)")
-    keep_damping: bool = described(False, "carry the damping over to the next frame")
     stop_rule: str = described(
         "gain",
         "gain: a stage ends once the predicted decrease is small; printed: once the damping exceeds 10e6 (Table 3.2)",
@@ -90,14 +88,11 @@ class TrackerOptions:
         0.02,
         "outlier_floor of the coarse stages for measurements behind the surface, where no occluder can be",
     )
-    coarse_steps: int = described(3, "maximum number of iterations per coarse stage")
-    fine_steps: int = described(8, "maximum number of iterations of the last stage")
     free_space: bool = described(True, "penalise model points in space that the sensor observes to be free")
     free_space_scale_m: float = described(0.003, "scale s of the free-space term")
     free_space_weight: float = described(
         1.0, "weight of the free-space term; 1: all its surface points together weigh as much as all pixels"
     )
-    free_space_points: int = described(120, "number of surface points in the free-space term")
     motion_sigma_m: float = described(
         0.03,
         "standard deviation of the weak prior on the translation, centred at the predicted pose; 0: no prior",
@@ -118,12 +113,6 @@ class TrackerOptions:
         "odds: the colour sets each pixel's outlier fraction; printed: P_f d_on + P_b H_out (Eq. 4.18)",
     )
     color_prior: float = described(0.7, "foreground posterior of an uninformative colour")
-    color_object_rate: float = described(
-        0.05, "learning rate of the object's histogram: weight of a new frame (Eq. 4.22)"
-    )
-    color_background_rate: float = described(
-        0.3, "learning rate of the background's histogram: weight of a new frame"
-    )
     smooth_colors: bool = described(
         True, "combine the colour evidence of a pixel with that of its neighbours on the same surface"
     )
@@ -135,9 +124,6 @@ class TrackerOptions:
     )
     photometric: bool = described(
         True, "with a coloured shape and colour images: add a photometric term to the pose estimation"
-    )
-    photometric_sigma: float = described(
-        0.03, "standard deviation of a pixel's brightness, relative to its full range"
     )
     photometric_weight: float = described(
         0.3, "weight of the photometric term; 1: according to its noise alone"
@@ -177,7 +163,6 @@ class TrackerOptions:
         0.05,
         "prior odds that the result of a search without mask or box is the object; applies until a frame is ok",
     )
-    trust_points: int = described(320, "number of surface points used to determine the status")
     # options: end
 
     def __post_init__(self) -> None:
