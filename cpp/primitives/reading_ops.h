@@ -56,8 +56,15 @@ struct ReadingOps {
   double (*outline_cost[kPrimitiveKinds])(const OutlineTerm&);
   void (*clearances[kPrimitiveKinds])(const OutlineTerm&, float* m);
 
-  // Defined in readings_*.cpp.
-  static const ReadingOps baseline, avx2, avx512;
+  // Defined in readings_*.cpp. Packs of 16 lanes are no faster here.
+  static const ReadingOps baseline, avx2;
 };
+
+inline const ReadingOps& reading_ops_for([[maybe_unused]] Isa isa) {
+#ifdef SDFTRACK_X86_SETS
+  if (isa != Isa::kBaseline) return ReadingOps::avx2;
+#endif
+  return ReadingOps::baseline;
+}
 
 }  // namespace sdftrack::primitives
