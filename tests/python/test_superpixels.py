@@ -256,6 +256,16 @@ def test_a_video_that_stands_still_comes_to_rest():
     assert video.residual == 0
 
 
+def test_the_residual_is_the_way_of_a_centre_however_many_there_are():
+    ways = []
+    for n in (20, 60, 200):
+        video = st.superpixels.Video(n, first_num_iter=1)
+        video.next(IMAGE)
+        ways.append(video.residual)
+    assert min(ways) > 0
+    assert max(ways) < 1.2 * min(ways)
+
+
 def test_regions_mean_colours_and_neighbours_are_those_of_plain_loops():
     labels = st.superpixels.slic(IMAGE, 40)
     found = st.superpixels.regions(labels, IMAGE)
