@@ -44,7 +44,7 @@ def gait_video(
     Parameters
     ----------
     kind : str
-        As in `st.synth.gait`.
+        As in `experiments.synth.gait.gait`.
     frames : int
     thing : {"none", "bar", "fence", "window"}
         A bar of 22 % of the figure's square that moves across it from left to right, narrow slats all over it, or

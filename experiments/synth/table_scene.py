@@ -17,7 +17,7 @@ from sdftrack.synth.surroundings import box_mesh
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-# Of `table_scene`; changing these numbers breaks comparisons with tests/bench/bench_planes.py.
+# Of `table_scene`; changing these numbers breaks comparisons with tests/bench/bench_parts.py.
 ABOVE_M, PITCH_RAD = 0.6, np.radians(45)
 BOXES = (
     ((0.12, 0.1, 0.08), -0.15),

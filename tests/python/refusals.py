@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Calls that are refused, as rows of a table: what is called, the error, and words of its message."""
+"""What is refused: calls as rows of a table (what is called, the error, words of its message), and a command's line."""
 
 from __future__ import annotations
 
@@ -28,3 +28,11 @@ def assert_refused(
     with pytest.raises(error, match=words) as told:
         call(*arguments)
     assert "\n" not in str(told.value)
+
+
+def error_line(capsys: pytest.CaptureFixture[str]) -> str:
+    """The error that a command printed: exactly one line."""
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert error.startswith("sdftrack: error: ")
+    return error

@@ -51,6 +51,28 @@ def test_an_error_is_raised_once_in_the_loop_and_nobody_waits_for_ever():
     work.close()
 
 
+def test_reading_ahead_returns_the_same_and_holds_few():
+    given = []
+
+    def items():
+        for n in range(20):
+            given.append(n)
+            yield n
+
+    for n in read_ahead(items(), waiting=3):
+        time.sleep(0.002)
+        assert len(given) <= n + 1 + 3 + 2  # those that wait, and one in each hand
+    assert given == list(range(20))
+    assert list(read_ahead([])) == []
+
+
+def test_a_loop_that_ends_early_stops_the_reading():
+    read = read_ahead(iter(int, 1), waiting=2)  # without end
+    assert next(read) == 0
+    read.close()
+    assert "read ahead" not in threads()
+
+
 def test_an_error_of_reading_comes_in_its_place():
     def items():
         yield 1

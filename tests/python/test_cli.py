@@ -12,6 +12,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from refusals import error_line
 
 import sdftrack as st
 from sdftrack.cli.app import parser, run
@@ -30,14 +31,6 @@ def commands(command=None, name=()):
 
 
 COMMANDS = {" ".join(name): command for name, command in commands()}
-
-
-def told(capsys):
-    """The error as printed: exactly one line."""
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert err.startswith("sdftrack: error: ")
-    return err
 
 
 def test_the_commands_of_groups_are_among_them():
@@ -80,7 +73,7 @@ def test_every_command_reads_its_config_before_it_works(command, tmp_path, capsy
     wrong.write_text("max_pixel = 3\n")
     arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
     assert run([*arguments, "--config", str(wrong)]) == 1
-    assert "max_pixel" in told(capsys)
+    assert "max_pixel" in error_line(capsys)
     assert not (tmp_path / "out").exists()
 
 
@@ -88,9 +81,9 @@ def test_every_command_reads_its_config_before_it_works(command, tmp_path, capsy
 def test_every_command_refuses_an_unknown_device_and_a_negative_number_of_threads(command, tmp_path, capsys):
     arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
     assert run([*arguments, "--device", "tpu"]) == 2
-    assert "--device" in told(capsys)
+    assert "--device" in error_line(capsys)
     assert run([*arguments, "--threads", "-1"]) == 2
-    assert "--threads" in told(capsys)
+    assert "--threads" in error_line(capsys)
 
 
 ON_A_GPU = {"batch", "reconstruct", "track", "superpixels", "demo", "reproduce", "info"}
@@ -100,7 +93,7 @@ ON_A_GPU = {"batch", "reconstruct", "track", "superpixels", "demo", "reproduce",
 def test_a_command_that_would_ignore_a_gpu_refuses_it(command, tmp_path, capsys):
     arguments = [*command.split(), *REACH.get(command, []), "--out", str(tmp_path / "out")]
     assert run([*arguments, "--device", "cuda"]) == 2
-    assert "runs on the CPU" in told(capsys)
+    assert "runs on the CPU" in error_line(capsys)
     assert not (tmp_path / "out").exists()
 
 
@@ -119,7 +112,7 @@ def test_an_interrupt_is_no_traceback(monkeypatch, capsys):
 
     monkeypatch.setattr("sdftrack.device.info", interrupted)
     assert run(["info"]) == 130
-    assert "interrupted" in told(capsys)
+    assert "interrupted" in error_line(capsys)
 
 
 def test_info_prints_what_the_function_returns(capsys, tmp_path):
@@ -136,7 +129,7 @@ def test_cuda_without_it_is_an_error_that_says_what_is_missing(capsys):
     if st.cuda_available():
         pytest.skip("this machine has CUDA")
     assert run(["info", "--device", "cuda"]) == 1
-    assert "CUDA" in told(capsys)
+    assert "CUDA" in error_line(capsys)
 
 
 @pytest.mark.filterwarnings("default")
@@ -176,10 +169,10 @@ def test_config_carries_changed_options_and_refuses_unknown_ones(capsys, tmp_pat
     assert all(line in text for line in ("max_pixels = 778", "kept_frames = 77", "noise_m = 0.003"))
     (tmp_path / "b.toml").write_text("[tracker]\nmax_pixel = 777\n")
     assert run(["config", "--config", str(tmp_path / "b.toml")]) == 1
-    assert "max_pixels" in told(capsys)  # the nearest name
+    assert "max_pixels" in error_line(capsys)  # the nearest name
     (tmp_path / "c.toml").write_text("= 3")
     assert run(["config", "--config", str(tmp_path / "c.toml")]) == 1
-    assert "TOML" in told(capsys)
+    assert "TOML" in error_line(capsys)
 
 
 # A small recorded sequence: a duck turning before a wall, at a quarter of the usual size.
@@ -270,7 +263,7 @@ def test_the_colours_of_a_model_are_used_or_missed_by_name(recording, tmp_path, 
     for name, code in (("painted", 0), ("grey", 1)):
         files = ["--model", str(tmp_path / f"{name}.ply"), "--out", str(tmp_path / name)]
         assert run([*common, *files]) == code
-    assert "expected colours at its vertices" in told(capsys)
+    assert "expected colours at its vertices" in error_line(capsys)
     assert json.loads((tmp_path / "painted" / "report.json").read_text())["settings"]["colored"]
     blind = ["--mode", "depth", "--model", str(tmp_path / "painted.ply"), "--out", str(tmp_path / "none")]
     assert run([*common, *blind]) == 2
@@ -308,7 +301,7 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, t
     root, model, _ = recording
     common = ["--model", str(model), "--out", str(tmp_path), "-q", "--no-video", "--stop", "2", *VOXELS]
     assert run(["track", "/nowhere", str(root), *common]) == 1
-    assert "1 of 2 sequences failed: /nowhere" in told(capsys)
+    assert "1 of 2 sequences failed: /nowhere" in error_line(capsys)
     assert (tmp_path / "000003" / "poses.csv").is_file()
 
 
@@ -317,7 +310,7 @@ def test_the_output_folder_must_be_new_or_empty(recording, tmp_path, capsys):
     (tmp_path / "mine.txt").write_text("keep")
     common = f"track {root} --model {model} --out {tmp_path} -q --stop 2 --no-video".split()
     assert run([*common, *VOXELS]) == 1
-    assert "new or empty" in told(capsys)
+    assert "new or empty" in error_line(capsys)
     assert run([*common, *VOXELS, "--overwrite"]) == 0
     assert (tmp_path / "mine.txt").read_text() == "keep"
 
@@ -347,10 +340,10 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     mine = tmp_path / "sdftrack-demo" / "sequence" / "rgb" / "mine.png"
     mine.write_text("keep")
     assert run(["demo", "--frames", "12", "-q"]) == 1
-    assert "no files of others" in told(capsys)
+    assert "no files of others" in error_line(capsys)
     assert mine.read_text() == "keep"
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "a.txt").write_text("keep")
     assert not _ours(tmp_path / "mine")
     assert run(["demo", "--out", "mine", "-q"]) == 1
-    assert "new or empty" in told(capsys)
+    assert "new or empty" in error_line(capsys)

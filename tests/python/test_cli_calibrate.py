@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
+from refusals import error_line
 
 import sdftrack as st
 from sdftrack._internal.files import write_json
@@ -34,13 +35,6 @@ def folder(tmp_path_factory):
         padded[:240, :320] = frame.color
         write_color(root / "rgb" / f"{i:06d}.png", padded)
     return root
-
-
-def told(capsys):
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert err.startswith("sdftrack: error: ")
-    return err
 
 
 def test_a_recording_gives_a_camera_that_opens_it_registered(folder, tmp_path, capsys):
@@ -96,5 +90,5 @@ def test_what_cannot_be_done_is_one_line_and_leaves_nothing(folder, tmp_path, ex
         ["calibrate", "color", str(folder), "--ball-radius", str(RADIUS_M), "--out", str(out), "-q", *extra]
     )
     assert code == 1
-    assert message in told(capsys)
+    assert message in error_line(capsys)
     assert not out.exists()

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import error_line
 
 import sdftrack as st
 from reference.calibration import ray_of
@@ -54,13 +55,6 @@ def model(folder):
 @pytest.fixture(scope="module")
 def command(folder, model):
     return ["calibrate", "intrinsics", str(folder), "--model", str(model)]
-
-
-def told(capsys):
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert err.startswith("sdftrack: error: ")
-    return err
 
 
 @pytest.mark.slow
@@ -117,7 +111,7 @@ def test_an_output_folder_with_files_is_refused_before_the_work_unless_it_may_be
     (tmp_path / "mine.txt").write_text("keep")
     arguments = [*command, *EVERY_THIRD, "--init", "gt", "--out", str(tmp_path)]
     assert run(arguments) == 1
-    assert "--overwrite" in told(capsys)
+    assert "--overwrite" in error_line(capsys)
     assert run([*arguments, "--overwrite"]) == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*FILES, "mine.txt"])
     assert (tmp_path / "mine.txt").read_text() == "keep"
@@ -128,7 +122,7 @@ def test_an_object_that_is_nowhere_is_an_error_that_speaks_of_init(model, tmp_pa
     st.save_sequence(tmp_path / "wall", st.Sequence(wall, TRUTH))
     command = ["calibrate", "intrinsics", str(tmp_path / "wall"), "--model", str(model), "--unit", "mm", "-q"]
     assert run([*command, "--voxels", "60", "--out", str(tmp_path / "out")]) == 1
-    message = told(capsys)
+    message = error_line(capsys)
     assert "found it in 0 of 6" in message
     assert "with --init" in message
     assert "initial_pose" not in message

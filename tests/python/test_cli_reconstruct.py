@@ -10,6 +10,7 @@ import sys
 import cv2
 import numpy as np
 import pytest
+from refusals import error_line
 
 import sdftrack as st
 from sdftrack.cli.app import run
@@ -22,14 +23,6 @@ MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanw
 MAX_SURFACE_M = 0.003  # half a voxel, of the median: pixels along the outline say nothing, and are many here
 TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json"}
 SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
-
-
-def told(capsys):
-    """The error as printed: exactly one line."""
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1, err
-    assert err.startswith("sdftrack: error: ")
-    return err
 
 
 def poses():
@@ -261,7 +254,7 @@ def test_a_missing_package_is_told_before_any_work(recording, tmp_path, capsys, 
     monkeypatch.setitem(sys.modules, "xatlas", None)
     for asked in (["--faces", "500"], ["--texture", "64"]):
         assert quick(recording, tmp_path / "o", *asked) == 1
-        assert "pip install 'sdftrack[export]'" in told(capsys)
+        assert "pip install 'sdftrack[export]'" in error_line(capsys)
     assert not (tmp_path / "o").exists()
 
 
@@ -299,7 +292,7 @@ def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
     seq = st.Sequence(frames, nearer, poses(), {1: duck}, masks=lambda i: masks[i])
     st.save_sequence(folder, seq, layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "box:40,20,80,80") == 1
-    assert "expected the camera of the first recording" in (text := told(capsys))
+    assert "expected the camera of the first recording" in (text := error_line(capsys))
     assert str(folder) in text
     assert not out.exists()
 
@@ -311,7 +304,7 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     seq = st.Sequence(frames, CAMERA, poses(), {1: box}, masks=lambda i: masks[i])
     st.save_sequence(folder, seq, layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "mask") == 1
-    text = told(capsys)
+    text = error_line(capsys)
     assert "not found reliably in image 0" in text or "size" in text
     assert "boxes" in text
     assert {p.name for p in out.iterdir()} >= SHAPE_FILES
@@ -390,7 +383,7 @@ def test_a_refinement_that_fails_takes_nothing_away(recording, tmp_path, monkeyp
     out = tmp_path / "out"
     arguments = ["--out", str(out), "-q", "--no-video", "--stop", "3", *VOXELS]
     assert run(["reconstruct", str(recording), *arguments]) == 1
-    assert "out of luck" in told(capsys)
+    assert "out of luck" in error_line(capsys)
     assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES
     assert report_of(out)["reconstruction"]["refined"] is None
 
@@ -400,7 +393,7 @@ def test_the_folder_is_new_or_empty_or_written_again_with_overwrite(recording, t
     out.mkdir()
     (out / "mine.txt").write_text("keep")
     assert quick(recording, out) == 1
-    assert "--overwrite" in told(capsys)
+    assert "--overwrite" in error_line(capsys)
     assert quick(recording, out, "--overwrite", "--format", "glb") == 0
     assert (out / "mesh.glb").is_file()
     before = (out / "mesh.ply").read_bytes()
@@ -413,7 +406,7 @@ def test_the_folder_is_new_or_empty_or_written_again_with_overwrite(recording, t
 def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, bare, tmp_path, capsys):
     out = ["--out", str(tmp_path), "-q", "--no-video", "--no-refine", "--stop", "2", *VOXELS]
     assert run(["reconstruct", str(bare), str(recording), *out]) == 1
-    text = told(capsys)
+    text = error_line(capsys)
     assert "1 of 2 sequences failed" in text
     assert "bare has no mask" in text
     assert (tmp_path / "000003" / "mesh.ply").is_file()

@@ -8,7 +8,9 @@ import json
 import cv2
 import numpy as np
 import pytest
+import trimesh
 from motion_cases import noisy, reaches
+from refusals import error_line
 
 import sdftrack as st
 from sdftrack import motion
@@ -151,6 +153,7 @@ TABLE = """
 2 | fit seq --box 1,2,3,4,5 -o o | --box
 2 | fit seq --kind torus -o o | --kind: expected one of auto, sphere
 1 | fit seq --start 9 -o o | expected some of the 4 frames
+1 | fit clouds/primitive.ply -o clouds --overwrite | expected no file that would be replaced
 2 | contour rgb -o o | expected --box or --mask, got none
 2 | contour rgb -o o --box 1,2,3,4 --mask m.png | expected --box or --mask, got both
 2 | contour rgb -o o --box 1,2,3 | --box: expected x,y,w,h in pixels, w and h above 0
@@ -177,6 +180,7 @@ TABLE = """
 2 | superpixels text.png -o o --compactness 0 | --compactness: expected a number above 0 and up to 4000
 2 | superpixels text.png -o o --distance far | --distance: expected slic or thesis, got 'far'
 1 | superpixels text.png -o o | text.png
+1 | superpixels images/mean.png --segments 40 -o images --overwrite | IMAGE: expected no file that would be replaced
 2 | motion cup.csv | --out
 2 | motion cup.csv -o o --measures beauty | path_length
 2 | motion cup.csv -o o --by weight | --by
@@ -294,6 +298,10 @@ def data(tmp_path_factory):
     for k, frame in enumerate(seq):
         cv2.imwrite(str(root / "rgb" / f"{k}.png"), frame.color[..., ::-1])
     (root / "nothing").mkdir()
+    (root / "images").mkdir()
+    cv2.imwrite(str(root / "images" / "mean.png"), seq[0].color)
+    (root / "clouds").mkdir()
+    trimesh.PointCloud(mesh.vertices).export(root / "clouds" / "primitive.ply")
     (root / "k1").mkdir()
     (root / "k1" / "camera.json").write_text("{}")
     cv2.imwrite(str(root / "small.png"), np.full((7, 9), 255, np.uint8))
@@ -317,9 +325,7 @@ def test_wrong_usage_and_bad_input_are_one_line_and_leave_nothing(
     monkeypatch.chdir(data)
     before = sorted(data.rglob("*"))
     assert run(line.split()) == int(code)
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1, error
-    assert error.startswith("sdftrack: error: ")
+    error = error_line(capsys)
     assert message in error
     assert (code == "2") == ("--help" in error)
     assert sorted(data.rglob("*")) == before

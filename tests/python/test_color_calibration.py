@@ -110,6 +110,20 @@ def test_the_path_passes_its_points_and_is_smooth_between_them():
     assert np.allclose(share.sum(axis=1), 1)
 
 
+def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
+    t = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1])
+    path = Path(t, np.column_stack([t, t, 1 + t]))
+    p = path.at(np.array([-0.01, 0.15, 0.5, 0.95, 1.2]))[0]
+    assert np.isfinite(p).all(axis=1).tolist() == [False, True, False, True, False]
+
+
+def test_a_point_that_jumps_aside_is_no_part_of_the_path():
+    at, t = ball_path(4), np.arange(40) / 15
+    c = at(t)
+    c[[7, 20]] += [[0.0, 0.3, 0.1], [0.5, 0.0, 0.0]]
+    assert np.abs(Path.through(t, c).at(t[3:-3])[0] - at(t[3:-3])).max() < 0.002  # two periods are bridged
+
+
 def test_wrong_pairs_are_dropped_and_right_ones_kept():
     pairs = simulated(60, NOISE_PX, seed=1)
     wrong = np.arange(0, 60, 4)

@@ -86,6 +86,16 @@ def test_where_there_is_room_for_one_a_second_recording_is_not_kept() -> None:
     assert [k.index for k in frames.frames] == [0]
 
 
+def test_the_first_frame_of_each_recording_is_kept() -> None:
+    frames = Keyframes(6)
+    nothing = np.empty(0, np.float32)
+    for i in range(40):
+        T = geometry.pose([0, 0.05 * (i % 20), 0], [0, 0, 0.5])
+        frames.add(Keyframe(i, (0, 0, 0, 0), nothing, None, nothing, T, None, i // 20))
+    assert len(frames.frames) == 6
+    assert {0, 20} <= {k.index for k in frames.frames}
+
+
 def test_one_frame_is_the_first() -> None:
     assert kept(1, range(5)) == [0]
     assert kept(2, range(5))[0] == 0

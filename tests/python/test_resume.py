@@ -188,6 +188,17 @@ def without_change(star, seq, mask):
     return result
 
 
+def test_a_new_start_forgets_all_recordings():
+    star, *_ = both()
+    other = first_recording()[0]
+    _, seq, _ = recordings()
+    other.resume(seq[0], mask=seq.masks(0)[0])
+    other.start(seq[0], mask=seq.masks(0)[0])
+    assert other._later == []
+    assert {k.recording for k in other._kept} == {0}
+    assert {k.recording for k in star._kept} == {0, 1}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["ball", "brick", "can"])
 def test_what_looks_the_same_from_several_sides_is_not_joined(name):

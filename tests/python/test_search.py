@@ -132,6 +132,14 @@ def test_what_the_colour_excludes_is_not_searched(searcher):
     assert searcher.search(depth_of(), CAMERA._core, foreground=colour) == []
 
 
+def test_a_slice_of_the_rotations_is_a_search_of_its_own(searcher):
+    slices = [
+        searcher.search(depth_of(), CAMERA._core, mask=mask_of(), first_seed=60 * k, seeds=60)
+        for k in range(4)
+    ]
+    assert all(least_add(found[0]["pose"]) < FOUND_M for found in slices)
+
+
 def test_another_shape_scores_less_than_the_right_one(wedge):
     depth, mask = depth_of(), mask_of()
     right = searcher_of(st.SDF.box(SIZE_M)).search(depth, CAMERA._core, mask=mask)[0]["score"]

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as hs
 
 import sdftrack as st
+from experiments.superpixels.times import memory
 from experiments.synth.region_picture import region_picture
 from reference import superpixels as twin
 from sdftrack import _core, metrics
@@ -293,21 +294,13 @@ def test_marked_boundaries_lie_where_labels_change():
     np.testing.assert_array_equal(marked[..., 0], [[0, 9, 0], [0, 9, 0]])
 
 
-def memory_of(image):
-    """Bytes a pixel of a call, labels among them, 256 pixels a segment."""
-    work, options = _core.SlicWork(), _core.SlicOptions()
-    options.n_segments = image.shape[0] * image.shape[1] // 256
-    labels = work.run(image, options, None, None, False, 0, -1)[0]
-    return (work.bytes + labels.nbytes) / labels.size
-
-
 @pytest.mark.parametrize("kind", ["made", "noise"])
 def test_the_working_memory_and_the_labels_are_at_most_12_bytes_a_pixel_on_any_picture(kind):
     if kind == "made":
         image = region_picture(480, 640)[0]
     else:
         image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
-    assert memory_of(image) <= 12
+    assert memory(image) <= 12
 
 
 def test_the_command_writes_labels_and_pictures(tmp_path, capsys):
@@ -338,6 +331,31 @@ def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
     labels = np.load(out / "labels.npy")
     assert labels.dtype == np.int32
     assert labels.max() > 65535
+
+
+def test_the_command_deletes_no_array_of_others(tmp_path):
+    import cv2
+
+    cv2.imwrite(str(tmp_path / "image.png"), IMAGE[..., ::-1])
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "labels.npy").write_bytes(b"mine")
+    assert (
+        run(
+            [
+                "superpixels",
+                str(tmp_path / "image.png"),
+                "--segments",
+                "40",
+                "-q",
+                "--overwrite",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
+    assert (out / "labels.npy").read_bytes() == b"mine"
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,12 @@ from tracking_scene import (
     SIZE_M,
     box_mesh,
     depth_of,
-    error_vector,
     frame_of,
     wall_frame,
 )
 
 import sdftrack as st
+from experiments.trust.coverage import error_vector
 from reference import energies as twin
 from reference import tracking as twin_tracking
 from sdftrack import geometry
@@ -298,6 +298,14 @@ CHI2_95, CHI2_99_9 = 12.592, 22.458  # 6 degrees of freedom
 MIN_COVERED = 0.88
 # The sd of an sd from 100 draws is 7 %, three of them; and the voxels' grain widens the covariance by 5 % here.
 SD_RATIO = (0.74, 1.21)
+
+
+def test_the_covariance_is_symmetric_positive_and_read_only(tracker):
+    C = tracker.start(frame_of(), poses=[POSE]).covariance
+    np.testing.assert_allclose(C, C.T, rtol=1e-9)  # of its own sums, in double
+    assert np.linalg.eigvalsh(C).min() > 0
+    with pytest.raises(ValueError, match="read-only"):
+        C[0, 0] = 1
 
 
 @pytest.mark.parametrize("correlated", [1, 4])
