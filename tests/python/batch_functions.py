@@ -34,9 +34,5 @@ def dies(x):
     return x
 
 
-def process_of(x):
-    return os.getpid()
-
-
 def frames_of(sequence):
     return len(sequence), sequence[0].depth.shape

@@ -122,14 +122,14 @@ def test_a_name_that_is_none_is_refused(two_gpus, name):
         device.resolve_device(name)
 
 
-BOX_MESH, FLAT = BALL.to_mesh(), np.ones((9, 9), np.float32)
+FLAT = np.ones((9, 9), np.float32)
 
 
 @pytest.mark.skipif(_core.cuda_build, reason="a build with CUDA")
 @refused(
     (lambda: _core.scale_and_add(1.5, FLAT[0], FLAT[0], device=0), RuntimeError, "SDFTRACK_CUDA=ON"),
     (lambda: BALL.render(CAMERA, np.eye(4), device="cuda"), RuntimeError, "no CUDA path"),
-    (lambda: BOX_MESH.raycast(CAMERA, np.eye(4), device="cuda"), RuntimeError, "no CUDA path"),
+    (lambda: BALL.to_mesh().raycast(CAMERA, np.eye(4), device="cuda"), RuntimeError, "no CUDA path"),
     (lambda: BALL.redistanced(device="cuda"), RuntimeError, "no CUDA path"),
     (lambda: _core.redistance(np.ones((2, 2, 2), np.float32), 0.01, 1, 0), RuntimeError, "no CUDA path"),
     (lambda: BALL.to_mesh(device="cuda"), RuntimeError, "no CUDA path"),

@@ -2,9 +2,10 @@
 """Many objects of one frame, each fitted on its own."""
 
 import numpy as np
-from tracking_scene import CAMERA, POSE, box_mesh, depth_of, error_vector
+from tracking_scene import CAMERA, POSE, box_mesh, depth_of
 
 import sdftrack as st
+from experiments.trust.coverage import error_vector
 from sdftrack import geometry, metrics
 
 BOX = st.SDF.from_mesh(box_mesh(), voxels=60)

@@ -6,19 +6,13 @@ import itertools
 import numpy as np
 import pytest
 
+from experiments.trust.coverage import error_vector
 from reference import optim, tracking
 from sdftrack import geometry
 
 STEP = 1e-6
 # Central differences in double: rounding 1e-10, second order 1e-12.
 DERIVATIVE_ATOL = 1e-7
-
-
-def error_of(T, T_hat):
-    """(d, r) with t = t^ + d, R = Exp(r) R^."""
-    turn = np.eye(4)
-    turn[:3, :3] = T[:3, :3] @ T_hat[:3, :3].T
-    return np.concatenate([T[:3, 3] - T_hat[:3, 3], geometry.log(turn)[3:]])
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 0.3, 2.0, 3.1])
@@ -74,7 +68,7 @@ def test_the_map_to_camera_axes_is_the_derivative_of_the_users_error():
 
     def users_error(delta):
         moved = T_cam_centred @ np.linalg.inv(optim.increment(delta[:3], delta[3:]))
-        return error_of(moved @ shift, T_cam_centred @ shift)
+        return error_vector(T_cam_centred @ shift, moved @ shift)
 
     J = np.array([(users_error(STEP * e) - users_error(-STEP * e)) / (2 * STEP) for e in np.eye(6)]).T
     C = np.diag([1.0, 2, 3, 4, 5, 6]) + 0.1

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.trust.coverage import error_vector
 from reference import energies as twin
 from reference import systematic
 from reference import tracking as twin_tracking
-from sdftrack import _core, geometry
+from sdftrack import geometry
 
 CAMERA = st.Camera(285.0, 285.0, 159.5, 119.5, 320, 240)
 POSE = geometry.pose([0.5, -0.4, 0.2], [0.01, -0.02, 0.6])
@@ -36,12 +37,6 @@ def biased(depth, sd, rng):
     out = depth.astype(np.float64)
     out[v, u] += error + patches[row, column]
     return out
-
-
-def error_of(T, T_true):
-    turn = np.eye(4)
-    turn[:3, :3] = T_true[:3, :3] @ T[:3, :3].T
-    return np.concatenate([T_true[:3, 3] - T[:3, 3], _core.rotation_log(turn)])
 
 
 def test_the_core_adds_what_its_twin_does(box):
@@ -108,7 +103,7 @@ def test_the_ellipsoid_holds_the_truth_under_random_biases_of_the_model(box, sd)
         seen[:2, 3] += rng.normal(0, systematic.LATERAL_SHARE * sd, 2)
         depth = box.render(CAMERA, seen)[0]
         result = tracker.start(st.Frame(noisy(biased(depth, sd, rng), rng)), poses=T)
-        e = error_of(result.pose, T)
+        e = error_vector(result.pose, T)
         inside += e @ np.linalg.solve(result.covariance, e) < CHI2_95
     assert 0.85 <= inside / draws <= 1.0
 

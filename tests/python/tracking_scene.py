@@ -50,10 +50,3 @@ def increment(d):
     T[:3, :3] += (8 * K @ K + 4 * (1 - s) * K) / (1 + s) ** 2
     T[:3, 3] = d[:3]
     return T
-
-
-def error_vector(T, T_true):
-    """(d, r) with t = t^ + d, R = Exp(r) R^: what a covariance speaks of."""
-    turn = np.eye(4)
-    turn[:3, :3] = T_true[:3, :3] @ T[:3, :3].T
-    return np.concatenate([T_true[:3, 3] - T[:3, 3], geometry.log(turn)[3:]])
