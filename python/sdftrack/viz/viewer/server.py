@@ -144,10 +144,11 @@ class Gate:
 
         plain: Any = websockets.serve
 
-        def serve(handler: Any, at: Any = None, port: Any = None, **options: Any) -> Any:
-            if at is not host:  # a server of another thread
-                return plain(handler, at, port, **options)
+        def serve(handler: Any, *place: Any, **options: Any) -> Any:
+            if (place[0] if place else options.get("host")) is not host:  # a server of another thread
+                return plain(handler, *place, **options)
             self.serving = True
+            options = {name: value for name, value in options.items() if name not in ("host", "port")}
             options |= {
                 "process_request": self._before(options.get("process_request")),
                 "create_connection": self._connected,
