@@ -146,6 +146,8 @@ TABLE = """
 1 | calibrate intrinsics none --model m.ply -o o | none
 1 | calibrate intrinsics k1 --model m.ply -o k1 --overwrite | SEQ: expected no file that would be replaced
 2 | calibrate depth seq | --out sensor.toml
+2 | calibrate depth seq -o large.json | expected a new file, got large.json
+2 | calibrate depth seq -o small.toml | expected a new file, got small.png
 2 | fit seq --box 1,2,3 -o o | --box: expected x,y,w,h
 2 | fit seq --box a,b,c,d -o o | --box
 2 | fit seq --box 0,0,0,0 -o o | --box

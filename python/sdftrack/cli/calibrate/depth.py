@@ -42,13 +42,15 @@ class Depth(Meshes, Frames, Layout, Common):
     name: str = option("calibrated", "Name of the sensor, used in results.")
 
     def file(self) -> Path:
-        """--out, a new file."""
+        """--out, a new file, as is the plot beside it."""
         out = self.out
         if out is None or out.suffix.lower() not in (".toml", ".json"):
             raise Usage("expected a file for the result: --out sensor.toml", "--out")
-        if out.exists() and not self.overwrite:
+        there = [path for path in (out, out.with_suffix(".png")) if path.exists()]
+        if there and not self.overwrite:
             raise Usage(
-                f"expected a new file, got {out}, which exists; choose another or pass --overwrite", "--out"
+                f"expected a new file, got {there[0]}, which exists; choose another or pass --overwrite",
+                "--out",
             )
         return out
 
