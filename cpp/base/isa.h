@@ -18,12 +18,14 @@ const std::vector<Isa>& supported_isas();
 // std::runtime_error where that is none of them.
 Isa used_isa();
 
-// What a class Of has for an instruction set: one of its members baseline, avx2 and avx512.
+// What a class Of has for an instruction set: one of its members baseline, avx2 and, unless wider packs are
+// no faster, avx512.
 template <class Of>
 const auto& for_isa(Isa isa) {
 #ifdef SDFTRACK_X86_SETS
-  if (isa == Isa::kAvx512) return Of::avx512;
-  if (isa == Isa::kAvx2) return Of::avx2;
+  if constexpr (requires { Of::avx512; })
+    if (isa == Isa::kAvx512) return Of::avx512;
+  if (isa != Isa::kBaseline) return Of::avx2;
 #endif
   static_cast<void>(isa);
   return Of::baseline;

@@ -42,8 +42,8 @@ bool EvidenceDistance::cross(const EvidenceVolume& evidence, const VoxelRange& r
   const float voxel = static_cast<float>(grid().voxel_m);
   const RatioView ratios{evidence.log_ratio().data(), evidence.weight().data()};
   int found[kBlock * kBlock * kBlock + 16];
-  const int n =
-      voxel_ops_for(used_isa()).crossed(ratios.log_ratio + first, rows, voxel, phi_.data() + first, found);
+  const int n = for_isa<VoxelOps>(used_isa())
+                    .crossed(ratios.log_ratio + first, rows, voxel, phi_.data() + first, found);
   for (int k = 0; k < n; ++k) {
     const std::size_t i = first + static_cast<std::size_t>(found[k]);
     const float now = crossing_distance(ratios, i, static_cast<std::size_t>(rows.row),
@@ -115,7 +115,7 @@ void EvidenceDistance::relax(int block, bool forward, float band_m) {
   const BlockRows rows = rows_of(blocks_.inner(block), &first);
   const float voxel_m = static_cast<float>(grid().voxel_m);
   unsettled_[static_cast<std::size_t>(block)] =
-      voxel_ops_for(used_isa())
+      for_isa<VoxelOps>(used_isa())
           .relax({voxel_m, kMax_m}, rows, forward, kSettled * voxel_m, band_m, phi_.data() + first);
 }
 

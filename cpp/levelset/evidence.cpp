@@ -146,7 +146,7 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
   const BlockPlace place = sight.place(block);
   float distance[kBlock * kBlock * kBlock];
   const BlockChange change =
-      voxel_ops_for(used_isa())
+      for_isa<VoxelOps>(used_isa())
           .fuse(term, place, rows, options.max_weight, &log_ratio_[first], &weight_[first], distance);
   empty_[static_cast<std::size_t>(block)] = change.empty;
   unsigned char& spoken = spoken_[static_cast<std::size_t>(block)];

@@ -52,7 +52,7 @@ float longest_step(const EvolveOptions& o) {
 std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads) {
   check_evolution(options, steps);
-  const VoxelOps& ops = voxel_ops_for(used_isa());
+  const VoxelOps& ops = for_isa<VoxelOps>(used_isa());
   const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
                                options.printed};
   const auto voxel_m = static_cast<float>(grid.voxel_m);

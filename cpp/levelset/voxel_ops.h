@@ -72,11 +72,4 @@ struct VoxelOps {
   static const VoxelOps baseline, avx2;
 };
 
-inline const VoxelOps& voxel_ops_for([[maybe_unused]] Isa isa) {
-#ifdef SDFTRACK_X86_SETS
-  if (isa != Isa::kBaseline) return VoxelOps::avx2;
-#endif
-  return VoxelOps::baseline;
-}
-
 }  // namespace sdftrack::levelset

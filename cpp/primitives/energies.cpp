@@ -64,7 +64,7 @@ OutlineTerm PrimitiveEnergy::outline_term(const PrimitiveField& field) const {
 
 void PrimitiveEnergy::add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const {
   ReadingSums packs;
-  const ReadingOps& ops = reading_ops_for(used_isa());
+  const ReadingOps& ops = for_isa<ReadingOps>(used_isa());
   const int k = static_cast<int>(kind_);
   ops.linearize[k](term(field), weighing, &packs);
   ops.linearize_outline[k](outline_term(field), weighing, &packs);
@@ -168,7 +168,7 @@ double PrimitiveEnergy::cost(const optim::State& x) {
   double cost = 0;
   if (in_packs())
     cost += readings_cost(x) +
-            reading_ops_for(used_isa()).outline_cost[static_cast<int>(kind_)](outline_term(field));
+            for_isa<ReadingOps>(used_isa()).outline_cost[static_cast<int>(kind_)](outline_term(field));
   visit(field, x,
         [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
   return cost;
@@ -176,7 +176,7 @@ double PrimitiveEnergy::cost(const optim::State& x) {
 
 double PrimitiveEnergy::readings_cost(const optim::State& x) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  if (in_packs()) return reading_ops_for(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
   double cost = 0;
   visit_points(field, [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) {
     cost += c.cost;
@@ -213,7 +213,7 @@ std::vector<double> PrimitiveEnergy::clearances(const optim::State& x) const {
   std::vector<double> out(rays());
   if (in_packs()) {
     std::vector<float> m(out.size());
-    reading_ops_for(used_isa()).clearances[static_cast<int>(kind_)](outline_term(field), m.data());
+    for_isa<ReadingOps>(used_isa()).clearances[static_cast<int>(kind_)](outline_term(field), m.data());
     out.assign(m.begin(), m.end());
     return out;
   }
@@ -263,7 +263,7 @@ void PrimitiveEnergy::residuals(const optim::State& x, std::vector<double>* out)
   out->clear();
   if (in_packs()) {
     std::vector<float> phi(points());
-    reading_ops_for(used_isa()).residuals[static_cast<int>(kind_)](term(field), phi.data());
+    for_isa<ReadingOps>(used_isa()).residuals[static_cast<int>(kind_)](term(field), phi.data());
     out->assign(phi.begin(), phi.end());
     return;
   }

@@ -60,11 +60,4 @@ struct ReadingOps {
   static const ReadingOps baseline, avx2;
 };
 
-inline const ReadingOps& reading_ops_for([[maybe_unused]] Isa isa) {
-#ifdef SDFTRACK_X86_SETS
-  if (isa != Isa::kBaseline) return ReadingOps::avx2;
-#endif
-  return ReadingOps::baseline;
-}
-
 }  // namespace sdftrack::primitives

@@ -119,7 +119,7 @@ TEST(Levelset, every_instruction_set_gives_the_same_bits) {
       std::vector<float> out[2];
       std::vector<int> at[2];
       for (const int k : {0, 1}) {
-        const levelset::VoxelOps& ops = k ? levelset::voxel_ops_for(isa) : levelset::VoxelOps::baseline;
+        const levelset::VoxelOps& ops = k ? for_isa<levelset::VoxelOps>(isa) : levelset::VoxelOps::baseline;
         std::vector<float> ratio(ratios), weight(ratios), distance(512), phi(volume.phi);
         for (float& w : weight) w = w > 0 ? w : 0;
         const levelset::BlockChange change =

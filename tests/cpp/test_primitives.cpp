@@ -148,7 +148,7 @@ void expect_the_same_bits(const Term& term, int k, Linearize linearize, Cost cos
   (primitives::ReadingOps::baseline.*linearize)[k](term, primitives::Weighing::kSolve, &first);
   EXPECT_GT(first.cost, 0);
   for (const Isa isa : supported_isas()) {
-    const primitives::ReadingOps& ops = primitives::reading_ops_for(isa);
+    const primitives::ReadingOps& ops = for_isa<primitives::ReadingOps>(isa);
     primitives::ReadingSums sums;
     (ops.*linearize)[k](term, primitives::Weighing::kSolve, &sums);
     EXPECT_EQ(sums.cost, first.cost) << isa_name(isa) << " kind " << k;
