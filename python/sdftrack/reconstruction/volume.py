@@ -107,9 +107,9 @@ class Volume:
     def lattice(self) -> Lattice:
         return Lattice(tuple(self.core.voxels), self.core.voxel_m, tuple(self.core.origin))
 
-    def emptied(self, lattice: Lattice | None = None) -> Volume:
-        """An empty volume on the same grid or on another one."""
-        return Volume(self.camera, lattice or self.lattice, *self._made_of)
+    def emptied(self) -> Volume:
+        """An empty volume on the same grid."""
+        return Volume(self.camera, self.lattice, *self._made_of)
 
     def begin_recording(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> None:
         """Bound the following frames by the first frame of their recording, which has this pose."""
