@@ -80,11 +80,13 @@ void bind_phases(py::module_& m) {
   py::class_<Observation>(m, "ContourObservation", "Where the object is in an image; nothing is learned yet.")
       .def_property_readonly("status",
                              [](const Observation& o) { return kStatus[static_cast<int>(o.report.status)]; })
-      .def_property_readonly("reason", [](const Observation& o) { return o.report.reason; })
+      .def_property_readonly("reason",
+                             [](const Observation& o) { return contour::sentence(o.report.reason); })
       .def_property_readonly("confidence", [](const Observation& o) { return o.report.confidence; })
       .def_property_readonly("contrast", [](const Observation& o) { return o.report.contrast; })
       .def_property_readonly("likeness", [](const Observation& o) { return o.report.likeness; })
       .def_property_readonly("overlap", [](const Observation& o) { return o.report.overlap; })
+      .def_property_readonly("shared", [](const Observation& o) { return o.report.shared; })
       .def_property_readonly("mean_log", [](const Observation& o) { return o.report.mean_log; })
       .def_property_readonly("phi", [](const Observation& o) { return o.phi; })
       .def_property_readonly("warp", [](const Observation& o) { return o.warp; });
@@ -162,6 +164,21 @@ void bind_contour(py::module_& m) {
           },
           py::arg("judgement"), py::arg("recovered") = py::none(),
           "The frame with a memory's judgement, and the whole silhouette where it recovered one.")
+      .def(
+          "state",
+          [](ContourCore& self) {
+            const Busy turn(&self.busy, "tracker");
+            return py::bytes(state_of(self.tracker));
+          },
+          "All that the next images depend on, but for the options.")
+      .def(
+          "set_state",
+          [](ContourCore& self, const py::bytes& state) {
+            const Busy turn(&self.busy, "tracker");
+            return set_state(std::string_view(state), &self.tracker);
+          },
+          py::arg("state"),
+          "Goes on from such a state; False, and nothing changed, where it is one of another version.")
       .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
 }
 

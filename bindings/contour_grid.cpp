@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "contour/shared_colors.h"
 #include "contour/template_scores.h"
 #include "contour_options.h"
 
@@ -90,6 +91,18 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
   return to_numpy(std::move(all), {view.height, view.width});
 }
 
+// The share of the outline, and column, row, cells and overlap of each part.
+py::tuple contour_shared_colors(const py::array& image, const py::array& phi,
+                                const std::array<double, 6>& warp) {
+  contour::SharedColorsWork work;
+  const double share = contour::shared_outline(color_view(image), grid_from(phi, warp), &work);
+  std::vector<double> rows;
+  for (const contour::OutlinePart& part : work.parts)
+    for (const double x : {double(part.column), double(part.row), double(part.length), part.overlap})
+      rows.push_back(x);
+  return py::make_tuple(share, to_numpy(std::move(rows), {static_cast<py::ssize_t>(work.parts.size()), 4}));
+}
+
 py::array_t<float> template_scores(const py::array& pictures, const py::array& templates) {
   const float* a = borrow<float>(pictures, "pictures", {-1, -1});
   const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
@@ -107,6 +120,9 @@ void bind_contour_grid(py::module_& m) {
         "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
         py::arg("options"), py::arg("device") = -1, "phi after steps of the evolution.");
+  m.def("contour_shared_colors", &contour_shared_colors, py::arg("image"), py::arg("phi"), py::arg("warp"),
+        "Share of the outline beside which the colours are the object's; column, row, cells, overlap of each "
+        "part.");
   m.def("contour_template_scores", &template_scores, py::arg("pictures"), py::arg("templates"),
         "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));

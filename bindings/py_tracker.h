@@ -70,6 +70,9 @@ class PyTracker {
   py::array_t<double> best();
   void resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best);
   void interrupt(int index);
+  // All that the next frames depend on, but for shapes, camera and settings (base/state_archive.h).
+  py::bytes state();
+  bool set_state(const py::bytes& state);
 
  private:
   void check_object(int k) const;

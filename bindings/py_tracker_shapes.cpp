@@ -155,4 +155,14 @@ void PyTracker::interrupt(int index) {
   tracker_->interrupt(index);
 }
 
+py::bytes PyTracker::state() {
+  const Busy busy(&busy_, "tracker");
+  return state_of(*tracker_);
+}
+
+bool PyTracker::set_state(const py::bytes& state) {
+  const Busy busy(&busy_, "tracker");
+  return sdftrack::set_state(std::string_view(state), tracker_.get());
+}
+
 }  // namespace sdftrack::bindings

@@ -42,6 +42,10 @@ void bind_tracking(py::module_& m) {
       .def("resume", &PyTracker::resume, py::arg("index"), py::arg("time_s"), py::arg("followed"),
            py::arg("best"))
       .def("interrupt", &PyTracker::interrupt, py::arg("index"))
+      .def("state", &PyTracker::state,
+           "All that the next frames depend on, but for shapes, camera and settings.")
+      .def("set_state", &PyTracker::set_state, py::arg("state"),
+           "Goes on from such a state; False, and nothing changed, where it is one of another version.")
       .def("set_camera", &PyTracker::set_camera, py::arg("camera"))
       .def("set_pose", &PyTracker::set_pose, py::arg("k"), py::arg("T"), py::arg("covariance"));
 }

@@ -104,6 +104,13 @@ void ColorModel::update(const ColorCounts& counts, double object_rate, double ba
   make_posterior();
 }
 
+bool ColorModel::are_shares(const std::vector<float>& values, bool known) {
+  if (!known) return values.empty() || values.size() == kColorBins;
+  const auto share = [](float v) { return v >= 0 && v <= 2; };
+  return values.size() == kColorBins && std::all_of(values.begin(), values.end(), share) &&
+         std::any_of(values.begin(), values.end(), [](float v) { return v > 0; });
+}
+
 // What holds the object lies on it too, and some of it is counted as the object's. Where its colours make up
 // the same small part of the object's histogram throughout, they are taken out; where they are a large part,
 // the object has them itself. docs/math/color.md, (4b).

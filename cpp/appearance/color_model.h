@@ -66,7 +66,20 @@ class ColorModel {
   // p <- (1 - rate) p + rate p_new (thesis Eq. 4.22). Too few pixels of a kind leave its histogram as it was.
   void update(const ColorCounts& counts, double object_rate, double background_rate);
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [prior, known, front_known, object, background, front, posterior, smooth_object, smooth_background,
+           smooth_front, scratch, ratios, overlap] = self;
+    archive(prior, known, front_known, object, background, front, posterior, smooth_object, smooth_background,
+            smooth_front, overlap);
+    for (const auto* shares : {&object, &background, &posterior, &smooth_object, &smooth_background})
+      archive.check(are_shares(*shares, known));
+    archive.check(are_shares(front, front_known) && are_shares(smooth_front, front_known));
+  }
+
  private:
+  // Of every colour, and not of none.
+  static bool are_shares(const std::vector<float>& values, bool known);
   void make_posterior();
   void take_out_front();
 

@@ -44,11 +44,24 @@ class LocalColors {
     return f / (f + b);
   }
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [places, frame, keep] = self;
+    archive(places, frame, keep);
+    archive.check(places.empty() || places.size() == kPlaces);
+  }
+
  private:
   struct Place {
     int frame = 0;  // in which it was met last
     float object_pixels = 0, background_pixels = 0;
     std::array<float, kLocalBins> object{}, background{};
+
+    template <class Archive, class Self>
+    static void visit(Archive& archive, Self& self) {
+      auto& [met, object_px, background_px, own, others] = self;
+      archive(met, object_px, background_px, own, others);
+    }
   };
   // Over that of colours that are all equally likely.
   static float density(const std::array<float, kLocalBins>& seen, float pixels, float whole, int bin) {

@@ -33,6 +33,13 @@ struct GridWarp {
     out.t[0] -= out.a[0] * m[0] + out.a[1] * m[1], out.t[1] -= out.a[2] * m[0] + out.a[3] * m[1];
     return out;
   }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [A, offset] = self;
+    archive(A[0], A[1], A[2], A[3], offset[0], offset[1]);
+    archive.check(self.scale() > 0 && std::isfinite(self.scale()) && std::isfinite(offset[0] + offset[1]));
+  }
 };
 
 // Increment of the similarity: (log scale, angle, tx, ty); of the affinity: (m00, m01, m10, m11, tx, ty).

@@ -31,6 +31,13 @@ struct CellBox {
   CellBox grown(int by, int nx, int ny) const {
     return {std::max(0, x0 - by), std::max(0, y0 - by), std::min(nx - 1, x1 + by), std::min(ny - 1, y1 + by)};
   }
+  bool lies_on(int nx, int ny) const { return x0 >= 0 && y0 >= 0 && x1 < nx && y1 < ny; }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [left, top, right, bottom] = self;
+    archive(left, top, right, bottom);
+  }
 };
 
 // Cells, with phi in cells, negative inside; and where they lie.
@@ -49,6 +56,18 @@ struct ContourGrid {
     return {w.a[0], w.a[1], w.t[0] - w.a[0] * mid_x() - w.a[1] * mid_y(),
             w.a[2], w.a[3], w.t[1] - w.a[2] * mid_x() - w.a[3] * mid_y(),
             0,      0,      1};
+  }
+  bool holds(const std::vector<float>& cells) const {
+    return cells.size() == static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) &&
+           std::all_of(cells.begin(), cells.end(), [](float v) { return std::isfinite(v); });
+  }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [columns, rows, lies, cells, box] = self;
+    archive(columns, rows, lies, cells, box);
+    archive.check(columns >= 0 && rows >= 0 && self.holds(cells) &&
+                  (cells.empty() || box.lies_on(columns, rows)));
   }
 };
 

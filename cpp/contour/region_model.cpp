@@ -61,6 +61,16 @@ RegionModel::RegionModel(const ContourOptions& options)
       slots_(static_cast<std::size_t>(bins_ * bins_ * bins_), -1),
       totals_(static_cast<std::size_t>(stride_)) {}
 
+bool RegionModel::fits() const {
+  if (used_ < 0) return false;
+  const auto bins = static_cast<std::size_t>(bins_), used = static_cast<std::size_t>(used_);
+  const std::size_t n = used * static_cast<std::size_t>(stride_);
+  const auto in_use = [this](int slot) { return slot >= -1 && slot < used_; };
+  return slots_.size() == bins * bins * bins && std::all_of(slots_.begin(), slots_.end(), in_use) &&
+         counts_.size() == n && shares_.size() == n && whole_.size() == 2 * used &&
+         remembered_.size() <= used;
+}
+
 int RegionModel::slot_of(int bin) {
   int& slot = slots_[static_cast<std::size_t>(bin)];
   if (slot >= 0) return slot;

@@ -2,6 +2,7 @@
 // What colours the object and its surroundings have, and where on the grid.
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "contour/options.h"
@@ -53,7 +54,18 @@ class RegionModel {
   // Pools what was counted last into the histograms.
   void pool(double object_rate, double background_rate);
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [bins, shift, windows, shared_only, object_windows, known, shrink, pool, least, stride, slots, used,
+           counts, fresh, shares, whole, totals, remembered, likeness] = self;
+    archive(object_windows, known, slots, used, counts, shares, whole, remembered, likeness);
+    if constexpr (!std::is_const_v<Self>) fresh.resize(counts.size());  // of one frame
+    archive.check(self.fits());
+  }
+
  private:
+  // Whether all that is kept is of these colours and windows.
+  bool fits() const;
   int bin_of(const unsigned char* rgb) const {
     return ((rgb[0] >> shift_) * bins_ + (rgb[1] >> shift_)) * bins_ + (rgb[2] >> shift_);
   }

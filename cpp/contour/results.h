@@ -10,15 +10,28 @@ namespace sdftrack::contour {
 
 enum class ContourStatus { kOk, kWeak, kLost };
 
+// What speaks against an outline.
+enum class ContourReason { kNone, kSidesAlike, kOtherColors, kNoMatch };
+const char* sentence(ContourReason reason);
+
 // How well a frame's outline is supported by the colours.
 struct ContourReport {
   ContourStatus status = ContourStatus::kOk;
   double confidence = 1;  // 0 .. 1
-  const char* reason = "";
+  ContourReason reason = ContourReason::kNone;
   // What the confidence is made of: mean posterior inside less that beside the contour; how far the colours
   // inside are those at the start; how much of the outline before and after this frame is the same; mean
   // log f in the band.
   double contrast = 1, likeness = 1, overlap = 1, mean_log = 0;
+  // Of the outline, the share beside which the colours are the object's; the largest lately.
+  double shared = 0;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [said, chance, why, sides, alike, same, mean, share] = self;
+    archive.choice(said, ContourStatus::kLost), archive.choice(why, ContourReason::kNoMatch);
+    archive(chance, sides, alike, same, mean, share);
+  }
 };
 
 // What a memory of shapes says of a frame's shape. Only an unoccluded one is learned from; without a memory,

@@ -45,7 +45,7 @@ std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
 // refused.
 template <class Place>
 ContourFrame ContourTracker::start_anew(const RgbView& image, const Place& place) {
-  ContourTracker fresh(options_);
+  ContourTracker fresh(options_, evolution_.device);
   fresh.start_here(image, place);
   *this = std::move(fresh);
   return frame();
@@ -157,6 +157,7 @@ void ContourTracker::begin(const RgbView& image) {
   make_room(image);
   model_.posterior(image, grid_, grid_.all(), &posterior_);
   choose_samples(grid_, options_.band, nullptr, &samples_);
+  look_beside(image);
   usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kMinContrast);
 }
 

@@ -28,7 +28,22 @@ constexpr int kShapeSteps = 5;           // of the level set in a frame: what de
 // would resample the shape, and blur it, in most frames.
 constexpr double kDriftCells = 3, kDriftLogScale = static_cast<double>(0.05f);
 
+constexpr double kSharedFades = 0.995;  // per frame
+
 }  // namespace
+
+const char* sentence(ContourReason reason) {
+  switch (reason) {
+    case ContourReason::kSidesAlike:
+      return "the colours on either side of the outline differ less than at the start";
+    case ContourReason::kOtherColors:
+      return "the colours inside the outline no longer match those at the start";
+    case ContourReason::kNoMatch:
+      return "the colours match neither the object inside the outline nor its surroundings outside it";
+    default:
+      return "";
+  }
+}
 
 ContourTracker::ContourTracker(const ContourOptions& options, int device)
     : options_(options), model_(options) {
@@ -175,19 +190,24 @@ void ContourTracker::judge(const RgbView& image) {
   report_.confidence = contrast * report_.likeness;
   const bool was_lost = report_.status == ContourStatus::kLost;
   if (report_.confidence >= kSure && inside_ >= kMinPixels) {
-    report_.status = ContourStatus::kOk, report_.reason = "";
+    report_.status = ContourStatus::kOk, report_.reason = ContourReason::kNone;
     lost_frames_ = 0;
+    look_beside(image);
   } else if (report_.confidence >= (was_lost ? kSure : kDoubtful) && inside_ >= kMinPixels) {
     report_.status = ContourStatus::kWeak;
-    report_.reason = contrast < report_.likeness
-                         ? "the colours on either side of the outline differ less than at the start"
-                         : "the colours inside the outline no longer match those at the start";
+    report_.reason = contrast < report_.likeness ? ContourReason::kSidesAlike : ContourReason::kOtherColors;
   } else {
     report_.status = ContourStatus::kLost;
-    report_.reason =
-        "the colours match neither the object inside the outline nor its surroundings outside it";
+    report_.reason = ContourReason::kNoMatch;
     ++lost_frames_;
   }
+}
+
+// Of what the colours call sure: where nothing held the outline it may have run into what is beside it, and
+// what was learned there stays.
+void ContourTracker::look_beside(const RgbView& image) {
+  if (!options_.evidence || inside_ == 0) return;
+  report_.shared = std::max(shared_outline(image, grid_, &shared_colors_), kSharedFades * report_.shared);
 }
 
 ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned char* recovered) {

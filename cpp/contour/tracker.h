@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "base/state_archive.h"
 #include "contour/evolution.h"
 #include "contour/motion_odds.h"
 #include "contour/redetection.h"
 #include "contour/registration.h"
 #include "contour/results.h"
+#include "contour/shared_colors.h"
 
 namespace sdftrack::contour {
 
@@ -40,6 +42,19 @@ class ContourTracker {
   const ContourReport& report() const { return report_; }
   const ContourOptions& options() const { return options_; }
 
+  // For state_of and set_state: all that the next images depend on, but for the options.
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [options, model, grid, posterior, registration, evolution, samples, redetection, own_pairs,
+           other_pairs, motion, shared_colors, report, before, resampled, seen, hidden, good_phi, good_warp,
+           good_inside, first_area, inside, usual_contrast, first_contrast, counted, lost_frames, width,
+           height, mask] = self;
+    archive(model, grid, report, seen, good_phi, good_warp, good_inside, first_area, inside, usual_contrast,
+            first_contrast, counted, lost_frames);
+    archive.check((seen.empty() || grid.holds(seen)) && grid.holds(good_phi));
+    archive.check(good_phi.empty() || good_inside.lies_on(grid.nx, grid.ny));
+  }
+
  private:
   static constexpr int kMinPixels = 30;     // an object of fewer has no colours to speak of
   static constexpr int kMinRing_px = 12;    // of background around it
@@ -57,6 +72,7 @@ class ContourTracker {
   void make_room(const RgbView& image);
   void shape(int steps);
   void judge(const RgbView& image);
+  void look_beside(const RgbView& image);
   void find_hidden();
   void look_behind();
   float mean_posterior(int x, int y) const;
@@ -83,6 +99,7 @@ class ContourTracker {
   RedetectionWork redetection_;
   MotionPairs own_pairs_, other_pairs_;
   MotionCue motion_;
+  SharedColorsWork shared_colors_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
   std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty

@@ -40,6 +40,12 @@ double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam);
 struct Rect {
   int x0, y0, x1, y1;  // half open
   bool empty() const { return x0 >= x1 || y0 >= y1; }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [left, top, right, bottom] = self;
+    archive(left, top, right, bottom);
+  }
 };
 
 // The image region that the box, padded, can project to; the whole image when the box reaches behind the
@@ -55,6 +61,12 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
 struct Plane {
   Vec3d normal_cam;
   double offset_m;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [normal, offset] = self;
+    archive(normal, offset);
+  }
 };
 
 // Sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.

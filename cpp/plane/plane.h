@@ -60,6 +60,12 @@ class PlaneFollower {
   void update(const frame::DepthFrame& frame, const Camera& camera, const std::vector<frame::Rect>& objects);
   const frame::Plane* plane() const { return plane_ ? &*plane_ : nullptr; }
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [plane, grid, to_search] = self;
+    archive(plane, to_search);
+  }
+
  private:
   std::optional<frame::Plane> plane_;
   PlaneGrid grid_;

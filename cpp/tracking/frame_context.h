@@ -56,6 +56,13 @@ class FrameContext {
   // That of this object; nullptr: it is fitted alone.
   JointFitted* together_of(const TrackedObject& object);
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [options, camera, rays, plane, watch, fault, frame, objects, readable, together, claimed, free,
+           neighbors, regions] = self;
+    archive(plane, watch);
+  }
+
  private:
   std::size_t number_of(const TrackedObject& object) const {
     return static_cast<std::size_t>(&object - objects_->data());

@@ -21,6 +21,12 @@ class FrameWatch {
   // objects were last; depth_m: about how far they are.
   ReasonCode look(const frame::DepthFrame& frame, const std::vector<frame::Rect>& regions, float depth_m);
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [depths, next, seen, time_s, usual_step_s, steps, brightness] = self;
+    archive(depths, seen, time_s, usual_step_s, steps, brightness);
+  }
+
  private:
   static constexpr int kRows = 24, kRuns = 12,
                        kRun = 16;  // runs of neighbouring pixels, side by side in rows
@@ -29,6 +35,12 @@ class FrameWatch {
 
   struct Brightness {
     double image = -1, objects = -1;  // means of 0..255; below 0: not known
+
+    template <class Archive, class Self>
+    static void visit(Archive& archive, Self& self) {
+      auto& [whole, regions] = self;
+      archive(whole, regions);
+    }
   };
 
   bool repeats(const ImageView<float>& depth_m);

@@ -19,6 +19,12 @@ enum class MotionModel {
 // How far surface points came to lie from where a prediction had them, lately: m.
 struct PredictionErrors {
   double still_m = 0, moving_m = 0;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [still, moving] = self;
+    archive(still, moving);
+  }
 };
 
 // Constant velocity of an object's centre and constant turn about it, in camera axes, from its last two sure
@@ -38,6 +44,12 @@ class ConstantVelocity {
   Vec3d turn_rate() const { return w_; }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [seen, poses, last, time_s, frames, belief, per_second, v, w] = self;
+    archive(seen, poses, last, time_s, frames, belief, per_second, v, w);
+  }
 
  private:
   double elapsed(double time_s) const;

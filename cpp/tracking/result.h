@@ -26,12 +26,24 @@ struct ObjectResult {
   std::vector<TrackStep> steps;
   bool color_used = false;
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [T, sd, said, rates, value, shared, second, trials, colored, chance] = self;
+    archive(T.R.r0, T.R.r1, T.R.r2, T.t, sd, said, rates, value, shared, second, trials, colored, chance);
+  }
 };
 
 struct FrameResult {
   std::vector<ObjectResult> objects;
   int index = -1;            // of the frame since the start (0)
   double time_s = kUnknown;  // of the frame
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [results, number, time] = self;
+    archive(results, number, time);
+  }
 };
 
 inline bool is_followed(Status status) { return status == Status::kOk || status == Status::kWeak; }

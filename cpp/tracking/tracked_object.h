@@ -18,6 +18,12 @@ namespace sdftrack::tracking {
 struct Alternative {
   Rigidd motion;        // from the object's pose to it, in the centred object frame
   double log_odds = 0;  // of the object's pose against it, of the frames since
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [T, odds] = self;
+    archive(T, odds);
+  }
 };
 
 struct TrackedObject {
@@ -73,6 +79,17 @@ struct TrackedObject {
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
     alternatives.clear(), compared = 0;
+  }
+
+  // All but the shape, which is the caller's.
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, off, vouched, by_mask,
+           unsure, sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search,
+           doubtful_count, twin, others, comparisons, turns, before, trial_count, kind] = self;
+    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, off, vouched, by_mask, unsure,
+            sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
+            twin, others, comparisons, turns, before, trial_count, kind);
   }
 };
 

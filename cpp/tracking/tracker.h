@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/state_archive.h"
 #include "tracking/group_fitter.h"
 #include "tracking/membership.h"
 #include "tracking/recovery.h"
@@ -83,6 +84,19 @@ class Tracker {
   void resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best);
   // The next frame does not follow the last one: no motion leads to it. index: of the last one from now on.
   void interrupt(int index);
+
+  // For state_of and set_state: all that the next frames depend on, but for shapes, camera and settings.
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [options, settings, objects, context, follower, groups, recovery, membership, verdict, served,
+           order, answers] = self;
+    archive.in_place(objects);
+    archive(context, verdict);
+    archive.check(verdict.last_good().size() == objects.size());
+    for (auto& object : objects)
+      archive.check(!object.wanted || object.wanted->mask.empty() ||
+                    object.wanted->mask.size() == context.pixels());
+  }
 
  private:
   using Object = TrackedObject;

@@ -47,6 +47,16 @@ class Verdict {
   int index() const { return result_.index; }
   const Poses& last_good() const { return best_; }
 
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [result, last, best, followed] = self;
+    archive(result);
+    archive.choice(last, Last::kKnown);
+    archive(best, followed);
+    archive.check(last == Last::kNone || followed.size() == best.size());
+    archive.check(last != Last::kKnown || result.objects.size() == best.size());
+  }
+
  private:
   enum class Last {
     kNone,

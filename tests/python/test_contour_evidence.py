@@ -7,8 +7,11 @@ import pytest
 
 import sdftrack as st
 from experiments.synth.blob import blob_video
+from reference.contour import shared_colors
+from sdftrack import _core
 from sdftrack.contour.evidence import (
     MOST_INSTABILITY,
+    MOST_SHARED,
     SURE,
     Evidence,
     EvidenceGatherer,
@@ -163,3 +166,59 @@ def test_the_colours_of_a_mask_are_counted():
     expected = np.bincount(bins, minlength=512) / mask.sum()
     np.testing.assert_allclose(colors_inside(image, mask).ravel(), expected, rtol=1e-12)
     assert not colors_inside(image, np.zeros_like(mask)).any()
+
+
+def beside_its_own_colours(share, seed=0):
+    """A disc before a ground that has its colours in a sector of `share` of the outline; the mask, four images."""
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    mask = np.hypot(x - 120, y - 90) < 45
+    alike = np.arctan2(y - 90, x - 120) < np.pi * (2 * share - 1)
+    clean = np.where((mask | alike)[..., None], [110, 108, 100], [60, 130, 70])
+    rng = np.random.default_rng(seed)
+    grain = [
+        cv2.GaussianBlur(rng.normal(0, 1, (*mask.shape, 3)), (0, 0), 1.5) * 30 for _ in range(4)
+    ]  # a texture
+    return mask, [np.clip(clean + g, 0, 255).astype(np.uint8) for g in grain]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+def test_the_share_of_the_outline_beside_the_objects_own_colours_is_measured(share):
+    mask, images = beside_its_own_colours(share)
+    phi = np.where(mask, -1, 1) * (
+        cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
+        + cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5)
+        - 0.5
+    )
+    part = np.s_[30:150, 60:180]
+    given = images[0], np.ascontiguousarray(phi[part], np.float32), [1, 0.02, -0.02, 1, 119.5, 89.5]
+    found, parts = _core.contour_shared_colors(*given)
+    expected, expected_parts = shared_colors(*given)
+    np.testing.assert_allclose(parts, expected_parts, atol=1e-5)
+    assert found == pytest.approx(expected)
+    assert found == pytest.approx(share, abs=0.15)
+
+
+@pytest.mark.parametrize(("share", "seed"), [(0.0, 1), (0.25, 2), (0.75, 3), (1.0, 4)])
+def test_an_outline_beside_the_objects_own_colours_is_not_ok(share, seed):
+    mask, images = beside_its_own_colours(share, seed)
+    tracker = st.contour.ContourTracker()
+    tracker.start(images[0], mask=mask)
+    for image in images[1:]:
+        result = tracker.track(image)
+        if share <= MOST_SHARED:
+            assert (result.ok, result.evidence.shared <= MOST_SHARED) == (True, True)
+        else:
+            assert result.status == Status.WEAK
+            assert result.confidence <= 1 - MOST_SHARED
+            assert "the object has the colours of its surroundings along" in result.reason
+
+
+def test_that_its_colours_were_those_of_its_surroundings_is_remembered():
+    mask, images = beside_its_own_colours(1.0)
+    _, others = beside_its_own_colours(0.0)
+    tracker = st.contour.ContourTracker()
+    tracker.start(images[0], mask=mask)
+    doubted = tracker.track(images[1]).evidence.shared
+    assert tracker.track(others[2]).evidence.shared == pytest.approx(0.995 * doubted, abs=1e-9)
+    assert tracker.start(others[0], mask=mask).ok
+    assert tracker.track(others[1]).evidence.shared < 0.2

@@ -209,3 +209,60 @@ def posterior(
     out = np.full(height * width, 0.5)
     out[on] = np.where(known, np.clip(mixture[0] / (mixture[0] + mixture[1]), least, 1 - least), 0.5)
     return out.reshape(height, width)
+
+
+# -- How much of the outline runs where the object has the colours of what is beside it
+
+SIDE, OBJECT_REACH, BESIDE_REACH = 16, 3, 0  # cells of a square; squares
+GAP, BESIDE = 1.0, 6.0  # cells
+MIN_CELLS, BINS, ALIKE = 20, 16, 0.5
+
+
+def shared_colors(
+    image: NDArray[np.uint8], phi: Array, warp: tuple[float, float, float, float, float, float]
+) -> tuple[float, Array]:
+    """Share of the outline beside which the colours are the object's; (n, 4) column, row, cells, overlap by part."""
+    ny, nx = phi.shape
+    columns, rows = -(-nx // SIDE), -(-ny // SIDE)
+    y, x = np.mgrid[:ny, :nx]
+    a, b, c, d, tx, ty = warp
+    gx, gy = x - (nx - 1) / 2, y - (ny - 1) / 2
+    u, v = a * gx + b * gy + tx, c * gx + d * gy + ty
+    height, width = image.shape[:2]
+    on = (u > -0.5) & (v > -0.5) & (u < width - 0.5) & (v < height - 0.5)
+    at = (y // SIDE) * columns + x // SIDE
+    inside = phi < 0
+    around = np.pad(phi >= 0, 1)
+    edge = around[:-2, 1:-1] | around[2:, 1:-1] | around[1:-1, :-2] | around[1:-1, 2:]
+    length = np.bincount(at[inside & edge], minlength=columns * rows)
+
+    def histograms(cells: NDArray[np.bool_]) -> tuple[Array, Array]:
+        cells = cells & on
+        rgb = image[np.floor(v[cells] + 0.5).astype(int), np.floor(u[cells] + 0.5).astype(int)]
+        place = np.clip(rgb * (BINS / 256) - 0.5, 0, BINS - 1.001)
+        first = np.floor(place).astype(int)
+        part = place - first
+        out = np.zeros((columns * rows, BINS, BINS, BINS))
+        for corner in np.ndindex(2, 2, 2):
+            weight = np.prod(np.where(corner, part, 1 - part), axis=1)
+            np.add.at(out, (at[cells], *(first + corner).T), weight)
+        return out, np.bincount(at[cells], minlength=columns * rows).astype(np.float64)
+
+    sides = [histograms(phi < -GAP), histograms((phi > GAP) & (phi <= GAP + BESIDE))]
+    parts = []
+    for square in np.flatnonzero(length):
+        row, column = divmod(int(square), columns)
+        shares = []
+        for (counts, cells), reach in zip(sides, (OBJECT_REACH, BESIDE_REACH), strict=True):
+            near = [
+                j * columns + i
+                for j in range(max(0, row - reach), min(rows, row + reach + 1))
+                for i in range(max(0, column - reach), min(columns, column + reach + 1))
+            ]
+            n = cells[near].sum()
+            shares.append(counts[near].sum(0) / n if n >= MIN_CELLS else None)
+        if shares[0] is not None and shares[1] is not None:
+            parts.append((column, row, length[square], np.sqrt(shares[0] * shares[1]).sum()))
+    out = np.array(parts).reshape(-1, 4)
+    share = out[out[:, 3] > ALIKE, 2].sum() / out[:, 2].sum() if len(out) else 0.0
+    return float(share), out

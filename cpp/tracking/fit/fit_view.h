@@ -25,6 +25,13 @@ struct TrackStep {
   optim::LmStep step;
   double scale_m;
   int pixels;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [one, scale, count] = self;
+    auto& [cost, damping, accepted] = one;
+    archive(cost, damping, accepted, scale, count);
+  }
 };
 
 // One record of every trial, in order.
@@ -44,6 +51,12 @@ struct FitMemory {
   OutlineNoise outline{};          // 0: not measured yet
   double shared_m = 0;             // sd of what the readings have been off by in common, lately
   int outline_age = 0;             // frames since the outline was looked at
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age] = self;
+    archive(noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age);
+  }
 };
 
 // Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.

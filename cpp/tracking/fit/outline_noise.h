@@ -18,6 +18,12 @@ struct OutlineNoise {
   // By how much readings of depth are off, as one sd, if the outline is right: 0 while the two agree.
   double depth_off_m = 0;
   double apart_m = 0;  // of the poses that either would have alone, rms over the surface; likewise
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [f, shared, excess, off_m, apart] = self;
+    archive(f, shared, excess, off_m, apart);
+  }
 };
 
 // What two modalities say near one pose: Hessian, the sum of squared gradients, gradient.

@@ -14,6 +14,12 @@ namespace sdftrack::tracking {
 struct PosesApart {
   Vector6d way = Vector6d::Zero();
   Matrix6d covariance = Matrix6d::Zero();
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [apart, sd] = self;
+    archive(apart, sd);
+  }
 };
 
 // Over a sequence the two poses are apart by  way = bias + delay velocity + noise,  bias constant (the sensor
@@ -32,6 +38,12 @@ class ColorDelay {
     int frames = 0;  // 0: nothing is known
   };
   Estimate estimate() const;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [A, b, excess, frames, waiting, before] = self;
+    archive(A, b, excess, frames, waiting, before);
+  }
 
  private:
   using Vector7d = Eigen::Matrix<double, 7, 1>;

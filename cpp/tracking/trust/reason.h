@@ -62,6 +62,13 @@ struct Reason {
   ReasonCode frame = ReasonCode::kNone;  // what is wrong with the frame besides; said behind it
 
   bool empty() const { return code == ReasonCode::kNone; }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [said, share, other, words, fault] = self;
+    constexpr auto kLast = static_cast<ReasonCode>(static_cast<int>(ReasonCode::kCount) - 1);
+    archive.choice(said, kLast), archive(share, other, words), archive.choice(fault, kLast);
+  }
 };
 
 inline Reason reason_with_percent(ReasonCode code, int percent) { return {code, percent}; }

@@ -28,6 +28,13 @@ struct Trust {
   double inliers = 0;     // agree / expected
   double evidence = 0;    // evidence_share, with the prior odds
   double confidence = 0;  // probability that the pose is within 20 mm and 10 degrees
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [said, why, share, chance, right] = self;
+    archive.choice(said, Status::kBadFrame);
+    archive(why, share, chance, right);
+  }
 };
 
 // 0..1: the chance that this is the object, about at this pose, for a pose that was expected

@@ -22,6 +22,7 @@ MEMORY = 0.8  # weight of the past in the mean disagreement with the flow
 BIAS = 4.23
 WEIGHTS = (-2.21, -8.91, -4.23, -5.67)
 SURE = 0.9  # `ok` from here on
+MOST_SHARED = 0.55  # of the outline beside which the colours are the object's; chosen on CHOSEN_ON
 MOST_INSTABILITY = 0.2  # of a first mask: what is followed from there may be anything, however well
 
 
@@ -38,12 +39,16 @@ class Evidence(NamedTuple):
         1 less the affinity (sum of sqrt(p q)) of the colours inside and those at the start.
     first_instability : float
         1 less the mean IoU of the first mask and those of the box shifted a little; 0 for a start from a mask.
+    shared : float
+        Share of the outline beside which the colours are those of the object nearby; the largest of the last frames,
+        fading by 0.5 % per frame.
     """
 
     disagreement: float
     mean_disagreement: float
     strangeness: float
     first_instability: float = 0.0
+    shared: float = 0.0
 
 
 class EvidenceGatherer:
@@ -55,14 +60,16 @@ class EvidenceGatherer:
         self._first = colors_inside(image, mask)
         self._mean = 0.0
 
-    def gather(self, image: NDArray[np.uint8], mask: Mask, flow: BackwardFlow | None) -> Evidence:
+    def gather(
+        self, image: NDArray[np.uint8], mask: Mask, flow: BackwardFlow | None, shared: float = 0.0
+    ) -> Evidence:
         """Evidence about the mask in the next image, given the flow from there to the last image."""
         expected = self._mask if flow is None else moved_mask(self._mask, flow)
         self._mask = mask
         disagreement = 1 - overlap(expected, mask)
         self._mean = MEMORY * self._mean + (1 - MEMORY) * disagreement
         strangeness = 1 - float(np.sqrt(colors_inside(image, mask) * self._first).sum())
-        return Evidence(disagreement, self._mean, strangeness, self._first_instability)
+        return Evidence(disagreement, self._mean, strangeness, self._first_instability, shared)
 
     def skip(self, mask: Mask) -> None:
         """A frame without an outline."""
@@ -71,8 +78,10 @@ class EvidenceGatherer:
 
 def certainty(evidence: Evidence) -> float:
     """Estimated chance that the outline's IoU with the truth is one half or more."""
-    chance = float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence))))
-    return chance if evidence.first_instability <= MOST_INSTABILITY else SURE * chance
+    chance = float(1 / (1 + np.exp(-BIAS - np.dot(WEIGHTS, evidence[: len(WEIGHTS)]))))
+    if evidence.first_instability > MOST_INSTABILITY:
+        chance *= SURE
+    return chance if evidence.shared <= MOST_SHARED else min(chance, 1 - evidence.shared)
 
 
 def status_by_evidence(evidence: Evidence, status: Status, reason: str) -> tuple[Status, str, float]:
@@ -81,7 +90,10 @@ def status_by_evidence(evidence: Evidence, status: Status, reason: str) -> tuple
     if status != Status.OK or confidence >= SURE:
         return status, reason, confidence
     unstable = evidence.first_instability > MOST_INSTABILITY
-    term = FIRST_TERM if unstable else int(np.argmin(np.multiply(WEIGHTS, evidence)))
+    if not unstable and evidence.shared > MOST_SHARED:
+        reason = f"the object has the colours of its surroundings along {100 * evidence.shared:.0f} % of the outline"
+        return Status.WEAK, reason, confidence
+    term = FIRST_TERM if unstable else int(np.argmin(np.multiply(WEIGHTS, evidence[: len(WEIGHTS)])))
     return Status.WEAK, REASONS[term], confidence
 
 

@@ -37,10 +37,14 @@ class ImageFlow:
     """Dense inverse search (OpenCV's DIS) on the part of each image around the object."""
 
     def __init__(self, image: NDArray[np.uint8]) -> None:
-        dis: Any = cv2  # OpenCV's stubs lack it
-        self._dis = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_FAST)
-        self._dis.setFinestScale(1)
         self._last = _gray(image)
+        self._dis = _dense_inverse_search()
+
+    def __getstate__(self) -> NDArray[np.uint8]:
+        return self._last
+
+    def __setstate__(self, last: NDArray[np.uint8]) -> None:
+        self._last, self._dis = last, _dense_inverse_search()
 
     def next(self, image: NDArray[np.uint8], mask: Mask) -> BackwardFlow | None:
         """Flow from this image to the last one around the last mask; None if that is empty or the part too small."""
@@ -61,6 +65,13 @@ class ImageFlow:
             pairs = np.tile(np.array([width / small[0], height / small[1]], np.float32), width)
             np.multiply(back.reshape(height, -1), pairs, out=back.reshape(height, -1))
         return BackwardFlow(np.ascontiguousarray(back, np.float32), columns.start, rows.start)
+
+
+def _dense_inverse_search() -> Any:
+    dis: Any = cv2  # OpenCV's stubs lack it
+    out = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_FAST)
+    out.setFinestScale(1)
+    return out
 
 
 def moved_mask(mask: Mask, flow: BackwardFlow) -> Mask:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from dataclasses import replace
 from typing import Any, Protocol, get_args
@@ -99,6 +100,7 @@ class ContourTracker:
                 )
         self._burn_in = checked_whole(burn_in, BURN_IN)
         self._lock = threading.Lock()
+        self._device = device
         self._core = _core.ContourCore(settings, device_number(device))
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
@@ -122,6 +124,24 @@ class ContourTracker:
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
+
+    def __getstate__(self) -> dict[str, Any]:
+        with SingleThreadGuard(self._lock, "tracker"):
+            state = dict(self.__dict__)
+            del state["_lock"]
+            return {**state, "_core": (self.options, self._core.state())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.Lock()
+        options, core = state["_core"]
+        self._core = _core.ContourCore(options, device_number(self._device))
+        if not self._core.set_state(core):
+            raise ValueError("state: expected a contour tracker of this version, got one of another version")
+
+    def __copy__(self) -> ContourTracker:
+        # A memory that both had would learn from both, and either would go on otherwise than alone.
+        return copy.deepcopy(self)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -186,7 +206,7 @@ class ContourTracker:
             result = self._result(frame, None)
             if box is None or not self._judges:
                 return result
-            return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable))
+            return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable, frame.shared))
 
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
@@ -224,10 +244,10 @@ class ContourTracker:
             else:
                 frame, judgement = self._track_with(self._memory, rgb, cue)
             self._mask = frame.mask
-            return self._judged(self._result(frame, judgement), rgb, flow)
+            return self._judged(self._result(frame, judgement), rgb, flow, frame.shared)
 
     def _judged(
-        self, result: ContourResult, rgb: NDArray[np.uint8], flow: BackwardFlow | None
+        self, result: ContourResult, rgb: NDArray[np.uint8], flow: BackwardFlow | None, shared: float
     ) -> ContourResult:
         """The result with the status that the evidence gives it."""
         if self._evidence is None:
@@ -235,7 +255,7 @@ class ContourTracker:
         if result.status == Status.LOST:
             self._evidence.skip(result.mask)
             return result
-        return _with_evidence(result, self._evidence.gather(rgb, result.mask, flow))
+        return _with_evidence(result, self._evidence.gather(rgb, result.mask, flow, shared))
 
     def _track_with(
         self, memory: Memory, rgb: NDArray[np.uint8], flow: BackwardFlow | None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,6 +56,10 @@ class FreeSizes:
         if not out._missing.keys() <= out._free.keys():
             raise ValueError("missing: expected shapes of unknown size, got another one")
         return out
+
+    def copy(self) -> FreeSizes:
+        """An independent one in the same state."""
+        return FreeSizes.from_record(copy.deepcopy(self.record()), 1 + max(self._free, default=0))
 
     def __len__(self) -> int:
         return len(self._free)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.validation import of_kind
 from sdftrack.imaging.pose_hint import Place
-from sdftrack.results import TrackResult
 from sdftrack.symmetry import Symmetry
 
 Array = NDArray[np.float64]
@@ -48,10 +47,13 @@ class CanonicalPoses:
             np.asarray(p, np.float64) if given else None for p, given in zip(places, poses, strict=True)
         ]
 
-    def resume(self, result: TrackResult | None) -> None:
-        """Continue from a result reported by another tracker."""
-        if result is not None:
-            self._last = [np.array(T) if np.isfinite(T).all() else None for T in result.poses]
+    def reported(self) -> list[Array | None]:
+        """A copy of the pose of each object that the next one is to be near."""
+        return [None if T is None else np.array(T) for T in self._last]
+
+    def go_on(self, reported: Sequence[Array | None]) -> None:
+        """Continue from the poses of another tracker."""
+        self._last = [None if T is None else np.array(T) for T in reported]
 
     def set_pose(self, k: int, T: Array) -> None:
         """Set the pose of object k."""

@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.saved_file import FileKind, array_of
-from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.options import TrackerOptions
 from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
+from sdftrack.tracking.progress import Progress
 
-KIND = FileKind("sdftrack.Tracker", 1, "Tracker.save")
+KIND = FileKind("sdftrack.Tracker", 2, "Tracker.save")
 # Of a result of M objects: name, dtype and shape after M.
 ARRAYS = {
     "poses": (4, 4), "confidence": (), "covariances": (6, 6), "twists": (6,), "inliers": (), "runner_up": (),
@@ -30,7 +31,7 @@ NUMBERS_PER_STEP = 5
 def content_of(state: dict[str, Any]) -> dict[str, Any]:
     """Content of a file, from ``Tracker.__getstate__``."""
     arguments = dict(state["arguments"])
-    index, last, best, free_sizes = state["progress"]
+    progress = state["progress"]
     volumes = list({id(shape): shape for shape in state["shapes"]}.values())
     places = {id(volume): i for i, volume in enumerate(volumes)}
     sensor = arguments["sensor"]
@@ -42,10 +43,14 @@ def content_of(state: dict[str, Any]) -> dict[str, Any]:
         "shapes": [places[id(shape)] for shape in state["shapes"]],
         "camera": camera_record(state["camera"]),
         "arguments": arguments,
-        "index": index,
-        "last": None if last is None else _result_record(last),
-        "best": best,
-        "sizes": free_sizes.record(),
+        "core": progress.core,
+        "index": progress.index,
+        "last": None if progress.last is None else _result_record(progress.last),
+        "best": progress.best,
+        "sizes": progress.free_sizes.record(),
+        "frame_camera": camera_record(progress.frame_camera),
+        "reported": progress.reported,
+        "modes": progress.modes,
     }
 
 
@@ -61,10 +66,21 @@ def state_from(content: dict[str, Any]) -> dict[str, Any]:
     count = len(shapes)
     last: TrackResult | None = None if content["last"] is None else _result_from(content["last"], count)
     best = _poses_of(content["best"], "best", count)
-    progress = (int(content["index"]), last, best, FreeSizes.from_record(content["sizes"], count))
-    return {
-        "shapes": shapes, "camera": camera_from(content["camera"]), "arguments": arguments, "progress": progress,
-    }  # fmt: skip
+    camera = camera_from(content["camera"])
+    sizes = FreeSizes.from_record(content["sizes"], count)
+    if "core" in content:
+        reported = [None if T is None else _poses_of(T[None], "reported", 1)[0] for T in content["reported"]]
+        modes, frame_camera = [str(mode) for mode in content["modes"]], Camera(**content["frame_camera"])
+    else:  # version 1
+        poses = best if last is None else last.poses
+        reported = [T if np.isfinite(T).all() else None for T in poses]
+        modes, frame_camera = ["depth"] * count, depth_camera(camera)
+    if len(reported) != count or len(modes) != count:
+        raise ValueError(f"reported, modes: expected {count} of each")
+    progress = Progress(
+        content.get("core", b""), int(content["index"]), last, best, sizes, frame_camera, reported, modes
+    )
+    return {"shapes": shapes, "camera": camera, "arguments": arguments, "progress": progress}
 
 
 def _symmetry_record(symmetry: Symmetry) -> dict[str, Any]:

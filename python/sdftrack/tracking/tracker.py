@@ -44,6 +44,7 @@ from sdftrack.tracking.arguments import (
 from sdftrack.tracking.canonical_poses import CanonicalPoses
 from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
+from sdftrack.tracking.progress import Progress
 from sdftrack.tracking.scale import check_scale
 from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 
@@ -475,7 +476,7 @@ class Tracker:
             self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write shapes, camera, options and last poses to one file, completely or not at all (docs/files.md)."""
+        """Write shapes, settings and the state of tracking to one file, completely or not at all (docs/files.md)."""
         from sdftrack._internal.saved_file import write
         from sdftrack.tracking.saved_state import KIND, content_of
 
@@ -483,7 +484,7 @@ class Tracker:
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Tracker:
-        """Load a file written by :meth:`save`; tracking continues after its last frame.
+        """Load a file written by :meth:`save`; tracking continues after its last frame, with the same bits.
 
         Raises
         ------
@@ -515,11 +516,11 @@ class Tracker:
     def __getstate__(self) -> dict[str, Any]:
         with self._alone():
             return {
-                "shapes": self.shapes,
+                "shapes": list(self.shapes),
                 "camera": self.camera,
                 "arguments": {
                     "mode": self.mode,
-                    "names": self.names,
+                    "names": list(self.names),
                     "options": self.options,
                     "sensor": self.sensor,
                     "threads": self.threads,
@@ -528,29 +529,40 @@ class Tracker:
                     "motion": self.motion,
                     "membership": self.membership,
                     "collision": self.collision,
-                    "symmetry": self._canonical.symmetries,
+                    "symmetry": list(self._canonical.symmetries),
                 },
-                "progress": (self._core.index, self._last, self._core.best, self._free_sizes),
+                "progress": Progress(
+                    self._core.state(),
+                    self._core.index,
+                    self._last,
+                    self._core.best,
+                    self._free_sizes.copy(),
+                    self._frame_camera,
+                    self._canonical.reported(),
+                    list(self.mode_used),
+                ),
             }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         arguments = dict(state["arguments"])
         single = arguments.pop("options").to_dict()  # which the sensor has been asked for already
         Tracker.__init__(self, state["shapes"], state["camera"], **arguments, **single)
-        index, last, best, free_sizes = state["progress"]
-        self._resume(index, last, np.ascontiguousarray(best), free_sizes)
-
-    def _resume(
-        self, index: int, last: TrackResult | None, best: NDArray[np.float64], free_sizes: FreeSizes | None
-    ) -> None:
-        """Continue a sequence whose state was saved to a file."""
-        if free_sizes is not None:
-            self._free_sizes = free_sizes
-            free_sizes.mark_unfound(TrackerInterface(self))
+        progress = state["progress"]
+        self._free_sizes, self._last = progress.free_sizes.copy(), progress.last
+        self._canonical.go_on(progress.reported)
+        self.mode_used = list(progress.modes)
+        self._use_camera(progress.frame_camera)
+        if progress.core and self._core.set_state(progress.core):
+            if self._core.index != progress.index:
+                raise ValueError(f"index: expected {self._core.index}, got {progress.index}")
+            return
+        LOG.warning(
+            "the saved tracker is of another version: it continues from its last poses, without what it learned"
+        )
+        self._free_sizes.mark_unfound(TrackerInterface(self))
+        last = self._last
         time_s = float("nan") if last is None or last.timestamp is None else float(last.timestamp)
-        self._core.resume(index, time_s, followed(last), best)
-        self._canonical.resume(last)
-        self._last = last
+        self._core.resume(progress.index, time_s, followed(last), np.ascontiguousarray(progress.best))
 
     def _interrupt(self, index: int) -> None:
         """Mark a discontinuity: the last frame gets this index, and no motion is predicted from it to the next one."""
@@ -606,10 +618,13 @@ class Tracker:
     def _drop_unused_paint(self) -> None:
         self._painted = [p for p in self._painted if any(p[0] is s.colors for s in self.shapes)]
 
-    def _core_frame(self, frame: Frame, camera: Camera, colors: tuple[Any, Any]) -> _core.TrackerFrame:
+    def _use_camera(self, camera: Camera) -> None:
         if camera is not self._frame_camera and camera != self._frame_camera:
             self._core.set_camera(camera._core)
             self._frame_camera = camera
+
+    def _core_frame(self, frame: Frame, camera: Camera, colors: tuple[Any, Any]) -> _core.TrackerFrame:
+        self._use_camera(camera)
         return core_frame(frame, *colors, with_depth=self.mode != "rgb", sensor=self.sensor)
 
     def _membership(

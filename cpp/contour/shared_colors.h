@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// How much of an outline runs where the object has the colours of what is beside it
+// (docs/math/contour.md, section 8).
+#pragma once
+
+#include <vector>
+
+#include "contour/region.h"
+
+namespace sdftrack::contour {
+
+// A square of the grid that the outline runs through.
+struct OutlinePart {
+  int column, row;  // of squares
+  int length;       // cells of the outline
+  double overlap;   // sum of sqrt(p q) over the colours just outside and those of the object nearby
+};
+
+struct SharedColorsWork {
+  std::vector<float> object, beside;  // histograms of each square, where it has cells
+  std::vector<int> object_cells, beside_cells, length;
+  std::vector<OutlinePart> parts;
+};
+
+// The share of the outline, 0 to 1, beside which the colours are those of the object: nothing holds it there.
+// Parts with next to no cells on a side say nothing. phi: distances up to a few cells beyond the band.
+double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColorsWork* work);
+
+}  // namespace sdftrack::contour
