@@ -18,7 +18,7 @@ py::array_t<float> evolve_values(const py::array& phi, const py::array& log_rati
   const sdf::Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
   std::vector<float> out;
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     out = device >= 0 ? levelset::evolve_cuda(grid, volume.phi, ratio, steps, options, device)
                       : levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
   }

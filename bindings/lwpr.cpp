@@ -74,7 +74,7 @@ void update(SharedLwpr& self, const py::array& x, const py::array& y, int thread
   const SharedLwpr::Writing turn(self);
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
-  const ReleaseGil release;
+  const ReleaseGilUntilSignal release;
   if (device >= 0)
     self.model.update_cuda(from, to, rows_of(x), device);
   else
@@ -88,7 +88,7 @@ py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int
   const py::ssize_t count = x.shape(0), m = model.n_out();
   std::vector<double> mean(static_cast<std::size_t>(count * m)), sd(with_sd ? mean.size() : 0);
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     if (device >= 0)
       model.predict_cuda(from, rows_of(x), device, mean.data());
     else
@@ -118,7 +118,7 @@ py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int 
   const py::ssize_t count = x.shape(0), m = self.model.n_out();
   std::vector<double> out(static_cast<std::size_t>(count * m));
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     self.model.activations(from, rows_of(x), threads, out.data());
   }
   return to_numpy(std::move(out), {count, m});

@@ -2,6 +2,9 @@
 // The private extension module: thin, checked, typed. The public face is python/sdftrack/*.py.
 #include <pybind11/pybind11.h>
 
+#include <new>
+#include <string_view>
+
 #include "array.h"
 #include "release_gil.h"
 
@@ -36,12 +39,30 @@ void bind_solids(py::module_& m);
 void bind_superpixels(py::module_& m);
 void bind_build(py::module_& m);
 
+namespace {
+
+// That of a standard container says its name alone.
+void tell_of_memory(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc& error) {
+    const bool bare = std::string_view(error.what()) == std::bad_alloc().what();
+    PyErr_SetString(PyExc_MemoryError,
+                    bare ? "not enough free memory for the arrays of this call; smaller images, "
+                           "fewer voxels or fewer samples need less"
+                         : error.what());
+  }
+}
+
+}  // namespace
+
 }  // namespace sdftrack::bindings
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Private core of sdftrack; use the names of the package sdftrack.";
   m.attr("__version__") = SDFTRACK_VERSION;
   sdftrack::bindings::watch_for_the_end();
+  pybind11::register_exception_translator(&sdftrack::bindings::tell_of_memory);
   sdftrack::bindings::bind_base(m);
   sdftrack::bindings::bind_device(m);
   sdftrack::bindings::bind_dlpack(m);

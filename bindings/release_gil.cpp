@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <thread>
 
 namespace sdftrack::bindings {
@@ -22,7 +23,22 @@ void end() {
   PyEval_RestoreThread(state);
 }
 
+// Between looks the handlers wait; taking the lock may wait for another thread's turn.
+constexpr std::chrono::milliseconds kBetweenLooks{50};
+
 }  // namespace
+
+void ReleaseGilUntilSignal::check() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_look_ < kBetweenLooks) return;
+  ReleaseGil::take_back(release_.state_);
+  const bool raised = PyErr_CheckSignals() != 0;
+  std::exception_ptr error;
+  if (raised) error = std::make_exception_ptr(pybind11::error_already_set());
+  release_.state_ = PyEval_SaveThread();
+  last_look_ = std::chrono::steady_clock::now();
+  if (error) std::rethrow_exception(error);
+}
 
 void ReleaseGil::take_back(PyThreadState* state) {
   ++coming_back;

@@ -4,6 +4,10 @@
 
 #include <pybind11/pybind11.h>
 
+#include <chrono>
+
+#include "base/interrupt.h"
+
 namespace sdftrack::bindings {
 
 // Without the lock from construction to the end of the scope. In place of py::gil_scoped_release: when the
@@ -18,8 +22,22 @@ class ReleaseGil {
   ReleaseGil& operator=(const ReleaseGil&) = delete;
 
  private:
+  friend class ReleaseGilUntilSignal;
   static void take_back(PyThreadState* state);
   PyThreadState* state_;
+};
+
+// The same around a call that may take seconds: where a signal's handler raises an exception, as that of
+// Ctrl-C does, the call is broken off with it. Only the main thread runs handlers.
+class ReleaseGilUntilSignal : private Interrupt {
+ public:
+  ReleaseGilUntilSignal() { this_threads_interrupt = this; }
+  ~ReleaseGilUntilSignal() { this_threads_interrupt = nullptr; }
+
+ private:
+  void check() override;
+  ReleaseGil release_;
+  std::chrono::steady_clock::time_point last_look_ = std::chrono::steady_clock::now();
 };
 
 // Registers with the interpreter what is to be done when it ends. Once, while the module is loaded.

@@ -39,7 +39,7 @@ class MeshCaster {
         colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
     render::MeshImage image;
     {
-      const ReleaseGil release;
+      const ReleaseGilUntilSignal release;
       image = device < 0 ? render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads)
                          : render::raycast_mesh_cuda(mesh_, *bvh_, id_, rgb, camera, T, device);
     }

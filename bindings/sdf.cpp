@@ -79,7 +79,7 @@ py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::arra
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   sdf::MeshSdf out;
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     out = sdf::mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
   }
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
@@ -91,7 +91,7 @@ py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std:
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   sdf::OpenMeshSdf out;
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     out = sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
   }
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.gap_voxels);
@@ -174,7 +174,7 @@ py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, 
   sdf.id = id;
   render::SdfImage image;
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     image = device < 0 ? render::raycast_sdf(sdf, camera, T, threads)
                        : render::raycast_sdf_cuda(sdf, camera, T, device);
   }
@@ -186,7 +186,7 @@ py::array_t<float> redistance_values(const py::array& values, double voxel_size,
   const Volume volume(values, voxel_size, {0, 0, 0});
   std::vector<float> out;
   {
-    const ReleaseGil release;
+    const ReleaseGilUntilSignal release;
     out = device < 0 ? sdf::redistance(volume.grid, volume.phi, threads)
                      : levelset::redistance_cuda(volume.grid, volume.phi, device);
   }

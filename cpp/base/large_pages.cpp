@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <string>
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -17,6 +18,18 @@ constexpr std::size_t kPage = std::size_t{2} << 20, kLeast = 4 * kPage;
 
 std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
+// With the size: of a volume that is asked for in voxels nobody knows it.
+class NoRoom : public std::bad_alloc {
+ public:
+  explicit NoRoom(std::size_t bytes)
+      : text_("expected " + std::to_string((bytes >> 20) + 1) +
+              " MB of free memory for a volume; fewer voxels need less") {}
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
+};
+
 }  // namespace
 
 void* zeroed_pages(std::size_t bytes) {
@@ -25,7 +38,7 @@ void* zeroed_pages(std::size_t bytes) {
     const std::size_t needed = whole_pages(bytes);
     void* const all =
         mmap(nullptr, needed + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (all == MAP_FAILED) throw std::bad_alloc();
+    if (all == MAP_FAILED) throw NoRoom(bytes);
     // Huge pages begin at multiples of their size; what is left over goes back.
     char* const first = static_cast<char*>(all);
     const std::size_t before = (kPage - reinterpret_cast<std::uintptr_t>(all) % kPage) % kPage;
@@ -36,7 +49,7 @@ void* zeroed_pages(std::size_t bytes) {
   }
 #endif
   void* const p = std::calloc(bytes ? bytes : 1, 1);
-  if (!p) throw std::bad_alloc();
+  if (!p) throw NoRoom(bytes);
   return p;
 }
 

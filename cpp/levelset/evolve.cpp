@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/interrupt.h"
 #include "base/parallel.h"
 #include "levelset/voxel_ops.h"
 
@@ -63,6 +64,7 @@ std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float
   for (std::vector<float>& f : flux) f.resize(grid.size());
   const auto slices = static_cast<std::size_t>(grid.nz);
   for (int step = 0; step < steps; ++step) {
+    check_interrupt();
     parallel_for(slices, threads, [&](std::size_t z) {
       each_run(grid, static_cast<int>(z), [&](const Neighbours* at, std::size_t i, int count) {
         float* const out[3] = {&flux[0][i], &flux[1][i], &flux[2][i]};

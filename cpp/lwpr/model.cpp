@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/interrupt.h"
 #include "base/parallel.h"
 
 namespace sdftrack::lwpr {
@@ -15,6 +16,7 @@ namespace {
 constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
 constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
 
+constexpr std::size_t kPart = 1 << 14, kLeastPart = 16;  // numbers, and samples, learnt between two looks
 constexpr std::size_t kMaxKept = 1 << 17;            // numbers of a batch that are kept room for: a megabyte
 constexpr int kMaxFull = 1000, kMaxInputs = 100000;  // inputs: the memory of a field
 
@@ -92,14 +94,29 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
     for (std::size_t j = 0; j < n; ++j) rows_[i * row + j] = x[i * n + j] / norm_in_[j];
   units();
   if (on_device_) on_device_->forget();
-  parallel_for(m, count < kWorthThreads ? 1 : threads, [&](std::size_t output) {
-    LwprUnit& unit = units_[output];
-    for (std::size_t i = 0; i < count; ++i)
-      unit.update(rows_.data() + i * row, y[i * m + output] / norm_out_[output]);
-    unit.settle();
-  });
-  samples_ += static_cast<double>(count);
-  if (rows_.size() > kMaxKept) rows_ = {};
+  // In parts, after any of which the model is valid: one that has learnt from the samples so far.
+  const std::size_t part = std::max<std::size_t>(kLeastPart, kPart / row);
+  std::size_t done = 0;
+  const auto settle = [&] {
+    for (LwprUnit& unit : units_) unit.settle();
+    samples_ += static_cast<double>(done);
+    if (rows_.size() > kMaxKept) rows_ = {};
+  };
+  try {
+    while (done < count) {
+      check_interrupt();
+      const std::size_t end = std::min(count, done + part);
+      parallel_for(m, count < kWorthThreads ? 1 : threads, [&](std::size_t output) {
+        for (std::size_t i = done; i < end; ++i)
+          units_[output].update(rows_.data() + i * row, y[i * m + output] / norm_out_[output]);
+      });
+      done = end;
+    }
+  } catch (...) {
+    settle();
+    throw;
+  }
+  settle();
 }
 
 void LwprModel::update_cuda(const double* x, const double* y, std::size_t count, int device) {
@@ -137,6 +154,7 @@ void LwprModel::predict(const double* x, std::size_t count, int threads, double*
   const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
   const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    check_interrupt();
     LwprScratch scratch;
     for (std::size_t output = 0; output < m; ++output) {
       const LwprUnit& unit = now[output];
@@ -159,6 +177,7 @@ void LwprModel::activations(const double* x, std::size_t count, int threads, dou
   const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
   const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    check_interrupt();
     LwprScratch scratch;
     for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
       for (std::size_t output = 0; output < m; ++output)

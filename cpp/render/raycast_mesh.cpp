@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/interrupt.h"
 #include "base/parallel.h"
 #include "render/pixel_box.h"
 
@@ -38,6 +39,7 @@ MeshImage raycast_mesh(const sdf::MeshView& mesh, const sdf::Bvh& bvh, const std
   const auto rows = [&](std::size_t chunk) {
     const int begin = px.y0 + static_cast<int>(chunk) * kRowsPerChunk,
               end = std::min(px.y1, begin + kRowsPerChunk);
+    check_interrupt();
     for (int v = begin; v < end; ++v)
       for (int u = px.x0; u < px.x1; ++u) {
         out.put(rays.trace(u, v), static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) +

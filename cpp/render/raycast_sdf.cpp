@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/interrupt.h"
 #include "base/parallel.h"
 #include "render/pixel_box.h"
 #include "render/sdf_ray.h"
@@ -76,6 +77,7 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
     }
   };
   const auto rows = [&](std::size_t chunk) {
+    check_interrupt();
     const int begin = px.y0 + static_cast<int>(chunk) * kTile, end = std::min(px.y1, begin + kTile);
     for (int left = px.x0; left < px.x1; left += kTile) {
       const int right = std::min(px.x1, left + kTile);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/interrupt.h"
 #include "base/to_int.h"
 
 namespace sdftrack::sdf {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr int kLeafSize = 4;
 constexpr int kBins = 16;
+constexpr std::size_t kManyItems = 4096;
 constexpr int kMaxDepth = 64;  // from there on splits are by the median, so that kBvhStack is enough
 
 double axis_of(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
@@ -37,6 +39,7 @@ int bin_of(const Split& s, Vec3d centre) {
 
 // The cheapest of the kBins - 1 planes of each axis: left area x left count + right area x right count.
 Split best_split(const std::vector<Item>& items, std::size_t begin, std::size_t end) {
+  if (end - begin > kManyItems) check_interrupt();
   Box3 centres;
   for (std::size_t i = begin; i < end; ++i) centres.add(items[i].centre);
   Split best;

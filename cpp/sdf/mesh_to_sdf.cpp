@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interrupt.h"
 #include "base/parallel.h"
 #include "sdf/crossings.h"
 #include "sdf/sweep.h"
@@ -45,6 +46,7 @@ std::vector<float> mesh_distance(const Bvh& bvh, const Grid& grid, double band_v
   std::vector<std::uint8_t> known(grid.size(), 0);
   const int bx = blocks(grid.nx), by = blocks(grid.ny), bz = blocks(grid.nz);
   parallel_for(static_cast<std::size_t>(by) * static_cast<std::size_t>(bz), threads, [&](std::size_t chunk) {
+    check_interrupt();
     const int iy = static_cast<int>(chunk % static_cast<std::size_t>(by)),
               iz = static_cast<int>(chunk / static_cast<std::size_t>(by));
     for (int ix = 0; ix < bx; ++ix)

@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "base/interrupt.h"
 #include "sdf/bvh.h"
 #include "sdf/mesh_to_sdf.h"
 #include "sdf/zero_set.h"
 
 namespace sdftrack::sdf {
+
+constexpr std::size_t kBetweenLooks = 3 << 14;  // vertices
 
 void refuse_one_sign() {
   throw std::invalid_argument(
@@ -19,6 +22,7 @@ void refuse_one_sign() {
 std::vector<float> redistance(const Grid& grid, const float* phi, int threads) {
   std::vector<Vec3d> vertices;
   for_each_zero_triangle(grid.view(phi), [&](const Triangle& t) {
+    if (vertices.size() % kBetweenLooks == 0) check_interrupt();
     for (const Vec3d& p : {t.a, t.b, t.c}) vertices.push_back(grid.origin_obj + grid.voxel_m * p);
   });
   if (vertices.empty()) refuse_one_sign();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "base/interrupt.h"
 #include "sdf/sweep_terms.h"
 
 namespace sdftrack::sdf {
@@ -47,9 +48,11 @@ struct Sweep {
   bool run(int order) const {
     const bool fx = order & 1, fy = order & 2, fz = order & 4;
     bool changed = false;
-    for (int z = 0; z < grid.nz; ++z)
+    for (int z = 0; z < grid.nz; ++z) {
+      check_interrupt();
       for (int y = 0; y < grid.ny; ++y)
         changed = row(fy ? y : grid.ny - 1 - y, fz ? z : grid.nz - 1 - z, fx) || changed;
+    }
     return changed;
   }
 };

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/tracked_object.h"
 
+#include <algorithm>
+
 namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kOfUsual = 0.85;   // an agreeing share this far below the usual one is not convincing,
-constexpr double kOverUsual = 1.4;  // nor is a mean cost this far above the usual one
+constexpr double kOfUsual = 0.85;    // an agreeing share this far below the usual one is not convincing,
+constexpr double kOverUsual = 1.4;   // nor is a mean cost this far above the usual one,
+constexpr double kLeastCost = 0.01;  // which is about 0.2 by noise alone, and 0 of renderings without any
 
 }  // namespace
 
@@ -14,7 +17,7 @@ bool convincing(const Fitted& fitted, const TrackedObject& object, const Tracker
   const Visibility& seen = fitted.seen;
   if (object.usual_share > 0)
     return agreeing_share(seen) >= kOfUsual * object.usual_share &&
-           fitted.cost <= kOverUsual * object.usual_cost;
+           fitted.cost <= kOverUsual * std::max(kLeastCost, object.usual_cost);
   return seen.agree >= options.retry_inliers * (seen.agree + seen.farther) && seen.agree > 0;
 }
 

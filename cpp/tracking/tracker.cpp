@@ -10,6 +10,7 @@
 #include "tracking/alternatives.h"
 #include "tracking/identity.h"
 #include "tracking/options/option_schema.h"
+#include "tracking/trust/lost_place.h"
 
 namespace sdftrack::tracking {
 
@@ -117,11 +118,13 @@ void Tracker::answer_each(const Work& work) {
     if (!readable) {
       std::optional<ObjectResult> seen = follower_.follow_outline(&context_, &one);
       answers_[i] = seen ? std::move(*seen) : unread(&one);
+      explain_loss(one, &answers_[i]);
       refuse_if_not_finite(before, &one, &answers_[i]);
       continue;
     }
     const bool color_used = context_.colors_of(one) != nullptr;
     answers_[i] = work(i, &one);
+    explain_loss(one, &answers_[i]);
     refuse_if_not_finite(before, &one, &answers_[i]);
     answers_[i].color_used = color_used;
     if (answers_[i].trust.status == Status::kOk) follower_.learn_colors(&context_, &one);
@@ -150,6 +153,12 @@ void Tracker::refuse_if_not_finite(const Rigidd& before, Object* object, ObjectR
   std::vector<TrackStep> steps = std::move(answer->steps);
   *answer = result_without_pose(*object, {ReasonCode::kNotFinite}, Status::kLost);
   answer->steps = std::move(steps);
+}
+
+void Tracker::explain_loss(const TrackedObject& object, ObjectResult* answer) const {
+  if (is_followed(answer->trust.status)) return;
+  answer->trust.reason = lost_at(object.T_cam_obj, *object.shape, camera(), context_.frame().depth_m,
+                                 std::move(answer->trust.reason));
 }
 
 ObjectResult Tracker::unread(Object* object) const {

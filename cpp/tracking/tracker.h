@@ -118,6 +118,7 @@ class Tracker {
   ObjectResult doubt_mask(const Object& object, ObjectResult result) const;
   ObjectResult follow(Object* object);
   ObjectResult unread(Object* object) const;
+  void explain_loss(const TrackedObject& object, ObjectResult* answer) const;
   void refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const;
 
   TrackerOptions options_;

@@ -2,6 +2,7 @@
 import copy
 import json
 import pickle
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -234,3 +235,51 @@ def test_a_realsense_profile_gives_both_cameras():
     np.testing.assert_allclose(rig.T_color_depth, T, atol=1e-12)
     with pytest.raises(ValueError, match="depth"):
         st.RGBDCamera.from_realsense(SimpleNamespace(get_streams=lambda: streams[:1]))
+
+
+OF_ANOTHER_SIZE = [
+    ((1224, 640, 480), (640, 480), "corner of the 640 x 480 image: .* of a 1280 x 960 image, 2 times"),
+    ((613, 320, 240), (1280, 960), "off the middle .* of a 640 x 480 image, 0.5 times"),
+    ((918, 640, 360), (640, 480), "outside .* of a 1280 x 720 image, 2 x 1.5 times"),
+    ((525, 319.5, 239.5), (512, 424), "off the middle .* of a 640 x 480 image"),
+    ((365, 256, 212), (640, 576), "off the middle .* of a 512 x 424 image"),
+    ((2400, 849.5, 634.5), (640, 480), "of a 1697 x 1272 image, 2.65 x 2.65 times"),
+    ((600, -50, 100), (640, 480), "outside .* right only for a crop"),
+    ((30, 320, 240), (640, 480), "below a tenth of the 640 x 480 image"),
+]
+
+
+@pytest.mark.parametrize(("values", "size", "words"), OF_ANOTHER_SIZE)
+def test_intrinsics_of_another_image_size_are_told_with_that_size(values, size, words, tmp_path):
+    f, cx, cy = values
+    K = [[f, 0, cx], [0, f, cy], [0, 0, 1]]
+    with pytest.warns(UserWarning, match=words):
+        st.Camera.from_K(K, *size)
+    np.savetxt(tmp_path / "cam_K.txt", K)
+    with pytest.warns(UserWarning, match=f"cam_K.txt: .*{words}"):
+        st.Camera.load(tmp_path / "cam_K.txt", *size)
+
+
+def test_real_cameras_and_crops_are_not_doubted():
+    real = [
+        (592.8, 596.1, 321.2, 236.4, 640, 480),
+        (319.6, 417.1, 320.2, 244.3, 640, 480),
+        (1066.8, 1067.5, 313.0, 241.3, 640, 480),
+        (1076.7, 1075.9, 365.0, 289.1, 720, 540),
+        (1075.7, 1073.9, 181.1, 210.9, 400, 400),
+        (425.2, 425.2, 424.9, 237.4, 848, 480),
+        (504.6, 504.6, 322.6, 337.9, 640, 576),
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for fx, fy, cx, cy, w, h in real:
+            camera = st.Camera.from_K([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], w, h)
+            camera.scaled(0.5).cropped(0, 0, w // 4, h // 4)
+
+
+def test_normalised_intrinsics_are_refused():
+    with pytest.raises(
+        ValueError, match=r"expected pixels, got 0.82, 1.09, 0.5, 0.5 .* multiplied by the image's width"
+    ):
+        st.Camera(0.82, 1.09, 0.5, 0.5, 640, 480)
+    st.Camera(3, 3, 2, 2, 5, 5)  # a picture of a few pixels

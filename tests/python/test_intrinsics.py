@@ -395,3 +395,16 @@ def test_a_result_is_plain_numbers_for_json(found):
     assert told["camera"]["fx"] == pytest.approx(found.camera.fx)
     assert len(told["observability"]["coverage"]) == 6
     assert UNKNOWNS[0] in repr(found)
+
+
+def test_a_temporal_filter_of_the_camera_is_told(frames, swept, box, found):
+    assert found.status == "ok"
+    last, filtered = frames[0].depth, []
+    for frame in frames[:40]:
+        near = (frame.depth > 0) & (np.abs(frame.depth - last) < 0.02)
+        last = np.where(near, 0.4 * frame.depth + 0.6 * last, frame.depth).astype(np.float32)
+        filtered.append(frame.replace(depth=last))
+    told = st.calibrate_intrinsics(filtered, box, GUESS, swept.ground_truth[0][0])
+    assert told.status == "weak"
+    assert "scatter" in told.reason
+    assert "temporal" in told.reason

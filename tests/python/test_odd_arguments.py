@@ -129,6 +129,8 @@ def each(call, values, error, words):
     *each(lambda i: st.Frame(np.ones((4, 4), np.float32), index=i),
           (np.inf, 2.5, "x", 2**40), EITHER, "index: expected a whole number"),
     (lambda: st.levelset.evidence(FRAME, CAMERA, np.eye(4), ((9, 9, 9), 0.01, LARGE)), ValueError, "expected"),
+    *each(lambda n: st.synth.sequence(_ball(), n),
+          (1e30, np.inf, np.nan, 10**400, 0), ValueError, "n: expected a number of frames from 1 to"),
     *each(lambda n: _evolved(n), (2**31, 2**63, 10**400), ValueError, "steps: expected a whole number"),
     (lambda: _moved(np.zeros((2, 6))), ValueError, "delta: expected one number per unknown"),
     (lambda: _moved("x"), TypeError, "delta: expected an array of numbers"),

@@ -9,6 +9,7 @@ import pytest
 import reconstruction_scene as scene
 
 import sdftrack as st
+from sdftrack.reconstruction import quality
 
 
 def begun(frames, **options):
@@ -68,3 +69,51 @@ def test_a_loaded_one_counts_the_frames_that_it_holds(tmp_path):
         result = other.track(scene.sequence()[12])
         assert result.index == 12
         assert np.isfinite(result.poses).all()
+
+
+def test_a_mesh_for_another_thread_makes_nothing_fail(monkeypatch):
+    star, seq = begun(2), scene.sequence()
+    inside, over = threading.Event(), threading.Event()
+    whole = quality.surface_mesh
+
+    def slow(*args):
+        inside.set()
+        over.wait(60)
+        return whole(*args)
+
+    monkeypatch.setattr(quality, "surface_mesh", slow)
+    meshes, results = [], []
+    viewer = threading.Thread(target=lambda: meshes.append(star.mesh()))
+    viewer.start()
+    assert inside.wait(60)
+    camera = threading.Thread(target=lambda: results.append(star.track(seq[2])))
+    camera.start()
+    camera.join(0.2)
+    assert not results  # it waits
+    over.set()
+    for thread in (viewer, camera):
+        thread.join(60)
+    assert results[0].index == 2
+    assert len(meshes[0].vertices) > 0
+
+
+def test_a_viewer_that_asks_again_and_again_waits_for_the_frames():
+    star, seq = begun(1), scene.sequence()
+    errors, over = [], threading.Event()
+
+    def look():
+        while not over.is_set():
+            try:
+                star.mesh()
+            except RuntimeError as error:
+                errors.append(error)
+
+    viewer = threading.Thread(target=look)
+    viewer.start()
+    try:
+        for i in range(1, 8):
+            star.track(seq[i])
+    finally:
+        over.set()
+        viewer.join(60)
+    assert not errors

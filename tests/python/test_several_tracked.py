@@ -198,3 +198,30 @@ def test_the_energy_is_the_mean_of_the_objects_also_where_one_of_them_was_search
     assert tracker.start(frame, poses=poses).energy == pytest.approx(np.mean(alone))
     again = tracker.recover(frame, k=1).energy  # the same search finds the same,
     assert again == tracker.recover(frame, k=1).energy  # and the other object counts as before
+
+
+def test_a_recording_without_noise_takes_no_more_work_than_one_with_it():
+    camera = st.Camera(525, 525, 319.5, 239.5, 640, 480)
+    duck = st.synth.duck_mesh()
+    shape = st.SDF.from_mesh(duck, voxels=60)
+    turns = np.random.default_rng(0).normal(size=(4, 3))
+    starts = [geometry.pose(turn, [0.22 * (k - 2), -0.15, 1.0]) for k, turn in enumerate(turns)]
+
+    def frame(i, noise_m):
+        depth = np.full(camera.shape, 1.5, np.float32)
+        for T in starts:
+            moved = geometry.pose(t_m=(0.003 * np.sin(i), 0.003 * i, 0)) @ T
+            seen = shape.render(camera, moved)[0]
+            depth = np.where(seen > 0, np.minimum(seen, depth), depth)
+        noise = np.random.default_rng(i).normal(0, 1, depth.shape) * noise_m
+        return st.Frame((depth + noise).astype(np.float32))
+
+    def work(noise_m):
+        """Pixels looked at by all steps of all fits."""
+        tracker = st.Tracker([shape] * 4, camera, mode="depth")
+        tracker.start(frame(0, noise_m), poses=starts)
+        results = [tracker.track(frame(i, noise_m)) for i in range(1, 7)]
+        assert all(r.ok for r in results)
+        return sum(step.pixels for r in results for steps in r.steps for step in steps)
+
+    assert work(0.0) < 2 * work(0.001)

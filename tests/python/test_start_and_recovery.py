@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Starts without a pose, loss, recovery, motion, and objects that come and go."""
 
+import re
+
 import numpy as np
 import pytest
 from tracking_scene import CAMERA, NOISE_M, POSE, WALL_M, wall_frame
@@ -332,3 +334,96 @@ def test_objects_are_added_and_removed(tracker, body):
     tracker.add(body, pose=other)
     tracker.remove(0)
     assert_pose_close(tracker.track(both).pose, other, FOUND_ATOL_M, FOUND_ATOL_RAD)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words", "how"),
+    [
+        (
+            5.0,
+            r"extend over .* times the .* of the mesh: is the depth in 1/5000 m .*read as millimetres",
+            "masks",
+        ),
+        (
+            5.0,
+            r"extend over .* times the .* of the mesh: is the depth in 1/5000 m .*read as millimetres",
+            "boxes",
+        ),
+        (0.25, r"of the mesh: is the depth in millimetres and read as .*1/4000 m", "masks"),
+        (0.25, r"of the mesh: is the depth in millimetres and read as .*1/4000 m", "boxes"),
+        (0.25, r"of the mesh: is the depth in millimetres and read as .*1/4000 m", "clicks"),
+    ],
+)
+def test_a_failed_start_names_a_depth_of_another_unit(body, factor, words, how):
+    frame, mask = shot(body, POSE)
+    other = st.Frame(frame.depth * np.float32(factor))
+    row, column = np.nonzero(mask)
+    place = {"masks": mask, "boxes": box_of(mask), "clicks": (column.mean(), row.mean())}[how]
+    try:
+        result = st.Tracker(body, CAMERA).start(other, **{how: place})
+        assert result.status[0] != "ok"
+        said = result.reason[0]
+    except ValueError as error:
+        said = str(error)
+    assert re.search(words, said), said
+
+
+def test_no_size_is_named_where_it_is_right_or_the_object_is_cut_by_the_border(body):
+    frame, mask = shot(body, POSE)
+    assert st.Tracker(body, CAMERA).start(frame, masks=mask).reason == [""]
+    corner = np.zeros_like(mask)
+    corner[:12, :12] = True
+    assert "of the mesh" not in st.Tracker(body, CAMERA).start(frame, masks=corner).reason[0]
+
+
+IN_FRONT = (r"behind the camera \(z = -", "OpenCV", "OpenGL")
+IN_METRES = ("m away", "metres are expected", "is it in millimetres")
+GL_AXES = np.diag([1.0, -1, -1, 1])
+
+
+def in_unit(factor):
+    return np.array([[1, 1, 1, factor]] * 3 + [[1, 1, 1, 1]])
+
+
+CONVENTIONS = {
+    "OpenGL": (GL_AXES @ POSE, IN_FRONT),
+    "millimetres": (POSE * in_unit(1e3), IN_METRES),
+    "centimetres": (POSE * in_unit(1e2), ("m away", "is it in centimetres")),
+    "both": ((GL_AXES @ POSE) * in_unit(1e3), (*IN_FRONT, "is it in millimetres")),
+}
+
+
+@pytest.mark.parametrize("way", ["start", "set_pose", "add", "one of two", "rgb"])
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_a_pose_in_another_convention_is_lost_with_that_reason(body, convention, way):
+    T, words = CONVENTIONS[convention]
+    frame, mask = shot(body, POSE)
+    tracker = st.Tracker([body, body] if way == "one of two" else body, CAMERA, recover=False)
+    if way == "start":
+        result = tracker.start(frame, poses=T)
+    elif way == "one of two":
+        result = tracker.start(frame, poses=[POSE, T])
+        assert result.status[0] == "ok"
+    elif way == "set_pose":
+        tracker.start(frame, poses=POSE)
+        tracker.set_pose(0, T)
+        result = tracker.track(frame)
+    elif way == "add":
+        tracker.start(frame, poses=POSE)
+        tracker.add(body, pose=T)
+        result = tracker.track(frame)
+    else:
+        color = np.where(mask[..., None], np.uint8(200), np.uint8(40)) * np.ones(3, np.uint8)
+        result = st.Tracker(body, CAMERA, mode="rgb").start(st.Frame(None, color), poses=T)
+    assert result.status[-1] in ("lost", "bad_frame")
+    for word in words:
+        assert re.search(word, result.reason[-1]), result.reason[-1]
+
+
+def test_a_pose_beside_the_image_is_lost_as_such_and_found_when_it_comes_in(body):
+    beside = geometry.pose([0.5, -0.6, 0.2], [0.9, 0.02, 0.5])
+    tracker = st.Tracker(body, CAMERA)
+    assert tracker.start(wall_frame(), poses=beside).reason == ["the last pose lies outside the image"]
+    for i in range(8):
+        result = tracker.track(shot(body, POSE, seed=i)[0])
+    assert_pose_close(result.pose, POSE, atol_m=FOUND_ATOL_M, atol_rad=FOUND_ATOL_RAD)

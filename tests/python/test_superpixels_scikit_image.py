@@ -148,3 +148,12 @@ def test_what_a_mask_hides_does_not_scale():
     clean[0] = 0.5
     options = {"compactness": 0.1, "channel_axis": None, "mask": mask}
     np.testing.assert_array_equal(slic(image, 4, **options), slic(clean, 4, **options))
+
+
+def test_a_sigma_of_many_images_is_the_mean_and_needs_no_memory():
+    image = np.random.default_rng(2).random((40, 60))
+    even = slic(image, 4, channel_axis=None, sigma=1e9)
+    np.testing.assert_array_equal(even, slic(np.full((40, 60), image.mean()), 4, channel_axis=None))
+    sigma = np.array([1e300, 0.0])
+    slic(image, 4, channel_axis=None, sigma=sigma)
+    assert sigma[0] == 1e300

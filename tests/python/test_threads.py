@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Threads that never hurt: forked processes, the end of the interpreter, and the same bits on any number of them."""
 
+import _thread
 import functools
 import multiprocessing
 import os
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -155,3 +157,60 @@ def test_where_no_thread_can_be_started_the_result_is_the_same():
     if "threads can be started" in done.stdout:
         pytest.skip("threads can be started all the same")
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "True", "")
+
+
+# -- Ctrl-C in the middle of a call
+
+ENDS_WITHIN_S = 2.5  # of calls of many seconds; the look is every 50 ms, and the machine may be busy
+
+
+def learn(model, x):
+    model.update(x, np.sin(x.sum(axis=1)))
+
+
+@functools.cache
+def calls():
+    """Calls that take many seconds on one thread."""
+    rng = np.random.default_rng(3)
+    x = rng.random((400_000, 4))
+    asked = st.LWPR(4, 1, init_D=50.0, threads=1)
+    learn(asked, x[:2_000])
+    large = st.SDF.box(SIZE_M, voxels=300)
+    huge = st.Camera(9000, 9000, 1919.5, 1079.5, 3840, 2160)
+    mesh = large.to_mesh()
+    return {
+        "LWPR.update": lambda: learn(st.LWPR(4, 1, init_D=50.0, threads=1), x),
+        "LWPR.predict": lambda: asked.predict(np.tile(x, (20, 1)), confidence=True),
+        "SDF.redistanced": lambda: large.redistanced(threads=1),
+        "SDF.render": lambda: large.render(huge, POSE),
+        "Mesh.raycast": lambda: mesh.raycast(huge, POSE),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["LWPR.update", "LWPR.predict", "SDF.redistanced", "SDF.render", "Mesh.raycast"]
+)
+def test_ctrl_c_ends_a_long_call_at_once(name):
+    call = calls()[name]
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    begin = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        call()
+    assert time.perf_counter() - begin < ENDS_WITHIN_S
+
+
+@pytest.mark.slow
+def test_a_model_that_was_broken_off_has_learnt_from_the_samples_so_far():
+    x = np.random.default_rng(3).random((400_000, 4))
+    model, again = (st.LWPR(4, 1, init_D=50.0, threads=1) for _ in range(2))
+    learn(model, x[:10])
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        learn(model, x)
+    learnt = model.n_samples - 10
+    assert 0 < learnt < len(x)
+    learn(again, np.concatenate([x[:10], x[:learnt]]))
+    np.testing.assert_array_equal(model.predict(x[:50]), again.predict(x[:50]))

@@ -26,6 +26,11 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kExposureJump,
              "the brightness of the colour image changes by more than a quarter from one frame to the next"},
     Sentence{ReasonCode::kFewReadings, "too few depth measurements near the last pose"},
+    Sentence{ReasonCode::kBehindCamera,
+             "the pose lies behind the camera (z = {text}); OpenCV's axes are expected: x right, y down, z "
+             "forward (in OpenGL's, z < 0 is in front)"},
+    Sentence{ReasonCode::kFarAway, "the pose lies {text}"},
+    Sentence{ReasonCode::kOutsideImage, "the last pose lies outside the image"},
     Sentence{ReasonCode::kLittleVisible,
              "only {percent} % of the surface that should be visible is observed at this pose"},
     Sentence{ReasonCode::kHidden, "{percent} % of the object is occluded"},

@@ -22,6 +22,9 @@ enum class ReasonCode {
   kExposureJump,
   // What the frame says of a pose
   kFewReadings,
+  kBehindCamera,  // text: its z
+  kFarAway,       // text: how far
+  kOutsideImage,
   kLittleVisible,  // percent
   kHidden,         // percent
   kSeenPast,       // percent

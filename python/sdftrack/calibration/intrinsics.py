@@ -23,7 +23,7 @@ from sdftrack.calibration.observability import (
     refuse_unobservable,
 )
 from sdftrack.calibration.pose_tracking import MIN_READINGS, Follower
-from sdftrack.calibration.statistics import covariance_of, frame_test, half_width95
+from sdftrack.calibration.statistics import covariance_of, excess_scatter, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import one_place
@@ -35,6 +35,7 @@ FIRST_SCALE_M, SCALE_M = 0.01, 0.004  # s of the first stage: before anything is
 TEST_ROUNDS = 3  # of leaving frames out
 RESIDUALS = {"ray_hit": _core.Residual.ray_hit, "point": _core.Residual.point}
 MAX_LEFT_OUT = 0.3  # of the frames, by the tests
+MAX_SCATTER = 1.2  # of the frames' own estimates, over what they state
 
 
 def calibrate_intrinsics(
@@ -146,6 +147,16 @@ def _expect_enough(follower: Follower) -> None:
     )
 
 
+def _doubts(each: PerFrame) -> list[str]:
+    scatter = excess_scatter(each.values, each.fused, each.covariances)
+    if scatter < MAX_SCATTER:
+        return []
+    return [
+        f"the estimates of single frames scatter {scatter:.1f} times as much as they state: the depth has errors in "
+        "common over the object, and the intervals are too narrow; switch the camera's temporal and spatial filters off"
+    ]
+
+
 class _Problem:
     """The core's estimation problem and its interface."""
 
@@ -216,6 +227,7 @@ class _Problem:
         poses = np.array(self.core.poses)
         observed = observe(self.core.coverage(COLUMNS, ROWS), poses, self.free, covariance)
         bias = self.core.bias(0, 1)[self.order]
+        advice = [*observed.advice, *_doubts(self.per_frame)]
         return IntrinsicsResult(
             camera=camera_of(lens.tolist(), self.first),
             free=self.free,
@@ -230,8 +242,8 @@ class _Problem:
             left_out=dict(sorted(follower.left_out.items())),
             noise_m=self.estimates["noise_m"],
             observability=observed,
-            status="weak" if observed.advice else "ok",
-            reason="; ".join(observed.advice),
+            status="weak" if advice else "ok",
+            reason="; ".join(advice),
             joint=self.joint,
             steps=self.steps,
             seconds=time.perf_counter() - begin,

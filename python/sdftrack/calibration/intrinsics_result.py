@@ -81,7 +81,8 @@ class IntrinsicsResult(Compared):
         Noise sd of the depth in each frame.
     observability : Observability
     status : "ok" or "weak"
-        "weak": the object's motion was insufficient; see ``reason``.
+        "weak": the object's motion was insufficient, or the estimates of single frames contradict each other; see
+        ``reason``.
     reason : str
     joint : bool
         True: joint solution over all frames; False: mean of the single-frame estimates.

@@ -86,6 +86,23 @@ def robust_chi2(estimates: Estimates) -> Array:
     return np.einsum("mi,mi->m", estimates["gradient"], solved)
 
 
+def excess_scatter(values: Array, mean: Array, covariances: Array) -> float:
+    """Scatter of the frames' estimates about their mean over what their own covariances state; 1: they agree.
+
+    Parameters
+    ----------
+    values : (M, n), mean : (n,), covariances : (M, n, n)
+
+    By the median over the frames, so that a few outliers have no say. Errors of depth that are the same over an object,
+    and others in the next frame, are in the scatter alone.
+    """
+    if not len(values):
+        return 0.0
+    away = values - mean
+    chi2 = np.einsum("mi,mi->m", away, np.linalg.solve(covariances, away[:, :, None])[:, :, 0])
+    return math.sqrt(float(np.median(chi2)) / chi2_quantile(0.5, values.shape[1]))
+
+
 def frame_test(estimates: Estimates, min_hits: int) -> dict[int, str]:
     """Frames to exclude, by index: too few pixels, a bad fit, or disagreement with the others.
 

@@ -51,7 +51,7 @@ def _from_json(make: type[Camera], path: Path, width: int | None, height: int | 
     with contents(path, KINDS):
         if "intrinsic_matrix" in d:  # Open3D stores the matrix column by column
             K = np.asarray(d["intrinsic_matrix"], dtype=float).reshape(3, 3).T
-            return make.from_K(K, d["width"], d["height"])
+            return make._from_K(K, d["width"], d["height"])
         if "K_depth" in d:
             k = d["K_depth"]
             w, h = d["image_size"]
@@ -83,7 +83,7 @@ def _from_yaml(make: type[Camera], path: Path) -> Camera:
         )
     with contents(path, "ROS' camera_info"):
         lens = distortion_from_ros(scalar("distortion_model") or "", numbers("distortion_coefficients"))
-        return make.from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
+        return make._from_K(np.reshape(K, (3, 3)), int(width), int(height), lens)
 
 
 def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int | None) -> Camera:
@@ -96,7 +96,7 @@ def _from_matrix(make: type[Camera], path: Path, width: int | None, height: int 
     if width is None or height is None:
         raise ValueError(f"width, height: {path} holds K alone; pass width= and height= of its images")
     with contents(path, "the 9 numbers of K"):
-        return make.from_K(np.reshape(values, (3, 3)), width, height)
+        return make._from_K(np.reshape(values, (3, 3)), width, height)
 
 
 def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
@@ -129,4 +129,4 @@ def camera_from_ros(make: type[Camera], info: Any) -> Camera:
             "build the full camera and use .cropped() and .scaled()"
         )
     lens = distortion_from_ros(str(info.distortion_model), D)
-    return make.from_K(K, info.width, info.height, lens)
+    return make._from_K(K, info.width, info.height, lens)

@@ -17,6 +17,7 @@ from sdftrack import _core
 from sdftrack._internal.validation import INT_MAX, numbers, shown
 
 _DISTORTION_LENGTHS = (0, 4, 5, 8)
+NORMALISED, PICTURE = 4.0, 32  # all intrinsics below this are no pixels of an image with sides above that
 LENS_TOLERANCE_PX = 0.01  # rays are float32 and the inverse is iterated: 1e-4 px where it converges
 
 
@@ -36,8 +37,8 @@ class Camera:
     Raises
     ------
     ValueError
-        fx or fy not positive, a non-finite value, a size below 1, a wrong number of distortion coefficients, a lens
-        polynomial that folds over inside the image.
+        fx or fy not positive, a non-finite value, a size below 1, normalised intrinsics, a wrong number of distortion
+        coefficients, a lens polynomial that folds over inside the image.
 
     Examples
     --------
@@ -65,6 +66,12 @@ class Camera:
                 )
         for name in ("width", "height"):
             object.__setattr__(self, name, _pixels(name, getattr(self, name)))
+        if max(self.fx, self.fy, abs(self.cx), abs(self.cy)) < NORMALISED and min(self.shape) > PICTURE:
+            raise ValueError(
+                f"fx, fy, cx, cy: expected pixels, got {self.fx:g}, {self.fy:g}, {self.cx:g}, {self.cy:g} for "
+                f"{self.width} x {self.height}; normalised intrinsics are multiplied by the image's width (fx, cx) and "
+                "height (fy, cy)"
+            )
         given = () if self.distortion is None else tuple(np.ravel(np.asarray(self.distortion)).tolist())
         if len(given) not in _DISTORTION_LENGTHS:
             raise ValueError(
@@ -119,7 +126,15 @@ class Camera:
 
     @classmethod
     def from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
-        """Camera from a (3, 3) matrix without skew."""
+        """Camera from a (3, 3) matrix without skew; warns where it is likely that of an image of another size."""
+        from sdftrack.camera.plausible import warn_if_doubtful
+
+        camera = cls._from_K(K, width, height, distortion)
+        warn_if_doubtful(camera, "K")
+        return camera
+
+    @classmethod
+    def _from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
         M = numbers(K, "K")
         if M.shape != (3, 3):
             raise ValueError(f"K: expected a 3 x 3 matrix, got shape {M.shape}")
@@ -260,11 +275,15 @@ class Camera:
         """Read a camera: our JSON, Open3D's intrinsic.json, BOP's camera.json, a ROS yaml or cam_K.txt.
 
         `width` and `height` are required for cam_K.txt, which does not contain them; if the file does, they must agree.
-        FileNotFoundError, or ValueError stating what the file lacks.
+        FileNotFoundError, or ValueError stating what the file lacks. A warning where the intrinsics are likely those of
+        an image of another size.
         """
         from sdftrack.camera.files import load_camera
+        from sdftrack.camera.plausible import warn_if_doubtful
 
-        return load_camera(cls, Path(path), width, height)
+        camera = load_camera(cls, Path(path), width, height)
+        warn_if_doubtful(camera, os.fspath(path))
+        return camera
 
 
 def _pixels(name: str, value: Any) -> int:

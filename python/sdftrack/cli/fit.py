@@ -222,6 +222,7 @@ def _array(source: Path) -> Any:
 def _depth_image(job: Fit) -> Any:
     """A single depth image as a frame with its camera."""
     from sdftrack.camera import Camera
+    from sdftrack.camera.plausible import warn_if_doubtful
     from sdftrack.frame import Frame
     from sdftrack.io.frames import read_depth_units
 
@@ -237,6 +238,7 @@ def _depth_image(job: Fit) -> Any:
     height, width = depth.shape
     if values is not None:
         camera = Camera(*values, width, height)
+        warn_if_doubtful(camera, "--intrinsics")
     else:
         assert job.camera is not None
         camera = load_camera(job.camera, depth.shape, "the depth image")

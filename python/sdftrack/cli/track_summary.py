@@ -72,13 +72,14 @@ def show_summary(
         print(f"and {len(events) - EVENTS} more, see report.json")
 
 
+UNITS = "the units of --model (--unit) and of the depth"
 NEXT = {
     "gt": "check that --model is the object of the ground truth, in its unit (--unit) and its frame",
     "poses": "check the poses' unit (m) and direction (T_cam_obj), and the unit of --model (--unit)",
     "auto": "give its location: --init box:x,y,w,h, --init click:x,y or --init mask.png",
-    "mask": "check that the mask shows the object in the first image, and the unit of --model (--unit)",
-    "box": "try a mask, --init mask.png, and check the unit of --model (--unit)",
-    "click": "try a box or a mask, --init box:x,y,w,h or --init mask.png, and check the unit of --model (--unit)",
+    "mask": f"check that the mask shows the object in the first image, and {UNITS}",
+    "box": f"try a mask, --init mask.png, and check {UNITS}",
+    "click": f"try a box or a mask, --init box:x,y,w,h or --init mask.png, and check {UNITS}",
 }
 
 

@@ -61,6 +61,13 @@ def find_object(
     elif posed:
         assert initial is not None
         on_object = initial.silhouette(camera, place)
+        if np.count_nonzero(on_object & (depth > 0)) < MIN_READINGS:
+            x, y, z = place[:3, 3]
+            raise ValueError(
+                "pose: expected one at which there are depth measurements of the shape, got a T_cam_obj at "
+                f"({x:.3g}, {y:.3g}, {z:.3g}) m; it is in metres, with OpenCV's axes: x right, y down, z forward "
+                "(z < 0 is behind the camera)"
+            )
     else:
         on_object = place != 0
     ball = ball_of(depth, on_object, camera)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.thread_guard import one_thread, reentrant_lock
+from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number, resolve_device
@@ -49,6 +49,8 @@ ROUNDS = 3
 YOUNG_FRAMES = 30  # in which the tracker takes the shape as each frame leaves it
 
 alone = one_thread("reconstructor")
+briefly = one_thread("reconstructor", "brief")
+reading = one_thread("reconstructor", "reads")
 
 # What may have been meant where a keyword is neither an argument nor an option.
 KEYWORDS = ("initial", "voxels", "extent", "device", "mode", "threads", "options", "tracker_options")
@@ -96,6 +98,9 @@ class Reconstructor:
     `initial`. Poses are relative to the first frame and do not depend on the evolving shape.
     docs/math/reconstruction.md derives the method (thesis, section 4.5).
 
+    A viewer's thread may call `shape`, `mesh`, `quality` or `save` while another tracks: each waits for the other.
+    Otherwise, two threads at once are an error.
+
     >>> star = Reconstructor(camera)                              # doctest: +SKIP
     >>> star.start(frames[0], mask=mask)                          # doctest: +SKIP
     >>> poses = [star.track(frame).pose for frame in frames[1:]]  # doctest: +SKIP
@@ -128,7 +133,7 @@ class Reconstructor:
         self.tracker_options = tracker_options or (
             printed_tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
-        self._lock = reentrant_lock()
+        self._lock = ReentrantLock()
         self._volume: Any = None
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
@@ -267,7 +272,7 @@ class Reconstructor:
         fused = pose is None or self._add(frame, T)
         return self._finished(result, T, begin, fused=fused, judged=False)  # ok says that it was added
 
-    @alone
+    @briefly
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the object in the next frame, and fuse the frame if the pose is reliable.
 
@@ -300,13 +305,13 @@ class Reconstructor:
     # -- results
 
     @property
-    @alone
+    @reading
     def shape(self) -> SDF:
         """A copy of the current shape: distances in metres, negative inside, and observed colours."""
         self._started("shape")
         return self._volume.shape(self._least)
 
-    @alone
+    @reading
     def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen``: number of observations of each vertex (0: guessed).
 
@@ -323,7 +328,7 @@ class Reconstructor:
             mesh = quality.seen_part(mesh, self.options.min_seen)
         return mesh if faces is None else mesh.decimated(faces)
 
-    @alone
+    @reading
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """Quality of the surface; `mesh`: the result of :meth:`mesh` for the current shape, if available."""
         return quality.quality_of(
@@ -528,7 +533,7 @@ class Reconstructor:
 
     # -- files
 
-    @alone
+    @reading
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write keyframes, their poses and the settings to one file, completely or not at all (docs/files.md)."""
         from sdftrack._internal.saved_file import write

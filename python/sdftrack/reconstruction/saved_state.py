@@ -10,7 +10,7 @@ import numpy as np
 
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.saved_file import FileKind, array_of
-from sdftrack._internal.thread_guard import reentrant_lock
+from sdftrack._internal.thread_guard import ReentrantLock
 from sdftrack._internal.validation import number, whole
 from sdftrack.camera import depth_camera
 from sdftrack.device import resolve_device
@@ -53,7 +53,7 @@ def restore(star: Reconstructor, state: dict[str, Any]) -> None:
     if "_mask_extent" not in state:
         star._mask_extent = star._extent_of_mask(star._beginning)
     star._volume = star._tracker = None
-    star._lock = reentrant_lock()
+    star._lock = ReentrantLock()
     if saved is None:
         return
     lattice, _, pose = saved

@@ -186,6 +186,11 @@ def smooth(values: Array, given: Given, colored: bool) -> Array:
         return values
     from scipy.ndimage import gaussian_filter
 
+    # Reflected at its borders, an image that is blurred by twice its side is even; a wider kernel only needs memory.
+    even = sigma > 2 * np.asarray(values.shape[:axes])
+    for axis in np.flatnonzero(even):
+        values = np.broadcast_to(values.mean(axis=axis, keepdims=True), values.shape)
+    sigma = np.where(even, 0.0, sigma)
     out: Array = gaussian_filter(values, [*sigma, 0] if colored else list(sigma), mode="reflect")
     return out
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.files import write_whole
+from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.sequence import Sequence
@@ -24,6 +25,7 @@ from sdftrack.synth.tabletop import Tabletop
 from sdftrack.synth.trajectories import poses_of
 
 Array = NDArray[np.float64]
+MAX_FRAMES = 1_000_000  # nine hours; their poses are made at once
 DEFAULT_CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 
 
@@ -89,8 +91,8 @@ def sequence(
     >>> seq[0].depth.shape, sorted(seq.ground_truth)
     ((480, 640), [0, 1])
     """
-    if isinstance(n, (bool, str)) or int(n) != n or n < 1:
-        raise ValueError(f"n: expected a number of frames above 0, got {n!r}")
+    if isinstance(n, (bool, str)) or not 1 <= n <= MAX_FRAMES or int(n) != n:
+        raise ValueError(f"n: expected a number of frames from 1 to {MAX_FRAMES}, got {shown(n)}")
     if not fps > 0:
         raise ValueError(f"fps: expected frames per second above 0, got {fps}")
     given = list(shape_or_mesh) if isinstance(shape_or_mesh, list) else [shape_or_mesh]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.click_regions import click_regions, nearest_reading
 from sdftrack.imaging.pose_hint import Place, one_place
-from sdftrack.tracking.scale import check_size, extent_of, size_of
+from sdftrack.tracking.scale import check_size, extent_of, scale_doubt, size_of
 
 Mask = NDArray[np.bool_]
 
@@ -101,8 +101,11 @@ def best_at_click(
     if best.value < MIN_SCORE:
         raise ValueError(
             f"expected the shape ({1e3 * size_of(sdf):.0f} mm across) at ({u}, {v}), got a surface of "
-            f"{1e3 * extent_of(camera, frame.depth, regions[0]):.0f} mm that none of its poses explains; click on the "
-            "middle of the object, or give a mask of it"
+            f"{1e3 * extent_of(camera, frame.depth, regions[0]):.0f} mm that none of its poses explains; "
+            + (
+                scale_doubt(frame, camera, regions[0], sdf)
+                or "click on the middle of the object, or give a mask of it"
+            )
         )
     return best
 

@@ -45,7 +45,7 @@ from sdftrack.tracking.canonical_poses import CanonicalPoses
 from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen, volume_of
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.progress import Progress
-from sdftrack.tracking.scale import check_scale
+from sdftrack.tracking.scale import check_scale, with_scale_doubts
 from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 
 LOG = logging.getLogger("sdftrack")
@@ -312,7 +312,9 @@ class Tracker:
             self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             begin = time.perf_counter()
             view = self._core_frame(frame, camera, colors)
-            return self._finish(frame, view, self._core.start(view, places, self.names), begin)
+            result = self._finish(frame, view, self._core.start(view, places, self.names), begin)
+            self._last = with_scale_doubts(result, frame, camera, places, self.shapes, self._free_sizes)
+            return self._last
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the objects in the next frame.

@@ -150,11 +150,14 @@ class _Frames:
 def _first_guess(job: Intrinsics, own: Any) -> Any:
     """The sequence's depth camera, or a replacement of the same size."""
     from sdftrack.camera import depth_camera
+    from sdftrack.camera.plausible import warn_if_doubtful
 
     depth, values = depth_camera(own), job.guessed()
     if values is not None:
         fx, fy, cx, cy = values
-        return dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
+        camera = dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
+        warn_if_doubtful(camera, "--guess")
+        return camera
     if job.camera is None:
         return depth
     return load_camera(job.camera, depth.shape, "the sequence's depth images")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.text_files import named
+from sdftrack.camera.plausible import warn_if_doubtful
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.writers.journal import Journal
@@ -44,6 +45,11 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
         Unknown layout, no depth, no camera, implausible units, or an option that the layout does not have.
     ImportError
         The layout needs an extra that is not installed.
+
+    Warns
+    -----
+    UserWarning
+        Intrinsics that are likely those of an image of another size (docs/data.md, Checks).
     """
     root = Path(path)
     if layout != "auto" and layout not in LAYOUTS:
@@ -68,6 +74,7 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
             raise ValueError(f"{name}: not an option of layout {kind.name}, whose options are: {takes}")
     with named(root):
         sequence = kind.open(root, **given)
+    warn_if_doubtful(sequence.camera, str(root))
     return sequence.can_be_opened_again(_opened, root.resolve(), kind.name, given)
 
 

@@ -85,7 +85,7 @@ def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: 
     except (KeyError, TypeError, ValueError, OverflowError):
         raise ValueError(f"{where}: expected cam_K with 9 numbers") from None
     try:
-        return Camera.from_K(K, width, height)
+        return Camera._from_K(K, width, height)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 

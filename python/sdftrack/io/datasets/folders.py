@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.camera.files import load_camera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
@@ -23,7 +24,7 @@ def open_folders(root: Path) -> Sequence:
         raise FileNotFoundError(f"{root / 'cam_K.txt'}: this layout needs the camera's 3 x 3 matrix there")
     depth, color = image_files(root / "depth"), numbered(image_files(root / "rgb"))
     masks = numbered(image_files(root / "masks"))
-    camera = Camera.load(root / "cam_K.txt", *image_size(root, depth))
+    camera = load_camera(Camera, root / "cam_K.txt", *image_size(root, depth))
     entries = [Entry(p, color.get(p.stem), DEPTH_SCALE) for p in depth]
     poses = {}
     for i, p in enumerate(depth):

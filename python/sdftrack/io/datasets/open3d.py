@@ -10,6 +10,7 @@ from pathlib import Path
 from sdftrack import geometry
 from sdftrack._internal.text_files import contents, read_json
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.camera.files import load_camera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
@@ -82,7 +83,7 @@ def _camera(root: Path, size: tuple[int, int]) -> tuple[Camera, float]:
                 raise ValueError(
                     f"{root / name}: depth_scale: expected units per metre (1000), got {units:g}"
                 )
-            return Camera.load(root / name, *size), units
+            return load_camera(Camera, root / name, *size), units
     if size == (DEFAULT.width, DEFAULT.height):
         warnings.warn(f"{root}: no intrinsic.json; using PrimeSense's camera (525 px)", stacklevel=4)
         return DEFAULT, UNITS_PER_M

@@ -14,6 +14,7 @@ from sdftrack import geometry
 from sdftrack._internal.text_files import read_text
 from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.camera.files import load_camera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
@@ -87,7 +88,7 @@ def open_tum(root: Path) -> Sequence:
 def _camera(root: Path, size: tuple[int, int]) -> Camera:
     for name in ("camera.json", "intrinsic.json", "cam_K.txt"):
         if (root / name).is_file():
-            return Camera.load(root / name, *size)
+            return load_camera(Camera, root / name, *size)
     if size == (DEFAULT.width, DEFAULT.height):
         for key, camera in PUBLISHED.items():
             if key in root.resolve().name:
