@@ -8,6 +8,7 @@
 
 #include "base/to_int.h"
 #include "base/volume_id.h"
+#include "frame/slips.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
@@ -145,6 +146,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
   const sdf::ZeroSurface surface(shape.sdf);
   put_points(surface.samples(point_count), &shape.points, &shape.normals);
+  shape.slips = slips_of(shape.points, shape.normals, 0.5 * shape.diameter_m);
   choose_outline(outline_count, &shape);
   put_points(surface.samples(kSearchPoints), &shape.search_points, &shape.search_normals);
   for (const sdf::SurfaceSample& s : surface.samples(contact_count(surface.area_m2())))

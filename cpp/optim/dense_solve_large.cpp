@@ -5,5 +5,7 @@ namespace sdftrack::optim {
 
 SDFTRACK_SOLVE(9, 1)
 SDFTRACK_SOLVE(10, 1)
+SDFTRACK_SOLVE(8, 8)
+SDFTRACK_SOLVE(13, 13)
 
 }  // namespace sdftrack::optim

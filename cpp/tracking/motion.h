@@ -37,6 +37,8 @@ class ConstantVelocity {
   // A frame without such a pose: the velocity is believed less and less, for an object that is held or hidden
   // slows down as often as not.
   void pass();
+  // Another velocity than that of the last two poses: of the centre and of the turn about it.
+  void set_velocity(const Vec3d& v, const Vec3d& w) { v_ = v, w_ = w; }
   bool knows_velocity() const { return poses_ > 1; }
   // Whether velocities are known per second, and these: of the centre and of the turn about it.
   bool knows_time() const { return knows_velocity() && per_second_; }

@@ -19,7 +19,14 @@ constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of
 // Weight of a new frame in the histograms (thesis Eq. 4.22): an object keeps its colours, what is around it
 // changes.
 constexpr double kObjectRate = 0.05, kBackgroundRate = 0.3;
+constexpr double kUnread = 0.7, kSeenPast = 0.1;  // of the visible surface: no reading, free space
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
+
+bool is_in_image(const Camera& camera, const Vec3d& p_cam) {
+  if (!(p_cam.z > 0)) return false;
+  const Vec2d u = camera.project_point(p_cam);
+  return u.x >= 0 && u.y >= 0 && u.x < camera.width && u.y < camera.height;
+}
 
 }  // namespace
 
@@ -31,6 +38,36 @@ ObjectFollower::ObjectFollower(const TrackerOptions& options, const TrackerSetti
       finder_(options, settings.threads, device_.get()) {}
 
 ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object) {
+  if (object->unread)
+    if (std::optional<ObjectResult> seen = follow_unread(context, object)) return std::move(*seen);
+  ObjectResult result = follow_depth(context, object);
+  if (result.trust.status == Status::kLost && !object->unread)
+    if (std::optional<ObjectResult> seen = follow_unread(context, object)) return std::move(*seen);
+  return result;
+}
+
+// Black, shiny and transparent things have no depth where their surroundings have it: their outline is what
+// is left of them.
+std::optional<ObjectResult> ObjectFollower::follow_unread(FrameContext* context, TrackedObject* object) {
+  object->unread = false;
+  if (!options_.outline || !context->frame().color || !object->placed() || !object->colors.known())
+    return std::nullopt;
+  const Rigidd expected = expected_pose(*object, context->frame().time_s);
+  if (!is_in_image(context->camera(), expected.t)) return std::nullopt;
+  const Visibility seen = compare_visible_surface(context->frame(), context->camera(), *object->shape,
+                                                  expected, DepthError{options_.noise_m}, kTrustPoints);
+  if (seen.missing < kUnread * seen.expected || seen.farther > kSeenPast * seen.expected) return std::nullopt;
+  TrackedObject before = *object;
+  std::optional<ObjectResult> result = follow_outline(context, object);
+  if (!result || result->trust.status == Status::kLost) {
+    *object = std::move(before);
+    return std::nullopt;
+  }
+  object->unread = true;
+  return result;
+}
+
+ObjectResult ObjectFollower::follow_depth(FrameContext* context, TrackedObject* object) {
   const bool crowd = object->lost_frames > 0 && context->has_several();
   const frame::DepthFrame left =
       crowd ? context->unclaimed(context->frame(), context->claimed_by_others(*object)) : context->frame();
@@ -64,7 +101,8 @@ FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedOb
   OutlineColors outline_colors;
   if (context.frame().color && object.colors.known())
     outline_colors = {&object.colors, options_.outline_local ? &object.outline_colors : nullptr};
-  const Matrix6d weak = optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
+  const Matrix6d weak =
+      optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad) + object.open.hold();
   return {*object.shape,
           expected,
           object.prior ? *object.prior : weak,
@@ -101,6 +139,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     const double time_s = context.frame().time_s;
     if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
     keep(fitted, trust, time_s, object);
+    fitted.covariance += object->size.covariance(fitted.T_cam_obj, *object->shape);
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
     result.trust = trust;
@@ -122,7 +161,10 @@ Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& 
     vouched = std::log(options_.given_odds);
   else if (object.lost_frames == 0 && object.usual_share > 0)
     vouched = kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
-  return judge(fitted, options_, object.prior_log_odds, vouched);
+  PoseEvidence evidence = evidence_of(fitted, options_);
+  // Two witnesses: where the outline is the model's, what depth has against it is the sensor's own error.
+  if (object.by_mask_alone && object.size.outline_agrees()) evidence = but_for_residuals(evidence);
+  return judge(evidence, fitted.covariance, options_, object.prior_log_odds, vouched);
 }
 
 // The readings are of a moment before: since then the object has gone on, nobody knows how far.
@@ -150,6 +192,11 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   observe(object->motion.predict(object->T_cam_obj, time_s), &object->errors.moving_m);
   observe(object->T_cam_obj, &object->errors.still_m);
   object->T_cam_obj = fitted.T_cam_obj;
+  // A shape that grows changes what its frames determine: what is open there is judged elsewhere.
+  if (!object->shape->seen.amount)
+    object->open = OpenDirections(fitted.covariance, fitted.T_cam_obj, *object->shape);
+  if (fitted.size_by_depth) object->size.depth.observe(*fitted.size_by_depth, fitted.T_cam_obj.R);
+  if (fitted.size_by_outline) object->size.outline.observe(*fitted.size_by_outline, fitted.T_cam_obj.R);
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;
   object->hidden_frames = 0;
@@ -159,7 +206,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   if (object->weak)
     object->motion.pass();
   else
-    object->motion.observe(fitted.T_cam_obj, time_s), ++object->sure_frames;
+    object->observe_motion(time_s), ++object->sure_frames;
   if (!object->weak && object->motion.knows_time()) {
     const Vec3d v = object->motion.velocity(), w = object->motion.turn_rate();
     object->color_delay.observe(fitted.apart, Vector6d{{v.x, v.y, v.z, w.x, w.y, w.z}});

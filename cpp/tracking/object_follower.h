@@ -69,6 +69,9 @@ class ObjectFollower {
 
  private:
   void learn_outline(const FrameContext& context, TrackedObject* object);
+  ObjectResult follow_depth(FrameContext* context, TrackedObject* object);
+  // By its outline where the frame has depth, but hardly any on its surface; none elsewhere.
+  std::optional<ObjectResult> follow_unread(FrameContext* context, TrackedObject* object);
   std::optional<Fitted> fit(const FrameContext& context, const frame::DepthFrame& frame,
                             const FitTarget& target, const Attempt& attempt);
   Fitted polished(const FrameContext& context, const frame::DepthFrame& frame, const TrackedObject& object,

@@ -47,8 +47,9 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
     return result_without_pose(*object, {ReasonCode::kLittleOutline}, Status::kLost);
   }
   object->T_cam_obj = fitted->T_cam_obj;
+  object->open = OpenDirections(fitted->covariance, fitted->T_cam_obj, *object->shape);
   object->memory = fitted->memory;
-  object->motion.observe(fitted->T_cam_obj, time_s);
+  object->observe_motion(time_s);
   object->weak = true;
   object->hidden_frames = 0;
   // The background goes by: its colours of the last frame with depth are soon those of elsewhere.

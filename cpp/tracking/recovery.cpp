@@ -51,7 +51,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
                                Status::kLost);
   }
   if ((query.mask || query.box) && found->trust.status == Status::kLost &&
-      evidence_but_for_residuals(evidence_of(found->fitted, options_), 0) >= options_.lost_evidence)
+      evidence_share(but_for_residuals(evidence_of(found->fitted, options_)), 0) >= options_.lost_evidence)
     *off_by_residuals = found->fitted.T_cam_obj;
   ObjectResult result = follower_->accept(found->fitted, found->trust, *context, object);
   result.runner_up = found->runner_up;

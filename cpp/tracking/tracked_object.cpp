@@ -13,6 +13,14 @@ constexpr double kLeastCost = 0.01;  // which is about 0.2 by noise alone, and 0
 
 }  // namespace
 
+void TrackedObject::observe_motion(double time_s) {
+  motion.observe(T_cam_obj, time_s);
+  if (open.empty()) return;
+  Vec3d v = motion.velocity(), w = motion.turn_rate();
+  open.remove_from(T_cam_obj, &v, &w);
+  motion.set_velocity(v, w);
+}
+
 bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options) {
   const Visibility& seen = fitted.seen;
   if (object.usual_share > 0)

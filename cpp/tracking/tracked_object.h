@@ -11,6 +11,8 @@
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
 #include "tracking/trust/color_delay.h"
+#include "tracking/trust/open_directions.h"
+#include "tracking/trust/size.h"
 
 namespace sdftrack::tracking {
 
@@ -37,6 +39,9 @@ struct TrackedObject {
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
   ColorDelay color_delay;          // of what it shows, since the start of the sequence
+  OpenDirections open;             // of its pose, in the last frame that showed it
+  SizeTest size;                   // since the start
+  bool unread = false;             // by the depth sensor, in the last frame: followed by its outline
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
   bool by_mask_alone = false;      // found in a mask or box though its residuals speak against it
@@ -60,6 +65,11 @@ struct TrackedObject {
   // Of a placeholder for a primitive that has not been found yet: the primitive's kind. Empty: a shape like
   // any.
   std::string unfound;
+  bool primitive = false;  // whose turns about its own axes mean nothing
+
+  // T_cam_obj as a pose that can be relied on. Along what the frame does not show, two poses differ by errors
+  // alone: no velocity.
+  void observe_motion(double time_s);
 
   // Whether T_cam_obj is where it was in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }
@@ -73,7 +83,7 @@ struct TrackedObject {
   void forget(const TrackerOptions& options) {
     memory = {};
     memory.systematic_m = options.systematic_m;
-    motion.reset(), errors = {}, sure_frames = 0;
+    motion.reset(), errors = {}, open = {}, size = {}, unread = false, sure_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
@@ -84,12 +94,14 @@ struct TrackedObject {
   // All but the shape, which is the caller's.
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, off, vouched, by_mask,
-           unsure, sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search,
-           doubtful_count, twin, others, comparisons, turns, before, trial_count, kind] = self;
-    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, off, vouched, by_mask, unsure,
-            sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
-            twin, others, comparisons, turns, before, trial_count, kind);
+    auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, scale,
+           without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds, lost_count,
+           hidden_count, information, hint, search, doubtful_count, twin, others, comparisons, turns, before,
+           trial_count, kind, solid] = self;
+    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, scale,
+            without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds, lost_count,
+            hidden_count, information, hint, search, doubtful_count, twin, others, comparisons, turns, before,
+            trial_count, kind, solid);
   }
 };
 

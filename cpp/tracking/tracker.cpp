@@ -140,7 +140,12 @@ void Tracker::answer_each(const Work& work) {
   if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
   for (std::size_t i = 0; i < served_.size(); ++i)
     if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
-  for (std::size_t i = 0; i < served_.size(); ++i) doubt_ambiguous(object(served_[i]), &answers_[i]);
+  for (std::size_t i = 0; i < served_.size(); ++i) {
+    doubt_ambiguous(object(served_[i]), &answers_[i]);
+    doubt_size(object(served_[i]), &answers_[i]);
+    doubt_open_directions(object(served_[i]), &answers_[i]);
+    doubt_unlikely(object(served_[i]), &answers_[i]);
+  }
   for (ObjectResult& answer : answers_)
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
@@ -207,9 +212,11 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   return doubt_mask(*object, std::move(believed));
 }
 
-// Another object of about that size would have such residuals too: it stays in doubt.
+// Another object of about that size would have such residuals too: it stays in doubt, unless its outline is
+// the model's.
 ObjectResult Tracker::doubt_mask(const Object& object, ObjectResult result) const {
-  if (!object.by_mask_alone || result.trust.status != Status::kOk) return result;
+  if (!object.by_mask_alone || result.trust.status != Status::kOk || object.size.outline_agrees())
+    return result;
   result.trust.status = Status::kWeak, result.trust.reason = {ReasonCode::kPoorFit};
   result.trust.confidence = std::min(result.trust.confidence, options_.weak_evidence);
   return result;

@@ -78,7 +78,7 @@ class Tracker {
   // Motions in object k's frame that leave it as it is; poses that differ by one of them are one answer.
   void set_symmetries(int k, const std::vector<Rigidd>& motions);
   // Object k is a placeholder for a primitive of this kind, not found yet; empty: it is found.
-  void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind; }
+  void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind, object(k).primitive = true; }
 
   // The record of a sequence that was kept elsewhere (Verdict::resume); every pose in it is gone on from.
   void resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best);

@@ -31,7 +31,7 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   try {
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       objects_.push_back(new_object(shapes[k]));
-      objects_.back().unfound = before[k].unfound;
+      objects_.back().unfound = before[k].unfound, objects_.back().primitive = before[k].primitive;
       objects_.back().symmetries = before[k].symmetries;
     }
   } catch (...) {

@@ -16,6 +16,7 @@ namespace {
 constexpr int kMinBright = 20;     // pixels
 constexpr double kMaxSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree for its size to be judged
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
@@ -37,7 +38,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
-  outline_lines_.lines.clear(), apart_.reset();
+  outline_lines_.lines.clear(), apart_.reset(), size_by_outline_.reset();
   measured_.known = false;
   if (selection_.count() == 0) return 0;
   if (reads_colors())
@@ -233,7 +234,7 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
 // is the sensor's systematic error, and the following frames are judged with it.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
-  fitted->apart = apart_;
+  fitted->apart = apart_, fitted->size_by_outline = size_by_outline_;
   const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
@@ -262,6 +263,11 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   fitted->memory.shared_m +=
       (before.noise_known ? kSharedFollows : 1) * (fitted->systematic_m - fitted->memory.shared_m);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
+  // As often as the area that readings share is measured, which it needs.
+  if (measured_.known && fitted->memory.area_age == 0 && others.empty() && !target_->shape.seen.amount &&
+      fitted->seen.agree > kSizeShare * fitted->seen.expected)
+    fitted->size_by_depth = size_by_depth(pixels_, measured_.color_prior, target_->shape, *camera_,
+                                          measured_.T_obj_cam, own * stated_m, told_m);
 }
 
 }  // namespace sdftrack::tracking

@@ -15,6 +15,7 @@
 #include "tracking/fit/outline_noise.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/color_evidence.h"
+#include "tracking/trust/size.h"
 #include "tracking/trust/smooth_foreground.h"
 #include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
@@ -77,10 +78,11 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;             // see PoseEvidence
-  double centre_sd = 0;             // likewise
-  double systematic_m = 0;          // that the covariance counts with
-  std::optional<PosesApart> apart;  // where the outline was looked at
+  double roughness = 1;                                    // see PoseEvidence
+  double centre_sd = 0;                                    // likewise
+  double systematic_m = 0;                                 // that the covariance counts with
+  std::optional<PosesApart> apart;                         // where the outline was looked at
+  std::optional<SizeLook> size_by_depth, size_by_outline;  // in frames that were asked for it
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -215,6 +217,7 @@ class FitView {
   optim::NormalEquations photometric_, outline_there_;
   optim::State outline_at_;
   std::optional<PosesApart> apart_;
+  std::optional<SizeLook> size_by_outline_;
   ContourLibrary contours_;
   energies::OutlineLines outline_lines_;
   std::vector<energies::OutlineResidual> outline_residuals_;

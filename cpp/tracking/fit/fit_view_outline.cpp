@@ -90,6 +90,13 @@ void FitView::compare_with_outline(const optim::State& x, double area_px,
   photometric_.reset(6);
   energies::OutlineEnergy outline = outline_energy(*memory, kCommonBesideDepth_px);
   outline.linearize(x, &photometric_);
+  if (!target_->shape.seen.amount) {
+    outline.residuals(x.T_obj_cam[0], &outline_residuals_);
+    const Vector6d to_depth = weight * optim::solve_symmetric<6, 1>(depth.A + weak_knowledge(target_->shape),
+                                                                    photometric_.gradient);
+    size_by_outline_ = size_by_outline(outline_lines_, outline_residuals_, outline_factor(*memory),
+                                       x.T_obj_cam[0], to_depth, shared_lines(*memory));
+  }
   const Disagreement now = depth_disagreement(
       {depth.A, depth.B, depth.geometry, area_px, photometric_.hessian, photometric_.gradient, weight},
       shared_lines(*memory), weak_knowledge(target_->shape));
@@ -125,11 +132,11 @@ void FitView::add_outline(const optim::State& x, double scale_m, double* area_px
   memory->outline_age = 0;
   compare_with_outline(x, *area_px, *summary, weight, memory);
   const double shared = shared_lines(*memory);
+  const Matrix6d told = without_slips(photometric_.hessian, target_->shape);
   *area_px *= memory->outline.depth_excess;
-  summary->A += weight * photometric_.hessian;
-  summary->B += weight * weight * shared / *area_px * photometric_.hessian;
-  summary->geometry +=
-      scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * photometric_.hessian;
+  summary->A += weight * told;
+  summary->B += weight * weight * shared / *area_px * told;
+  summary->geometry += scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * told;
 }
 
 void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
@@ -138,13 +145,13 @@ void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
   const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
   photometric_.reset(6);
   outline_energy(fitted->memory, kCommonError_px).linearize(x, &photometric_);
+  const Matrix6d told = without_slips(photometric_.hessian, target_->shape);
   energies::EnergySummary sums;
-  sums.A = photometric_.hessian;
-  sums.B = shared_lines(fitted->memory) * photometric_.hessian;
+  sums.A = told;
+  sums.B = shared_lines(fitted->memory) * told;
   // In metres at the object, like a residual of depth; the lines' sd is about a pixel. The field has no grain
   // that an outline would see: a direction is blind from a smaller slope on.
-  sums.geometry =
-      std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * photometric_.hessian;
+  sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * told;
   sums.rounding = sums.missed = energies::SmallVector::Zero(6);
   sums.inliers = lines;
   const Matrix6d increment = increment_covariance(sums, target_->shape, 1);

@@ -62,6 +62,19 @@ Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Sh
   return (P * sums.A * P.transpose() + weak_knowledge(shape)).ldlt().solve(P);
 }
 
+Matrix6d without_slips(const Matrix6d& information, const frame::Shape& shape) {
+  if (shape.slips.empty()) return information;
+  Matrix6d keep = Matrix6d::Identity();
+  for (const std::array<double, 6>& slip : shape.slips) {
+    const Eigen::Map<const Vector6d> s(slip.data());
+    keep -= s * s.transpose();
+  }
+  Vector6d unit;
+  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const Matrix6d P = unit.cwiseInverse().asDiagonal() * keep * unit.asDiagonal();
+  return P * information * P.transpose();
+}
+
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj) {
   const Matrix6d J = optim::camera_by_increment(T_cam_obj, origin_obj);
   const Matrix6d C = J * increment * J.transpose();

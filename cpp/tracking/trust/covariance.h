@@ -29,6 +29,10 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
 // How the increment answers a pull (a gradient) of the pixels: A^-1, blind directions left out.
 Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Shape& shape);
 
+// Information about the increment without what the shape's slips would have: an outline follows the grain of
+// the voxels there.
+Matrix6d without_slips(const Matrix6d& information, const frame::Shape& shape);
+
 // The same uncertainty in camera axes about the caller's object origin: (x, y, z, rx, ry, rz), t = t^ + d,
 // R = Exp(r) R^. T_cam_obj is the centred pose, origin_obj the caller's origin in the centred frame.
 Matrix6d camera_covariance(const Matrix6d& increment, const Rigidd& T_cam_obj, Vec3d origin_obj);

@@ -43,6 +43,9 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kPoorFit, "the depth measurements do not fit the shape well"},
     Sentence{ReasonCode::kOpenPosition,
              "the view shows hardly any edge, so the position is uncertain by more than the object's size"},
+    Sentence{ReasonCode::kOpenDirections, "undetermined: {text}"},
+    Sentence{ReasonCode::kOtherSize, "another size: {text}"},
+    Sentence{ReasonCode::kUnlikely, "the pose is right with a probability of only {percent} %"},
     Sentence{ReasonCode::kNotFinite,
              "the shape and the measurements give no finite pose and covariance; check the distances of the "
              "shape"},

@@ -33,6 +33,9 @@ enum class ReasonCode {
   kMissingReadings,
   kPoorFit,
   kOpenPosition,
+  kOpenDirections,  // text: which
+  kOtherSize,       // text
+  kUnlikely,        // percent
   kNotFinite,
   kByOutline,      // no depth in this frame
   kLittleOutline,  // likewise

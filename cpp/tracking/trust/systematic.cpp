@@ -13,36 +13,27 @@ constexpr int kBudget = 500;           // pixels
 constexpr float kGrazing = 0.17f;      // d phi / d z along the ray below which its hit says nothing
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
-using Modes = Eigen::Matrix<double, kBiasModes, 1>;
+constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
 
-// Mean and sd of the coordinates of the pixels that show the surface.
-struct Extent {
-  double mean_px = 0, sd_px = 1;
+}  // namespace
 
-  double at(float px) const { return (static_cast<double>(px) - mean_px) / sd_px; }
-};
-
-Extent extent_of(const std::vector<float>& px, const std::vector<float>& gain, std::size_t stride) {
+ModeExtent::ModeExtent(const std::vector<float>& px, const std::vector<float>& gain, std::size_t stride) {
   double sum = 0, square = 0, count = 0;
   for (std::size_t i = 0; i < px.size(); i += stride)
     if (gain[i] == 0) {
       const auto x = static_cast<double>(px[i]);
       sum += x, square += x * x, count += 1;
     }
-  if (!(count > 0)) return {};
-  const double mean = sum / count;
-  return {mean, std::sqrt(std::max(1.0, square / count - mean * mean))};
+  if (!(count > 0)) return;
+  mean_px_ = sum / count;
+  sd_px_ = std::sqrt(std::max(1.0, square / count - mean_px_ * mean_px_));
 }
 
-Modes modes_at(double x, double y) {
-  Modes m;
+BiasModes bias_modes_at(double x, double y) {
+  BiasModes m;
   m << 1, x, y, kUnitSquare * (x * x - 1), x * y, kUnitSquare * (y * y - 1);
   return m;
 }
-
-constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
-
-}  // namespace
 
 double systematic_by_residuals(double spread_m, double noise_m) {
   return kWholePerSeen * std::sqrt(std::max(0.0, spread_m * spread_m - std::pow(kSharedFrom * noise_m, 2)));
@@ -55,8 +46,7 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
   const Intrinsics<float> K = camera.K.cast<float>();
   const energies::SingleObject<float> field{shape.sdf, T_obj_cam.cast<float>()};
   const std::size_t n = pixels.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
-  const Extent x = extent_of(pixels.u_px, pixels.gain, stride),
-               y = extent_of(pixels.v_px, pixels.gain, stride);
+  const ModeExtent x(pixels.u_px, pixels.gain, stride), y(pixels.v_px, pixels.gain, stride);
   Matrix6d information = Matrix6d::Zero(), squares = Matrix6d::Zero();
   BiasResponse pulls;
   int used = 0;
@@ -75,7 +65,7 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
     information += weight * J * J.transpose();
     squares += weight * weight * J * J.transpose();
     ++used;
-    pulls.modes += weight * J * modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i])).transpose();
+    pulls.modes += weight * J * bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i])).transpose();
   }
   // The subset's sums, as large as those of all pixels. In units of a diameter, traces may be compared.
   Vector6d unit;
@@ -89,7 +79,7 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
 }
 
 Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m) {
-  Modes sd;
+  BiasModes sd;
   sd << kOffsetShare, kLinearShare, kLinearShare, kQuadraticShare, kQuadraticShare, kQuadraticShare;
   const auto shifts = (systematic_m * (response.modes * sd.asDiagonal())).eval();
   Matrix6d C = shifts * shifts.transpose();

@@ -23,6 +23,20 @@ constexpr double kLateralShare = 0.4;  // of where the pose is across the ray, i
 // in metres.
 double systematic_by_residuals(double spread_m, double noise_m);
 
+using BiasModes = Eigen::Matrix<double, kBiasModes, 1>;
+// At a pixel, from its coordinates in units of their sd about their mean (ModeExtent).
+BiasModes bias_modes_at(double x, double y);
+
+// Mean and sd of a coordinate of the pixels that show the surface, of every stride-th.
+class ModeExtent {
+ public:
+  ModeExtent(const std::vector<float>& px, const std::vector<float>& gain, std::size_t stride);
+  double at(float px) const { return (static_cast<double>(px) - mean_px_) / sd_px_; }
+
+ private:
+  double mean_px_ = 0, sd_px_ = 1;
+};
+
 // What a pose answers to an error of one metre: a shift per mode, and the covariance by the patches.
 struct BiasResponse {
   Eigen::Matrix<double, 6, kBiasModes> modes = Eigen::Matrix<double, 6, kBiasModes>::Zero();

@@ -66,10 +66,10 @@ double evidence_share(const PoseEvidence& e, double prior_log_odds) {
   return rise(score);
 }
 
-double evidence_but_for_residuals(PoseEvidence evidence, double prior_log_odds) {
+PoseEvidence but_for_residuals(PoseEvidence evidence) {
   evidence.seen.gap_m = std::min(evidence.seen.gap_m, kGoodGap_m);
   evidence.roughness = std::min(evidence.roughness, 1.0);
-  return evidence_share(evidence, prior_log_odds);
+  return evidence;
 }
 
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,

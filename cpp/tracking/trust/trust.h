@@ -41,9 +41,9 @@ struct Trust {
 // (prior_log_odds 0) or one of many places that a search has looked at (less).
 double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
 
-// The same had the readings lain as near to the surface as those of a good sensor: what is left is where the
-// surface ends and where the sensor sees through it.
-double evidence_but_for_residuals(PoseEvidence evidence, double prior_log_odds);
+// The evidence had the readings lain as near to the surface as those of a good sensor: what is left is where
+// the surface ends and where the sensor sees through it.
+PoseEvidence but_for_residuals(PoseEvidence evidence);
 
 // vouched_log_odds: against loss, of an object that was there a moment ago, or that somebody vouches for.
 // That it is gone and something alike has taken its place has to be more likely than that the sensor errs.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "frame/point_ops.h"
+#include "render/sdf_ray.h"
 
 namespace sdftrack::tracking {
 
@@ -14,14 +15,82 @@ constexpr double kTolerance_m = 0.004;  // least distance that counts as disagre
 constexpr double kTolerancePerNoise = 4;
 constexpr double kFinger_m = 0.025;  // nearer than this in front is not clearly another thing
 constexpr double kMaxGap_m = 0.03;
+// Of a long thin object that is seen end on hardly a point of the surface faces the camera: with fewer than
+// these, the pixels that show it are judged in their place.
+constexpr int kMinExpected = 40;
+constexpr double kMaxRays = 4000;
+
+// Counts what is read where the camera should see a point of the surface.
+class Count {
+ public:
+  Count(const frame::DepthFrame& frame, const Camera& camera, const DepthError& error,
+        const Neighbors& others)
+      : frame_(frame),
+        camera_(camera),
+        error_(error),
+        others_(others),
+        tolerance_m_(error.tolerance(kTolerance_m, kTolerancePerNoise)) {}
+
+  // facing: cosine of the incidence.
+  void add(const Vec3d& p_cam, double facing) {
+    ++seen_.expected;
+    const double z = p_cam.z > 1e-3 ? frame::reading_at(frame_, camera_, p_cam) : 0;
+    const double beyond = (z - p_cam.z) * facing;  // about along the normal
+    // A reading that is nearer to another object's surface is that object's, and hides this one.
+    const bool known = !others_.empty() && z > 0 && beyond < tolerance_m_ &&
+                       on_one_of(others_, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance_m_));
+    const bool hidden = known || (z > 0 && beyond < -tolerance_m_);
+    if (z > 0 && beyond > -kFinger_m && !known) ++gaps_, gap_sum_m_ += std::min(std::abs(beyond), kMaxGap_m);
+    if (!(z > 0))
+      ++seen_.missing;
+    else if (hidden)
+      ++seen_.nearer, seen_.known += known;
+    else if (beyond > tolerance_m_)
+      ++seen_.farther;
+    else
+      ++seen_.agree;
+  }
+
+  Visibility result() const {
+    Visibility seen = seen_;
+    seen.gap_m = gaps_ > 0 ? gap_sum_m_ / gaps_ : kMaxGap_m;
+    if (error_.systematic_m > 0) seen.gap_m = std::max(0.0, seen.gap_m - error_.expected_gap_m());
+    return seen;
+  }
+
+ private:
+  const frame::DepthFrame& frame_;
+  const Camera& camera_;
+  const DepthError& error_;
+  const Neighbors& others_;
+  double tolerance_m_;
+  Visibility seen_;
+  int gaps_ = 0;
+  double gap_sum_m_ = 0;
+};
+
+Visibility compare_visible_pixels(const Camera& camera, const frame::Shape& shape, const Rigidd& T_cam_obj,
+                                  Count count) {
+  const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, 0);
+  const render::SdfRays rays(shape.sdf, camera, T_cam_obj);
+  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(area / kMaxRays))));
+  for (int v = box.y0; v < box.y1; v += stride)
+    for (int u = box.x0; u < box.x1; u += stride) {
+      const render::Hit hit = rays.trace(u, v);
+      if (!(hit.depth_m > 0)) continue;
+      const Vec3d p_cam = static_cast<double>(hit.depth_m) * rays.lens.at(u, v);
+      const double facing = -dot(hit.normal_cam.cast<double>(), p_cam) / norm(p_cam);
+      if (facing > 0) count.add(p_cam, facing);
+    }
+  return count.result();
+}
 
 }  // namespace
 
 Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
                                    const frame::Shape& shape, const Rigidd& T_cam_obj,
                                    const DepthError& error, int points, const Neighbors& others) {
-  Visibility seen;
-  const double tolerance = error.tolerance(kTolerance_m, kTolerancePerNoise);
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
   const frame::SightTerm<float> term{shape.sdf,
                                      shape.coarse(),
@@ -32,35 +101,18 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
                                      {shape.normals.data(), n, stride}};
   const frame::PointOps& ops = frame::point_ops_for(used_isa());
   frame::Sights sights;
-  int gaps = 0;
-  double gap_sum_m = 0;
+  Count count(frame, camera, error, others);
   for (int first = 0; first < term.points_obj.count(); first += frame::kPointsAtOnce) {
     ops.sights(term, first, &sights);
-    for (int k = 0; k < sights.count; ++k) {
-      if (!(sights.facing[k] > 0)) continue;
-      ++seen.expected;
-      const Vec3d p_cam = Vec3f{sights.x_m[k], sights.y_m[k], sights.z_m[k]}.cast<double>();
-      const double z = p_cam.z > 1e-3 ? frame::reading_at(frame, camera, p_cam) : 0;
-      const double facing = sights.facing[k];
-      const double beyond = (z - p_cam.z) * facing;  // about along the normal
-      // A reading that is nearer to another object's surface is that object's, and hides this one.
-      const bool known = !others.empty() && z > 0 && beyond < tolerance &&
-                         on_one_of(others, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance));
-      const bool hidden = known || (z > 0 && beyond < -tolerance);
-      if (z > 0 && beyond > -kFinger_m && !known) ++gaps, gap_sum_m += std::min(std::abs(beyond), kMaxGap_m);
-      if (!(z > 0))
-        ++seen.missing;
-      else if (hidden)
-        ++seen.nearer, seen.known += known;
-      else if (beyond > tolerance)
-        ++seen.farther;
-      else
-        ++seen.agree;
-    }
+    for (int k = 0; k < sights.count; ++k)
+      if (sights.facing[k] > 0)
+        count.add(Vec3f{sights.x_m[k], sights.y_m[k], sights.z_m[k]}.cast<double>(), sights.facing[k]);
   }
-  seen.gap_m = gaps > 0 ? gap_sum_m / gaps : kMaxGap_m;
-  if (error.systematic_m > 0) seen.gap_m = std::max(0.0, seen.gap_m - error.expected_gap_m());
-  return seen;
+  Visibility seen = count.result();
+  if (seen.expected >= kMinExpected || shape.seen.amount || !(T_cam_obj.t.z > 0)) return seen;
+  const Visibility by_pixels =
+      compare_visible_pixels(camera, shape, T_cam_obj, Count(frame, camera, error, others));
+  return by_pixels.expected > seen.expected ? by_pixels : seen;
 }
 
 }  // namespace sdftrack::tracking

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/trust/open_directions.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "optim/dense.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kOpenShare = 0.2;      // of the radius: sd above which a direction counts as open
+constexpr double kRest_m = 2e-4;        // what is not observed stays, but for so much per frame
+constexpr double kBlindShare = 1.0;     // of the radius: sd from which nothing at all is observed
+constexpr double kFollows = 0.5;        // of the sd, per frame, where a little is observed
+constexpr double kSmallTurn_rad = 0.1;  // a declared symmetry of so small a turn is one of a continuous set
+constexpr double kAlong = 0.97;         // cosine of two axes that count as one
+
+Eigen::Vector3d to_eigen(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
+// Mean of D^T D over the surface, D = [I, -[p]x] the displacement of a point p by (v, w).
+Matrix6d surface_metric(const frame::Shape& shape) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+  for (const Vec3f& point : shape.points) {
+    const Eigen::Vector3d p = to_eigen(point.cast<double>());
+    mean += p, square += p * p.transpose();
+  }
+  const double n = std::max<double>(1, static_cast<double>(shape.points.size()));
+  mean /= n, square /= n;
+  Matrix6d M = Matrix6d::Identity();
+  Eigen::Matrix3d cross;
+  cross << 0, -mean.z(), mean.y(), mean.z(), 0, -mean.x(), -mean.y(), mean.x(), 0;
+  M.topRightCorner<3, 3>() = -cross;
+  M.bottomLeftCorner<3, 3>() = cross;
+  M.bottomRightCorner<3, 3>() = square.trace() * Eigen::Matrix3d::Identity() - square;
+  // Points on a line have no extent across it.
+  M.bottomRightCorner<3, 3>().diagonal().array() += 1e-4 * square.trace() + 1e-12;
+  return M;
+}
+
+// An axis has no sign: its largest part is positive.
+Eigen::Vector3d without_sign(const Eigen::Vector3d& axis) {
+  Eigen::Index largest;
+  axis.cwiseAbs().maxCoeff(&largest);
+  return axis[largest] < 0 ? Eigen::Vector3d(-axis) : axis;
+}
+
+std::string shown(const Eigen::Vector3d& v) {
+  char text[64];
+  // Adding 0 turns -0 into 0.
+  const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };
+  std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f)", rounded(v.x()), rounded(v.y()), rounded(v.z()));
+  return text;
+}
+
+}  // namespace
+
+OpenDirections::OpenDirections(const Matrix6d& covariance, const Rigidd& T_cam_obj,
+                               const frame::Shape& shape) {
+  const Matrix6d M = surface_metric(shape);
+  radius_m_ = std::sqrt(0.5 * M.bottomRightCorner<3, 3>().trace());
+  const double least_m = kOpenShare * radius_m_;
+  // Most frames determine all: then no direction moves the surface by more than all of them together.
+  const Matrix6d C =
+      optim::inverse_symmetric<6>(increment_information(covariance, T_cam_obj, -shape.centre_obj));
+  if (!((C * M).trace() > least_m * least_m)) return;
+  const Matrix6d L = M.llt().matrixL();
+  const optim::Eigenpairs<6> modes = optim::eigenpairs(Matrix6d(L.transpose() * C * L));
+  for (int i = 5; i >= 0; --i) {
+    if (!(modes.values[i] > least_m * least_m)) continue;
+    const Vector6d e = modes.vectors.col(i);
+    all_.push_back(
+        {L.transpose().triangularView<Eigen::Upper>().solve(e), L * e, std::sqrt(modes.values[i])});
+  }
+}
+
+Matrix6d OpenDirections::hold() const {
+  Matrix6d information = Matrix6d::Zero();
+  for (const OpenDirection& d : all_) {
+    const double step_m = d.sd_m > kBlindShare * radius_m_ ? kRest_m : kFollows * d.sd_m;
+    information += d.part * d.part.transpose() / (step_m * step_m);
+  }
+  return information;
+}
+
+void OpenDirections::remove_from(const Rigidd& T_cam_obj, Vec3d* v, Vec3d* w) const {
+  if (empty()) return;
+  const Mat3d R_obj_cam = transpose(T_cam_obj.R);
+  Vector6d increment;
+  increment << to_eigen(-(R_obj_cam * *v)), to_eigen(-(R_obj_cam * *w));
+  for (const OpenDirection& d : all_) increment -= d.part.dot(increment) * d.increment;
+  *v = T_cam_obj.R * Vec3d{-increment[0], -increment[1], -increment[2]};
+  *w = T_cam_obj.R * Vec3d{-increment[3], -increment[4], -increment[5]};
+}
+
+std::string OpenDirections::unexplained(const std::vector<Rigidd>& symmetries, bool turns_are_free) const {
+  std::vector<Eigen::Vector3d> turns, shifts;
+  for (const OpenDirection& d : all_) {
+    if (!d.turns(radius_m_)) {
+      shifts.push_back(without_sign(d.increment.head<3>().normalized()));
+      continue;
+    }
+    const Eigen::Vector3d axis = without_sign(d.increment.tail<3>().normalized());
+    bool declared = turns_are_free;
+    for (const Rigidd& S : symmetries) {
+      const Eigen::Vector3d turn = to_eigen(rotation_log(S.R));
+      declared |= turn.norm() < kSmallTurn_rad && std::abs(turn.normalized().dot(axis)) > kAlong;
+    }
+    if (!declared) turns.push_back(axis);
+  }
+  if (turns.empty() && shifts.empty()) return {};
+  std::string text;
+  if (turns.size() == 1) text = "the rotation about the axis " + shown(turns[0]);
+  if (turns.size() > 1) text = "the rotation";
+  for (const Eigen::Vector3d& along : shifts)
+    text += (text.empty() ? "the position along " : " and the position along ") + shown(along);
+  text += turns.size() + shifts.size() > 1 ? " are not observed" : " is not observed";
+  if (turns.size() > 1 && shifts.empty())
+    text = "the rotation about " + std::to_string(turns.size()) + " axes is not observed";
+  if (!turns.empty()) text += "; pass symmetry= or a mesh with colours";
+  return text;
+}
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// Directions of a pose that the frame does not determine.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tracking/trust/covariance.h"
+
+namespace sdftrack::tracking {
+
+// A motion of the object, as an increment (v, w) of T_obj_cam of the centred frame.
+struct OpenDirection {
+  Vector6d increment;  // moves the surface by 1 m, root mean square
+  Vector6d part;       // part . d: how much of it an increment d has, m
+  double sd_m;         // of the pose along it
+
+  bool turns(double radius_m) const {
+    return increment.tail<3>().norm() * radius_m > increment.head<3>().norm();
+  }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [d, dual, sd] = self;
+    archive(d, dual, sd);
+  }
+};
+
+// Principal directions of a covariance in the metric of the surface's mean square displacement, largest
+// first: those with an sd above a fifth of the object's radius (root mean square distance of its surface).
+class OpenDirections {
+ public:
+  OpenDirections() = default;
+  // covariance: camera axes, about the caller's object origin; T_cam_obj: centred.
+  OpenDirections(const Matrix6d& covariance, const Rigidd& T_cam_obj, const frame::Shape& shape);
+
+  bool empty() const { return all_.empty(); }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [directions, radius] = self;
+    archive(directions, radius);
+  }
+
+  // Information of a prior that holds the pose along them: a random walk of kRest_m per frame where nothing
+  // is observed, of half the sd where a little is.
+  Matrix6d hold() const;
+  // A velocity (v of the centre, w) in camera axes without its part along them.
+  void remove_from(const Rigidd& T_cam_obj, Vec3d* v, Vec3d* w) const;
+
+  // One sentence about those that no declared symmetry (motions of the centred frame) explains; empty: there
+  // is none. turns_are_free: those of a solid that is known to be one of revolution mean nothing.
+  std::string unexplained(const std::vector<Rigidd>& symmetries, bool turns_are_free) const;
+
+ private:
+  std::vector<OpenDirection> all_;
+  double radius_m_ = 0;
+};
+
+}  // namespace sdftrack::tracking

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""A tracker names what its frames do not determine, and does not call lost what they show."""
+
+import itertools
+
+import numpy as np
+import pytest
+import trimesh
+
+import sdftrack as st
+from sdftrack import synth
+
+RADIUS_M, HEIGHT_M = 0.033, 0.10
+
+
+def mesh_of(body, scale=1.0):
+    return st.Mesh(scale * np.asarray(body.vertices), np.asarray(body.faces))
+
+
+BODIES = {
+    "can": lambda: trimesh.creation.cylinder(radius=RADIUS_M, height=HEIGHT_M, sections=64),
+    "ball": lambda: trimesh.creation.icosphere(4, 0.04),
+    "bottle": lambda: trimesh.creation.revolve(
+        [[0, 0], [0.03, 0], [0.035, 0.05], [0.02, 0.12], [0.012, 0.15], [0.012, 0.17], [0, 0.17]], sections=64
+    ),
+}
+
+
+def tracked(mesh, sequence, mode="depth", **options):
+    """(results, angles about the object's z axis from frame to frame, degrees)."""
+    tracker = st.Tracker(st.SDF.from_mesh(mesh, voxels=80), sequence.camera, mode=mode, **options)
+    results = [tracker.start(sequence[0], poses=[sequence.ground_truth[0][0]])]
+    results += [tracker.track(sequence[i]) for i in range(1, len(sequence))]
+    steps = []
+    for before, now in itertools.pairwise(results):
+        R = before.pose[:3, :3].T @ now.pose[:3, :3]
+        steps.append(np.degrees(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])))
+    return results, np.array(steps)
+
+
+@pytest.mark.parametrize("mode", ["depth", "auto"])
+@pytest.mark.parametrize("body", sorted(BODIES))
+def test_a_turn_that_nothing_shows_is_named_and_not_made_up(body, mode):
+    mesh = mesh_of(BODIES[body]())
+    sequence = synth.sequence(mesh, 15, trajectory="static", noise="stereo", clutter="objects", seed=8)
+    results, steps = tracked(mesh, sequence, mode)
+    assert abs(steps.sum()) < 3
+    assert np.abs(steps).max() < 1
+    what = "rotation about 3 axes" if body == "ball" else "rotation about the axis (0.00, 0.00, 1.00)"
+    named = [r.status[0] == "weak" and what in r.reason[0] for r in results]
+    assert sum(named) >= 14
+    axis = results[-1].pose[:3, 2]
+    assert np.sqrt(axis @ results[-1].covariance[3:, 3:] @ axis) > 1
+
+
+def test_a_declared_symmetry_leaves_nothing_undetermined():
+    mesh = mesh_of(BODIES["can"]())
+    sequence = synth.sequence(mesh, 8, trajectory="static", noise=0.001, clutter="objects", seed=3)
+    axis = st.Symmetry(continuous=(([0, 0, 1], [0, 0, 0]),))
+    results, _ = tracked(mesh, sequence, symmetry=axis)
+    assert [r.status[0] for r in results] == ["ok"] * 8
+
+
+def test_no_velocity_is_learnt_about_an_axis_that_nothing_shows():
+    mesh = mesh_of(BODIES["can"]())
+    walk = synth.random_walk(step_m=0.006, step_rad=0.03)
+    sequence = synth.sequence(mesh, 20, trajectory=walk, noise=0.001, clutter="objects", seed=5)
+    results, steps = tracked(mesh, sequence)
+    truth = [sequence.ground_truth[i][0] for i in range(20)]
+    off = [np.linalg.norm(r.pose[:3, 3] - g[:3, 3]) for r, g in zip(results, truth, strict=True)]
+    tilt = [
+        np.degrees(np.arccos(min(1, r.pose[:3, 2] @ g[:3, 2]))) for r, g in zip(results, truth, strict=True)
+    ]
+    assert max(off) < 0.002
+    assert max(tilt) < 2
+    assert np.abs(steps).max() < 1
+
+
+@pytest.mark.parametrize("scale", [0.95, 1.0, 1.05])
+def test_another_size_is_named_with_an_interval_that_contains_it(scale):
+    duck = synth.duck_mesh()
+    walk = synth.random_walk(step_m=0.004, step_rad=0.03)
+    other = st.Mesh(scale * duck.vertices, duck.faces, duck.colors)
+    sequence = synth.sequence(other, 30, trajectory=walk, noise=0.001, clutter="objects", seed=4)
+    results, _ = tracked(duck, sequence)
+    named = [r.reason[0] for r in results if "than the model" in r.reason[0]]
+    if scale == 1:
+        assert not named
+        return
+    assert results[-1].status[0] == "weak"
+    assert len(named) > 10
+    low, high = map(float, named[-1].split("(")[1].split(")")[0].split(" to "))
+    assert ("larger" if scale > 1 else "smaller") in named[-1]
+    assert low <= 100 * abs(scale - 1) <= high
+    assert high - low < 2
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1, 0.2])
+def test_a_thin_thing_seen_end_on_is_followed(tilt):
+    rod = mesh_of(trimesh.creation.box((0.18, 0.02, 0.006)))
+    pose = np.eye(4)
+    pose[:3, :3] = trimesh.transformations.rotation_matrix(np.pi / 2 + tilt, (0.1, 1, 0))[:3, :3]
+    pose[:3, 3] = 0.02, 0.01, 0.6
+    sequence = synth.sequence(rod, 3, trajectory=np.tile(pose, (3, 1, 1)), noise=0.001, seed=2)
+    assert sequence.masks(0)[0].sum() > 150
+    tracker = st.Tracker(st.SDF.from_mesh(rod, voxels=200), sequence.camera, mode="depth")
+    result = tracker.start(sequence[0], poses=[pose])
+    assert result.status[0] in ("ok", "weak"), result.reason[0]
+    assert result.confidence[0] > 0.1
+    assert np.linalg.norm(result.pose[:3, 3] - pose[:3, 3]) < 0.003
+
+
+def test_an_object_without_depth_is_followed_by_its_outline_while_the_table_has_depth():
+    duck = synth.duck_mesh()
+    walk = synth.random_walk(step_m=0.004, step_rad=0.02)
+    sequence = synth.sequence(duck, 8, trajectory=walk, noise="stereo", clutter="objects", seed=6)
+    tracker = st.Tracker(st.SDF.from_mesh(duck, voxels=80), sequence.camera)
+    errors = []
+    for i in range(8):
+        mask = sequence.masks(i)[0]
+        depth = np.where(mask, 0, sequence[i].depth).astype(np.float32)
+        frame = st.Frame(depth, sequence[i].color, sequence[i].timestamp)
+        truth = sequence.ground_truth[i][0]
+        result = tracker.start(frame, poses=[truth]) if i == 0 else tracker.track(frame)
+        assert result.status[0] == "weak"
+        assert "outline" in result.reason[0]
+        errors.append(np.linalg.norm(result.pose[:3, 3] - truth[:3, 3]))
+    assert max(errors) < 0.01
