@@ -42,7 +42,8 @@ TEST(Judge, every_feature_points_its_way) {
   e = good_evidence(), e.roughness = 5;
   EXPECT_LT(tracking::evidence_share(e, 0), good);
   e = good_evidence(), e.seen.gap_m = 0.012, e.roughness = 8;
-  EXPECT_LT(tracking::evidence_share(e, 0), 0.5 * tracking::evidence_share(tracking::but_for_residuals(e), 0));
+  EXPECT_LT(tracking::evidence_share(e, 0),
+            0.5 * tracking::evidence_share(tracking::but_for_residuals(e), 0));
   e.seen.agree = e.seen.expected / 4, e.seen.farther = 3 * e.seen.expected / 4;
   EXPECT_LT(tracking::evidence_share(tracking::but_for_residuals(e), 0), 0.02);
   e = good_evidence(), e.color_gain = -0.4;
