@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""An object of another size than its model: named, with an interval that contains it, or not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sdftrack as st
+from experiments.common.protocol import load_mesh, load_sdf, say
+from experiments.registry import experiment
+from experiments.table import Table, cells
+
+__all__ = ["other_sizes"]
+
+TEST = ("lm_cat", "lm_duck", "lm_ape", "lm_can")
+SCALES = (0.9, 0.95, 0.97, 1.0, 1.03, 1.05, 1.1, 1.2)
+SEEDS = (21, 22, 23)  # chosen on seed 11
+FRAMES, VOXELS, NOISE_M = 30, 90, 0.001
+INTERVAL = re.compile(r"([\d.]+) % (larger|smaller) than the model \(([\d.]+) to ([\d.]+)\)")
+COLUMNS = {
+    "true size": "name",
+    "runs": "runs",
+    "ok %": "ok:.1f",
+    "weak %": "weak:.1f",
+    "lost %": "lost:.1f",
+    "named": "named",
+    "interval holds": "holds",
+    "median off mm": "off_mm:.2f",
+    "ok beyond 5 sd %": "beyond:.1f",
+}
+
+
+@experiment(
+    "trust.size",
+    needs=["meshes"],
+    chosen_on="lm_driller, bunny, spot, seed 11",
+    reported_on="lm_cat, lm_duck, lm_ape, lm_can, seeds 21 to 23",
+    short={"only": ("lm_duck",), "seeds": SEEDS[:1], "frames": 6},
+)
+def other_sizes(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TEST,
+    seeds: tuple[int, ...] = SEEDS,
+    frames: int = FRAMES,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """Status of an object of 0.9 to 1.2 times the size of its model, by depth alone with white noise of 1 mm.
+
+    Parameters
+    ----------
+    seeds
+        of the path and the noise; each mesh at each size is one run
+    frames
+        of a run
+    """
+    models = {name: load_mesh(data, name) for name in only}
+    sdfs = {name: load_sdf(mesh, name, VOXELS, cache) for name, mesh in models.items()}
+    rows: dict[str, Any] = {}
+    for scale in SCALES:
+        runs = [
+            _run(models[name], sdfs[name], scale, seed, frames, threads) for name in only for seed in seeds
+        ]
+        key = f"{scale:.2f}"
+        rows[key] = {
+            "runs": len(runs),
+            **{s: 100 * float(np.mean([run[s] for run in runs])) for s in ("ok", "weak", "lost")},
+            "named": sum(bool(run["interval"]) for run in runs),
+            "holds": sum(_holds(run["interval"], scale) for run in runs),
+            "off_mm": float(np.nanmedian([run["off_mm"] for run in runs])),
+            "beyond": 100 * float(np.mean([run["beyond"] for run in runs])),
+        }
+        say("  ".join(cells(COLUMNS, {"name": key, **rows[key]})))
+    return Table.of("Another size than the model's", COLUMNS, rows)
+
+
+def _run(mesh: Any, sdf: Any, scale: float, seed: int, frames: int, threads: int) -> dict[str, Any]:
+    walk = st.synth.random_walk(step_m=0.004, step_rad=0.03)
+    other = st.Mesh(scale * mesh.vertices, mesh.faces)
+    sequence = st.synth.sequence(
+        other, frames, trajectory=walk, noise=NOISE_M, clutter="objects", seed=seed, color=False
+    )
+    tracker = st.Tracker(sdf, sequence.camera, mode="depth", threads=threads)
+    counts, off_mm, beyond, interval = dict.fromkeys(("ok", "weak", "lost"), 0), [], 0, None
+    for i in range(frames):
+        truth = sequence.ground_truth[i][0]
+        result = tracker.track(sequence[i]) if i else tracker.start(sequence[i], poses=[truth])
+        counts[str(result.status[0].value)] += 1
+        interval = INTERVAL.search(result.reason[0]) or interval
+        off = result.pose[:3, 3] - truth[:3, 3]
+        off_mm.append(1e3 * float(np.linalg.norm(off)))
+        if result.ok:
+            beyond += float(off @ np.linalg.solve(result.covariance[:3, :3], off)) > 3 * 5**2
+    return {
+        **{name: count / frames for name, count in counts.items()},
+        "off_mm": float(np.nanmedian(off_mm)),
+        "beyond": beyond / frames,
+        "interval": interval,
+    }
+
+
+def _holds(interval: re.Match[str] | None, scale: float) -> bool:
+    """Whether the last interval that was stated contains the true size."""
+    if interval is None:
+        return False
+    sign = 1 if interval[2] == "larger" else -1
+    return float(interval[3]) <= 100 * sign * (scale - 1) <= float(interval[4])
