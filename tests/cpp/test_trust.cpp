@@ -5,7 +5,10 @@
 #include <random>
 
 #include "tracking/fit/local_noise.h"
+#include "tracking/trust/open_directions.h"
+#include "tracking/trust/size.h"
 #include "tracking/trust/trust.h"
+#include "volume_fixture.h"
 
 namespace sdftrack {
 namespace {
@@ -87,6 +90,84 @@ TEST(Judge, a_free_direction_is_not_believed_though_the_evidence_is_good) {
   const tracking::Trust trust = tracking::judge(good_evidence(), C, {}, 0);
   EXPECT_EQ(trust.status, tracking::Status::kOk);
   EXPECT_LT(trust.confidence, 0.1);
+}
+
+frame::Shape shape_of(const Volume& volume) { return frame::make_shape(volume.view(), 960, 60); }
+
+const Volume& can() {
+  static const Volume volume = make_volume(60, 0.08, [](Vec3d p) {
+    const double r = std::hypot(p.x, p.y) - 0.033, h = std::abs(p.z) - 0.05;
+    return std::min(std::max(r, h), 0.0) + std::hypot(std::max(r, 0.0), std::max(h, 0.0));
+  });
+  return volume;
+}
+
+TEST(Slips, a_can_has_one_a_ball_three_and_a_box_none) {
+  const frame::Shape shape = shape_of(can());
+  ASSERT_EQ(shape.slips.size(), 1u);
+  EXPECT_NEAR(std::abs(shape.slips[0][5]), 1, 1e-3);  // the turn about z
+  const Volume ball = make_volume(50, 0.06, [](Vec3d p) { return norm(p) - 0.04; });
+  EXPECT_EQ(shape_of(ball).slips.size(), 3u);
+  const Volume box = make_volume(60, 0.09, [](Vec3d p) { return box_distance(p, {0.06, 0.045, 0.03}); });
+  EXPECT_TRUE(shape_of(box).slips.empty());
+}
+
+// Information about a can's own turn is none of an outline's.
+TEST(Slips, they_are_taken_out_of_an_information_and_nothing_else) {
+  const frame::Shape shape = shape_of(can());
+  const tracking::Matrix6d left = tracking::without_slips(tracking::Matrix6d::Identity(), shape);
+  EXPECT_LT(left(5, 5), 1e-4);
+  for (int i = 0; i < 5; ++i) EXPECT_NEAR(left(i, i), 1, 0.01);
+}
+
+TEST(OpenDirections, a_turn_without_information_is_open_and_loses_its_velocity) {
+  const frame::Shape shape = shape_of(can());
+  const Rigidd T{{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}},
+                 {0.01, 0.02, 0.6}};  // z of the can along -y of the camera
+  tracking::Matrix6d C = 1e-6 * tracking::Matrix6d::Identity();
+  EXPECT_TRUE(tracking::OpenDirections(C, T, shape).empty());
+  C(4, 4) = 9;  // about the camera's y
+  const tracking::OpenDirections open(C, T, shape);
+  ASSERT_FALSE(open.empty());
+  EXPECT_EQ(open.unexplained({}, false),
+            "the rotation about the axis (0.00, 0.00, 1.00) is not observed; pass symmetry= or a mesh with "
+            "colours");
+  const Rigidd turn{rotation_exp(Vec3d{0, 0, 0.02}), {0, 0, 0}}, other{rotation_exp(Vec3d{0.02, 0, 0}), {}};
+  EXPECT_EQ(open.unexplained({turn}, false), "");
+  EXPECT_NE(open.unexplained({other}, false), "");
+  EXPECT_EQ(open.unexplained({}, true), "");
+  Vec3d v{0.1, 0.2, 0.3}, w{0.4, 5, 0.6};
+  open.remove_from(T, &v, &w);
+  EXPECT_NEAR(norm(v - Vec3d{0.1, 0.2, 0.3}), 0, 1e-3);
+  EXPECT_NEAR(norm(w - Vec3d{0.4, 0, 0.6}), 0, 0.01);  // of 5: 960 points are not quite a body of revolution
+  // A turn by one degree is as unlikely under the prior as three sd of its step.
+  const tracking::Matrix6d held = open.hold();
+  EXPECT_GT(held(5, 5) * std::pow(0.0175, 2), 5);
+  EXPECT_LT(held(0, 0) * std::pow(0.001, 2), 0.1);
+}
+
+// The same size in every look: the sd of what differs from look to look falls, the shared one stays.
+TEST(SizeWitness, errors_of_one_view_do_not_average) {
+  tracking::SizeWitness witness;
+  for (int i = 0; i < 20; ++i)
+    witness.observe({0.05, 1e-4, 1e-6, {}}, Mat3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+  EXPECT_NEAR(witness.log_scale(), 0.05, 1e-12);
+  EXPECT_NEAR(witness.sd(), std::sqrt(1e-4 / 20 + 1e-6), 1e-9);
+  witness.observe({0.05, 1e-4, 1e-6, {}}, rotation_exp(Vec3d{0, 0.5, 0}));
+  EXPECT_NEAR(witness.sd(), std::sqrt(1e-4 / 21 + 0.5e-6), 1e-9);
+}
+
+TEST(SizeTest, an_outline_of_the_right_size_contradicts_depth) {
+  tracking::SizeTest size;
+  const Mat3d R{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  size.depth.observe({0.06, 1e-6, 1e-6, {}}, R);
+  EXPECT_NE(size.other_size().find("6.2 % larger"), std::string::npos);
+  size.outline.observe({0.0, 0, 1e-4, {}}, R);
+  EXPECT_TRUE(size.other_size().empty());
+  EXPECT_TRUE(size.outline_agrees());
+  tracking::SizeTest small;
+  small.depth.observe({-0.03, 1e-6, 4e-4, {}}, R);  // 3 % by a sensor that may bend by 2 %
+  EXPECT_TRUE(small.other_size().empty());
 }
 
 TEST(LocalNoise, it_is_the_sd_of_the_readings_of_a_slanted_plane_whatever_the_stride) {

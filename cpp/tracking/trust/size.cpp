@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/to_int.h"
 #include "optim/camera_increment.h"
 #include "optim/dense.h"
 #include "tracking/trust/systematic.h"
@@ -126,7 +127,7 @@ void DepthFit::read(bool move) {
   const std::size_t n = pixels_.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
   const ModeExtent u(pixels_.u_px, pixels_.gain, stride), v(pixels_.v_px, pixels_.gain, stride);
   const auto cell = [](double x) {
-    return std::clamp(static_cast<int>((x + kBlocksReach) * kBlocks / (2 * kBlocksReach)), 0, kBlocks - 1);
+    return std::clamp(to_int((x + kBlocksReach) * kBlocks / (2 * kBlocksReach)), 0, kBlocks - 1);
   };
   const Rigidf T = T_obj_cam_.cast<float>();
   const auto scale = static_cast<float>(std::exp(log_scale_));

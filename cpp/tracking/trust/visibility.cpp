@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/to_int.h"
 #include "frame/point_ops.h"
 #include "render/sdf_ray.h"
 
@@ -74,7 +75,7 @@ Visibility compare_visible_pixels(const Camera& camera, const frame::Shape& shap
   const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, 0);
   const render::SdfRays rays(shape.sdf, camera, T_cam_obj);
   const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
-  const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(area / kMaxRays))));
+  const int stride = std::max(1, to_int(std::ceil(std::sqrt(area / kMaxRays))));
   for (int v = box.y0; v < box.y1; v += stride)
     for (int u = box.x0; u < box.x1; u += stride) {
       const render::Hit hit = rays.trace(u, v);

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import warnings
+from typing import TYPE_CHECKING, Any
 
-from sdftrack.camera.pinhole import Camera
-from sdftrack.camera.rgbd import RGBDCamera
+if TYPE_CHECKING:
+    from sdftrack.camera.pinhole import Camera
+    from sdftrack.camera.rgbd import RGBDCamera
 
 MIN_FOCAL = 0.1  # of the width: a field of view of 157 degrees, beyond what a pinhole model describes
 OTHER_SCALE = 1.5  # times the middle of the image, or less than 1 / 1.5 of it
@@ -70,9 +72,8 @@ def _other_size(camera: Camera, x: float, y: float) -> tuple[int, int] | None:
 
 def warn_if_doubtful(camera: Camera | RGBDCamera, name: str, stacklevel: int = 3) -> None:
     """One warning for each camera whose intrinsics are unlikely those of its image."""
-    pair: dict[str, Camera | None] = {"": camera} if isinstance(camera, Camera) else {}
-    if isinstance(camera, RGBDCamera):
-        pair = {"depth": camera.depth, "colour": camera.color}
+    both: Any = camera
+    pair = {"depth": both.depth, "colour": both.color} if hasattr(both, "depth") else {"": both}
     for kind, one in pair.items():
         if one is not None and (doubt := doubt_of(one)):
             warnings.warn(f"{name}{kind and ', ' + kind + ' camera'}: {doubt}", stacklevel=stacklevel)

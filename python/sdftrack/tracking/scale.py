@@ -20,6 +20,7 @@ INCH_AND_CM = 200.0  # a larger factor is that of millimetres
 MIN_PX, MAX_IMAGES = 3.0, 20.0  # how large a shape that is clicked on may appear
 COARSE_DIAMETER, DIRECTIONS = 24, 200
 LARGER, SMALLER = 1.15, 0.4  # times the diameter: extents that no view of the whole object has
+UNLIKELY = 0.1  # confidence of a pose that explains nothing
 ALONE = 0.95  # of a region that lies within its box
 VIEW = (0.55, 1.1)  # extents of views over the diameter
 TIMES, OF = " times", " of"
@@ -97,7 +98,8 @@ def with_scale_doubts(
         region = _region_of(frame, camera, place)
         doubt = "" if region is None else scale_doubt(frame, camera, region, shapes[k])
         # A pose that is found, weakly, explains why little is seen, but not that more is.
-        if doubt and (result.status[k] is Status.LOST or TIMES in doubt):
+        believed = result.status[k] is Status.WEAK and result.confidence[k] > UNLIKELY
+        if doubt and (not believed or TIMES in doubt):
             reasons[k] = f"{reasons[k]}; {doubt}"
     return result if reasons == list(result.reason) else replace(result, reason=reasons)
 
