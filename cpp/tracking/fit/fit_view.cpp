@@ -263,7 +263,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   fitted->memory.shared_m +=
       (before.noise_known ? kSharedFollows : 1) * (fitted->systematic_m - fitted->memory.shared_m);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
-  // As often as the area that readings share is measured, which it needs.
+  // Not in every frame, for it costs as much as the area that readings share: in those that measure that.
   if (measured_.known && fitted->memory.area_age == 0 && others.empty() && !target_->shape.seen.amount &&
       fitted->seen.agree > kSizeShare * fitted->seen.expected)
     fitted->size_by_depth = size_by_depth(pixels_, measured_.color_prior, target_->shape, *camera_,

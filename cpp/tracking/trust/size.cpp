@@ -243,15 +243,16 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
   // tells how much the sensor bends.
   fit.weigh(kFirstSize * noise_m);
   fit.solve(systematic_m, shape);
+  SizeLook look;
   for (int round = 0; round < kRounds; ++round) {
     const double spread_m = fit.spread_m();
     fit.weigh(kSize * std::max(noise_m, spread_m));
     fit.solve(std::max(systematic_m, systematic_by_residuals(spread_m, noise_m)), shape);
-    const SizeLook look = fit.look();
+    look = fit.look();
     if (sd_of(look) > kSays) return std::nullopt;
     if (round + 1 < kRounds && std::abs(look.log_scale) > kAgree_sd * sd_of(look)) fit.linearize_there();
   }
-  return fit.look();
+  return look;
 }
 
 std::optional<SizeLook> size_by_outline(const energies::OutlineLines& lines,
@@ -307,9 +308,9 @@ std::string SizeTest::other_size() const {
   const double a = percent(s - half), b = percent(s + half);
   return shown(
       s > 0 ? "the object appears %.1f %% larger than the model (%.1f to %.1f), or its depths are too "
-              "large by as much; check the mesh and its unit, or pass scale="
+              "large by as much; check the mesh and its unit"
             : "the object appears %.1f %% smaller than the model (%.1f to %.1f), or its depths are too "
-              "small by as much; check the mesh and its unit, or pass scale=",
+              "small by as much; check the mesh and its unit",
       percent(s), std::min(a, b), std::max(a, b));
 }
 
