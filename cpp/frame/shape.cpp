@@ -8,7 +8,6 @@
 
 #include "base/to_int.h"
 #include "base/volume_id.h"
-#include "frame/slips.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
@@ -117,6 +116,11 @@ void put_points(const std::vector<sdf::SurfaceSample>& samples, std::vector<Vec3
   }
 }
 
+void put_surface(const std::vector<sdf::SurfaceSample>& samples, Shape* shape) {
+  put_points(samples, &shape->points, &shape->normals);
+  shape->moments = moments_of(shape->points);
+}
+
 void choose_outline(int count, Shape* shape) {
   const std::size_t n = shape->points.size(), m = std::min(n, static_cast<std::size_t>(std::max(0, count)));
   for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
@@ -145,7 +149,7 @@ Shape make_shape(const SdfView& sdf, int point_count, int outline_count) {
   shape.sdf.origin_obj = (origin - shape.centre_obj).cast<float>();
   shape.middle = shape.sdf.origin_obj + sdf.voxel_m * Vec3f{box.middle[0], box.middle[1], box.middle[2]};
   const sdf::ZeroSurface surface(shape.sdf);
-  put_points(surface.samples(point_count), &shape.points, &shape.normals);
+  put_surface(surface.samples(point_count), &shape);
   shape.slips = slips_of(shape.points, shape.normals, 0.5 * shape.diameter_m);
   choose_outline(outline_count, &shape);
   put_points(surface.samples(kSearchPoints), &shape.search_points, &shape.search_normals);
@@ -177,7 +181,7 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
   shape.half_box_m = half;
   shape.diameter_m = 2 * norm(half);
   const auto is_seen = [&](std::size_t voxel) { return known.seen.at(voxel); };
-  put_points(sdf::sample_near(shape.sdf, known.boxes, is_seen, point_count), &shape.points, &shape.normals);
+  put_surface(sdf::sample_near(shape.sdf, known.boxes, is_seen, point_count), &shape);
   choose_outline(outline_count, &shape);
   const std::size_t searched = std::min<std::size_t>(kSearchPoints, shape.points.size());
   shape.search_points.assign(shape.points.begin(),

@@ -2,12 +2,12 @@
 // A shape made ready for tracking: its field about the centre of its box, and points on its surface.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "energies/color_field.h"
 #include "frame/seen.h"
+#include "frame/slips.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
@@ -25,6 +25,7 @@ struct Shape {
   Vec3f middle{};                            // the point deepest inside, centred frame,
   float depth_m = 0;                         // and how deep
   std::vector<Vec3f> points, normals;        // on the surface, uniform by area, centred frame
+  Moments moments;                           // of the points
   std::vector<std::array<double, 6>> slips;  // turns that leave it as it is (slips.h, half a diameter)
   std::vector<Vec3f> outline;                // fewer of them, for the free-space term
   std::vector<Vec3f> contact;                // more of them: what may come to lie in other objects

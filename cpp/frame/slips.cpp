@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "frame/slips.h"
 
+#include <algorithm>
+
 #include "optim/dense.h"
 
 namespace sdftrack::frame {
@@ -13,6 +15,19 @@ constexpr double kSlope = 0.03;
 constexpr int kMost = 3;
 
 }  // namespace
+
+Moments moments_of(const std::vector<Vec3f>& points) {
+  Moments m;
+  for (const Vec3f& point : points) {
+    const Vec3d p = point.cast<double>();
+    m.mean = m.mean + p;
+    m.square.r0 = m.square.r0 + p.x * p, m.square.r1 = m.square.r1 + p.y * p,
+    m.square.r2 = m.square.r2 + p.z * p;
+  }
+  const double n = std::max<double>(1, static_cast<double>(points.size()));
+  const auto over_n = [n](const Vec3d& v) { return Vec3d{v.x / n, v.y / n, v.z / n}; };
+  return {over_n(m.mean), {over_n(m.square.r0), over_n(m.square.r1), over_n(m.square.r2)}};
+}
 
 std::vector<std::array<double, 6>> slips_of(const std::vector<Vec3f>& points,
                                             const std::vector<Vec3f>& normals, double half_m) {

@@ -6,9 +6,16 @@
 #include <array>
 #include <vector>
 
-#include "base/vec.h"
+#include "base/rigid.h"
 
 namespace sdftrack::frame {
+
+// Of surface points about the origin.
+struct Moments {
+  Vec3d mean{0, 0, 0};
+  Mat3d square{};  // mean of p p^T
+};
+Moments moments_of(const std::vector<Vec3f>& points);
 
 // (v, w half_m) of unit length, orthogonal, along which the surface points move along the normals by less
 // than the grain of a voxel volume makes of a perfect body of revolution. At most three.

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/to_int.h"
-
 namespace sdftrack::tracking {
 
 namespace {
@@ -16,7 +14,6 @@ constexpr double kSharedPx = 100;  // pixels that share one error, until that is
 // more than the second; the third decide.
 constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
 constexpr double kLeastChance = 1e-6;
-constexpr double kLikely = 0.5;  // confidence
 
 double log_odds(double chance) {
   const double p = std::clamp(chance, kLeastChance, 1 - kLeastChance);
@@ -91,39 +88,6 @@ void doubt_ambiguous(const TrackedObject& object, ObjectResult* result) {
   result->trust.status = Status::kWeak;
   result->trust.reason = {ReasonCode::kAmbiguous};
   result->trust.confidence /= static_cast<double>(object.alternatives.size() + 1);
-}
-
-void doubt_size(const TrackedObject& object, ObjectResult* result) {
-  Trust& trust = result->trust;
-  const bool ok = trust.status == Status::kOk;
-  // It is why the fit is poor, where that is what is said.
-  if (!ok && trust.reason.code != ReasonCode::kPoorFit && trust.reason.code != ReasonCode::kSeenPast &&
-      trust.reason.code != ReasonCode::kRunsOn)
-    return;
-  std::string which = object.size.other_size();
-  if (which.empty()) return;
-  trust.reason = {ReasonCode::kOtherSize, 0, -1, std::move(which), trust.reason.frame};
-  if (!ok) return;
-  trust.status = Status::kWeak;
-  trust.confidence *= 0.5;
-}
-
-void doubt_unlikely(const TrackedObject& object, ObjectResult* result) {
-  Trust& trust = result->trust;
-  if (trust.status != Status::kOk || !object.open.empty() || trust.confidence >= kLikely ||
-      object.shape->seen.amount)
-    return;
-  trust.status = Status::kWeak;
-  trust.reason = reason_with_percent(ReasonCode::kUnlikely, to_int(std::round(100 * trust.confidence)));
-}
-
-void doubt_open_directions(const TrackedObject& object, ObjectResult* result) {
-  if (object.open.empty() || result->trust.status != Status::kOk) return;
-  std::string which =
-      object.open.unexplained(object.symmetries, object.primitive && !object.shape->slips.empty());
-  if (which.empty()) return;
-  result->trust.status = Status::kWeak;
-  result->trust.reason = {ReasonCode::kOpenDirections, 0, -1, std::move(which)};
 }
 
 }  // namespace sdftrack::tracking

@@ -15,16 +15,6 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
 // What is said of an object whose alternatives have not all been refuted.
 void doubt_ambiguous(const TrackedObject& object, ObjectResult* result);
 
-// What is said of an object whose pose is open along directions that no declared symmetry explains.
-void doubt_open_directions(const TrackedObject& object, ObjectResult* result);
-
-// What is said of an object whose size is surely not that of its model.
-void doubt_size(const TrackedObject& object, ObjectResult* result);
-
-// One decision: a pose that is more likely wrong than right is not ok. What a declared symmetry leaves open
-// does not count.
-void doubt_unlikely(const TrackedObject& object, ObjectResult* result);
-
 // The log odds of a fit against another one to the same frame; `shared_px`: pixels that share one error.
 double log_odds_between(const Fitted& fitted, const Fitted& other, const TrackerOptions& options,
                         double shared_px);

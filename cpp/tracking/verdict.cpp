@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/verdict.h"
 
+#include <cmath>
 #include <utility>
+
+#include "base/to_int.h"
 
 namespace sdftrack::tracking {
 
 namespace {
 
+constexpr double kLikely = 0.5;  // confidence
 constexpr Vec3d kNowhere{kUnknown, kUnknown, kUnknown};
 constexpr Rigidd kNoPose{{kNowhere, kNowhere, kNowhere}, kNowhere};
 
@@ -39,6 +43,39 @@ void mark_unfound(const TrackedObject& object, ObjectResult* result) {
       Status::kLost, {ReasonCode::kPrimitiveNotFound, 0, -1, object.unfound}, 0, result->trust.evidence, 0};
   result->covariance.setConstant(kUnknown);
   result->runner_up = kUnknown;
+}
+
+void doubt_size(const TrackedObject& object, ObjectResult* result) {
+  Trust& trust = result->trust;
+  const bool ok = trust.status == Status::kOk;
+  // It is why the fit is poor, where that is what is said.
+  if (!ok && trust.reason.code != ReasonCode::kPoorFit && trust.reason.code != ReasonCode::kSeenPast &&
+      trust.reason.code != ReasonCode::kRunsOn)
+    return;
+  std::string which = object.size.other_size();
+  if (which.empty()) return;
+  trust.reason = {ReasonCode::kOtherSize, 0, -1, std::move(which), trust.reason.frame};
+  if (!ok) return;
+  trust.status = Status::kWeak;
+  trust.confidence *= 0.5;
+}
+
+void doubt_unlikely(const TrackedObject& object, ObjectResult* result) {
+  Trust& trust = result->trust;
+  if (trust.status != Status::kOk || !object.open.empty() || trust.confidence >= kLikely ||
+      object.shape->seen.amount)
+    return;
+  trust.status = Status::kWeak;
+  trust.reason = reason_with_percent(ReasonCode::kUnlikely, to_int(std::round(100 * trust.confidence)));
+}
+
+void doubt_open_directions(const TrackedObject& object, ObjectResult* result) {
+  if (object.open.empty() || result->trust.status != Status::kOk) return;
+  std::string which =
+      object.open.unexplained(object.symmetries, object.primitive && !object.shape->slips.empty());
+  if (which.empty()) return;
+  result->trust.status = Status::kWeak;
+  result->trust.reason = {ReasonCode::kOpenDirections, 0, -1, std::move(which)};
 }
 
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s) {

@@ -18,6 +18,16 @@ void doubt_overlaps(const std::vector<TrackedObject>& objects, std::vector<Objec
 // A placeholder is followed for a primitive not found yet: whatever is said of it, the primitive is lost.
 void mark_unfound(const TrackedObject& object, ObjectResult* result);
 
+// What is said of an object whose pose is open along directions that no declared symmetry explains.
+void doubt_open_directions(const TrackedObject& object, ObjectResult* result);
+
+// What is said of an object whose size is surely not that of its model.
+void doubt_size(const TrackedObject& object, ObjectResult* result);
+
+// One decision: a pose that is more likely wrong than right is not ok. What a declared symmetry leaves open
+// does not count.
+void doubt_unlikely(const TrackedObject& object, ObjectResult* result);
+
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s);
 
 class Verdict {

@@ -15,9 +15,7 @@ constexpr double kBlindSlope = 0.03;
 
 // Projects out the directions along which the inliers' residuals hardly change.
 Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
-  // In units of metres at the object's rim and of one diameter, directions may be compared.
-  Eigen::Matrix<double, 6, 1> unit;
-  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const Vector6d unit = comparable_units(shape);
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
   const optim::Eigenpairs<6> directions = optim::eigenpairs(geometry);
   Matrix6d seen = Matrix6d::Zero();
@@ -28,6 +26,12 @@ Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape
 }
 
 }  // namespace
+
+Vector6d comparable_units(const frame::Shape& shape) {
+  Vector6d unit;
+  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  return unit;
+}
 
 Matrix6d weak_knowledge(const frame::Shape& shape) {
   Eigen::Matrix<double, 6, 1> sd;
@@ -69,8 +73,7 @@ Matrix6d without_slips(const Matrix6d& information, const frame::Shape& shape) {
     const Eigen::Map<const Vector6d> s(slip.data());
     keep -= s * s.transpose();
   }
-  Vector6d unit;
-  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const Vector6d unit = comparable_units(shape);
   const Matrix6d P = unit.cwiseInverse().asDiagonal() * keep * unit.asDiagonal();
   return P * information * P.transpose();
 }

@@ -13,6 +13,10 @@ namespace sdftrack::tracking {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+// In units of metres at the object's rim and of one diameter, directions of an increment may be compared:
+// what a derivative by it is multiplied by.
+Vector6d comparable_units(const frame::Shape& shape);
+
 // The information of one observation of sd (diameter, pi) per direction.
 Matrix6d weak_knowledge(const frame::Shape& shape);
 

@@ -23,14 +23,10 @@ Eigen::Vector3d to_eigen(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 // Mean of D^T D over the surface, D = [I, -[p]x] the displacement of a point p by (v, w).
 Matrix6d surface_metric(const frame::Shape& shape) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
-  for (const Vec3f& point : shape.points) {
-    const Eigen::Vector3d p = to_eigen(point.cast<double>());
-    mean += p, square += p * p.transpose();
-  }
-  const double n = std::max<double>(1, static_cast<double>(shape.points.size()));
-  mean /= n, square /= n;
+  const Eigen::Vector3d mean = to_eigen(shape.moments.mean);
+  Eigen::Matrix3d square;
+  square << to_eigen(shape.moments.square.r0), to_eigen(shape.moments.square.r1),
+      to_eigen(shape.moments.square.r2);  // symmetric: rows are columns
   Matrix6d M = Matrix6d::Identity();
   Eigen::Matrix3d cross;
   cross << 0, -mean.z(), mean.y(), mean.z(), 0, -mean.x(), -mean.y(), mean.x(), 0;

@@ -68,8 +68,7 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
     pulls.modes += weight * J * bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i])).transpose();
   }
   // The subset's sums, as large as those of all pixels. In units of a diameter, traces may be compared.
-  Vector6d unit;
-  unit << 1, 1, 1, Eigen::Vector3d::Constant(2 / shape.diameter_m);
+  const Vector6d unit = comparable_units(shape);
   const double here = unit.cwiseAbs2().dot(information.diagonal());
   if (!(here > 0)) return {};
   const double scale_up = unit.cwiseAbs2().dot(depth_information.diagonal()) / here;
