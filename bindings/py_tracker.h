@@ -62,6 +62,8 @@ class PyTracker {
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
   void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
+  // In the last frame: nothing but open directions is against its pose.
+  bool is_undetermined(int k) const;
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }

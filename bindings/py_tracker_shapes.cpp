@@ -127,6 +127,12 @@ void PyTracker::mark_unfound(int k, const std::string& kind) {
   tracker_->mark_unfound(k, kind);
 }
 
+bool PyTracker::is_undetermined(int k) const {
+  const auto& results = tracker_->last_result().objects;
+  const auto i = static_cast<std::size_t>(k);
+  return i < results.size() && results[i].trust.reason.code == tracking::ReasonCode::kOpenDirections;
+}
+
 py::array_t<double> PyTracker::best() {
   const Busy busy(&busy_, "tracker");
   const tracking::Poses& best = tracker_->last_good_poses();

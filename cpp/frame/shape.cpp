@@ -45,6 +45,7 @@ Box box_of_inside(const SdfView& sdf) {
 }
 
 constexpr int kSearchPoints = 480;
+constexpr double kSmoothShare = 0.06;  // of the diameter: radius in which normals are averaged
 constexpr double kContactSpacing_m = 0.0025;
 constexpr int kMinContacts = 1000, kMaxContacts = 20000;
 
@@ -182,6 +183,7 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
   shape.diameter_m = 2 * norm(half);
   const auto is_seen = [&](std::size_t voxel) { return known.seen.at(voxel); };
   put_surface(sdf::sample_near(shape.sdf, known.boxes, is_seen, point_count), &shape);
+  shape.smooth_normals = smooth_normals(shape.points, shape.normals, kSmoothShare * shape.diameter_m);
   choose_outline(outline_count, &shape);
   const std::size_t searched = std::min<std::size_t>(kSearchPoints, shape.points.size());
   shape.search_points.assign(shape.points.begin(),

@@ -2,6 +2,7 @@
 // A shape made ready for tracking: its field about the centre of its box, and points on its surface.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,17 +16,18 @@ namespace sdftrack::frame {
 // The tracker's own object frame has its origin at the centre of the object's box, so that translation and
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.
 struct Shape {
-  std::uint64_t id = 0;                      // no two that make_shape has made have the same
-  SdfView sdf;                               // in the centred frame; the values belong to the caller
-  SeenView seen;                             // beside it,
-  energies::ColorView colors;                // likewise
-  Vec3d centre_obj;                          // of the box of {phi <= 0}, in the caller's object frame
-  Vec3d half_box_m;                          // of that box
-  double diameter_m;                         // its diagonal
-  Vec3f middle{};                            // the point deepest inside, centred frame,
-  float depth_m = 0;                         // and how deep
-  std::vector<Vec3f> points, normals;        // on the surface, uniform by area, centred frame
-  Moments moments;                           // of the points
+  std::uint64_t id = 0;                              // no two that make_shape has made have the same
+  SdfView sdf;                                       // in the centred frame; the values belong to the caller
+  SeenView seen;                                     // beside it,
+  energies::ColorView colors;                        // likewise
+  Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame
+  Vec3d half_box_m;                                  // of that box
+  double diameter_m;                                 // its diagonal
+  Vec3f middle{};                                    // the point deepest inside, centred frame,
+  float depth_m = 0;                                 // and how deep
+  std::vector<Vec3f> points, normals;                // on the surface, uniform by area, centred frame
+  std::array<std::vector<Vec3f>, 2> smooth_normals;  // of a shape known in part (slips.h)
+  Moments moments;                                   // of the points
   std::vector<std::array<double, 6>> slips;  // turns that leave it as it is (slips.h, half a diameter)
   std::vector<Vec3f> outline;                // fewer of them, for the free-space term
   std::vector<Vec3f> contact;                // more of them: what may come to lie in other objects

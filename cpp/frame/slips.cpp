@@ -13,6 +13,7 @@ namespace {
 // 40 to 150 voxels have at most 0.029, the least of a box or a scanned object is 0.1 or more.
 constexpr double kSlope = 0.03;
 constexpr int kMost = 3;
+constexpr float kLeast = 1e-3f;  // weight of a point's own normal, for one without neighbours
 
 }  // namespace
 
@@ -27,6 +28,24 @@ Moments moments_of(const std::vector<Vec3f>& points) {
   const double n = std::max<double>(1, static_cast<double>(points.size()));
   const auto over_n = [n](const Vec3d& v) { return Vec3d{v.x / n, v.y / n, v.z / n}; };
   return {over_n(m.mean), {over_n(m.square.r0), over_n(m.square.r1), over_n(m.square.r2)}};
+}
+
+std::array<std::vector<Vec3f>, 2> smooth_normals(const std::vector<Vec3f>& points,
+                                                 const std::vector<Vec3f>& normals, double radius_m) {
+  const auto most = static_cast<float>(radius_m * radius_m);
+  std::array<std::vector<Vec3f>, 2> smooth;
+  for (std::size_t half = 0; half < 2; ++half)
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3f p = points[i], n = normals[i];
+      Vec3f sum = kLeast * n;
+      for (std::size_t j = half; j < points.size(); j += 2) {
+        const Vec3f d = points[j] - p;
+        const float near = dot(d, d) < most && dot(normals[j], n) > 0 ? 1.0f : 0.0f;
+        sum = sum + near * normals[j];
+      }
+      smooth[half].push_back((1 / norm(sum)) * sum);
+    }
+  return smooth;
 }
 
 std::vector<std::array<double, 6>> slips_of(const std::vector<Vec3f>& points,

@@ -17,6 +17,11 @@ struct Moments {
 };
 Moments moments_of(const std::vector<Vec3f>& points);
 
+// Means of the normals around each point, of those that look to the same side: what noise has made of a
+// surface is finer than that. Two of them, of every second point: what they have in common is less noise.
+std::array<std::vector<Vec3f>, 2> smooth_normals(const std::vector<Vec3f>& points,
+                                                 const std::vector<Vec3f>& normals, double radius_m);
+
 // (v, w half_m) of unit length, orthogonal, along which the surface points move along the normals by less
 // than the grain of a voxel volume makes of a perfect body of revolution. At most three.
 std::vector<std::array<double, 6>> slips_of(const std::vector<Vec3f>& points,

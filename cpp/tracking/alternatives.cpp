@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
+
+#include "optim/dense.h"
 
 namespace sdftrack::tracking {
 
@@ -13,6 +16,8 @@ constexpr double kSharedPx = 100;  // pixels that share one error, until that is
 // Log odds: less than the first say nothing, for errors of a sensor last for many frames; a frame says no
 // more than the second; the third decide.
 constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
+constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
+constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
 
 double log_odds(double chance) {
@@ -31,6 +36,37 @@ int pixel_count(const Fitted& f) { return f.steps.empty() ? 0 : f.steps.back().p
 double weighed(double odds) {
   const double said = std::max(0.0, std::abs(odds) - kSilent);
   return std::copysign(std::min(said, kPerFrame), odds);
+}
+
+double shared_px(const TrackedObject& object) {
+  const double measured_px = object.memory.correlation_area_px;
+  return measured_px > 0 ? measured_px : kSharedPx;
+}
+
+// Poses at the object's place, with other turns: half turns about the principal axes, for most things look
+// alike from two sides, and what a search finds.
+std::vector<Rigidd> turned(FrameContext* context, ObjectFollower* follower, const TrackedObject& object) {
+  const frame::Moments& m = object.shape->moments;
+  Eigen::Matrix3d spread;
+  spread << m.square.r0.x, m.square.r0.y, m.square.r0.z, m.square.r1.x, m.square.r1.y, m.square.r1.z,
+      m.square.r2.x, m.square.r2.y, m.square.r2.z;
+  const Eigen::Vector3d mean(m.mean.x, m.mean.y, m.mean.z);
+  const optim::Eigenpairs<3> axes = optim::eigenpairs(Eigen::Matrix3d(spread - mean * mean.transpose()));
+  std::vector<Rigidd> all;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d a = std::numbers::pi * axes.vectors.col(i);
+    const Mat3d R = rotation_exp(Vec3d{a.x(), a.y(), a.z()});
+    all.push_back(object.T_cam_obj * Rigidd{R, m.mean - R * m.mean});
+  }
+  SearchQuery query;
+  query.near = object.T_cam_obj;
+  query.reach_m = kTurnReach * object.shape->diameter_m;
+  query.alike = kWorthAFit;
+  if (const std::optional<Found> found = follower->search(context, context->frame(), object, query, 0)) {
+    all.push_back(found->fitted.T_cam_obj);
+    for (const Rigidd& motion : found->alternatives) all.push_back(found->fitted.T_cam_obj * motion);
+  }
+  return all;
 }
 
 // The alternative's pose becomes the object's, and the object's an alternative.
@@ -54,6 +90,25 @@ double log_odds_between(const Fitted& fitted, const Fitted& other, const Tracker
   return evidence + (mean_cost(other) - mean_cost(fitted)) * pixels / shared_px;
 }
 
+void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object) {
+  object->alternatives.clear(), object->compared = 0;
+  const Rigidd T = object->T_cam_obj;
+  std::optional<Fitted> own = follower->fit_finely(*context, *object, T);
+  if (!own) return;
+  for (const Rigidd& there : turned(context, follower, *object)) {
+    std::optional<Fitted> other = follower->fit_finely(*context, *object, there);
+    if (!other) continue;
+    const auto same = [&](const Alternative& a) { return !distinct(T * a.motion, other->T_cam_obj); };
+    if (looks_distinct(other->T_cam_obj, own->T_cam_obj, &object->symmetries) &&
+        norm(other->T_cam_obj.t - T.t) < kTurnReach * object->shape->diameter_m &&
+        std::none_of(object->alternatives.begin(), object->alternatives.end(), same) &&
+        log_odds_between(*own, *other, follower->options(), shared_px(*object)) < kDecided)
+      object->alternatives.push_back({inverse(T) * other->T_cam_obj, 0});
+    follower->give_back(std::move(other->steps));
+  }
+  follower->give_back(std::move(own->steps));
+}
+
 void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,
                           ObjectResult* result) {
   std::vector<Alternative>& all = object->alternatives;
@@ -64,12 +119,10 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
   std::optional<Fitted> own = follower->fit_finely(*context, *object, T);
   if (!own) return;
   const TrackerOptions& options = follower->options();
-  const double measured_px = object->memory.correlation_area_px;
-  const double shared_px = measured_px > 0 ? measured_px : kSharedPx;
   // It slid to the object's own pose, or into another object, which is what it was taken for.
   const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj) ||
                     stands_in(context->neighbors_of(*object), *object->shape, other->T_cam_obj);
-  if (!gone) all[i].log_odds += weighed(log_odds_between(*own, *other, options, shared_px));
+  if (!gone) all[i].log_odds += weighed(log_odds_between(*own, *other, options, shared_px(*object)));
   if (gone || all[i].log_odds > kDecided) {
     all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
   } else if (all[i].log_odds < -kDecided) {

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Other poses that explained a start as well as the one that was taken. The object stays doubted until later
+// Other poses that explain a start, or a frame after a loss, as well as the one that was taken. The object stays doubted until later
 // frames have refuted them all.
 #pragma once
 
 #include "tracking/object_follower.h"
 
 namespace sdftrack::tracking {
+
+// Frames in a row without a pose, after which the object may have been turned as well.
+constexpr int kCouldTurn = 5;
+
+// Of an object that is seen again, after it could have been turned: what else explains it at its place.
+void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object);
 
 // Compares one of the object's alternatives with its pose in this frame, in turns: it is dropped where enough
 // frames speak against it, and takes the object's place where they speak for it.

@@ -18,9 +18,15 @@ struct Served {
   ObjectResult& result;
 };
 
-// How far the object has come, its turn taken at half its diameter.
-double travel_m(const TrackedObject& object, const Rigidd& from, const Rigidd& to) {
-  return norm(to.t - from.t) + 0.5 * object.shape->diameter_m * norm(rotation_log(to.R * transpose(from.R)));
+// How far an object has come. Its turn does not count: what looks alike from two sides is found from either.
+double travel_m(const Rigidd& from, const Rigidd& to) { return norm(to.t - from.t); }
+
+// Whether either of two ways may be the right one.
+bool alike(double a_m, double b_m) { return std::min(a_m, b_m) >= kAlike * std::max(a_m, b_m); }
+
+void doubt(TrackedObject* object, int other) {
+  object->doubtful_frames = kDoubtfulFrames;
+  object->double_of = other;
 }
 
 // The same volume, or one made of the same mesh.
@@ -34,27 +40,28 @@ bool look_alike(const TrackedObject& a, const TrackedObject& b) {
 void exchange_finds(const Served& one, const Served& two) {
   TrackedObject &a = one.object, &b = two.object;
   const Rigidd last_a = *a.before_found, last_b = *b.before_found;
-  const double kept = travel_m(a, last_a, a.T_cam_obj) + travel_m(b, last_b, b.T_cam_obj);
-  const double exchanged = travel_m(a, last_a, b.T_cam_obj) + travel_m(b, last_b, a.T_cam_obj);
+  const double kept = travel_m(last_a, a.T_cam_obj) + travel_m(last_b, b.T_cam_obj);
+  const double exchanged = travel_m(last_a, b.T_cam_obj) + travel_m(last_b, a.T_cam_obj);
   if (exchanged < kept) {
     std::swap(one.result, two.result);
     std::swap(a.T_cam_obj, b.T_cam_obj);
     std::swap(a.memory, b.memory);
   }
-  if (std::min(kept, exchanged) < kAlike * std::max(kept, exchanged)) return;
-  a.doubtful_frames = b.doubtful_frames = kDoubtfulFrames;
-  a.double_of = two.number, b.double_of = one.number;
+  if (alike(kept, exchanged)) doubt(&a, two.number), doubt(&b, one.number);
 }
 
 // `to` is lost still, and was nearer: the find is its own, and `from` is looked for on.
 void hand_over_find(const Served& from, const Served& to) {
   TrackedObject &a = from.object, &b = to.object;
-  if (travel_m(b, b.T_cam_obj, a.T_cam_obj) >= kAlike * travel_m(a, *a.before_found, a.T_cam_obj)) return;
+  const double own_m = travel_m(*a.before_found, a.T_cam_obj), other_m = travel_m(b.T_cam_obj, a.T_cam_obj);
+  if (alike(own_m, other_m)) doubt(&a, to.number);
+  if (other_m >= own_m) return;
   ObjectResult gone = std::move(to.result);
   to.result = std::move(from.result);
   b.before_found = b.T_cam_obj;
   b.T_cam_obj = a.T_cam_obj, b.memory = a.memory, b.weak = a.weak;
   b.prior_log_odds = a.prior_log_odds, b.lost_frames = 0;
+  if (a.doubtful_frames > 0) doubt(&b, from.number), a.doubtful_frames = 0;
   a.T_cam_obj = *a.before_found;
   a.before_found.reset();
   a.lost_frames = 1;

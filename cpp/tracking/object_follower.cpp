@@ -101,8 +101,8 @@ FitTarget ObjectFollower::target_of(const FrameContext& context, const TrackedOb
   OutlineColors outline_colors;
   if (context.frame().color && object.colors.known())
     outline_colors = {&object.colors, options_.outline_local ? &object.outline_colors : nullptr};
-  const Matrix6d weak =
-      optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad) + object.open.hold();
+  Matrix6d weak = optim::PosePrior::isotropic(options_.motion_sigma_m, options_.motion_sigma_rad);
+  if (object.holds_open_directions()) weak += object.open.hold();
   return {*object.shape,
           expected,
           object.prior ? *object.prior : weak,
@@ -192,9 +192,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   observe(object->motion.predict(object->T_cam_obj, time_s), &object->errors.moving_m);
   observe(object->T_cam_obj, &object->errors.still_m);
   object->T_cam_obj = fitted.T_cam_obj;
-  // A shape that grows changes what its frames determine: what is open there is judged elsewhere.
-  if (!object->shape->seen.amount)
-    object->open = OpenDirections(fitted.covariance, fitted.T_cam_obj, *object->shape);
+  object->open = OpenDirections(fitted.covariance, fitted.T_cam_obj, *object->shape);
   if (fitted.size_by_depth) object->size.depth.observe(*fitted.size_by_depth, fitted.T_cam_obj.R);
   if (fitted.size_by_outline) object->size.outline.observe(*fitted.size_by_outline, fitted.T_cam_obj.R);
   object->memory = fitted.memory;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "tracking/alternatives.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -88,6 +90,7 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
   object->before_found = last, object->trial_frames = 0;
   object->prior_log_odds = std::log(options_.search_odds);
   object->lost_frames = 0;
+  if (n >= kCouldTurn) look_for_turns(context, follower_, object);
   return result;
 }
 

@@ -15,7 +15,7 @@ constexpr double kLeastCost = 0.01;  // which is about 0.2 by noise alone, and 0
 
 void TrackedObject::observe_motion(double time_s) {
   motion.observe(T_cam_obj, time_s);
-  if (open.empty()) return;
+  if (!holds_open_directions()) return;
   Vec3d v = motion.velocity(), w = motion.turn_rate();
   open.remove_from(T_cam_obj, &v, &w);
   motion.set_velocity(v, w);

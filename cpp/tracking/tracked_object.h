@@ -71,6 +71,10 @@ struct TrackedObject {
   // alone: no velocity.
   void observe_motion(double time_s);
 
+  // Of a shape that is known, where the frame does not show how it moves. One that grows may show it by what
+  // is too small to tell from noise.
+  bool holds_open_directions() const { return !open.empty() && !shape->seen.amount; }
+
   // Whether T_cam_obj is where it was in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }
 

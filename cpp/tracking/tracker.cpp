@@ -184,10 +184,13 @@ ObjectResult Tracker::track_one(Object* object) {
     object->wanted.reset();
     return begin_at(object, hint);
   }
+  const int away = object->lost_frames;
   ObjectResult result = follow(object);
   if (object->before_found) result = recovery_.confirm(std::move(result), object);
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
+    if (away >= kCouldTurn && is_followed(result.trust.status))
+      look_for_turns(&context_, &follower_, object);
     compare_alternatives(&context_, &follower_, object, &result);
     return doubt_mask(*object, std::move(result));
   }

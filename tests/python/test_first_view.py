@@ -103,7 +103,10 @@ def test_a_piece_of_the_table_is_no_object(scene, where):
 def test_an_object_on_a_table_comes_out_alone(duck, taken_up_at, mode):
     seq = on_table(duck, taken_up_at=taken_up_at)
     star, results = rebuilt(seq, mode=mode)
-    assert all(r.ok for r in results)
+    # A view of the round back alone may not determine a turn, and says so.
+    others = [r for r in results if not r.ok]
+    assert all(r.reason[0].startswith("undetermined") for r in others)
+    assert len(others) < 0.1 * len(results)
     off = off_truth(star, results, seq)
     assert len(off) > 2000
     assert np.median(off) < 0.0006

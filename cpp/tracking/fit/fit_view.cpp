@@ -7,6 +7,7 @@
 
 #include "base/to_int.h"
 #include "optim/camera_increment.h"
+#include "tracking/fit/seen_form.h"
 #include "tracking/options/sensor_noise.h"
 
 namespace sdftrack::tracking {
@@ -22,7 +23,8 @@ constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kSharedFollows = 0.1;
-constexpr double kMinNoise_m = 1e-4;  // s never falls below: the volume itself is no better than this
+constexpr double kFormTolerance_m = 0.008;  // from the surface, of a reading that is on it
+constexpr double kMinNoise_m = 1e-4;        // s never falls below: the volume itself is no better than this
 
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
 bool clear_view(const Visibility& seen) {
@@ -178,7 +180,7 @@ void FitView::measure_noise(const energies::EnergySummary& summary, FitMemory* m
 
 void FitView::measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
                            energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted) {
-  const Matrix6d depth_information = summary.A;
+  const Matrix6d depth_information = summary.A, depth_geometry = summary.geometry;
   add_brightness(x, options.scale_m, &summary);
   if (options.color) fitted->cost = summary.cost, fitted->foreground = summary.foreground;
   double area_px = correlation_area(options, x, energy, &fitted->memory);
@@ -186,13 +188,27 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
   const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
-  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+  fitted->covariance = camera_covariance(
+      target_->shape.seen.amount
+          ? increment_covariance(by_form(x, summary, depth_geometry), target_->shape, area_px)
+          : increment,
+      inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
   measured_ = {true,
                summary,
                depth_information,
                x.T_obj_cam[0],
                {options.scale_m, options.outlier_floor},
                options.color ? options.color_prior : 0.0f};
+}
+
+// Of a shape known in part: along what only its noise could show, depth says nothing.
+energies::EnergySummary FitView::by_form(const optim::State& x, energies::EnergySummary summary,
+                                         const Matrix6d& depth_geometry) const {
+  const double share = std::pow(kBlindSlope / kFormSlope, 2);
+  summary.geometry +=
+      share * seen_form(*frame_, *camera_, target_->shape, inverse(x.T_obj_cam[0]), kFormTolerance_m) -
+      depth_geometry;
+  return summary;
 }
 
 // What an error of the sensor that no residual shows in full makes of the pose.
@@ -252,8 +268,8 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   fitted->roughness = local > 0 ? measured / std::hypot(own, shared_m / stated_m) : 1;
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
-  fitted->seen = compare_visible_surface(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
-                                         DepthError{noise_m, shared_m}, kTrustPoints, others);
+  fitted->seen = compare_visible(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
+                                 DepthError{noise_m, shared_m}, others);
   fitted->outline = compare_outline(*frame_, *camera_, target_->shape, fitted->T_cam_obj,
                                     DepthError{noise_m, shared_m}, others);
   const double seen_m = local > 0 && fitted->memory.noise_known

@@ -170,6 +170,8 @@ class FitView {
     return options_.photometric && frame_->color && target_->shape.colors.rgb_seen;
   }
   void add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary);
+  energies::EnergySummary by_form(const optim::State& x, energies::EnergySummary summary,
+                                  const Matrix6d& depth_geometry) const;
   void measure_outline(const optim::State& x, FitMemory* memory);
   // What the two say about each other, with the weight that the outline had in the fit; 0: none.
   void compare_with_outline(const optim::State& x, double area_px, const energies::EnergySummary& depth,

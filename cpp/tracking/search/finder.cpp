@@ -57,18 +57,10 @@ std::size_t best_of(const std::vector<Candidate>& all, double tie) {
   return k;
 }
 
-// Whether two poses are two answers, for an object that looks alike after some motions.
-bool looks_distinct(const Rigidd& a, const Rigidd& b, const std::vector<Rigidd>* symmetries) {
-  if (!distinct(a, b)) return false;
-  return !symmetries || std::none_of(symmetries->begin(), symmetries->end(),
-                                     [&](const Rigidd& S) { return !distinct(a, b * S); });
-}
-
 // Score of the best other pose over that of the chosen one; 0: all ended where it did. alternatives: motions
 // to those that nearly reach it.
 double runner_up(const std::vector<Hypothesis>& hypotheses, const std::vector<Candidate>& all,
-                 std::size_t chosen, const std::vector<Rigidd>* symmetries,
-                 std::vector<Rigidd>* alternatives) {
+                 std::size_t chosen, const SearchQuery& query, std::vector<Rigidd>* alternatives) {
   const Rigidd& T = all[chosen].fitted.T_cam_obj;
   const double own = hypotheses[all[chosen].hypothesis].score;
   double most = 0;
@@ -76,9 +68,9 @@ double runner_up(const std::vector<Hypothesis>& hypotheses, const std::vector<Ca
     const auto fit =
         std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return c.hypothesis == h; });
     const Rigidd& other = fit != all.end() ? fit->fitted.T_cam_obj : hypotheses[h].T_cam_obj;
-    if (!looks_distinct(other, T, symmetries)) continue;
+    if (!looks_distinct(other, T, query.symmetries)) continue;
     most = std::max(most, hypotheses[h].score);
-    if (hypotheses[h].score >= kAmbiguous * own) alternatives->push_back(inverse(T) * other);
+    if (hypotheses[h].score >= query.alike * own) alternatives->push_back(inverse(T) * other);
   }
   return own > 0 ? std::min(1.0, most / own) : 1.0;
 }
@@ -92,6 +84,12 @@ void doubt(double runner_up, Trust* trust) {
 }
 
 }  // namespace
+
+bool looks_distinct(const Rigidd& a, const Rigidd& b, const std::vector<Rigidd>* symmetries) {
+  if (!distinct(a, b)) return false;
+  return !symmetries || std::none_of(symmetries->begin(), symmetries->end(),
+                                     [&](const Rigidd& S) { return !distinct(a, b * S); });
+}
 
 ObjectFinder::ObjectFinder(const TrackerOptions& options, int threads, energies::CudaWork* device)
     : options_(options),
@@ -133,7 +131,7 @@ std::optional<Found> ObjectFinder::find(const frame::DepthFrame& frame, const Ca
   const std::size_t chosen = best_of(all, query.near ? kTie : 1);
   const Fitted& fitted = all[chosen].fitted;
   Found found{fitted, judge(fitted, options_, prior_log_odds), 0, {}};
-  found.runner_up = runner_up(hypotheses, all, chosen, query.symmetries, &found.alternatives);
+  found.runner_up = runner_up(hypotheses, all, chosen, query, &found.alternatives);
   if (!query.near) doubt(found.runner_up, &found.trust);
   return found;
 }

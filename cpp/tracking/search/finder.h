@@ -18,6 +18,9 @@ struct Found {
   std::vector<Rigidd> alternatives;  // motions to the poses that score nearly as much, in the centred frame
 };
 
+// Whether two poses are two answers, for an object that looks alike after some motions.
+bool looks_distinct(const Rigidd& a, const Rigidd& b, const std::vector<Rigidd>* symmetries);
+
 class ObjectFinder {
  public:
   // device nullptr: the search's fits are made on the CPU.

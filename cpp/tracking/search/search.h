@@ -33,6 +33,7 @@ struct SearchQuery {
   int first_seed = 0, seeds = 0;
   const unsigned char* taken = nullptr;             // H * W, not 0: another object explains this pixel
   const Neighbors* others = nullptr;                // objects that are followed, wherever they are
+  double alike = 0.8;                               // of a score: another pose that reaches it counts too
   const std::vector<Rigidd>* symmetries = nullptr;  // poses that differ by one of these are one answer
 };
 

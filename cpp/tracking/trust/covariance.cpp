@@ -11,8 +11,6 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kBlindSlope = 0.03;
-
 // Projects out the directions along which the inliers' residuals hardly change.
 Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
   const Vector6d unit = comparable_units(shape);

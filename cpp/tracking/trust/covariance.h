@@ -20,6 +20,8 @@ Vector6d comparable_units(const frame::Shape& shape);
 // The information of one observation of sd (diameter, pi) per direction.
 Matrix6d weak_knowledge(const frame::Shape& shape);
 
+constexpr double kBlindSlope = 0.03;  // root mean square
+
 // Covariance of the increment (v, w) of T_obj_cam (m, rad): the sandwich A^-1 B A^-1, with one weak
 // observation of sd (diameter, pi) per direction, so that a direction without data (symmetry, a flat view)
 // gets that variance, never 0. A direction along which the inliers' residuals hardly change (rms slope below

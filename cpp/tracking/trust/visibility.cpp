@@ -109,7 +109,13 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
       if (sights.facing[k] > 0)
         count.add(Vec3f{sights.x_m[k], sights.y_m[k], sights.z_m[k]}.cast<double>(), sights.facing[k]);
   }
-  Visibility seen = count.result();
+  return count.result();
+}
+
+Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
+                           const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others) {
+  const Visibility seen =
+      compare_visible_surface(frame, camera, shape, T_cam_obj, error, kTrustPoints, others);
   if (seen.expected >= kMinExpected || shape.seen.amount || !(T_cam_obj.t.z > 0)) return seen;
   const Visibility by_pixels =
       compare_visible_pixels(camera, shape, T_cam_obj, Count(frame, camera, error, others));

@@ -88,6 +88,10 @@ class TrackerInterface:
         """Mark object k as a placeholder for a primitive of this kind not found yet; "": it was found."""
         self._tracker._core.mark_unfound(k, kind)
 
+    def is_undetermined(self, k: int) -> bool:
+        """Whether object k is weak in the last frame only because directions of its pose are not determined."""
+        return bool(self._tracker._core.is_undetermined(k))
+
     # -- starts
 
     def hypothesis_at_click(
