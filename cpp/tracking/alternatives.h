@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Other poses that explain a start, or a frame after a loss, as well as the one that was taken. The object stays doubted until later
-// frames have refuted them all.
+// Other poses that explain a start, or a frame after a loss, as well as the one that was taken. The object
+// stays doubted until later frames have refuted them all.
 #pragma once
 
 #include "tracking/object_follower.h"

@@ -193,6 +193,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   observe(object->T_cam_obj, &object->errors.still_m);
   object->T_cam_obj = fitted.T_cam_obj;
   object->open = OpenDirections(fitted.covariance, fitted.T_cam_obj, *object->shape);
+  object->determined_frames = object->open.empty() ? object->determined_frames + 1 : 0;
   if (fitted.size_by_depth) object->size.depth.observe(*fitted.size_by_depth, fitted.T_cam_obj.R);
   if (fitted.size_by_outline) object->size.outline.observe(*fitted.size_by_outline, fitted.T_cam_obj.R);
   object->memory = fitted.memory;

@@ -20,6 +20,7 @@ constexpr double kTurn_rad = 0.5, kTurnPerFrame_rad = 0.15;
 
 // What a search finds is believed only when it is sure of it.
 constexpr double kSure = 0.5;
+constexpr double kBarely = 0.1;  // confidence of a start anywhere that is no find at all
 // It is on trial for at most so many frames: as long as nothing but the search's own odds is against it.
 constexpr int kTrialFrames = 5;
 
@@ -55,7 +56,11 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
   if ((query.mask || query.box) && found->trust.status == Status::kLost &&
       evidence_share(but_for_residuals(evidence_of(found->fitted, options_)), 0) >= options_.lost_evidence)
     *off_by_residuals = found->fitted.T_cam_obj;
-  ObjectResult result = follower_->accept(found->fitted, found->trust, *context, object);
+  Trust trust = found->trust;
+  // Of a whole image something is always the best.
+  if (!query.mask && !query.box && trust.status == Status::kWeak && trust.confidence < kBarely)
+    trust.status = Status::kLost;
+  ObjectResult result = follower_->accept(found->fitted, std::move(trust), *context, object);
   result.runner_up = found->runner_up;
   object->alternatives.clear();
   for (const Rigidd& motion : found->alternatives) object->alternatives.push_back({motion, 0});

@@ -28,6 +28,8 @@ struct Alternative {
   }
 };
 
+constexpr int kDeterminedFrames = 5;  // that prove a direction of a growing shape to be determined again
+
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
   Rigidd T_cam_obj;                           // centred frame; the last that was not lost
@@ -40,6 +42,9 @@ struct TrackedObject {
   double usual_cost = 0;           // mean per pixel, lately
   ColorDelay color_delay;          // of what it shows, since the start of the sequence
   OpenDirections open;             // of its pose, in the last frame that showed it
+  // In a row, with nothing open: a shape that grows shows now and then by chance what it did not a moment
+  // ago.
+  int determined_frames = kDeterminedFrames;
   SizeTest size;                   // since the start
   bool unread = false;             // by the depth sensor, in the last frame: followed by its outline
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
@@ -87,7 +92,8 @@ struct TrackedObject {
   void forget(const TrackerOptions& options) {
     memory = {};
     memory.systematic_m = options.systematic_m;
-    motion.reset(), errors = {}, open = {}, size = {}, unread = false, sure_frames = 0;
+    motion.reset(), errors = {}, open = {}, determined_frames = kDeterminedFrames, size = {}, unread = false,
+                    sure_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
@@ -98,11 +104,11 @@ struct TrackedObject {
   // All but the shape, which is the caller's.
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, scale,
-           without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds, lost_count,
-           hidden_count, information, hint, search, doubtful_count, twin, others, comparisons, turns, before,
-           trial_count, kind, solid] = self;
-    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, scale,
+    auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
+           determined, scale, without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds,
+           lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, comparisons,
+           turns, before, trial_count, kind, solid] = self;
+    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined, scale,
             without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds, lost_count,
             hidden_count, information, hint, search, doubtful_count, twin, others, comparisons, turns, before,
             trial_count, kind, solid);

@@ -189,8 +189,7 @@ ObjectResult Tracker::track_one(Object* object) {
   if (object->before_found) result = recovery_.confirm(std::move(result), object);
   if (result.trust.status != Status::kLost) {
     object->lost_frames = 0;
-    if (away >= kCouldTurn && is_followed(result.trust.status))
-      look_for_turns(&context_, &follower_, object);
+    if (away >= kCouldTurn && is_followed(result.trust.status)) look_for_turns(&context_, &follower_, object);
     compare_alternatives(&context_, &follower_, object, &result);
     return doubt_mask(*object, std::move(result));
   }

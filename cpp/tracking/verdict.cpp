@@ -70,9 +70,12 @@ void doubt_unlikely(const TrackedObject& object, ObjectResult* result) {
 }
 
 void doubt_open_directions(const TrackedObject& object, ObjectResult* result) {
-  if (object.open.empty() || result->trust.status != Status::kOk) return;
+  const bool just_now = object.shape->seen.amount && object.determined_frames < kDeterminedFrames;
+  if ((object.open.empty() && !just_now) || result->trust.status != Status::kOk) return;
   std::string which =
-      object.open.unexplained(object.symmetries, object.primitive && !object.shape->slips.empty());
+      object.open.empty()
+          ? "what was not observed a moment ago is observed, but for too short a time"
+          : object.open.unexplained(object.symmetries, object.primitive && !object.shape->slips.empty());
   if (which.empty()) return;
   result->trust.status = Status::kWeak;
   result->trust.reason = {ReasonCode::kOpenDirections, 0, -1, std::move(which)};

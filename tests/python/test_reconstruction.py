@@ -275,7 +275,7 @@ def turned_there_and_back(threads, **options):
     star, _ = scene.begun(1, voxels=96, threads=threads, **options)
     order = [*range(36), *range(34, -1, -1)]
     results = [star.track(seq[i].replace(timestamp=n / 30)) for n, i in enumerate(order[1:], 1)]
-    assert all(r.ok for r in results[8:])  # a young shape has more noise than form
+    assert all(r.ok or r.reason[0].startswith("undetermined") for r in results)
     return star, results
 
 

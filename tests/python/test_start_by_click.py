@@ -127,11 +127,21 @@ def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirm
     from sdftrack.tracking.start_anywhere import best_anywhere
 
     tracker = st.Tracker(box, CAMERA, threads=1)
-    hypothesis = best_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
+    hypothesis, _ = best_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
     assert hypothesis is not None
     absent = st.SDF.sphere(0.11, voxels=60)
     other = st.Tracker(absent, CAMERA, threads=1)
-    assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where)) is None
+    assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where))[0] is None
+
+
+def test_what_holes_have_parted_is_one_region_too(scene):
+    frame, _, _, mask = scene
+    rows, columns = np.nonzero(mask)
+    depth = frame.depth.copy()
+    middle = int(np.median(rows))
+    depth[middle - 2 : middle + 3, columns.min() : columns.max() + 1] = 0
+    parted = standing_regions(st.Frame(depth), CAMERA, SIZE)
+    assert max(st.metrics.iou(r, mask) for r in parted.regions) > 0.6
 
 
 @pytest.mark.slow

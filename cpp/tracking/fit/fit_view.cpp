@@ -204,7 +204,7 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
 // Of a shape known in part: along what only its noise could show, depth says nothing.
 energies::EnergySummary FitView::by_form(const optim::State& x, energies::EnergySummary summary,
                                          const Matrix6d& depth_geometry) const {
-  const double share = std::pow(kBlindSlope / kFormSlope, 2);
+  const double share = std::pow(kBlindSlope / least_form_slope(target_->shape), 2);
   summary.geometry +=
       share * seen_form(*frame_, *camera_, target_->shape, inverse(x.T_obj_cam[0]), kFormTolerance_m) -
       depth_geometry;

@@ -8,7 +8,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kHalfPerSpread = 1.5;  // of the root mean square distance from the middle
+constexpr double kSlope = 0.045, kSlopePerVoxel = 1.5;  // over half the diameter
+constexpr double kHalfPerSpread = 1.5;                // of the root mean square distance from the middle
 
 // turn: by which turns are multiplied.
 Vector6d row_of(const Vec3f& normal, const Vec3d& p_obj, double turn) {
@@ -25,6 +26,11 @@ double seen_half(const frame::Moments& m) {
 }
 
 }  // namespace
+
+double least_form_slope(const frame::Shape& shape) {
+  return std::hypot(kSlope,
+                    kSlopePerVoxel * static_cast<double>(shape.sdf.voxel_m) / seen_half(shape.moments));
+}
 
 Matrix6d seen_form(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                    const Rigidd& T_cam_obj, double tolerance_m) {

@@ -14,8 +14,9 @@ namespace sdftrack::tracking {
 Matrix6d seen_form(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                    const Rigidd& T_cam_obj, double tolerance_m);
 
-// Root mean square slope of a form that is surely no noise, a turn taken at half the diameter: fused bodies
-// of revolution have 0.03 to 0.065, prisms of six sides 0.07 to 0.10, boxes and mugs more.
-constexpr double kFormSlope = 0.055;
+// Root mean square slope of a form that is surely neither noise nor the grain of the voxels, a turn taken at
+// half the diameter. Fused bodies of revolution have at most this, prisms of six sides 0.07 to 0.10, boxes
+// and mugs more.
+double least_form_slope(const frame::Shape& shape);
 
 }  // namespace sdftrack::tracking

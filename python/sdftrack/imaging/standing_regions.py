@@ -19,6 +19,8 @@ MIN_REACH, MAX_REACH = 0.3, 1.4  # of the object's size: what a thing reaches ov
 LIKELY = 0.8  # of it, what is mostly seen
 MIN_PX = 40  # of the thinned out image
 ENDS = (0.03, 0.97)
+GAPS = (0.03, 0.06, 0.12)  # of the object's size: across holes between pieces of one thing
+JOIN_POINTS = 200  # of a piece, that are looked at for that
 APART = 0.7  # of the object's size, between pixels of larger things
 
 
@@ -30,7 +32,7 @@ class Standing(NamedTuple):
 
 
 def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
-    """Regions without planes, separated by depth discontinuities; the likeliest sizes and nearest pixels first.
+    """Regions without planes, separated by depth discontinuities, and pieces of them that lie together; the likeliest sizes and nearest pixels first.
 
     Parameters
     ----------
@@ -59,18 +61,50 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
     count, labels, stats, _ = cv2.connectedComponentsWithStats(free.astype(np.uint8), connectivity=4)
     found: list[tuple[float, Mask]] = []
     large = np.zeros(depth.shape, bool)
+    pieces: list[Mask] = []
+
+    def consider(region: Mask) -> float:
+        reach = _reach(points[region])
+        if MIN_REACH * size_m < reach < MAX_REACH * size_m:
+            found.append((abs(float(np.log(reach / (LIKELY * size_m)))), region))
+        return reach
+
     for k in range(1, count):
         if stats[k, cv2.CC_STAT_AREA] < MIN_PX:
             continue
         region = labels == k
-        reach = _reach(points[region])
-        if MIN_REACH * size_m < reach < MAX_REACH * size_m:
-            found.append((abs(float(np.log(reach / (LIKELY * size_m)))), region))
-        elif reach > MIN_REACH * size_m:
+        reach = consider(region)
+        if reach >= MAX_REACH * size_m:
             large |= region
+        else:
+            pieces.append(region)
+    seen: set[bytes] = set()
+    for gap in GAPS:
+        for group in _joined(pieces, points, gap * size_m):
+            if group.tobytes() not in seen:
+                seen.add(group.tobytes())
+                consider(group)
     found.sort(key=lambda f: f[0])
     pixels = [(every * u, every * v) for u, v in _spread(large, points, APART * size_m, most)]
     return Standing([_enlarged(region, every, frame.depth) for _, region in found[:most]], pixels)
+
+
+def _joined(pieces: list[Mask], points: NDArray[np.float64], gap_m: float) -> list[Mask]:
+    """Unions of two or more pieces whose points come nearer to one another than `gap_m`: holes have parted them."""
+    from scipy import sparse
+    from scipy.spatial import cKDTree
+
+    trees = [cKDTree(points[piece][:: max(1, int(piece.sum()) // JOIN_POINTS)]) for piece in pieces]
+    near = np.zeros((len(pieces), len(pieces)), bool)
+    for i, one in enumerate(trees):
+        for j in range(i):
+            near[i, j] = one.count_neighbors(trees[j], gap_m) > 0
+    _, group = sparse.csgraph.connected_components(sparse.csr_matrix(near), directed=False)
+    return [
+        np.any([pieces[i] for i in np.flatnonzero(group == k)], axis=0)
+        for k in np.unique(group)
+        if np.count_nonzero(group == k) > 1
+    ]
 
 
 def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int) -> list[tuple[int, int]]:

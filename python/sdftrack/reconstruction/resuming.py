@@ -23,6 +23,7 @@ from sdftrack.reconstruction.quality import seen_part
 from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
+from sdftrack.tracking.interface import TrackerInterface
 
 NEAR_M = (
     0.006  # a measurement farther in front of the surface, in space observed to be free, is of another object
@@ -94,7 +95,7 @@ def begin_again(
     """
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
-        result = tracker.start(frame, poses=place)
+        result = _settled(tracker, tracker.start(frame, poses=place))
         if result.status[0] is not Status.OK:
             return result, None
         shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, shape, options)
@@ -125,6 +126,13 @@ def begin_with(
     if shown is None or result.status[0] is not Status.OK:
         return result, None
     return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+
+
+def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
+    """Directions that the frame alone leaves open are no objection: other poses are compared here."""
+    if not TrackerInterface(tracker).is_undetermined(0):
+        return result
+    return replace(result, status=[Status.OK], reason=[""])
 
 
 def _shown_at(
@@ -177,7 +185,7 @@ class Looked:
 
 def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_object: Mask) -> TrackResult:
     """Search for the tracker's shape in the object's pixels; weak if another pose is possible too."""
-    result = tracker.start(frame, masks=on_object)
+    result = _settled(tracker, tracker.start(frame, masks=on_object))
     if result.status[0] is not Status.OK:
         return result
     found = np.array(result.poses[0])
@@ -193,7 +201,7 @@ def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_o
     if other is not None:
         turned = np.degrees(metrics.pose_error(other, found)[1])
         return doubted(result, AMBIGUOUS.format(turned))
-    return tracker.start(frame, poses=found)  # back from what was tried
+    return _settled(tracker, tracker.start(frame, poses=found))  # back from what was tried
 
 
 # -- Alternative poses that are consistent with a frame, for a shape that is only partly observed

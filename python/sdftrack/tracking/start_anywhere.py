@@ -26,20 +26,31 @@ if TYPE_CHECKING:
 FOUND_STANDING = "found among the objects on a plane; the next frame must confirm it"
 MIN_CONFIDENCE = 0.45  # belief from which a region is taken for the object, without anybody's word
 AMBIGUOUS = 0.8  # of the best score, from which the second one halves the confidence
+APART_PX = 30  # between two places that are shown
 SURE = 0.6  # belief from which nothing else is tried
 CLICKED = 3  # of the likeliest regions, that are looked at with their colours where no region is
 
 
-def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) -> StartHypothesis | None:
-    """The region with the best match of the object, or None; `start` as for a click."""
+def best_anywhere(
+    sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]
+) -> tuple[StartHypothesis | None, list[tuple[int, int]]]:
+    """The region with the best match of the object, or None; pixels (x, y) in the two best. `start` as for a click."""
     if frame.depth is None or not (frame.depth > 0).any():
-        return None
+        return None, []
     standing = standing_regions(frame, camera, size_of(sdf))
     best, most = None, 0.0
-    for region in standing.regions:
+    places: list[tuple[float, tuple[int, int]]] = []
+
+    def consider(region: Any) -> None:
+        nonlocal best, most
         belief, hypothesis = _tried(sdf, camera, frame, region, start)
+        if belief > 0:
+            places.append((belief, middle_of(region)))
         if belief > most:
             best, most = hypothesis, belief
+
+    for region in standing.regions:
+        consider(region)
     for pixel in [*map(middle_of, standing.regions[:CLICKED]), *standing.pixels]:
         if most > SURE:
             break
@@ -48,10 +59,14 @@ def best_anywhere(sdf: Any, camera: Any, frame: Any, start: Callable[..., Any]) 
         except ValueError:
             continue
         for region in regions:
-            belief, hypothesis = _tried(sdf, camera, frame, region, start)
-            if belief > most:
-                best, most = hypothesis, belief
-    return best if most >= MIN_CONFIDENCE else None
+            consider(region)
+    places.sort(reverse=True)
+    apart = [p for k, (_, p) in enumerate(places) if all(_far(p, q) for _, q in places[:k])]
+    return (best if most >= MIN_CONFIDENCE else None), apart[:2]
+
+
+def _far(p: tuple[int, int], q: tuple[int, int]) -> bool:
+    return bool(np.hypot(p[0] - q[0], p[1] - q[1]) > APART_PX)
 
 
 def _tried(
@@ -89,6 +104,14 @@ def unconfirmed(result: TrackResult) -> TrackResult:
     confidence.flags.writeable = False
     reason = [result.reason[0] or FOUND_STANDING]
     return replace(result, status=[Status.WEAK], reason=reason, confidence=confidence)
+
+
+def _with_places(result: TrackResult, places: list[tuple[int, int]]) -> TrackResult:
+    """Name where an object that was not found might be, for a click there."""
+    if result.status[0] is not Status.LOST or not places:
+        return result
+    shown = " or ".join(f"({x}, {y})" for x, y in places)
+    return replace(result, reason=[f"{result.reason[0]}; it might be at pixel {shown}: try a click there"])
 
 
 def middle_of(region: Any) -> tuple[int, int]:
@@ -134,8 +157,9 @@ def found_anywhere(
         return result
     alone = tracker._alone_with(0, frame)
     full = tracker.camera if frame.camera is None else frame.camera
-    found = best_anywhere(tracker.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
+    found, places = best_anywhere(tracker.shapes[0], full, frame, lambda **where: alone.start(frame, **where))
     if found is None:
-        return result
+        tracker._last = _with_places(result, places)
+        return tracker._last
     tracker._last = unconfirmed(tracker._start_at(frame, camera, colors, [found.place(full)]))
     return tracker._last
