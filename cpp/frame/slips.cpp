@@ -15,6 +15,41 @@ constexpr double kSlope = 0.03;
 constexpr int kMost = 3;
 constexpr float kLeast = 1e-3f;  // weight of a point's own normal, for one without neighbours
 
+// Every second point, in arrays that a loop reads in order: a shape that grows is made anew with every frame.
+class Neighbourhood {
+ public:
+  Neighbourhood(const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals, std::size_t first) {
+    for (std::size_t j = first; j < points.size(); j += 2) {
+      x_.push_back(points[j].x), y_.push_back(points[j].y), z_.push_back(points[j].z);
+      nx_.push_back(normals[j].x), ny_.push_back(normals[j].y), nz_.push_back(normals[j].z);
+    }
+  }
+
+  // Of the normals within a distance (squared) that look to the same side.
+  Vec3f sum(Vec3f p, Vec3f n, float most) const {
+    // In lanes, so that the loop is one of vectors; the order of the sums is always the same.
+    constexpr std::size_t kLanes = 8;
+    float sx[kLanes] = {}, sy[kLanes] = {}, sz[kLanes] = {};
+    const std::size_t whole = x_.size() / kLanes * kLanes;
+    const auto add = [&](std::size_t j, std::size_t k) {
+      const float dx = x_[j] - p.x, dy = y_[j] - p.y, dz = z_[j] - p.z;
+      const bool near =
+          (dx * dx + dy * dy + dz * dz < most) & (nx_[j] * n.x + ny_[j] * n.y + nz_[j] * n.z > 0);
+      const float w = near ? 1.0f : 0.0f;
+      sx[k] += w * nx_[j], sy[k] += w * ny_[j], sz[k] += w * nz_[j];
+    };
+    for (std::size_t j = 0; j < whole; j += kLanes)
+      for (std::size_t k = 0; k < kLanes; ++k) add(j + k, k);
+    for (std::size_t j = whole; j < x_.size(); ++j) add(j, j - whole);
+    Vec3f all{0, 0, 0};
+    for (std::size_t k = 0; k < kLanes; ++k) all = all + Vec3f{sx[k], sy[k], sz[k]};
+    return all;
+  }
+
+ private:
+  std::vector<float> x_, y_, z_, nx_, ny_, nz_;
+};
+
 }  // namespace
 
 Moments moments_of(const std::vector<Vec3f>& points) {
@@ -34,17 +69,13 @@ std::array<std::vector<Vec3f>, 2> smooth_normals(const std::vector<Vec3f>& point
                                                  const std::vector<Vec3f>& normals, double radius_m) {
   const auto most = static_cast<float>(radius_m * radius_m);
   std::array<std::vector<Vec3f>, 2> smooth;
-  for (std::size_t half = 0; half < 2; ++half)
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Vec3f p = points[i], n = normals[i];
-      Vec3f sum = kLeast * n;
-      for (std::size_t j = half; j < points.size(); j += 2) {
-        const Vec3f d = points[j] - p;
-        const float near = dot(d, d) < most && dot(normals[j], n) > 0 ? 1.0f : 0.0f;
-        sum = sum + near * normals[j];
-      }
+  for (std::size_t half = 0; half < 2; ++half) {
+    const Neighbourhood others(points, normals, half);
+    for (std::size_t i = 0; i < points.size(); i += kSmoothEvery) {
+      const Vec3f sum = others.sum(points[i], normals[i], most) + kLeast * normals[i];
       smooth[half].push_back((1 / norm(sum)) * sum);
     }
+  }
   return smooth;
 }
 

@@ -17,8 +17,10 @@ struct Moments {
 };
 Moments moments_of(const std::vector<Vec3f>& points);
 
-// Means of the normals around each point, of those that look to the same side: what noise has made of a
-// surface is finer than that. Two of them, of every second point: what they have in common is less noise.
+// Means of the normals around every kSmoothEvery-th point, of those that look to the same side: what noise
+// has made of a surface is finer than that. Two of them, each of half the points: what they have in common is
+// less noise.
+constexpr std::size_t kSmoothEvery = 2;
 std::array<std::vector<Vec3f>, 2> smooth_normals(const std::vector<Vec3f>& points,
                                                  const std::vector<Vec3f>& normals, double radius_m);
 

@@ -112,6 +112,33 @@ TEST(Slips, a_can_has_one_a_ball_three_and_a_box_none) {
   EXPECT_TRUE(shape_of(box).slips.empty());
 }
 
+// The obvious sum over all points, and what noise leaves of it.
+TEST(Slips, smooth_normals_are_means_of_half_the_points_each) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  std::vector<Vec3f> points, normals;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3f d = {normal(random), normal(random), normal(random)}, n = (1 / norm(d)) * d;
+    const Vec3f rough = n + 0.3f * Vec3f{normal(random), normal(random), normal(random)};
+    points.push_back(0.05f * n), normals.push_back((1 / norm(rough)) * rough);
+  }
+  const auto smooth = frame::smooth_normals(points, normals, 0.02);
+  double before = 0, after = 0;
+  for (std::size_t half = 0; half < 2; ++half)
+    for (std::size_t k = 0; k < smooth[half].size(); ++k) {
+      const std::size_t i = frame::kSmoothEvery * k;
+      Vec3d sum = 1e-3 * normals[i].cast<double>();
+      for (std::size_t j = half; j < points.size(); j += 2)
+        if (norm(points[j] - points[i]) < 0.02f && dot(normals[j], normals[i]) > 0)
+          sum = sum + normals[j].cast<double>();
+      EXPECT_LT(norm(smooth[half][k].cast<double>() - (1 / norm(sum)) * sum), 1e-4);
+      const Vec3d truth = 20.0 * points[i].cast<double>();
+      before += norm(normals[i].cast<double>() - truth),
+          after += norm(smooth[half][k].cast<double>() - truth);
+    }
+  EXPECT_LT(after, 0.6 * before);
+}
+
 // Information about a can's own turn is none of an outline's.
 TEST(Slips, they_are_taken_out_of_an_information_and_nothing_else) {
   const frame::Shape shape = shape_of(can());

@@ -7,8 +7,8 @@
 
 #include "base/to_int.h"
 #include "optim/camera_increment.h"
-#include "tracking/fit/seen_form.h"
 #include "tracking/options/sensor_noise.h"
+#include "tracking/trust/open_directions.h"
 
 namespace sdftrack::tracking {
 

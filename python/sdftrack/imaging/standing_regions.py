@@ -32,7 +32,9 @@ class Standing(NamedTuple):
 
 
 def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
-    """Regions without planes, separated by depth discontinuities, and pieces of them that lie together; the likeliest sizes and nearest pixels first.
+    """Regions without planes, separated by depth discontinuities; the likeliest sizes and nearest pixels first.
+
+    Pieces that lie together, parted by holes of the sensor, are a region of their own as well.
 
     Parameters
     ----------
