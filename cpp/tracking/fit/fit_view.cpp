@@ -188,8 +188,9 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
   const Matrix6d increment = increment_covariance(summary, target_->shape, area_px);
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
+  const bool judged = options_.weak_evidence > 0;  // the thesis' tracker is not
   fitted->covariance = camera_covariance(
-      target_->shape.seen.amount
+      target_->shape.seen.amount && judged
           ? increment_covariance(by_form(x, summary, depth_geometry), target_->shape, area_px)
           : increment,
       inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
