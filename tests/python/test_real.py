@@ -103,12 +103,13 @@ def test_a_bottle_before_a_time_of_flight_camera_is_found_in_its_mask(data_dir):
     with st.open_sequence(folder(data_dir, "mustard0")) as seq:
         mesh, mask, truth = seq.models[1], seq.masks(0)[0], seq.ground_truth
         points = mesh.vertices[:: len(mesh.vertices) // 500]
-        tracker = st.Tracker(st.SDF.from_mesh(mesh, voxels=120), seq.camera, threads=1)
+        tracker = st.Tracker(st.SDF.from_mesh(mesh, voxels=200), seq.camera, threads=1)
         assert tracker.start(seq[0], masks=mask).status[0] == "weak"
-        for i in range(1, 60):
-            result = tracker.track(seq[i])
-            assert result.status[0] == "weak", i  # another object of about that size would look the same
+        results = [tracker.track(seq[i]) for i in range(1, 60)]
+        for i, result in enumerate(results, 1):
+            assert result.status[0] in ("ok", "weak"), i
             assert metrics.adds(result.pose, truth[i][0], points) < 0.012, i
+        assert sum(r.ok for r in results) > 45  # once the outline has said that its size is the model's
         elsewhere = np.roll(mask, -150, axis=1)  # of the table
         assert tracker.start(seq[0], masks=elsewhere).status[0] in ("lost", "weak")
 
