@@ -128,7 +128,10 @@ def test_an_object_without_depth_is_followed_by_its_outline_while_the_table_has_
     assert max(errors) < 0.01
 
 
-def on_a_turntable(mesh, noise, frames=24, step_deg=4.0):
+CAMERA = st.Camera(400.0, 400.0, 159.5, 119.5, 320, 240)
+
+
+def on_a_turntable(mesh, noise, frames=24, step_deg=4.0, camera=CAMERA, seed=5):
     """A sequence without colour of a mesh that turns about its z axis before a camera that looks down at it."""
     tilt = geometry.pose((np.radians(120), 0, 0), (0, 0, 0))
     poses = [
@@ -137,9 +140,8 @@ def on_a_turntable(mesh, noise, frames=24, step_deg=4.0):
         @ geometry.pose((0, 0, np.radians(step_deg * i)), (0, 0, 0))
         for i in range(frames)
     ]
-    camera = st.Camera(400.0, 400.0, 159.5, 119.5, 320, 240)
     return synth.sequence(
-        mesh, frames, trajectory=np.array(poses), noise=noise, camera=camera, seed=5, color=False
+        mesh, frames, trajectory=np.array(poses), noise=noise, camera=camera, seed=seed, color=False
     )
 
 
@@ -164,6 +166,27 @@ def test_noise_that_was_fused_into_a_shape_is_no_form(body, noise):
     sds = [np.sqrt(np.linalg.eigvalsh(r.covariance[3:, 3:])[-1]) for r in results]
     assert np.median(sds) > 1
     assert star.quality().frames == len(sequence)  # each adds to the shape
+
+
+HELD_OUT = {
+    "cone": lambda: trimesh.creation.revolve(
+        [[0, -0.06], [0.04, -0.06], [0.005, 0.06], [0, 0.06]], sections=64
+    ),
+    "jar": lambda: trimesh.creation.revolve(
+        [[0, -0.04], [0.03, -0.04], [0.045, 0], [0.03, 0.04], [0, 0.04]], sections=64
+    ),
+    "egg": lambda: trimesh.creation.icosphere(4, 0.035).apply_scale([1, 1, 1.4]),
+}
+
+
+@pytest.mark.parametrize("noise", ["kinect", 0.0015])
+@pytest.mark.parametrize("body", sorted(HELD_OUT))
+def test_bodies_that_no_threshold_was_chosen_on(body, noise):
+    camera = st.Camera(500.0, 500.0, 199.5, 149.5, 400, 300)
+    sequence = on_a_turntable(mesh_of(HELD_OUT[body]()), noise, 20, 5.0, camera, seed=17)
+    star = st.Reconstructor(camera, voxels=128, threads=1)
+    star.start(sequence[0], mask=sequence.masks(0)[0])
+    assert sum(star.track(sequence[i]).ok for i in range(1, len(sequence))) <= 2
 
 
 def test_a_handle_determines_the_turn_while_it_is_seen():
