@@ -18,8 +18,8 @@ from sdftrack import __version__
 from sdftrack._internal.files import write_json, write_text
 from sdftrack.cli.common import show_table, tracker_settings
 from sdftrack.device import resolve_device
+from sdftrack.io.out_folder import prepare_folder
 from sdftrack.mesh import UNITS
-from sdftrack.recorder import prepare_folder
 from sdftrack.viz.plots import save_figure
 
 __all__ = ["PREFIX", "figures", "main"]

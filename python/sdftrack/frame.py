@@ -13,8 +13,6 @@ from sdftrack._internal.validation import INT_MAX, number, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import host_array
 
-__all__ = ["Frame"]
-
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 _GRID_PIXELS = 1000
 MOST_UNITS_PER_M = 1 << 24  # whole numbers that float32 holds

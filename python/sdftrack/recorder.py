@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
 from sdftrack._internal.text_files import reason_of
-from sdftrack.io.out_folder import OutFolder, cannot_write, prepare_folder, refuse_folder
+from sdftrack.io.out_folder import OutFolder, cannot_write
 from sdftrack.io.report_file import (
     BOP_HEADER,
     bop_row,
@@ -29,8 +29,6 @@ from sdftrack.io.report_file import (
 )
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
-
-__all__ = ["Recorder", "Spool", "plain", "prepare_folder", "refuse_folder", "tum_row"]
 
 WAITING = 3  # frames that may wait to be drawn
 

@@ -12,8 +12,6 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ColorDelay", "Status", "Step", "TrackResult"]
-
 
 class Status(str, enum.Enum):
     """Reliability of a pose; compares equal to its string value."""

@@ -19,8 +19,6 @@ from sdftrack._internal.text_files import read_json, read_toml, reason
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 from sdftrack._internal.validation import number
 
-__all__ = ["PRESETS", "SensorModel"]
-
 Array = NDArray[np.float64]
 STEEPEST = math.radians(85)  # incidences beyond it count as this one
 HEAD = "# Depth sensor: lengths in metres, see docs/sensors.md. Use: st.Tracker(..., sensor=FILE) or --sensor FILE\n"

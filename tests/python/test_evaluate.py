@@ -10,9 +10,10 @@ import pytest
 from tracking_fakes import CAMERA, frame, pose, result
 
 from sdftrack.cli.app import run
-from sdftrack.evaluation.report import compare, read_results
+from sdftrack.evaluation.report import compare
 from sdftrack.geometry import pose as rotated
 from sdftrack.io.datasets import Sequence
+from sdftrack.io.report_file import read_results
 from sdftrack.io.writers import save_sequence
 from sdftrack.mesh import Mesh
 from sdftrack.recorder import Recorder

@@ -16,7 +16,7 @@ from tracking_fakes import CAMERA, Ball, frame, pose, result
 
 import sdftrack as st
 from sdftrack import recorder as recorder_module
-from sdftrack.io.trajectories import quaternion
+from sdftrack._internal.rotations import quaternion
 from sdftrack.recorder import Recorder
 
 OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.io.trajectories import rotation
+from sdftrack._internal.rotations import rotation
 from sdftrack.live.streams import STREAMS, Receiver, Stream, open_stream, register_stream
 from sdftrack.live.streams.addresses import host_and_port, safe_names
 from sdftrack.live.streams.websocket import Admission

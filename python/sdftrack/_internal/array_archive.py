@@ -10,8 +10,6 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ALLOWANCE_BYTES", "MOST_EXPANSION", "may_hold", "read_array"]
-
 # What a file may expand to, so that a small one cannot take all memory.
 MOST_EXPANSION = 10
 ALLOWANCE_BYTES = 200_000_000

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Compared", "same"]
-
 
 class Compared:
     """Base of a dataclass (``eq=False``): two records are equal if all fields are.

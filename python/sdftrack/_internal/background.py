@@ -8,8 +8,6 @@ import threading
 from collections.abc import Callable, Generator, Iterable
 from typing import Any, Generic, TypeVar
 
-__all__ = ["Background", "read_ahead"]
-
 T = TypeVar("T")
 _END: Any = object()
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Self
 
-__all__ = ["ClosedByWith"]
-
 
 class ClosedByWith:
     """A base for classes with a method `close`: ``with`` calls it, also after an exception."""

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-__all__ = ["cell_text", "text_cell"]
-
 # What spreadsheets take for the beginning of a formula (OWASP, "CSV Injection"); the last four are full-width.
 _FORMULA = "=+-@\t\r\n＝＋－＠"
 _GUARD = "'"

@@ -6,8 +6,6 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__all__ = ["MissingExtra", "need"]
-
 
 class MissingExtra(ImportError):
     """An optional package is not installed."""

@@ -7,8 +7,6 @@ import errno
 import socket
 from urllib.parse import urlsplit
 
-__all__ = ["LOCAL", "bound_address", "host_of", "is_local", "listen", "origin_host", "shown_name"]
-
 LOCAL = ("localhost", "127.0.0.1", "::1")
 _ANY = ("0.0.0.0", "::")
 PORTS = 20  # how many ports are tried

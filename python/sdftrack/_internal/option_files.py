@@ -12,8 +12,6 @@ from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import did_you_mean
 from sdftrack._internal.validation import shown
 
-__all__ = ["options_as_toml", "read_tables"]
-
 TABLES = ("tracker", "reconstruct", "contour")
 
 

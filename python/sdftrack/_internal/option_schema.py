@@ -20,17 +20,6 @@ from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import numbers, shown
 
-__all__ = [
-    "BURN_IN",
-    "TABLES",
-    "Option",
-    "check_fields",
-    "check_options",
-    "core_schema",
-    "described",
-    "schema_of",
-]
-
 
 @dataclass(frozen=True)
 class Option:

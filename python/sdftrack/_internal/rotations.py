@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.validation import numbers
 
-__all__ = ["RotationErrors", "quaternion", "rigid_pose", "rotation"]
-
 Array = NDArray[np.float64]
 
 SILENT = 1e-3  # of max |R^T R - I|: rounding in a text file; the core refuses 0.01 and more

@@ -21,8 +21,6 @@ from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, ma
 from sdftrack._internal.files import replacing
 from sdftrack._internal.text_files import WRONG, reason
 
-__all__ = ["FileKind", "array_of", "loaded", "read", "write"]
-
 T = TypeVar("T")
 
 HEADER = "header.json"

@@ -10,18 +10,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = [
-    "WRONG",
-    "contents",
-    "named",
-    "parsed_json",
-    "read_json",
-    "read_text",
-    "read_toml",
-    "reason",
-    "reason_of",
-]
-
 # What contents of another form raise: a list in the place of a table, numbers beyond a float or an int, ...
 WRONG = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 SHOWN = 400  # characters of a reason

@@ -10,8 +10,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any, Concatenate, Literal, ParamSpec, Protocol, TypeVar
 
-__all__ = ["ReentrantLock", "SingleThreadGuard", "one_thread"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 Kind = Literal["changes", "brief", "reads"]

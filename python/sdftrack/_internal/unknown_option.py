@@ -9,8 +9,6 @@ import inspect
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
-__all__ = ["did_you_mean", "refuse_unknown", "refuses_unknown", "unknown_option"]
-
 C = TypeVar("C", bound=type)
 
 

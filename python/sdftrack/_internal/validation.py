@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["THREADS", "number", "numbers", "of_kind", "shown", "whole"]
-
 LONGEST_SHOWN = 80  # characters of a value in a message
 
 

@@ -16,8 +16,6 @@ from typing import Any
 from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
 
-__all__ = ["expanded", "fetched", "is_address", "name_of"]
-
 ADDRESS = re.compile(r"^[a-zA-Z][a-zA-Z0-9+.-]+(?:://|::)")  # two letters and more: C:\ is a drive
 PACKAGES = "pip install s3fs, gcsfs, adlfs or aiohttp, as the address needs"
 

@@ -16,8 +16,6 @@ from sdftrack import _core
 from sdftrack._internal.extras import need
 from sdftrack._internal.validation import whole
 
-__all__ = ["Connect", "Died", "Task", "cluster", "outcomes", "workers_for"]
-
 Connect = Callable[[float], Any]  # a connected distributed.Client; waits for a scheduler so many seconds
 CONNECT_S = 10.0  # of one try to reach a scheduler
 PATIENCE_S = 300.0  # until a scheduler that has gone is given up

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Commands", "Option", "key_of"]
-
 
 class Option(Protocol):
     """An option or argument of a command: its name, that of a flag's opposite, and what values it takes."""

@@ -15,8 +15,6 @@ from sdftrack._internal.files import write_text
 from sdftrack.batch.plan import Item
 from sdftrack.batch.task import Result
 
-__all__ = ["FAILED", "JOURNAL", "SUCCEEDED", "Journal", "read_items", "read_journal", "write_items"]
-
 JOURNAL, ITEMS = "journal.jsonl", "items.jsonl"
 SUCCEEDED = ("done", "lost")
 FAILED = ("refused", "died", "skipped")

@@ -10,8 +10,6 @@ from typing import Generic, TypeVar, cast
 from sdftrack._internal.validation import whole
 from sdftrack.batch.cluster import Task, cluster, outcomes
 
-__all__ = ["Outcome", "map"]
-
 T = TypeVar("T")
 R = TypeVar("R")
 

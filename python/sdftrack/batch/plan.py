@@ -17,8 +17,6 @@ from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
 from sdftrack.batch.commands import Commands, Option, key_of
 
-__all__ = ["COMMANDS", "Item", "read_plan"]
-
 COMMANDS = ("track", "reconstruct", "fit", "contour", "superpixels", "convert", "evaluate", "motion")
 OF_RESULTS = ("evaluate", "motion")  # may take the results of another job
 OWN: dict[str, Any] = {

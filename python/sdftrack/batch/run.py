@@ -23,8 +23,6 @@ from sdftrack.batch.task import PART, Call, Result, call, late_reason, read_reco
 from sdftrack.io.folder_lock import lock_folder
 from sdftrack.io.out_folder import refuse_folder
 
-__all__ = ["Running", "log_of", "run_items"]
-
 
 @dataclass(frozen=True)
 class Running:

@@ -14,8 +14,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.files import replacing, write_text
 from sdftrack.batch.plan import Item
 
-__all__ = ["summary_rows", "write_summary"]
-
 NUMBERS_OF = ("report.json", "result.json", "measures.json")
 DEEPEST = 5  # of numbers in nested tables
 MOST_ENTRIES = 20  # of a list, for example objects

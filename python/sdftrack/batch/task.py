@@ -16,8 +16,6 @@ from pathlib import Path
 
 from sdftrack.batch.addresses import fetched
 
-__all__ = ["PART", "RECORD", "Call", "Result", "call", "late_reason", "read_record"]
-
 RECORD = ".batch.json"  # in each folder of results
 PART = ".part"
 STATUS = {0: "done", 3: "lost"}  # by exit code: objects lost in all frames are a result

@@ -37,8 +37,6 @@ from sdftrack.io.folder_lock import one_run
 if TYPE_CHECKING:
     from sdftrack.batch.commands import Commands
 
-__all__ = ["parser", "run"]
-
 
 def _version(wanted: bool) -> None:
     if wanted:

@@ -74,8 +74,8 @@ def contour(job: Contour) -> None:
             raise Usage("expected --memory with it", name)
     from sdftrack.cli.contour_files import ContourFiles, refuse_places
     from sdftrack.contour import ContourTracker
+    from sdftrack.io.out_folder import refuse_folder
     from sdftrack.io.video import ColorVideo
-    from sdftrack.recorder import refuse_folder
 
     job.on_cpu()  # a frame is the work of one thread of the CPU
     options = contour_settings(job.config, alone=True)

@@ -15,8 +15,6 @@ from typing import Any
 from sdftrack.io.out_folder import OutFolder, refuse_inputs
 from sdftrack.io.video import PART
 
-__all__ = ["ContourFiles", "bad_frame", "refuse_places", "trouble_of"]
-
 # The names that this command may ever write below DIR.
 OWN = re.compile(r"mask/\d{6,}\.png|overlay\.mp4|iou\.png")
 # Names of the masks so far, a line each, of a run that has not ended or was killed.

@@ -49,7 +49,7 @@ class Demo(Common):
 
 def demo(job: Demo) -> None:
     import sdftrack as st
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.synth.demo_scene import make_scene
     from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides

@@ -28,7 +28,8 @@ class Evaluate(Layout, Common):
 
 def evaluate(job: Evaluate) -> None:
     import sdftrack as st
-    from sdftrack.evaluation.report import HEAD, compare, read_results, table_rows
+    from sdftrack.evaluation.report import HEAD, compare, table_rows
+    from sdftrack.io.report_file import read_results
 
     job.on_cpu()
     if job.symmetry != "recorded":
@@ -53,7 +54,7 @@ def _write(job: Evaluate, out: Path, title: str, scores: list[Any]) -> None:
     from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
     from sdftrack.evaluation.tables import text_table
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.viz.plots import write_plots
 
     prepare_folder(out, job.overwrite)

@@ -250,7 +250,7 @@ def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
     """Create the folder with result.json and primitive.ply."""
     import sdftrack as st
     from sdftrack._internal.files import write_json
-    from sdftrack.recorder import prepare_folder
+    from sdftrack.io.out_folder import prepare_folder
 
     out = job.folder
     prepare_folder(out, job.overwrite)

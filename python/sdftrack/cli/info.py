@@ -31,7 +31,7 @@ def info(job: Info) -> None:
         facts["self_test"] = tested
     if job.out is not None:
         from sdftrack._internal.files import write_json
-        from sdftrack.recorder import prepare_folder
+        from sdftrack.io.out_folder import prepare_folder
 
         prepare_folder(job.out, job.overwrite)
         write_json(job.out / "info.json", facts)
@@ -71,7 +71,7 @@ def config(job: Config) -> None:
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(job.config))
     if job.out is not None:
         from sdftrack._internal.files import write_text
-        from sdftrack.recorder import prepare_folder
+        from sdftrack.io.out_folder import prepare_folder
 
         prepare_folder(job.out, job.overwrite)
         write_text(job.out / "config.toml", text)

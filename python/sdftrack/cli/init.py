@@ -13,19 +13,6 @@ from sdftrack.cli.common import floats
 from sdftrack.cli.objects import Target
 from sdftrack.cli.options import Usage
 
-__all__ = [
-    "INIT",
-    "Init",
-    "begin",
-    "box_inside",
-    "mask_file",
-    "parse_init",
-    "parse_inits",
-    "places",
-    "read_poses",
-    "shape_of",
-]
-
 if TYPE_CHECKING:  # `--help` needs no numpy
     import numpy as np
     from numpy.typing import NDArray

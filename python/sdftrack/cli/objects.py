@@ -12,17 +12,6 @@ from typing import Any, Literal
 
 from sdftrack.cli.options import Usage
 
-__all__ = [
-    "Target",
-    "about_file",
-    "check_symmetry",
-    "give_symmetries",
-    "load_mesh",
-    "load_targets",
-    "own_obj_id",
-    "symmetries_of",
-]
-
 VOXELS = 80  # of a model whose symmetries are looked for
 
 

@@ -15,8 +15,6 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import typer
 
-__all__ = ["Field", "Usage", "argument", "command", "fields_of", "job_of", "option"]
-
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
     """A usage error (exit code 2)."""

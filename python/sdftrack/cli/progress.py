@@ -9,8 +9,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Protocol, TypeVar
 
-__all__ = ["PLAIN_EVERY_S", "Tell", "progress", "progress_counter"]
-
 T = TypeVar("T")
 PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
 

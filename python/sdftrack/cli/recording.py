@@ -15,8 +15,6 @@ from sdftrack.cli.common import Common
 from sdftrack.cli.options import Usage, option
 from sdftrack.cli.progress import progress
 
-__all__ = ["Item", "Recording", "items_of", "opened", "warn_of_color", "write_all"]
-
 NAME = "recording.json"  # says that the files are ours
 OURS = re.compile(
     r"recording\.json|exercise\.json|\.frames\.jsonl|\.reserve|scene_(camera|gt)\.json|camera\.json|intrinsic\.json|trajectory\.log|"

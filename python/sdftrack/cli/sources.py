@@ -12,8 +12,6 @@ from sdftrack.cli.common import above_zero, floats
 from sdftrack.cli.objects import about_file
 from sdftrack.cli.options import Usage, option
 
-__all__ = ["Frames", "Layout", "each_sequence", "fitting", "folder_each", "known_layout"]
-
 
 def known_layout(value: str) -> str:
     """Usage error for a layout that there is not."""

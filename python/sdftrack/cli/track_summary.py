@@ -11,8 +11,6 @@ import numpy as np
 
 from sdftrack.cli.common import show_table
 
-__all__ = ["StatusCounts", "lost_throughout", "show_summary"]
-
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
 EVENTS = 5  # lines about trouble after the table
 

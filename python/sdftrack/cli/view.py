@@ -51,7 +51,7 @@ def view(job: View) -> None:
     shown = load_mesh_alone(path, job.unit) if mesh else load_recording(path, job.seq, job.opening, job.unit)
     try:
         if job.out is not None:
-            from sdftrack.recorder import prepare_folder
+            from sdftrack.io.out_folder import prepare_folder
 
             prepare_folder(job.out, job.overwrite)
         _serve(shown, job)

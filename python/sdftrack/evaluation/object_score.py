@@ -65,7 +65,7 @@ class ObjectScore:
 
     def to_dict(self) -> dict[str, Any]:
         """Summary and errors per frame in mm and degrees, ready for JSON."""
-        from sdftrack.recorder import plain
+        from sdftrack.io.report_file import plain
 
         mm, deg, add_mm = 1e3 * self.translation_m, np.rad2deg(self.rotation_rad), 1e3 * self.add_m
 

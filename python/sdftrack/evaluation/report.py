@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 
 from sdftrack.evaluation.bop_scores import bop_errors
 from sdftrack.evaluation.object_score import ObjectScore
-from sdftrack.io.report_file import read_results
 from sdftrack.metrics import add, adds, mssd, pose_error
 from sdftrack.symmetry import Symmetry
-
-__all__ = ["HEAD", "ObjectScore", "compare", "plot_errors", "plot_trajectories", "read_results", "table_rows"]
 
 Array = NDArray[np.float64]
 

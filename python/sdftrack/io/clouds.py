@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_archive import read_array
 from sdftrack.mesh.files import check_ply_is_whole
 
-__all__ = ["FORMATS", "read_cloud"]
-
 FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 
 

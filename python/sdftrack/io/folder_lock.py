@@ -16,8 +16,6 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import TextIO
 
-__all__ = ["LOCK", "FolderLock", "lock_folder", "one_run"]
-
 LOCK = ".sdftrack.lock"
 HELD_BY_ANOTHER = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES)
 

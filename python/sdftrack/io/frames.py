@@ -17,22 +17,6 @@ from numpy.typing import NDArray
 from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold
 from sdftrack._internal.files import replacing
 
-__all__ = [
-    "Expected",
-    "ImageHeader",
-    "decode_color",
-    "decode_depth_units",
-    "image_header",
-    "png_is_whole",
-    "read_color",
-    "read_depth_units",
-    "read_mask",
-    "size_text",
-    "write_color",
-    "write_depth_units",
-    "write_mask",
-]
-
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 _TAIL = 1024  # writers may put a few bytes after the end mark
 _COPIES = 2.1  # of the pixels: OpenCV decodes into one and returns another; the rest is for the decoder

@@ -10,7 +10,6 @@ from typing import Any
 from sdftrack._internal.extras import need
 from sdftrack._internal.files import UnbufferedFile
 
-__all__ = ["McapOutput", "copy_whole"]
 LATCHED = """- history: 1
   depth: 1
   reliability: 1

@@ -13,8 +13,6 @@ from sdftrack._internal.files import PART_PREFIX
 from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder
 from sdftrack.io.video import PART
 
-__all__ = ["OutFolder", "cannot_write", "leftovers", "prepare_folder", "refuse_folder", "refuse_inputs"]
-
 
 def refuse_folder(directory: Path, overwrite: bool) -> None:
     """Raise the errors of `prepare_folder` in advance, without creating or removing anything."""

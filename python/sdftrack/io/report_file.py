@@ -14,16 +14,6 @@ from sdftrack._internal.text_files import contents, read_json
 from sdftrack.io.trajectories import tum_line
 from sdftrack.results import Status, TrackResult
 
-__all__ = [
-    "BOP_HEADER",
-    "bop_row",
-    "number_or_none",
-    "object_entry",
-    "plain",
-    "read_results",
-    "result_of",
-    "tum_row",
-]
 BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
 Array = NDArray[np.float64]
 

@@ -12,8 +12,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
 
-__all__ = ["COLOR_FRAME", "DEPTH_FRAME", "INFO", "RosTypes"]
-
 # z forward, x right, y down, as ROS's optical frames (REP 103).
 DEPTH_FRAME = "camera_depth_optical_frame"
 COLOR_FRAME = "camera_color_optical_frame"

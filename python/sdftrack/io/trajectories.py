@@ -12,17 +12,6 @@ from sdftrack._internal.rotations import quaternion, rotation
 from sdftrack._internal.text_files import named, read_text
 from sdftrack._internal.validation import shown
 
-__all__ = [
-    "TUM_HEADER",
-    "log_lines",
-    "quaternion",
-    "read_log",
-    "read_tum",
-    "read_tum_rows",
-    "rotation",
-    "tum_line",
-]
-
 TUM_HEADER = "# timestamp tx ty tz qx qy qz qw"
 
 Array = NDArray[np.float64]

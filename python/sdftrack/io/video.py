@@ -19,8 +19,6 @@ from sdftrack._internal.files import PART_PREFIX
 from sdftrack.io.datasets.images import image_files
 from sdftrack.io.frames import read_color
 
-__all__ = ["PART", "ColorVideo", "VideoFile", "write_video"]
-
 PART = ".part"  # suffix of a file that is not finished
 Picture = NDArray[np.uint8]
 _ENCODERS = ("libx264", "libopenh264", "h264")

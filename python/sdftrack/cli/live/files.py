@@ -9,8 +9,6 @@ from typing import Any
 
 from sdftrack._internal.background import Background
 
-__all__ = ["LiveFiles", "RawRecording"]
-
 WAITING = 30  # frames that may wait for the disk
 
 

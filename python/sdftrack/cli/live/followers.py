@@ -11,8 +11,6 @@ from sdftrack.cli.init import Init, StartError, begin
 from sdftrack.cli.objects import Target
 from sdftrack.tracking.interface import TrackerInterface
 
-__all__ = ["NO_COLOR", "Follower", "ReconstructorFollower", "TrackerFollower", "has", "unknown_sequence"]
-
 NO_COLOR = "this frame has no colour image"
 BOX_SHARE = 0.5  # of the image's shorter side: the box about a click in which a reconstruction begins
 

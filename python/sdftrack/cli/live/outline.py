@@ -13,8 +13,6 @@ from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
 from sdftrack.cli.init import Init, box_inside, mask_file
 from sdftrack.cli.live.followers import NO_COLOR, Follower
 
-__all__ = ["ColorAlone", "OutlineFiles", "OutlineFollower"]
-
 WAITING = 30  # frames that may wait for the disk
 TRIES = 30  # frames of which one has to have colour: the first ones of two sensors may come without
 # Of a colour camera without intrinsics, for the page: an outline needs none.

@@ -21,8 +21,6 @@ from sdftrack.cli.track_summary import StatusCounts
 from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 
-__all__ = ["Run"]
-
 KEPT = 4096  # ages of the newest frames, for the percentiles
 MESH_EVERY_S = 2.0  # of a growing shape; and of the copy of it that pictures show, which takes milliseconds
 COPY_EVERY_S = 0.5

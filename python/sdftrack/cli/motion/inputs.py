@@ -20,8 +20,6 @@ from sdftrack.cli.options import Usage
 if TYPE_CHECKING:
     from sdftrack.cli.motion import Motion
 
-__all__ = ["AllLost", "Session", "load_sessions"]
-
 FARTHEST_M = 20.0  # from the first position: no hand carries an object farther in front of a camera
 
 

@@ -13,8 +13,6 @@ from sdftrack.cli.motion.inputs import Session, Spans, spans_of
 if TYPE_CHECKING:
     from sdftrack.cli.motion import Motion
 
-__all__ = ["OUTPUTS", "measure"]
-
 OUTPUTS = ("measures.json", "measures.csv", "report.html", "repetitions.json", "trajectory_smoothed.csv")
 NOTE_RATE_HZ = 50.0  # a zone that is entered for less than 20 ms is not
 
@@ -45,8 +43,8 @@ def _write(
     job: Motion,
 ) -> None:
     from sdftrack._internal.files import write_json, write_text
+    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.motion import report
-    from sdftrack.recorder import prepare_folder
 
     out, changes = job.folder, report.compare_sessions(analyses)
     pairs = {name: report.pairs_of(each) for name, each in analyses.items()}

@@ -11,8 +11,6 @@ from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, shape_of
 from sdftrack.cli.objects import about_file, load_mesh
 from sdftrack.cli.options import Usage
 
-__all__ = ["INIT", "SHAPE", "Place", "find_place", "known_shape", "load_shape", "parse_place"]
-
 INIT = "box:x,y,w,h|mask.png|gt"
 SHAPE = "sphere:RADIUS|FILE.ply|FILE.npz"
 MESHES = (".ply", ".obj", ".glb", ".stl")

@@ -23,8 +23,6 @@ from sdftrack.cli.track_summary import show_summary
 if TYPE_CHECKING:
     from sdftrack.cli.reconstruct import Reconstruct
 
-__all__ = ["reconstruct_one"]
-
 NAME = "object"
 REFINE_STEPS = 100
 
@@ -368,7 +366,7 @@ def write_turntable(
 def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
     """Write refined_0.txt: the poses of the refined mesh, in the format of trajectory_0.txt."""
     from sdftrack._internal.files import write_text
-    from sdftrack.recorder import tum_row
+    from sdftrack.io.report_file import tum_row
 
     rows = [tum_row(times[n], T) for n, T in sorted(poses.items())]
     write_text(out / "refined_0.txt", "\n".join(rows) + "\n")

@@ -17,8 +17,6 @@ from sdftrack.io.datasets.streams import Stream, StreamFrames
 from sdftrack.io.datasets.video_file import Track, VideoFile
 from sdftrack.io.frames import decode_color
 
-__all__ = ["azure_cameras", "open_azure"]
-
 CALIBRATION = "calibration.json"
 METRES_PER_UNIT = 0.001
 RAW = {"BGRA": 4.0, "NV12": 1.5, "YUY2": 2.0}  # bytes per pixel

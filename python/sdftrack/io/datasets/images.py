@@ -16,8 +16,6 @@ from sdftrack.frame import Frame
 from sdftrack.io.datasets.video_images import VideoImage
 from sdftrack.io.frames import Expected, read_color, read_depth_units, size_text
 
-__all__ = ["Entry", "ImageFrames", "image_files", "image_size", "numbered"]
-
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
 

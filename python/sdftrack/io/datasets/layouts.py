@@ -9,9 +9,6 @@ from pathlib import Path
 
 from sdftrack.io.datasets.sequence import Sequence
 
-__all__ = ["LAYOUTS", "Layout", "register"]
-
-
 Reader = Callable[..., Sequence]
 
 

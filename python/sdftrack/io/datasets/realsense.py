@@ -24,8 +24,6 @@ from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.io.datasets.streams import RealSenseStream, Stream, StreamFrames
 from sdftrack.io.frames import decode_color, decode_depth_units
 
-__all__ = ["open_realsense"]
-
 Streams = tuple[dict[str, RealSenseStream], float | None]
 PREFIX = "/device_0/sensor_"
 TEXT = "std_msgs/msg/String"

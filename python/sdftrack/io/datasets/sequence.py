@@ -16,8 +16,6 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.symmetry import Symmetry
 
-__all__ = ["LazyModels", "Sequence"]
-
 Pose = NDArray[np.float64]
 Masks = dict[int, NDArray[np.bool_]]
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
-__all__ = ["RealSenseStream", "Stream", "StreamFrames", "nearest_in_time"]
-
 
 @dataclass(frozen=True)
 class Stream:

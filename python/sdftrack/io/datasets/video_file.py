@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 
 from sdftrack._internal.extras import need
 
-__all__ = ["Packet", "Track", "VideoFile"]
-
 
 class Packet(NamedTuple):
     """One image of a track: its time, where it begins in the file, its bytes, and whether it needs no other one."""

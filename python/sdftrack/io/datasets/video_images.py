@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from sdftrack.io.datasets.video_file import Track, VideoFile
 
-__all__ = ["PERIOD_MS", "SHOWN", "VideoImage", "VideoImages", "is_part", "part_name", "parts_in"]
-
 PERIOD_MS = 33
 PERIOD_NS = 1_000_000 * PERIOD_MS
 SHOWN = "SHOWN"  # tag: width x height in pixels, of images of odd size less than is encoded

@@ -18,8 +18,6 @@ from sdftrack.io.frames import write_color, write_depth_units
 from sdftrack.io.writers.journal import Journal
 from sdftrack.io.writers.video import VideoWriter, has_encoder, last_image
 
-__all__ = ["COLOR_FILES", "FRAME_PERIOD_S", "Contents", "DepthUnits", "LayoutWriter"]
-
 COLOR_FILES = ("png", "jpg", "video")
 FRAME_PERIOD_S = 1 / 30  # where a sequence has no times
 Array = NDArray[np.float64]

@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
-__all__ = ["Journal"]
-
 NAME, RESERVE = ".frames.jsonl", ".reserve"
 RESERVE_STEP = 1 << 20
 

@@ -19,8 +19,6 @@ from sdftrack.io.mcap_output import McapOutput, copy_whole
 from sdftrack.io.ros_types import COLOR_FRAME, DEPTH_FRAME, INFO, RosTypes
 from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
 
-__all__ = ["metadata_yaml"]
-
 FILE = "sequence.mcap"
 DEPTH, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
 COLOR, COLOR_INFO = "/camera/color/image_raw/compressed", "/camera/color/camera_info"

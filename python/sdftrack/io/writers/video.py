@@ -17,8 +17,6 @@ from sdftrack._internal.files import UnbufferedFile, replacing
 from sdftrack.io.datasets.video_file import VideoFile
 from sdftrack.io.datasets.video_images import PERIOD_MS, SHOWN, part_name, parts_in
 
-__all__ = ["KEY_EVERY", "VideoWriter", "has_encoder", "last_image"]
-
 KEY_EVERY = 15  # images; to read one, at most so many are decoded
 ENCODER = "libx264"
 # No image refers to a later one, so that each is a packet at once; no distortion that only looks sharper.

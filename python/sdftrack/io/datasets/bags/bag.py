@@ -14,8 +14,6 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.io.datasets.bags.decoding import Decoder, stamp_ns
 from sdftrack.io.datasets.bags.parts import Channel, Entries, Part
 
-__all__ = ["Bag", "Messages", "Topic"]
-
 
 @dataclass(frozen=True)
 class Topic:

@@ -15,17 +15,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.datasets.bags.parts import Channel
 
-__all__ = [
-    "IMAGE_TYPES",
-    "INFO_TYPES",
-    "TRANSFORM_TYPES",
-    "Decoder",
-    "Info",
-    "Picture",
-    "Transform",
-    "stamp_ns",
-]
-
 ROS_IMAGE, ROS_COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 FOX_IMAGE, FOX_COMPRESSED = "foxglove.RawImage", "foxglove.CompressedImage"
 IMAGE_TYPES = (ROS_IMAGE, ROS_COMPRESSED, FOX_IMAGE, FOX_COMPRESSED)

@@ -11,8 +11,6 @@ from sdftrack.frame import Frame
 from sdftrack.io.datasets.bags.bag import Bag, Messages
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
 
-__all__ = ["BagFrames", "period_ns"]
-
 LOOKED_AT = 10  # frames at the beginning
 DEFAULT_PERIOD_NS = 10**9 // 30
 

@@ -13,8 +13,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.datasets.bags.parts import NO_CHUNK, Channel, LastChunks, Part, entries
 
-__all__ = ["McapFile", "profile"]
-
 MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEAD = 9  # bytes: kind and length
 MESSAGE_HEAD = 22  # bytes before a message's data

@@ -25,8 +25,6 @@ from sdftrack.io.datasets.bags.transforms import fixed_transforms, models_of, tr
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import Sequence
 
-__all__ = ["is_recording", "open_mcap", "open_parts", "open_ros1", "open_ros2", "sequence_of"]
-
 # Depth images that drivers register to the colour camera: RealSense, Azure Kinect, OpenNI.
 REGISTERED = re.compile(r"aligned_depth_to_color|depth_to_(rgb|color)|depth_registered", re.IGNORECASE)
 TOPICS = ("depth_topic", "color_topic")

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.closing import ClosedByWith
 
-__all__ = ["ENTRY", "NO_CHUNK", "Channel", "LastChunks", "Part", "entries"]
-
 # Where a message is: its recording time (ns), its chunk (the position of the chunk's record in the file) and its
 # offset there. Only these 24 bytes per message are kept in memory.
 ENTRY = np.dtype([("time", np.int64), ("chunk", np.int64), ("offset", np.int64)])

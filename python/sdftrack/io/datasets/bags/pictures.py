@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.frames import decode_color, decode_depth_units
 
-__all__ = ["COLOR_ENCODINGS", "DEPTH_ENCODINGS", "color_of", "decode_rvl", "depth_of", "encoding_of"]
-
 MM = 1e-3  # 16-bit depth is in millimetres, REP 118
 DEPTH_ENCODINGS = ("16uc1", "mono16", "32fc1")
 # Encoding: dtype, channels, and OpenCV's conversion to RGB ("" where a slice does it).

@@ -12,8 +12,6 @@ from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.datasets.bags.parts import Channel, LastChunks, Part, entries
 
-__all__ = ["START", "Rosbag1"]
-
 START = b"#ROSBAG V2.0\n"
 STEP = 1 << 24  # bytes
 

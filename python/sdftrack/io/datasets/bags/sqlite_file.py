@@ -13,8 +13,6 @@ import numpy as np
 from sdftrack._internal.extras import need
 from sdftrack.io.datasets.bags.parts import ENTRY, Channel, Part
 
-__all__ = ["START", "SqliteFile", "topic_names"]
-
 START = b"SQLite format 3\0"
 
 

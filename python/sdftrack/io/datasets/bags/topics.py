@@ -14,8 +14,6 @@ from sdftrack.io.datasets.bags.bag import Bag, Topic
 from sdftrack.io.datasets.bags.decoding import IMAGE_TYPES, INFO_TYPES, Info
 from sdftrack.io.datasets.bags.pictures import DEPTH_ENCODINGS, encoding_of
 
-__all__ = ["camera_of", "choose_color", "choose_depth", "find_camera", "kind_of", "same_image"]
-
 # Images of infrared cameras have the encodings of depth or grey images; only their names tell.
 INFRARED = re.compile(r"(^|[/_])(ir|infra\w*|confidence|amplitude)\d?([/_]|$)", re.IGNORECASE)
 TRANSPORTS = ("compressed", "compresseddepth", "rvl", "zstd")

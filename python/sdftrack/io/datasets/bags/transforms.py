@@ -17,8 +17,6 @@ from sdftrack._internal.rotations import rotation
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import TRANSFORM_TYPES, Transform
 
-__all__ = ["TRUTH", "fixed_transforms", "models_of", "pose_of", "transform_between", "true_poses"]
-
 MAX_MESSAGES = 200  # of a topic whose transforms may move
 SAME = 1e-6  # metres, and entries of a rotation matrix
 Pose = NDArray[np.float64]
