@@ -21,8 +21,6 @@ WITHOUT_FRONT_ATOL = 1e-5
 OVERLAP_ATOL = 1e-5
 # Kinks of the interpolant at voxel borders; a wrong Jacobian is off by tens of percent.
 SLOPE_RTOL = 1e-2
-# The posterior of a colour that says nothing is the prior up to float32, so costs agree to some 1e-6.
-SAME_RTOL = 1e-5
 LIKELIHOODS = ["odds", "printed"]
 SCALE_M = 0.004
 
@@ -197,14 +195,6 @@ def test_posteriors_are_smoothed_over_the_image_as_by_the_twin(with_distance, no
     assert np.abs(got - foreground).max() > 0.1
 
 
-def test_colours_of_single_pixels_err_and_those_of_a_neighbourhood_do_not():
-    rng = np.random.default_rng(4)
-    at, z, _, _ = a_finger_over_an_object(rng)
-    right = rng.random(len(at)) < 0.8
-    got = _core.smooth_foreground(at, z, np.where(right, 0.95, 0.05).astype(np.float32), 64, 300.0, 0.001)
-    assert (got > 0.7).mean() > 0.99
-
-
 def test_what_lies_on_the_surface_beside_a_finger_in_front_is_doubted_and_no_other_part_is():
     rng = np.random.default_rng(5)
     at, z, distance, finger = a_finger_over_an_object(rng)
@@ -216,15 +206,6 @@ def test_what_lies_on_the_surface_beside_a_finger_in_front_is_doubted_and_no_oth
     assert np.median(got[contact]) < 0.25
     away = (abs(v - 20) > 14) | (u > 56)
     np.testing.assert_allclose(got[away], 0.7, atol=1e-5)
-
-
-def test_a_surface_that_does_not_continue_a_reading_says_nothing_about_it():
-    at = np.arange(200, dtype=np.int32)
-    near = at % 20 < 10
-    z = np.where(near, 0.5, 0.53).astype(np.float32)
-    foreground = np.where(near, 0.05, 0.9).astype(np.float32)
-    got = _core.smooth_foreground(at, z, foreground, 20, 77.0, 0.001)
-    np.testing.assert_allclose(got, foreground, atol=1e-5)
 
 
 # --- from depth to colour
@@ -353,38 +334,6 @@ def test_the_gradient_is_the_slope_of_the_cost(shape, depth, color, likelihood, 
     np.testing.assert_allclose(
         model.gradient * unit, slopes * unit, atol=SLOPE_RTOL * np.abs(slopes * unit).max()
     )
-
-
-@pytest.mark.parametrize("likelihood", LIKELIHOODS)
-def test_the_sums_have_the_same_bits_for_any_number_of_threads(shape, likelihood):
-    camera = CAMERA.scaled(3)
-    depth = shape.render(camera, START)[0]
-    color = np.random.default_rng(0).integers(0, 255, (*depth.shape, 3), dtype=np.uint8)
-    one, many = (
-        st.Energy(
-            shape,
-            camera,
-            st.Frame(depth, color),
-            START,
-            penalty="rgbd",
-            color_likelihood=likelihood,
-            threads=n,
-        )
-        for n in (1, 3)
-    )
-    a, b = one.linearize(one.start), many.linearize(many.start)
-    assert a.count > 2 * 2048
-    assert a.cost == b.cost
-    np.testing.assert_array_equal(a.hessian, b.hessian)
-
-
-def test_colours_that_say_nothing_give_the_depth_energy(shape, depth):
-    grey = np.full((60, 80, 3), 128, np.uint8)
-    rgbd, alone = rgbd_energy(shape, depth, grey), rgbd_energy(shape, depth, grey, penalty="depth")
-    a, b = rgbd.linearize(rgbd.start), alone.linearize(alone.start)
-    assert a.cost == pytest.approx(b.cost, rel=SAME_RTOL)
-    np.testing.assert_allclose(a.gradient, b.gradient, atol=SAME_RTOL * np.abs(b.gradient).max())
-    np.testing.assert_allclose(a.hessian, b.hessian, atol=SAME_RTOL * np.abs(b.hessian).max())
 
 
 # --- what cannot be used

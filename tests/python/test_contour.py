@@ -67,18 +67,6 @@ def test_the_gradient_of_the_registration_is_the_slope_of_its_cost(affine):
         assert core[k] == pytest.approx(slope, abs=DIFFERENCE_RTOL * size)
 
 
-def test_the_data_term_of_a_step_is_the_slope_of_its_cost():
-    rng = np.random.default_rng(3)
-    phi, foreground, h = rng.uniform(-6, 6, (9, 11)), rng.uniform(0.02, 0.98, (9, 11)), 1e-6
-    cost = [twin.posterior_cost(at, foreground, 1.5)[0] for at in (phi + h, phi - h)]
-    slope = (cost[0] - cost[1]) / (2 * h)
-    # mu = 0 leaves the data term alone, and one step of length 1 is minus the slope.
-    stepped = _core.contour_steps(
-        phi.astype(np.float32), foreground.astype(np.float32), 1, {"mu": 0.0, "dt": 1.0}
-    )
-    np.testing.assert_allclose((phi - stepped)[1:-1, 1:-1], slope[1:-1, 1:-1], atol=1e-5)
-
-
 def test_the_regulariser_is_the_slope_of_the_distance_energy():
     # The printed one: minus the derivative of sum (|grad phi| - 1)^2 / 2, on a smooth phi = r^2 / 20, in closed form:
     # div((1 - 1 / |grad phi|) grad phi) = phi_rr + phi_r / r - 1 / r = 1 / 10 + 1 / 10 - 1 / r.

@@ -115,25 +115,6 @@ def test_a_blob_behind_a_post_is_not_lost():
     assert found[-1] > BEHIND_POST_IOU
 
 
-def test_what_vanishes_is_reported_lost_and_found_again():
-    video = blob_video(frames=20)
-    tracker = st.contour.ContourTracker()
-    tracker.start(video.images[0], mask=video.masks[0])
-    for image in video.images[1:10]:
-        assert tracker.track(image).ok
-    rng = np.random.default_rng(0)
-    empty = np.clip(np.array([90, 105, 80]) + rng.normal(0, 8, video.images[0].shape), 0, 255).astype(
-        np.uint8
-    )
-    gone = [tracker.track(empty) for _ in range(5)]
-    assert gone[-1].status == st.Status.LOST
-    assert gone[-1].reason
-    assert not gone[-1].mask.any()
-    back = [tracker.track(video.images[9]) for _ in range(4)][-1]
-    assert back.ok
-    assert iou(back.mask, video.masks[9]) > 0.8
-
-
 DRIFT = 30  # frames of a pixel each: without registration the shape wanders on the grid by as many cells
 KEPT_IOU = 0.97  # of the disc that moves, whatever the grid does; measured 0.98
 
@@ -187,15 +168,6 @@ def test_a_memory_learns_first_and_then_judges():
     assert (len(memory.learned), memory.judged, memory.recovered) == (7, 3, 0)
     assert len({m.shape for m in memory.learned}) == 1
     assert all(m.dtype == bool for m in memory.learned)
-
-
-def test_an_occluded_shape_is_replaced_by_the_recovered_one():
-    video, memory = head(5), Told("occluded")
-    tracker = st.contour.ContourTracker(memory=memory, burn_in=2)
-    results = follow(video, tracker, mask=video.masks[0])
-    assert memory.recovered == 2
-    assert results[-1].judgement == "occluded"
-    assert iou(results[-1].phi < 0, memory.learned[0]) > 0.95  # but for the drift correction
 
 
 def test_a_novel_shape_is_neither_learned_nor_replaced():

@@ -362,23 +362,6 @@ class TestSmoothness:
         expected = smoothness.log_dimensionless_jerk(v, rate_hz)
         assert motion.log_dimensionless_jerk(v, rate_hz) == pytest.approx(expected, abs=1e-6)
 
-    def test_a_minimum_jerk_movement_has_the_known_values(self):
-        t = np.arange(20_001) / 20_000
-        speed = step(t, 0.0, 1.0)[1]
-        assert motion.log_dimensionless_jerk(speed[:, None], 20_000.0) == pytest.approx(
-            -np.log(204.8), abs=1e-3
-        )
-        assert -np.log(204.8) == pytest.approx(-5.32, abs=0.005)
-        assert motion.sparc(speed[::100], 200.0) == pytest.approx(-1.41, abs=0.01)
-
-    def test_neither_depends_on_size(self):
-        speed = step(times(1.0), 0.0)[1]
-        assert motion.sparc(7 * speed, RATE_HZ) == pytest.approx(float(motion.sparc(speed, RATE_HZ)))
-        v = np.outer(speed, WAY)
-        assert motion.log_dimensionless_jerk(7 * v, RATE_HZ) == pytest.approx(
-            float(motion.log_dimensionless_jerk(v, RATE_HZ))
-        )
-
     def test_two_submovements_are_less_smooth_than_one(self):
         t = times(2.0)
         halting = step(t, 0.0)[1] + step(t, 1.0)[1]
@@ -420,32 +403,14 @@ def slow_dtw(a, b, band):
 
 
 class TestTimeWarping:
-    @pytest.mark.parametrize("shape", [(20, 20), (25, 18), (11, 30), (1, 5), (5, 1), (1, 1)])
+    @pytest.mark.parametrize(
+        "shape", [(20, 20), (25, 18), (11, 30), (60, 3), (7, 200), (1, 5), (5, 1), (1, 1)]
+    )
     @pytest.mark.parametrize("band", [0.1, 0.3, 1.0])
     def test_it_is_the_slow_one(self, shape, band):
         rng = np.random.default_rng(sum(shape))
         a, b = (np.cumsum(rng.normal(size=(n, 3)), axis=0) for n in shape)
         assert motion.dtw_distance(a, b, band) == pytest.approx(slow_dtw(a, b, band), rel=1e-12)
-
-    def test_a_path_that_comes_later_has_no_distance(self):
-        t = np.arange(101) / 100
-        early, late = (np.outer(step(t, s, 0.5)[0], WAY) for s in (0.2, 0.3))
-        assert motion.dtw_distance(early, late) == pytest.approx(0, abs=1e-12)
-
-    def test_the_band_is_the_largest_shift(self):
-        t = np.arange(101) / 100
-        early, late = (np.outer(step(t, s, 0.5)[0], WAY) for s in (0.1, 0.4))
-        assert motion.dtw_distance(early, late, 0.15) > 0.05
-        assert motion.dtw_distance(early, late, 0.31) == pytest.approx(0, abs=1e-12)
-
-    def test_paths_beside_each_other_have_their_distance(self):
-        x = np.outer(np.linspace(0, 1, 30), [1.0, 0, 0])
-        assert motion.dtw_distance(x, np.add(x, [0, 0.02, 0])) == pytest.approx(0.02)
-
-    @pytest.mark.parametrize("shape", [(2, 60), (60, 3), (7, 200)])
-    def test_paths_of_very_different_length_have_a_distance(self, shape):
-        a, b = (np.outer(np.linspace(0, 1, n), WAY) for n in shape)
-        assert motion.dtw_distance(a, b, 0.01) < 0.5
 
     def test_the_mean_is_over_pairs(self):
         x = np.outer(np.linspace(0, 1, 30), [1.0, 0, 0])

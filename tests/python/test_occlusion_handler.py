@@ -24,7 +24,6 @@ from sdftrack.contour.placement import (
 )
 from sdftrack.metrics import iou
 
-FLOAT_SUM = 2e-6  # relative: sums of some thousand float32 in another order
 # OpenCV's bilinear warp knows 1/32 of a pixel, so that a sample between the values 0 and 1 is off by up to 0.03; over a
 # silhouette the errors have both signs.
 WARP_COST = 0.01
@@ -36,20 +35,6 @@ PATH_PX = 1.0
 GAIN = 0.1  # of the mean overlap with the whole figure while a bar sweeps over it; measured 0.3 and more for these
 NOTHING_LOST = 0.01
 ANYWHERE = Prediction(np.array([80.0, 60.0]), 30.0, 0.2, 0.1)  # predictions that are often far off
-
-
-def test_products_are_those_of_a_slow_loop_and_the_same_each_time():
-    rng = np.random.default_rng(0)
-    pictures, templates = (rng.normal(size=(n, 37)).astype(np.float32) for n in (5, 3))
-    given = _core.contour_template_scores(pictures, templates)
-    np.testing.assert_allclose(given, slow.products(pictures, templates), rtol=FLOAT_SUM, atol=FLOAT_SUM)
-    np.testing.assert_array_equal(given, _core.contour_template_scores(pictures, templates))
-
-
-@pytest.mark.parametrize("templates", [np.zeros((3, 36), np.float32), np.zeros(37, np.float32)])
-def test_templates_of_another_length_are_refused(templates):
-    with pytest.raises(ValueError, match="templates"):
-        _core.contour_template_scores(np.zeros((5, 37), np.float32), templates)
 
 
 def test_colours_that_neither_side_has_are_no_evidence():

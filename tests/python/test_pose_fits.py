@@ -62,12 +62,6 @@ def test_each_of_many_is_as_if_alone():
         assert alone.cost == fit.cost
 
 
-def test_balls_are_where_they_are():
-    frame, poses, starts = balls(3, 4)
-    for pose, fit in zip(poses, st.fit_poses(BALL, CAMERA, frame, starts, device="cpu"), strict=True):
-        assert np.abs(fit.pose[:3, 3] - pose[:3, 3]).max() < 3e-4
-
-
 def test_shapes_of_their_own():
     frame = st.Frame(depth_of())
     fits = st.fit_poses([BOX, BALL, BOX], CAMERA, frame, [moved(POSE)] * 3, device="cpu")

@@ -43,12 +43,16 @@ def test_the_command_line_offers_every_kind():
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_a_volume_by_the_table_is_that_of_its_constructor(kind):
+def test_a_volume_holds_the_distances_of_its_solid_whoever_makes_it(kind):
     size = dict(zip(SIZES[kind], LENGTHS_M, strict=False))
     made, given = MADE[kind](*LENGTHS_M), volume_of(kind, size, 24)
     np.testing.assert_array_equal(given.values, made.values)
     np.testing.assert_array_equal(given.origin, made.origin)
     assert given.voxel_size == made.voxel_size
+    z, y, x = np.indices(made.values.shape)
+    points = made.origin + made.voxel_size * np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    exact = _core.primitive_distances(TABLE[kind].member, list(size.values()), points)[0]
+    np.testing.assert_allclose(made.values.ravel(), exact, atol=1e-7)  # float32
 
 
 @pytest.mark.parametrize("kind", KINDS)

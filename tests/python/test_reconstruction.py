@@ -133,13 +133,6 @@ def test_the_expected_error_is_of_the_true_ones_size() -> None:
     assert 0.5 < np.sqrt(np.mean(true**2)) / np.sqrt(np.mean(expected**2)) < 3
 
 
-def test_same_bits_on_any_number_of_threads() -> None:
-    one, poses_one, _ = reconstructed(1)
-    two, poses_two, _ = reconstructed(2)
-    np.testing.assert_array_equal(one.shape.values, two.shape.values)
-    np.testing.assert_array_equal(poses_one[35], poses_two[35])
-
-
 def test_the_tracker_goes_on() -> None:
     seq = scene.sequence()
     star, results = scene.begun(24, voxels=VOXELS)

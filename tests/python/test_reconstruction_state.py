@@ -95,25 +95,3 @@ def test_a_mesh_for_another_thread_makes_nothing_fail(monkeypatch):
         thread.join(60)
     assert results[0].index == 2
     assert len(meshes[0].vertices) > 0
-
-
-def test_a_viewer_that_asks_again_and_again_waits_for_the_frames():
-    star, seq = begun(1), scene.sequence()
-    errors, over = [], threading.Event()
-
-    def look():
-        while not over.is_set():
-            try:
-                star.mesh()
-            except RuntimeError as error:
-                errors.append(error)
-
-    viewer = threading.Thread(target=look)
-    viewer.start()
-    try:
-        for i in range(1, 8):
-            star.track(seq[i])
-    finally:
-        over.set()
-        viewer.join(60)
-    assert not errors

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 import copy
-import itertools
 import pickle
 import warnings
 
@@ -38,15 +37,6 @@ def random_rigid(seed=0):
 
 
 # ---- from a mesh ----
-
-
-def test_a_box_mesh_gives_the_box_distance():
-    sdf, truth = SDF.from_mesh(box_arrays(), voxels=50), SDF.box((0.08, 0.05, 0.1), voxels=50)
-    assert sdf.values.shape == truth.values.shape
-    error = np.abs(sdf.values - truth.values) / sdf.voxel_size
-    assert error[np.abs(truth.values) < 5.5 * sdf.voxel_size].max() < BAND_ATOL_VOXELS
-    assert error.max() < FAR_ATOL_VOXELS
-    assert np.array_equal(sdf.values < 0, truth.values < 0)
 
 
 def test_a_tiny_grid_agrees_with_every_point_against_every_triangle():
@@ -130,14 +120,6 @@ def test_scanned_objects_agree_with_libigl(data_dir, name):
     assert np.abs(sdf.values[tuple(cells.T)] - truth).max() / sdf.voxel_size < 0.02
 
 
-def test_walls_thinner_than_two_voxels_are_a_warning_that_names_the_voxels_to_use(data_dir):
-    mug = data_dir / "ycbv10" / "models" / "obj_000002.ply"
-    if not mug.is_file():
-        pytest.skip(f"no {mug}")
-    with pytest.warns(UserWarning, match=r"thinner than 2 voxels .*use voxels=\d+"):
-        SDF.from_mesh(mug, voxels=90, unit="mm")
-
-
 def test_a_thin_plate_warns_and_the_named_voxels_cure_it():
     outer, faces = box_arrays((0.1, 0.1, 0.1))
     inner = box_arrays((0.096, 0.096, 0.096))[0]
@@ -201,69 +183,6 @@ def test_padding_follows_the_rule():
     wide = SDF.box((0.1, 0.05, 0.05), voxels=41, padding=0.5)
     assert wide.values.shape[2] == 41
     assert np.allclose(wide.bounds[:, 0], [-0.1, 0.1])
-
-
-# ---- formulas ----
-
-
-def _segments(profile):
-    """(radius, z) corners of a solid of revolution -> distance from points, by its outline."""
-
-    def distance(points):
-        p = np.stack([np.hypot(points[..., 0], points[..., 1]), points[..., 2]], axis=-1)
-        best = np.full(p.shape[:-1], np.inf)
-        inside = np.ones(p.shape[:-1], bool)
-        for a, b in itertools.pairwise(profile):
-            a, b = np.array(a), np.array(b)
-            s = np.clip(((p - a) @ (b - a)) / ((b - a) @ (b - a)), 0, 1)
-            best = np.minimum(best, np.linalg.norm(p - a - s[..., None] * (b - a), axis=-1))
-            inside &= (b - a)[0] * (p - a)[..., 1] - (b - a)[1] * (p - a)[..., 0] > 0
-        return np.where(inside, -best, best)
-
-    return distance
-
-
-@pytest.mark.parametrize(
-    ("sdf", "truth"),
-    [
-        (SDF.sphere(0.04, voxels=30), lambda p: np.linalg.norm(p, axis=-1) - 0.04),
-        (SDF.cylinder(0.03, 0.1, voxels=30), _segments([(0, -0.05), (0.03, -0.05), (0.03, 0.05), (0, 0.05)])),
-        (SDF.cone(0.03, 0.1, voxels=30), _segments([(0, -0.05), (0.03, -0.05), (0, 0.05)])),
-    ],
-    ids=["sphere", "cylinder", "cone"],
-)
-def test_a_primitive_is_its_distance(sdf, truth):
-    np.testing.assert_allclose(sdf.values, truth(grid_points(sdf)), atol=1e-7)  # float32
-
-
-def test_a_box_has_faces_edges_and_corners():
-    sdf = SDF.box((0.08, 0.06, 0.04), voxels=60)
-    for point, distance in [
-        ((0.05, 0, 0), 0.01), ((0.045, 0.034, 0), np.hypot(0.005, 0.004)),
-        ((0.043, 0.034, 0.02), np.hypot(0.003, 0.004)), ((0, 0, 0.015), -0.005), ((0, 0, 0), -0.02),
-    ]:  # fmt: skip
-        assert sdf([point])[0] == pytest.approx(distance, abs=sdf.voxel_size)
-
-
-def test_the_ellipsoid_is_as_far_as_its_nearest_point():
-    optimize = pytest.importorskip("scipy.optimize")
-    radii = np.array([0.05, 0.02, 0.03])
-    sdf = SDF.ellipsoid(radii, voxels=24)
-    points = grid_points(sdf)
-    rng = np.random.default_rng(3)
-    for cell in rng.integers(0, sdf.values.shape, (25, 3)):
-        p = points[tuple(cell)]
-
-        def squared(angles, p=p):
-            theta, phi = angles
-            q = radii * [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)]
-            return 1e4 * ((p - q) ** 2).sum()
-
-        starts = [(np.arccos(np.clip(p[2] / max(np.linalg.norm(p), 1e-9), -1, 1)), np.arctan2(p[1], p[0]))]
-        starts += list(zip(rng.uniform(0, np.pi, 6), rng.uniform(-np.pi, np.pi, 6), strict=True))
-        best = min(optimize.minimize(squared, s, method="BFGS", tol=1e-12).fun for s in starts)
-        assert abs(sdf.values[tuple(cell)]) == pytest.approx(np.sqrt(best / 1e4), abs=2e-7)
-        assert (sdf.values[tuple(cell)] < 0) == (((p / radii) ** 2).sum() < 1)
 
 
 # ---- sampled, moved, joined ----

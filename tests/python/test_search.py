@@ -7,11 +7,9 @@ from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, dept
 
 import sdftrack as st
 from experiments.common.pose_sets import half_turns
-from reference import search as reference
-from sdftrack import _core, metrics
+from sdftrack import _core, geometry, metrics
 
 FOUND_M = 0.003  # ADD of a found box; noise is 1 mm, a wrong local minimum is beyond 10 mm
-SAME_ROTATION = 1e-12  # both sides compute in double
 AMBIGUOUS = 0.9  # of the first score
 
 
@@ -63,13 +61,6 @@ def least_add(T):
     return min(metrics.add(T, POSE @ S, corners) for S in half_turns(np.zeros(3)))
 
 
-@pytest.mark.parametrize("n", [1, 7, 240, 720])
-def test_the_rotations_are_those_of_the_twin_in_its_order(n):
-    for k in range(0, 2 * n, max(1, n // 7)):
-        seed = _core.seed_rotation(k, n)[:3, :3]
-        np.testing.assert_allclose(seed, reference.seed_rotation(k, n), atol=SAME_ROTATION)
-
-
 def test_every_rotation_comes_once():
     seeds = np.array([_core.seed_rotation(k, 240)[:3, :3].ravel() for k in range(240)])
     assert len(np.unique(np.round(seeds, 9), axis=0)) == 240
@@ -90,13 +81,10 @@ def test_any_run_of_rotations_leaves_no_large_gap(first, count, gap_deg):
 
 
 @pytest.mark.parametrize("where", ["mask", "box", "near", "whole image"])
-@pytest.mark.parametrize("seed", range(3))
-def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge, where, seed):
-    rng = np.random.default_rng(seed)
-    T = np.eye(4)
-    T[:3, :3] = reference.super_fibonacci(int(rng.integers(500)), 500)
-    T[:3, 3] = [0.03, -0.02, 0.45]
-    depth, mask = scene_of(wedge, T, seed)
+@pytest.mark.parametrize("turn", [[1.71, -1.68, -0.46], [1.87, 0.23, 1.88], [-1.14, 2.2, -0.84]], ids=str)
+def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge, where, turn):
+    T = geometry.pose(turn, [0.03, -0.02, 0.45])
+    depth, mask = scene_of(wedge, T)
     off = T.copy()
     off[:3, 3] += [0.04, -0.03, 0.03]
     query = {

@@ -234,18 +234,6 @@ def test_slats_are_counted_but_not_the_legs_behind_one_bar():
 # Learning
 
 
-def test_occluded_silhouettes_are_not_learnt_by_observing(memory, bars):
-    kept, count = memory.n_learnt, memory.n_kept
-    assert memory.observe(bars[4].seen).judgement == "occluded"
-    assert (memory.n_learnt, memory.n_kept) == (kept, count)
-
-
-def test_whole_silhouettes_are_learnt_by_observing(cat):
-    memory = learnt(cat[:40])
-    assert memory.observe(cat[41]).judgement == "unoccluded"
-    assert memory.n_learnt == 41
-
-
 def test_silhouettes_that_are_alike_are_kept_once_and_the_capacity_holds(cat):
     memory = learnt([cat[0]] * 5)
     assert (memory.n_learnt, memory.n_kept) == (5, 1)

@@ -113,15 +113,6 @@ def test_an_object_that_is_not_there_is_lost_and_has_no_pose(tracker, how):
     assert tracker.track(wall_frame()).status == ["lost"]
 
 
-def test_a_mask_without_readings_finds_nothing(tracker, body):
-    frame, mask = shot(body, POSE)
-    holes = frame.depth.copy()
-    holes[mask] = 0
-    result = tracker.start(st.Frame(holes), masks=mask)
-    assert result.status == ["lost"]
-    assert "no depth measurement" in result.reason[0]
-
-
 def test_an_unreadable_first_frame_keeps_the_place_for_the_next(tracker, body):
     frame, mask = shot(body, POSE)
     assert tracker.start(st.Frame.unreadable("torn"), masks=mask).status == ["bad_frame"]
@@ -152,23 +143,6 @@ def test_a_lost_object_is_found_elsewhere_by_itself(tracker, body):
     frames, result = run_until_found(tracker, body)
     assert frames is not None
     assert_pose_close(result.pose, ELSEWHERE, FOUND_ATOL_M, FOUND_ATOL_RAD)
-
-
-def test_a_pose_found_again_is_weak_until_a_second_frame_confirms_it(tracker, body):
-    tracker.start(shot(body, POSE)[0], poses=POSE)
-    tracker.track(wall_frame())
-    statuses = [tracker.track(shot(body, ELSEWHERE, seed=i)[0]) for i in range(8)]
-    first_sight = next(r for r in statuses if r.status != ["lost"])
-    assert first_sight.status == ["weak"]
-    assert "confirm" in first_sight.reason[0]
-    # What is there for one frame only was not the object: back to the last sure pose.
-    tracker.start(shot(body, POSE)[0], poses=POSE)
-    tracker.track(wall_frame())
-    while tracker.track(shot(body, ELSEWHERE, seed=3)[0]).status == ["lost"]:
-        pass
-    vanished = tracker.track(wall_frame())
-    assert vanished.status == ["lost"]
-    assert "not confirmed" in vanished.reason[0]
 
 
 @pytest.mark.parametrize(("evidence", "learns"), [(0.7, False), (0.97, True)])
@@ -232,27 +206,6 @@ def test_the_search_has_the_same_bits_on_any_number_of_threads(body):
 
 
 # --- motion
-
-
-@pytest.mark.parametrize("times", [True, False])
-def test_constant_velocity_follows_what_a_static_model_loses(body, times):
-    """80 mm and 8 degrees per frame without recovery: only a prediction gets there."""
-
-    def lost_frames(motion):
-        tracker = st.Tracker(body, CAMERA, threads=1, motion=motion, recover=False, retry_inliers=0.0)
-        lost = 0
-        for i in range(8):
-            speed = min(i, 3) * 0.008  # from rest
-            x = -0.12 + sum(min(j, 3) * 0.008 for j in range(i))
-            T = geometry.pose([0.5, -0.6 + 0.05 * x / 0.008, 0.2], [x, 0.01, 0.5])
-            frame, _ = shot(body, T, seed=i, timestamp=i / 30 if times else None)
-            result = tracker.start(frame, poses=T) if i == 0 else tracker.track(frame)
-            error = st.metrics.pose_error(result.pose, T)
-            lost += not (result.ok and error[0] < FOUND_ATOL_M)
-            assert speed >= 0
-        return lost
-
-    assert lost_frames("constant_velocity") == 0
 
 
 def first_scales(body, motion, xs):

@@ -130,18 +130,6 @@ def test_steps_say_scale_and_pixels_of_their_stage_and_costs_fall_within_it(trac
         assert costs == sorted(costs, reverse=True)
 
 
-def test_an_object_whose_origin_lies_outside_it_is_tracked_as_well(box):
-    T_box_far = geometry.pose([0.2, 0.1, 0], [0.3, -0.2, 0.1])
-    far = st.SDF(box.values, box.voxel_size, box.origin + np.array([0.3, -0.2, 0.1]))
-    T = POSE @ geometry.pose([0, 0, 0], [-0.3, 0.2, -0.1])
-    result = st.Tracker(far, CAMERA, threads=1).start(frame_of(), poses=[T])
-    assert_pose_close(result.pose @ T_box_far, T @ T_box_far, NOISY_ATOL_M, NOISY_ATOL_RAD)
-    # The origin swings by the turn's error times the lever of 0.37 m, and its covariance says so.
-    assert np.sqrt(np.trace(result.covariance[:3, :3])) > 0.37 * 0.5 * np.sqrt(
-        np.trace(result.covariance[3:, 3:])
-    )
-
-
 @pytest.mark.parametrize("k1", [0.25, -0.15])
 @pytest.mark.parametrize("free_space_weight", [1.0, 10.0])
 def test_a_distorted_lens_is_no_hindrance(box, k1, free_space_weight):
@@ -167,33 +155,6 @@ def test_a_frames_own_camera_goes_before_the_trackers(box):
     frame = st.Frame(depth_of(camera=other), camera=other)
     assert_pose_close(tracker.start(frame, poses=[POSE]).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
     assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)  # and back
-
-
-def test_several_shapes_are_tracked_and_the_same_one_may_come_twice(box):
-    small = 0.7 * SIZE_M
-    little = st.SDF.box(small, voxels=80)
-    poses = [
-        shifted(POSE, -0.12, 0, 0),
-        shifted(POSE @ geometry.pose([0.3, 0.2, 0.1]), 0.12, 0, 0),
-        shifted(POSE, 0, 0.12, 0),
-    ]
-    layers = [
-        depth_of(T, seed=k, size=s)
-        for k, (T, s) in enumerate(zip(poses, [SIZE_M, SIZE_M, small], strict=True))
-    ]
-    frame = st.Frame(np.min(layers, axis=0))
-    tracker = st.Tracker([box, box, little], CAMERA, threads=1, names=["left", "right", "small"])
-    result = tracker.start(frame, poses=poses)
-    assert result.ok
-    assert result.poses.shape == (3, 4, 4)
-    assert result.covariances.shape == (3, 6, 6)
-    for T, truth in zip(result.poses, poses, strict=True):
-        assert_pose_close(T, truth, 2 * NOISY_ATOL_M, 2 * NOISY_ATOL_RAD)
-    with pytest.raises(ValueError, match=r"pose: expected 1 tracked object, got 3; use \.poses\[k\]"):
-        result.pose  # noqa: B018
-    # Tracked by itself, an object gives the same bits: here they do not know of each other.
-    alone = st.Tracker(little, CAMERA, threads=1).start(frame, poses=[poses[2]])
-    np.testing.assert_array_equal(alone.pose, result.poses[2])
 
 
 def test_the_result_has_the_same_bits_for_any_number_of_threads(box):
@@ -225,21 +186,6 @@ def test_depth_and_frame_may_be_given_alike(box):
 # --- trust
 
 
-def test_an_object_that_vanishes_is_lost_and_found_again_at_its_place(tracker):
-    good = tracker.start(frame_of(), poses=[POSE])
-    for _ in range(3):
-        gone = tracker.track(wall_frame())
-        assert gone.status == ["lost"]
-        assert not gone.ok
-        assert gone.reason[0]
-        np.testing.assert_array_equal(gone.pose, good.pose)
-        assert np.isnan(gone.covariance).all()
-        assert gone.confidence[0] == 0
-    back = tracker.track(frame_of(seed=1))
-    assert back.ok
-    assert_pose_close(back.pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
-
-
 def test_something_else_at_the_objects_place_is_not_the_object(box):
     ball = st.SDF.sphere(0.03, voxels=50).render(CAMERA, POSE)[0]
     frame = st.Frame(np.where(ball > 0, ball, 1.2).astype(np.float32))
@@ -265,28 +211,6 @@ def test_a_partly_hidden_object_is_followed_and_a_mostly_hidden_one_is_not_calle
     assert confidence[2] < confidence[1]
     assert not result.ok
     assert result.reason[0]
-
-
-@pytest.mark.parametrize(
-    ("frame", "reason"),
-    [
-        (st.Frame(np.zeros(CAMERA.shape, np.float32)), "no valid measurement"),
-        (st.Frame(np.full(CAMERA.shape, np.nan, np.float32), check_units=False), "no valid measurement"),
-        (st.Frame.unreadable("000007.png: the file ends early"), "000007.png: the file ends early"),
-        (st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8)), "no depth"),
-    ],
-    ids=["zero", "nan", "unreadable", "colour only"],
-)
-def test_a_bad_frame_is_reported_with_its_reason_and_the_tracker_goes_on(tracker, frame, reason):
-    good = tracker.start(frame_of(), poses=[POSE])
-    bad = tracker.track(frame)
-    assert bad.status == ["bad_frame"]
-    assert reason in bad.reason[0]
-    assert bad.index == 1
-    np.testing.assert_array_equal(bad.pose, good.pose)
-    assert np.isnan(bad.covariance).all()
-    assert bad.confidence[0] == 0
-    assert tracker.track(frame_of(seed=1)).ok
 
 
 # --- covariance

@@ -6,15 +6,11 @@ import pytest
 from gpu_marks import MARKS, on_gpu
 from marching_cubes import marching_cubes, turned
 from scipy.ndimage import gaussian_filter
-from skimage import measure
 
 import sdftrack as st
 from sdftrack import _core
 
 DEVICES = pytest.mark.parametrize("device", [-1, pytest.param(0, marks=MARKS)], ids=["cpu", "gpu"])
-PLACE_ATOL = (
-    2e-6  # voxels; scikit-image's own are of single precision and beside the edge by 1e-7 of the values
-)
 
 
 def zero_mesh(phi, device=-1, threads=0):
@@ -59,18 +55,9 @@ def assert_closed(faces):
     np.testing.assert_array_equal(np.unique(sides[:, ::-1], axis=0), sides)
 
 
-def euler_number(vertices, faces):
-    assert len(np.unique(faces)) == len(vertices)
-    return len(vertices) - len(sides_of(faces)[0]) // 2 + len(faces)
-
-
 def volume_of(vertices, faces):
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
-
-
-def in_order(points):
-    return points[np.lexsort(np.round(points, 4).T)]
 
 
 @DEVICES
@@ -94,28 +81,6 @@ def in_blocks(edges, side=8):
         return z // side, y // side, x // side, z, y, x, axis
 
     return sorted(edges, key=place)
-
-
-@pytest.mark.parametrize("name", FIELDS)
-def test_vertices_are_where_scikit_image_has_them(name):
-    phi = FIELDS[name]()
-    theirs, vertices = measure.marching_cubes(phi, 0.0)[0][:, ::-1].astype(np.float64), zero_mesh(phi)[0]
-    on_edges = (np.abs(theirs - np.round(theirs)) < 1e-7).sum(axis=1) >= 2  # it has some within cells
-    assert on_edges.sum() > 0.99 * len(theirs)
-    np.testing.assert_allclose(in_order(vertices), in_order(theirs[on_edges]), rtol=0, atol=PLACE_ATOL)
-
-
-def test_a_ball_is_that_of_scikit_image():
-    phi = in_voxels(st.SDF.sphere(0.05, voxels=24))
-    ours, theirs = zero_mesh(phi), measure.marching_cubes(phi, 0.0, gradient_direction="ascent")[:2]
-    theirs = theirs[0][:, ::-1].astype(np.float64), theirs[1].astype(np.int32)
-    for vertices, faces in (ours, theirs):
-        assert_closed(faces)
-        assert euler_number(vertices, faces) == 2
-    assert len(ours[1]) == len(theirs[1])
-    # The same polygons, cut into triangles in another way: far less than what the ball has beyond them.
-    ball = 4 / 3 * np.pi * (0.05 / st.SDF.sphere(0.05, voxels=24).voxel_size) ** 3
-    assert abs(volume_of(*ours) - volume_of(*theirs)) < 0.05 * abs(volume_of(*theirs) - ball)
 
 
 @pytest.mark.parametrize("name", [*FIELDS, *ODD_FIELDS])

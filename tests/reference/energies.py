@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.optim import NormalEquations
 from reference.sdf import sample
 
 Array = NDArray[Any]
@@ -28,6 +27,14 @@ HIT_REACH_M = 0.05  # and begins again where it gets farther than this from the 
 CONVERGED_M = 1e-5
 NEWTON_STEPS = 8
 POSTERIOR_FLOOR = 1e-3
+
+
+class NormalEquations(NamedTuple):
+    """cost + gradient . d + d^T hessian d / 2."""
+
+    cost: float
+    gradient: Array
+    hessian: Array
 
 
 class FieldRow(NamedTuple):

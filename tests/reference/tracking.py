@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.energies import DepthLogistic, Field, find_hit
-from reference.optim import hat
 
 Array = NDArray[Any]
 
 BLIND_SLOPE = 0.03
 STEEP_GAIN = 2.0  # 1 / slope of a hit beyond which it counts as grazing
 MIN_SLOPE = 0.05
-WINDOWS = 24
-TAKEN = 3.0
-MAX_STRIDE_PX = 8.0
 
 
 class Shape(NamedTuple):
@@ -142,30 +138,6 @@ def increment_covariance(sums: Sums, diameter: float, correlation_area_px: float
     return C
 
 
-def correlation_area(u_px: Array, v_px: Array, pull: Array) -> float:
-    """Variance of the sum of `pull` over windows of the image, over that of as many independent pixels.
-
-    The windows are as large as leave WINDOWS of them side by side, and overlap by half; 0: too few pixels to tell.
-    """
-    u, v = np.asarray(u_px), np.asarray(v_px)
-    steps = np.diff(u)
-    stride = np.mean(steps[(steps > 0) & (steps < MAX_STRIDE_PX)])  # the pixels may be a subset, row by row
-    side = int(np.sqrt(len(pull) * stride / (4 * WINDOWS)))
-    if side < 1:
-        return 0.0
-    x, y = ((a - a.min()).astype(int) // side for a in (u, v))
-    sums = squares = counts = counts2 = 0.0
-    for j in range(-1, y.max() + 1):
-        for i in range(-1, x.max() + 1):
-            inside = (x >= i) & (x <= i + 1) & (y >= j) & (y <= j + 1)
-            sums += float(pull[inside].sum()) ** 2
-            squares += float((pull[inside] ** 2).sum())
-            counts += int(inside.sum())
-            counts2 += int(inside.sum()) ** 2
-    apart = counts**2 / (4 * counts2)
-    return sums / squares * apart / (apart - TAKEN) if squares > 0 and apart >= 4 * TAKEN else 0.0
-
-
 def camera_covariance(C: Array, T_cam_obj: Array, origin_obj: Array) -> Array:
     """The same in camera axes about the object's origin (x, y, z, rx, ry, rz), t = t^ + d, R = Exp(r) R^.
 
@@ -174,23 +146,5 @@ def camera_covariance(C: Array, T_cam_obj: Array, origin_obj: Array) -> Array:
     R = T_cam_obj[:3, :3]
     J = np.zeros((6, 6))
     J[:3, :3] = J[3:, 3:] = -R
-    J[:3, 3:] = hat(R @ origin_obj) @ R
+    J[:3, 3:] = np.cross(np.eye(3), R @ origin_obj) @ R
     return J @ C @ J.T
-
-
-def fit_plane(
-    points: Array, normal: Array, offset: float, reach: float, rounds: int = 5
-) -> tuple[Array, float]:
-    """Plane n . p + d = 0 through (N, 3) points, n towards the camera: total least squares, Tukey's weights.
-
-    Starts from (normal, offset); points farther than `reach` from the plane of a round have no weight in the next.
-    """
-    for _ in range(rounds):
-        u = (points @ normal + offset) / reach
-        w = np.where(np.abs(u) < 1, (1 - u**2) ** 2, 0)
-        mean = w @ points / w.sum()
-        spread = (points - mean).T @ (w[:, None] * (points - mean))
-        normal = np.linalg.eigh(spread)[1][:, 0]
-        normal = -normal if normal @ mean > 0 else normal
-        offset = -float(normal @ mean)
-    return normal, offset

@@ -19,13 +19,11 @@ def evidence(
     ends: int,
     runs_on: int,
     roughness: float,
-    odds: float = 1.0,
 ) -> float:
     """Chance that this is the object, about at this pose: a logistic function of counts, gap and roughness."""
     ending = (ends + 1) / (ends + runs_on + 2)
     log_odds = (
-        np.log(odds)
-        + WEIGHTS["constant"]
+        WEIGHTS["constant"]
         + WEIGHTS["log_gap"] * np.log(1e3 * gap_m + 0.5)
         + WEIGHTS["unhidden"] * (agree + 1) / (agree + farther + 2)
         + WEIGHTS["log_ends"] * np.log(ending / (1 - ending))
