@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sdftrack.evaluation.tables import text_table
+from sdftrack.cli.common import text_table
 
 __all__ = ["Table", "cell", "cells"]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sdftrack.evaluation.pose_errors import Errors, pose_errors, track_frames
+from experiments.common.pose_errors import Errors, pose_errors, track_frames
 
 WRONG_M, WRONG_RAD = 0.020, np.deg2rad(10.0)  # a frame this far off is lost, whatever the tracker says
 

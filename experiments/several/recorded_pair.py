@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
+from experiments.common.pose_errors import pose_errors
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.several.identity import Tracked, track
 from experiments.synth.contact import Solid, deepest
 from experiments.table import Table
 from experiments.tracking.still_and_in_hand import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES
-from sdftrack.evaluation.pose_errors import pose_errors
 
 __all__ = ["overlaps", "recorded_pair"]
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.common.bound import pose_information
+from experiments.common.pose_errors import pose_errors, track_frames
 from experiments.common.pose_sets import half_turns, off_pose
 from experiments.common.protocol import say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.evaluation.pose_errors import pose_errors, track_frames
 
 __all__ = ["cup_axis", "random_start"]
 

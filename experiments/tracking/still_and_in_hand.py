@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.pose_errors import pose_errors, track_frames
 from experiments.common.protocol import say
 from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.evaluation.pose_errors import pose_errors, track_frames
 
 __all__ = [
     "HIDING_M",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.common.pose_errors import Errors, pose_errors, track_frames
 from experiments.common.protocol import MESHES, load_mesh, load_sdf, say
 from experiments.common.tracked_scene import WRONG_M, WRONG_RAD
 from experiments.common.truth import Truth, default_camera, motion, noisy, render_truth
@@ -19,7 +20,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.progress import step
 from experiments.registry import experiment
 from experiments.table import Table, cells
-from sdftrack.evaluation.pose_errors import Errors, pose_errors, track_frames
 
 __all__ = ["COLUMNS", "MESHES", "Followed", "follow", "joined", "paths", "synthetic"]
 

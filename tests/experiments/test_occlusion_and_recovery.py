@@ -8,9 +8,9 @@ import pytest
 
 import sdftrack as st
 from experiments.__main__ import main
+from experiments.common.pose_errors import Errors
 from experiments.common.tracked_scene import Run
 from experiments.tracking import occlusion, recovery
-from sdftrack.evaluation.pose_errors import Errors
 from sdftrack.synth.duck import duck_mesh
 
 

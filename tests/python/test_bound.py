@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.common.bound import expected_length, pose_bound, pose_information
+from experiments.common.pose_errors import swing_and_turn
 from experiments.common.truth import motion
-from sdftrack.evaluation.pose_errors import swing_and_turn
 
 SIGMA_M = 1e-3
 QUADRATURE_RTOL = 1e-3  # square roots at the poles of a flat ellipsoid; measured 2e-4

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sdftrack.cli.options import Usage, option
-from sdftrack.evaluation.tables import text_table
 
 MAX_PX = 1e6  # of a window in an image
 ALL_LOST = 3  # exit code
@@ -179,6 +178,18 @@ def parse_box(text: str) -> tuple[float, float, float, float]:
     if not (abs(x) < MAX_PX and abs(y) < MAX_PX and 0 < w < MAX_PX and 0 < h < MAX_PX):
         raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
     return x, y, w, h
+
+
+def text_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Aligned columns; the first left-aligned, numbers right-aligned."""
+    widths = [max(len(r[i]) for r in [head, *rows]) for i in range(len(head))]
+    lines = [
+        "  ".join(
+            c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(r, widths, strict=True))
+        )
+        for r in [head, *rows]
+    ]
+    return "\n".join([title, *(line.rstrip() for line in lines)])
 
 
 def show_table(

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdftrack.cli.common import Common, show_table, tracker_settings
+from sdftrack.cli.common import Common, show_table, text_table, tracker_settings
 from sdftrack.cli.options import option
 from sdftrack.cli.progress import progress
 
@@ -128,18 +128,17 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     import numpy as np
 
     from sdftrack._internal.files import write_text
-    from sdftrack.evaluation.pose_errors import pose_errors
-    from sdftrack.evaluation.tables import text_table
+    from sdftrack.metrics import pose_error
     from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
     from sdftrack.viz.plots import write_plots
 
     folder = job.folder
-    errors = pose_errors(np.array([r.poses[0] for r in results]), scene.poses)
+    errors = pose_error(np.array([r.poses[0] for r in results]), scene.poses)
     save_picture(folder / "frames.png", strip(pictures))
     plots = write_plots(
         folder,
         {
-            "errors.png": lambda path: plot_run(path, errors.translation_m, errors.rotation_rad, results),
+            "errors.png": lambda path: plot_run(path, *errors, results),
             "sdf_slices.png": lambda path: plot_sdf_slices(path, sdf),
         },
     )
@@ -168,8 +167,8 @@ def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
     status = [str(r.status[0]) for r in results]
     counts = ", ".join(f"{status.count(s)} {s}" for s in ("ok", "weak", "lost"))
     return [
-        three("translation error (mm)", 1e3 * errors.translation_m, 2),
-        three("rotation error (deg)", np.rad2deg(errors.rotation_rad), 2),
+        three("translation error (mm)", 1e3 * errors[0], 2),
+        three("rotation error (deg)", np.rad2deg(errors[1]), 2),
         three("time per frame (ms)", milliseconds, 2),
         ["frames per second", f"{1e3 / milliseconds.mean():.0f}", "", ""],
         [f"status: {counts}", "", "", ""],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sdftrack.cli.common import Common, show_table
+from sdftrack.cli.common import Common, show_table, text_table
 from sdftrack.cli.objects import check_symmetry, symmetries_of
 from sdftrack.cli.options import argument, option
 from sdftrack.cli.sources import Layout
@@ -53,7 +53,6 @@ def _write(job: Evaluate, out: Path, title: str, scores: list[Any]) -> None:
     from sdftrack import __version__
     from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
-    from sdftrack.evaluation.tables import text_table
     from sdftrack.io.out_folder import prepare_folder
     from sdftrack.viz.plots import write_plots
 

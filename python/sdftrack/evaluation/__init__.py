@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Evaluation against ground truth: pose errors, their lower bound, tables and plots of `sdftrack evaluate`."""
+"""Evaluation against ground truth: scores, tables and plots of `sdftrack evaluate`."""
