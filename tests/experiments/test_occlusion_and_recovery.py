@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.__main__ import main
 from experiments.common.pose_errors import Errors
 from experiments.common.tracked_scene import Run
 from experiments.tracking import occlusion, recovery
@@ -56,14 +55,3 @@ def test_a_row_is_kept_only_within_all_limits():
     assert occlusion.kept(row)
     for change in ({"lost": 1}, {"wrong": 1}, {"mean_mm": 0.6}, {"max_deg": 1.6}):
         assert not occlusion.kept({**row, **change})
-
-
-def test_a_recovery_trial_runs_from_the_command(meshes, measured, capsys):
-    common = ["--only", "duck", "--mode", "depth", "--seeds", "1", "--voxels", "60"]
-    (made,) = measured("recovery", *common, "--frames", "37", data=meshes)["tables"]
-    (trial,) = made["numbers"]["depth"]["trials"]
-    assert trial["lost_before"] == 0
-    assert trial["flagged"] is not None
-    assert "1 trials" in capsys.readouterr().out
-    assert main(["run", "recovery", "--data", str(meshes), "--frames", "35"]) == 1
-    assert "frames: expected more than 35, got 35" in capsys.readouterr().err

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import tomllib
 from pathlib import Path
@@ -11,7 +10,6 @@ from typing import Literal
 
 import pytest
 
-import sdftrack
 from experiments import registry, targets
 from experiments.__main__ import main, run
 from experiments.data import MissingError, check
@@ -183,15 +181,6 @@ def test_targets_are_read_from_their_file_and_belong_to_experiments(tmp_path):
     with pytest.raises(ValueError, match=r"targets.toml, stones: .*most"):
         targets_of("stones", wrong)
     assert judge("stones", []) == []
-
-
-def test_the_package_knows_nothing_of_the_experiments():
-    package = Path(sdftrack.__file__).parent
-    for path in package.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            named = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-            named += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            assert not any(n.split(".")[0] == "experiments" for n in named), path
 
 
 def test_the_wheel_holds_the_package_alone():

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.__main__ import main
-from experiments.several import several
 from experiments.several.growth import growth
 from experiments.several.identity import Tracked, swapped, swaps, track
 from experiments.several.judged import judge, measure, total
@@ -218,30 +216,3 @@ def test_growth_finds_line_and_exponent():
 def test_an_unknown_way_is_named(ball):
     with pytest.raises(ValueError, match=r"way: expected one of joint, .*got 'both'"):
         track([ball.sdf], None, [], [], "both", {})
-
-
-# --- commands ------------------------------------------------------------------------------------------------
-
-
-def test_wrong_arguments_are_refused(tmp_path, capsys):
-    assert main(["run", "several.k1", "--data", str(tmp_path)]) == 1
-    assert "several.k1: expected the folders k1 in" in capsys.readouterr().err
-    assert main(["run", "several.none"]) == 2
-    with pytest.raises(SystemExit):
-        main(["run", "several.push", "--data", str(tmp_path), "--ways", "both"])
-    with pytest.raises(ValueError, match=r'noise: expected "kinect" or millimetres'):
-        several.noise_of("2", 0.001)
-    assert several.noise_of("2mm", 0.001) == pytest.approx(0.002)
-
-
-def test_both_sponges_from_the_command(data_dir, measured, capsys):
-    if not (data_dir / "k1").is_dir():
-        pytest.skip(f"recorded data absent: {data_dir / 'k1'}")
-    (made,) = measured("several.k1", "--frames", "4", "--ways", "joint", data=data_dir)["tables"]
-    rows = made["numbers"]
-    assert set(rows) == {"joint, depth, left", "joint, depth, right"}
-    for row in rows.values():
-        assert row["lost"] == 0
-        assert row["iou_least"] > 0.7
-        assert row["deepest_mm"] < 2
-    assert "joint, depth, left" in capsys.readouterr().out

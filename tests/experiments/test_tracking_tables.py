@@ -6,23 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import sdftrack as st
 from experiments.common.sweeps import box_mesh
-from experiments.common.truth import default_camera, motion, render_truth
-from experiments.tracking import synthetic
 from experiments.tracking.random_starts import cup_axis
-from sdftrack.synth.duck import duck_mesh
-
-
-@pytest.mark.slow
-def test_a_tracked_row_stands_near_the_bound():
-    duck = duck_mesh()
-    centre = duck.bounds.mean(axis=0)
-    truth = render_truth(duck, motion(12, 0.005, np.deg2rad(1.5), 0, centre), default_camera())
-    row = synthetic.joined([synthetic.follow(st.SDF.from_mesh(duck, voxels=120), truth, 0.001)])
-    assert row["lost"] == row["wrong"] == 0
-    assert 0.3 < row["times_bound_mm"] < 3  # 12 frames: a wide net; the table is for the figures
-    assert 0.3 < row["times_bound_deg"] < 3
 
 
 def test_the_bound_grows_with_the_noise(tmp_path, measured):

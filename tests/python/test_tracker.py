@@ -386,30 +386,6 @@ def test_start_may_be_called_again(tracker):
     np.testing.assert_array_equal(again.covariance, first.covariance)
 
 
-@pytest.mark.parametrize("how", ["pickle", "save"])
-def test_a_saved_tracker_goes_on_where_it_was(box, how, tmp_path):
-    tracker = st.Tracker(
-        [box, box], CAMERA, threads=1, names=["a", "b"], membership=True, collision=None, padding_m=0.05
-    )
-    poses = [shifted(POSE, -0.1, 0, 0), shifted(POSE, 0.1, 0, 0)]
-    both = st.Frame(np.minimum(depth_of(poses[0]), depth_of(poses[1])))
-    tracker.start(both, poses=poses)
-    if how == "pickle":
-        copy = pickle.loads(pickle.dumps(tracker))
-    else:
-        tracker.save(tmp_path / "box.tracker")
-        copy = st.Tracker.load(tmp_path / "box.tracker")
-        assert [p.name for p in tmp_path.iterdir()] == ["box.tracker"]  # nothing temporary is left
-    assert copy.names == ["a", "b"]
-    assert copy.options == tracker.options
-    assert copy.collision is None
-    result = copy.track(both)
-    assert result.index == 1
-    assert result.membership is not None
-    for T, truth in zip(result.poses, poses, strict=True):
-        assert_pose_close(T, truth, NOISY_ATOL_M, NOISY_ATOL_RAD)
-
-
 def test_results_pickle_compare_and_go_to_json(tracker):
     import json
 

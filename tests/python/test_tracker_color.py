@@ -207,16 +207,6 @@ def test_colour_is_asked_for_by_mode_rgbd(box):
     assert tracker.track(st.Frame.unreadable("torn")).status[0] == "bad_frame"
 
 
-def test_the_mode_survives_a_pickle(box):
-    import pickle
-
-    tracker = st.Tracker(box, CAMERA, mode="rgbd")
-    tracker.start(pair(0), poses=POSE)
-    again = pickle.loads(pickle.dumps(tracker))
-    assert again.mode == "rgbd"
-    assert again.track(pair(1)).ok
-
-
 @pytest.mark.parametrize("mode", ["auto", "rgbd"])
 def test_results_have_the_same_bits_for_any_number_of_threads(box, mode):
     frames = [pair(i) for i in range(4)]
