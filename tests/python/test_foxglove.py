@@ -163,36 +163,27 @@ def test_a_client_that_does_not_read_holds_up_nobody(server):
     assert server.dropped <= 20
 
 
-def test_a_client_that_vanishes_is_forgotten(server):
-    with connect(url_of(server), subprotocols=["foxglove.sdk.v1"]) as connection:
-        Client(connection)
-        assert eventually(lambda: server._receiver.subscribed)
-        raw = connection.socket
-        raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # a reset
-        raw.shutdown(socket.SHUT_RDWR)
-    assert eventually(lambda: not server._receiver.subscribed)
-    server.send(frame(), result())
-    with client(server) as made:
-        server.send(frame(1), result(1))
-        assert made.receive()[1] == round(1e9 * (100 + 1 / 30))
-
-
 VANISHES = """
 import socket, sys, time
 sys.path.insert(0, sys.argv[1])
-from test_foxglove import CAMERA, NAMES, client, open_stream
+from test_foxglove import *
 with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
     try:
         with client(stream, close_timeout=0.1) as made:
+            made.connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\\1" + bytes(7))  # a reset
             made.connection.socket.shutdown(socket.SHUT_RDWR)
             raise InterruptedError
     except InterruptedError:
-        time.sleep(0.3)
+        assert eventually(lambda: not stream._receiver.subscribed)
+    stream.send(frame(), result())
+    with client(stream) as made:
+        stream.send(frame(1), result(1))
+        assert made.receive()[1] == round(1e9 * (100 + 1 / 30))
 """
 
 
 @pytest.mark.slow
-def test_a_client_that_vanishes_prints_nothing():
+def test_a_client_that_vanishes_is_forgotten_and_prints_nothing():
     here = str(Path(__file__).parent)
     done = subprocess.run([sys.executable, "-c", VANISHES, here], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
@@ -224,20 +215,6 @@ def test_servers_of_one_process_have_their_own_topics(server):
         assert {c["topic"] for c in made.channels.values()} == set(TOPICS)
 
 
-def test_the_next_port_is_taken_and_said():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with open_stream(f"foxglove://localhost:{port}", NAMES, CAMERA) as stream:
-            used = int(stream.address.rsplit(":", 1)[1])
-            assert port < used < port + 20
-            assert stream.note == (
-                f"port {port} is in use, the stream is on port {used}; "
-                f"in Foxglove, open a connection to ws://localhost:{used}"
-            )
-            with client(stream):
-                pass
-
-
 def test_only_this_computer_reaches_it_unless_a_host_is_given():
     for address in ("foxglove:", "foxglove://"):
         with open_stream(address, NAMES, CAMERA) as stream:
@@ -248,20 +225,6 @@ def test_only_this_computer_reaches_it_unless_a_host_is_given():
             pass
 
 
-@pytest.mark.parametrize(
-    ("address", "error", "message"),
-    [
-        ("foxglove://localhost:99999", ValueError, "a port of at most 65535, got 99999"),
-        ("foxglove://localhost:http", ValueError, "expected foxglove://HOST:PORT"),
-        ("foxglove://203.0.113.7:8765", OSError, "foxglove://203.0.113.7:8765: expected a name or address of this"),
-        ("foxglove://no.such.host.invalid:1", OSError, "foxglove://no.such.host.invalid:1: "),
-    ],
-)  # fmt: skip
-def test_wrong_addresses_are_refused(address, error, message):
-    with pytest.raises(error, match=message):
-        open_stream(address, NAMES, CAMERA)
-
-
 def test_a_server_that_cannot_start_is_an_error_in_one_line(monkeypatch):
     import foxglove
 
@@ -270,15 +233,4 @@ def test_a_server_that_cannot_start_is_an_error_in_one_line(monkeypatch):
 
     monkeypatch.setattr(foxglove, "start_server", fails)
     with pytest.raises(OSError, match="foxglove://localhost:0: FoxgloveError: no threads"):
-        open_stream("foxglove://localhost:0", NAMES, CAMERA)
-
-
-@pytest.mark.parametrize(
-    ("package", "extra"), [("foxglove", "foxglove"), ("foxglove.websocket", "foxglove"), ("rosbags", "bags")]
-)
-def test_a_missing_extra_is_named(package, extra, monkeypatch):
-    monkeypatch.setitem(sys.modules, package, None)
-    if package == "foxglove":
-        monkeypatch.delitem(sys.modules, "foxglove.websocket", raising=False)
-    with pytest.raises(ImportError, match=rf"pip install 'sdftrack\[{extra}\]'"):
         open_stream("foxglove://localhost:0", NAMES, CAMERA)

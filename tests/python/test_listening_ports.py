@@ -227,6 +227,38 @@ def test_foxglove_opens_the_port_that_it_tells_and_no_other():
         assert ports() == set()
 
 
+def test_a_token_is_long_and_another_for_each_server():
+    tokens = set()
+    for _ in range(2):
+        with Viewer(scene()[1], CAMERA, host="0.0.0.0", port=0) as viewer:
+            tokens.add(urlsplit(viewer.url).path.strip("/"))
+        with open_stream("ws://0.0.0.0:0", ["duck"], CAMERA) as stream:
+            tokens.add(urlsplit(stream.address).query.removeprefix("token="))
+            assert urlsplit(stream.address).query in stream.note
+    assert len(tokens) == 4
+    assert min(map(len, tokens)) >= 16
+
+
+SERVERS = {
+    "viewer": lambda port: Viewer(scene()[1], CAMERA, port=port),
+    "ws": lambda port: open_stream(f"ws://localhost:{port}", ["duck"], CAMERA),
+    "foxglove": lambda port: open_stream(f"foxglove://localhost:{port}", ["duck"], CAMERA),
+}
+
+
+@pytest.mark.parametrize("kind", SERVERS)
+def test_a_port_in_use_is_told_and_the_next_one_taken(kind):
+    if kind == "foxglove":
+        pytest.importorskip("foxglove.websocket")
+    with socket.create_server(("127.0.0.1", 0)) as taken, new_ports() as ports:
+        port = taken.getsockname()[1]
+        with SERVERS[kind](port) as server:
+            ((_, used),) = ports()
+            assert port < used < port + 20
+            assert f"port {port} is in use" in server.note
+            assert str(used) in server.note.partition("use")[2]
+
+
 def test_workers_of_a_batch_and_their_page_are_not_reached_from_the_network():
     pytest.importorskip("distributed")
     from sdftrack.batch.cluster import cluster

@@ -176,7 +176,7 @@ def test_an_object_added_later_has_a_name(server):
     assert [thing["name"] for thing in message["objects"]] == ["duck", "object_1"]
 
 
-def test_a_client_that_does_not_read_loses_messages_and_holds_up_nobody(server):
+def test_a_client_that_does_not_read_loses_the_oldest_messages_and_holds_up_nobody(server):
     with client(server, max_queue=None) as good:
         raw = stalled(server)
         median = median_of_send(server)
@@ -184,57 +184,29 @@ def test_a_client_that_does_not_read_loses_messages_and_holds_up_nobody(server):
         received = [json.loads(good.recv(timeout=10))["index"] for _ in range(400)]
         assert received == list(range(400))
         assert server.dropped > 100
+        raw.settimeout(5)
+        data = b""
+        while b'"index": 399,' not in data:
+            data += raw.recv(1 << 16)
+        assert b'"index": 250,' not in data
         raw.close()
 
 
-def test_a_stalled_client_continues_with_the_newest_messages(server):
-    from websockets.sync.client import connect
-
+def test_a_client_that_vanishes_is_forgotten_with_its_threads(server):
+    before = threading.active_count()
     raw = stalled(server)
-    for i in range(400):
-        server.send(frame(i), result(i))
-        time.sleep(0.0005)
-    assert eventually(lambda: server.dropped > 100)
-    with connect(
-        server.address
-    ) as other:  # when it has the last message, the stalled one's queue has it, too
-        server.send(frame(400), result(400))
-        assert json.loads(other.recv(timeout=10))["index"] == 400
-    raw.settimeout(5)
-    data = b""
-    while b'"index": 400,' not in data:
-        data += raw.recv(1 << 16)
-    assert b'"index": 250,' not in data
-    raw.close()
-
-
-def test_a_client_that_vanishes_is_forgotten(server):
-    raw = stalled(server)
-    raw.setsockopt(
-        socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0"
-    )  # a reset, as of a killed program
+    reset = b"\1\0\0\0\0\0\0\0"  # as of a killed program
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
     raw.close()
     assert eventually(lambda: server._receiver.clients == 0)
-    server.send(
-        frame(), result()
-    )  # to nobody, unless the next client is faster than the thread that delivers
+    assert eventually(lambda: threading.active_count() == before)
+    server.send(frame(), result())  # may reach the next client, if that is faster than the thread
     with client(server) as connection:
         server.send(frame(1), result(1))
         received = [json.loads(connection.recv(timeout=60))["index"]]
         if received == [0]:
             received.append(json.loads(connection.recv(timeout=60))["index"])
         assert received[-1] == 1
-
-
-def test_a_hundred_clients_come_and_go_without_leaving_threads(server):
-    before = threading.active_count()
-    for i in range(100):
-        with client(server) as connection:
-            server.send(frame(i), result(i))
-            assert json.loads(connection.recv(timeout=10))["index"] == i
-        assert eventually(lambda: server._receiver.clients == 0)
-    assert eventually(lambda: threading.active_count() == before)
-    assert (server.sent, server.dropped) == (100, 0)
 
 
 def test_closing_delivers_what_waits_and_ends_the_threads():
@@ -264,46 +236,11 @@ def test_closing_does_not_wait_long_for_a_stalled_client():
     raw.close()
 
 
-def test_a_port_in_use_is_replaced_by_the_next_and_said_once():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with open_stream(f"ws://localhost:{port}", NAMES, CAMERA) as stream:
-            used = int(stream.address.rsplit(":", 1)[1])
-            assert port < used < port + 20
-            assert stream.note == f"port {port} is in use, the stream is on port {used}"
-            with client(stream):
-                pass
-
-
-def test_another_host_needs_the_token():
-    from websockets.exceptions import InvalidStatus
-    from websockets.sync.client import connect
-
-    with open_stream("ws://0.0.0.0:0", NAMES, CAMERA) as stream:
-        port, token = stream.address.rsplit(":", 1)[1].split("/?token=")
-        assert f"?token={token}" in stream.note
-        assert len(token) >= 16
-        for wrong in ("", "?token=", f"?token={token}x"):
-            with pytest.raises(InvalidStatus, match="401"), connect(f"ws://127.0.0.1:{port}/{wrong}"):
-                pass
-        with connect(f"ws://127.0.0.1:{port}/?token={token}") as connection:
-            assert eventually(lambda: stream._receiver.clients == 1)
-            stream.send(frame(), result())
-            assert json.loads(connection.recv(timeout=10))["index"] == 0
-    with open_stream("ws://0.0.0.0:0", NAMES, CAMERA) as another:
-        assert token not in another.note
-
-
-def test_pages_of_other_sites_may_not_read_the_stream(server):
-    from websockets.exceptions import InvalidStatus
-
+def test_a_page_of_an_origin_that_is_admitted_reads_the_stream(server):
     for origin in ("http://localhost:8000", "http://127.0.0.1"):
         with client(server, origin=origin):
             pass
         assert eventually(lambda: not server._receiver.clients)  # the next one is counted from 0
-    for origin in ("https://example.com", "null"):
-        with pytest.raises(InvalidStatus, match="403"), client(server, origin=origin):
-            pass
     admits = open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"])
     with admits as stream, client(stream, origin="null") as connection:
         stream.send(frame(), result())
@@ -368,40 +305,28 @@ def test_a_missing_osc_receiver_costs_messages_only():
 # -- mcap
 
 
-def read_mcap(path, whole=True):
-    """Messages as (topic, log time, message), deserialised by rosbags with the definitions in the file."""
+def read_mcap(path):
+    """Messages as (topic, log time, message), also of a file that was cut off, by the definitions in it."""
     from mcap.exceptions import EndOfFile
-    from mcap.reader import make_reader
     from mcap.records import Channel, Message, Schema
     from mcap.stream_reader import StreamReader
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    def rows(file):
-        if whole:
-            yield from make_reader(file).iter_messages(log_time_order=False)
-            return
-        schemas, channels = {}, {}
-        try:
-            for record in StreamReader(file).records:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    channels[record.id] = record
-                elif isinstance(record, Message):
-                    channel = channels[record.channel_id]
-                    yield schemas[channel.schema_id], channel, record
-        except EndOfFile:
-            return
-
-    out, stores = [], {}
-    with path.open("rb") as file:
-        for schema, channel, message in rows(file):
-            if schema.name not in stores:
-                stores[schema.name] = get_typestore(Stores.EMPTY)
-                stores[schema.name].register(get_types_from_msg(schema.data.decode(), schema.name))
-            store = stores[schema.name]
-            assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
-            out.append((channel.topic, message.log_time, store.deserialize_cdr(message.data, schema.name)))
+    out, stores, schemas, channels = [], {}, {}, {}
+    with path.open("rb") as file, contextlib.suppress(EndOfFile):
+        for record in StreamReader(file).records:
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+                stores[record.id] = get_typestore(Stores.EMPTY)
+                stores[record.id].register(get_types_from_msg(record.data.decode(), record.name))
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message):
+                channel = channels[record.channel_id]
+                schema = schemas[channel.schema_id]
+                assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
+                message = stores[schema.id].deserialize_cdr(record.data, schema.name)
+                out.append((channel.topic, record.log_time, message))
     return out
 
 
@@ -450,27 +375,17 @@ def test_an_mcap_file_holds_ros_messages_of_tracked_objects(bag):
             assert t.header.frame_id == "camera_depth_optical_frame"
 
 
-def test_rosbags_opens_the_file_as_a_bag(bag):
+def test_an_unknown_covariance_is_large_not_certain_in_the_bag_that_rosbags_opens(bag):
     from rosbags.highlevel import AnyReader
 
-    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
-        stream.send(frame(), result())
-    with AnyReader([bag]) as reader:
-        topics = {c.topic: c.msgtype for c in reader.connections}
-        poses = [reader.deserialize(data, c.msgtype) for c, _, data in reader.messages() if "duck" in c.topic]
-    assert topics["/sdftrack/duck/pose"] == "geometry_msgs/msg/PoseWithCovarianceStamped"
-    assert topics["/tf"] == "tf2_msgs/msg/TFMessage"
-    assert poses[0].pose.pose.position.z == result().poses[1][2, 3]
-
-
-def test_an_unknown_covariance_is_large_not_certain(bag):
-    one = result()
-    covariances = one.covariances.copy()
+    covariances = result().covariances.copy()
     covariances[0] = np.nan
-    changed = dict(vars(one), covariances=covariances)
     with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
-        stream.send(frame(), st.TrackResult(**changed))
-    (message,) = [message for topic, _, message in read_mcap(bag) if topic == "/sdftrack/box_1/pose"]
+        stream.send(frame(), st.TrackResult(**{**vars(result()), "covariances": covariances}))
+    with AnyReader([bag]) as reader:
+        (message,) = [
+            reader.deserialize(data, c.msgtype) for c, _, data in reader.messages() if "box" in c.topic
+        ]
     assert np.array_equal(message.pose.covariance.reshape(6, 6), 1e6 * np.eye(6))
 
 
@@ -495,7 +410,7 @@ def test_a_file_cut_off_by_a_crash_is_readable_up_to_its_last_chunk(bag):
     assert done.returncode == 9
     assert not bag.exists()
     part = bag.with_suffix(".part.mcap")
-    poses = [m for topic, _, m in read_mcap(part, whole=False) if topic == "/sdftrack/duck/pose"]
+    poses = [m for topic, _, m in read_mcap(part) if topic == "/sdftrack/duck/pose"]
     assert 250 <= len(poses) <= 300  # a chunk of 16 KiB has some 17 frames of two objects
     for i, message in enumerate(poses):
         assert message.pose.pose.position.z == result(i).poses[1][2, 3]
@@ -519,11 +434,7 @@ def test_a_full_disk_ends_the_file_but_not_the_tracking(bag):
     assert stream.dropped > 0
     assert stream.sent + stream.dropped == 300
     assert not bag.exists()
-    part = bag.with_suffix(".part.mcap")
-    poses = [m for topic, _, m in read_mcap(part, whole=False) if topic == "/sdftrack/duck/pose"]
-    assert len(poses) > 50
-    for i, message in enumerate(poses):
-        assert message.pose.pose.position.z == result(i).poses[1][2, 3]
+    assert len(read_mcap(bag.with_suffix(".part.mcap"))) > 150
 
 
 def test_a_frame_without_a_time_has_that_of_sending(bag):
@@ -619,9 +530,15 @@ def test_a_scheme_of_ones_own(monkeypatch):
         ("mcap:poses.bag", ValueError, "expected mcap:FILE.mcap"),
         ("mcap:no_such_folder/poses.mcap", FileNotFoundError, "the folder no_such_folder does not exist"),
         (8765, TypeError, "address: expected a text"),
+        ("foxglove://localhost:99999", ValueError, "a port of at most 65535, got 99999"),
+        ("foxglove://localhost:http", ValueError, "expected foxglove://HOST:PORT"),
+        ("foxglove://203.0.113.7:8765", OSError, "foxglove://203.0.113.7:8765: expected a name or address of this"),
+        ("foxglove://no.such.host.invalid:1", OSError, "foxglove://no.such.host.invalid:1: "),
     ],
 )  # fmt: skip
 def test_wrong_addresses_are_refused(address, error, message, tmp_path, monkeypatch):
+    if str(address).startswith("foxglove"):
+        pytest.importorskip("foxglove.websocket")
     monkeypatch.chdir(tmp_path)
     before = threading.active_count()
     with pytest.raises(error, match=message):
@@ -646,11 +563,15 @@ def test_wrong_arguments_are_refused(server):
 @pytest.mark.parametrize(
     ("address", "package", "extra"),
     [("ws://localhost:0", "websockets", "stream"), ("osc://localhost:9", "pythonosc", "stream"),
-     ("mcap:poses.mcap", "mcap", "bags"), ("mcap:poses.mcap", "rosbags", "bags")],
+     ("mcap:poses.mcap", "mcap", "bags"), ("mcap:poses.mcap", "rosbags", "bags"),
+     ("foxglove:", "foxglove", "foxglove"), ("foxglove:", "foxglove.websocket", "foxglove"),
+     ("foxglove:", "rosbags", "bags")],
 )  # fmt: skip
 def test_a_missing_extra_is_named(address, package, extra, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, package, None)
+    if package == "foxglove":
+        monkeypatch.delitem(sys.modules, "foxglove.websocket", raising=False)
     with pytest.raises(ImportError, match=rf"pip install 'sdftrack\[{extra}\]'"):
         open_stream(address, NAMES, CAMERA)
     assert list(tmp_path.iterdir()) == []

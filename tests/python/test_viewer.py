@@ -2,6 +2,7 @@
 """The viewer's server side, without a browser: what it draws and when, who is let in, what commands show."""
 
 import contextlib
+import gc
 import http.client
 import json
 import socket
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -24,7 +26,6 @@ from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.panel import lines_html, rates_html
-from sdftrack.viz.viewer.server import admitted
 from sdftrack.viz.viewer.stage import place_board, scene_distance
 
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
@@ -39,29 +40,12 @@ def viewer():
         yield made
 
 
-def get(viewer, path="/", host=None, headers=()):
+def get(viewer, path="/"):
     connection = http.client.HTTPConnection("127.0.0.1", viewer._server.port, timeout=10)
-    try:
-        connection.request(
-            "GET", path, headers={"Host": host or f"localhost:{viewer._server.port}", **dict(headers)}
-        )
+    with contextlib.closing(connection):
+        connection.request("GET", path, headers={"Host": f"localhost:{viewer._server.port}"})
         answer = connection.getresponse()
         return answer.status, answer.read()
-    finally:
-        connection.close()
-
-
-def web_socket_status(viewer, path="/", **headers):
-    """Status of the answer to a WebSocket handshake: 101 accepted."""
-    wanted = {
-        "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
-        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==", **headers,
-    }  # fmt: skip
-    lines = [f"GET {path} HTTP/1.1", f"Host: localhost:{viewer._server.port}"]
-    lines += [f"{name}: {value}" for name, value in wanted.items()]
-    with socket.create_connection(("127.0.0.1", viewer._server.port), timeout=10) as connection:
-        connection.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
-        return int(connection.recv(64).split()[1])
 
 
 # -- What is drawn, and when
@@ -85,7 +69,7 @@ def test_show_returns_at_once_and_nothing_is_drawn_while_no_page_is_open(viewer)
 def test_the_newest_frame_is_drawn_once_a_page_opens(viewer, monkeypatch):
     sequence, sdf, results = scene()
     for frame, result in zip(sequence, results, strict=True):
-        viewer.show(frame, result)
+        viewer.show(frame, result, latency_s=0.021, dropped=3)
     with watched(viewer, monkeypatch):
         wait_until(lambda: viewer.picture is not None)
         wait_until(lambda: viewer._drawer.drawn == 1)
@@ -96,6 +80,7 @@ def test_the_newest_frame_is_drawn_once_a_page_opens(viewer, monkeypatch):
         np.testing.assert_allclose(node.position, results[5].pose[:3, 3], atol=1e-6)
         R = results[5].pose[:3, :3]
         np.testing.assert_allclose(quaternion_matrix(node.wxyz), R, atol=1e-6)
+        assert "latency 21 ms, 3 dropped" in viewer._panel._rates.content
         assert len(viewer._history.confidences(1)[0]) == 6  # also those of frames that were not drawn
 
 
@@ -307,16 +292,12 @@ def test_history_measures_the_rate(monkeypatch):
     np.testing.assert_array_equal(confidences, [r.confidence[0] for r in results])
 
 
-def test_a_message_for_the_user_stands_above_the_statuses_and_is_escaped():
-    text = lines_html(None, [], ["click on <the part>"])
-    assert "<div>click on &lt;the part&gt;</div>" in text
-
-
 def test_texts_are_escaped_and_unknown_numbers_left_out():
     result = result_of(
         {"objects": [{"pose": np.eye(4).tolist(), "status": "weak", "reason": "a < b", "confidence": 0.25}]}
     )
-    text = lines_html(result, ["<script>"])
+    text = lines_html(result, ["<script>"], ["click on <the part>"])
+    assert "<div>click on &lt;the part&gt;</div>" in text
     assert "&lt;script&gt;" in text
     assert "a &lt; b" in text
     assert "weak 0.25" in text
@@ -327,41 +308,11 @@ def test_texts_are_escaped_and_unknown_numbers_left_out():
 # -- Who is let in
 
 
-def test_localhost_needs_no_token_but_its_own_name_and_page(viewer):
-    port = viewer._server.port
-    assert viewer.url == f"http://localhost:{port}/"
-    status, page = get(viewer)
-    assert status == 200
-    assert b"<html" in page
-    assert get(viewer, host="rebound.example.com")[0] == 403
-    assert get(viewer, headers={"Origin": "http://evil.example.com"})[0] == 403
-    assert web_socket_status(viewer) == 101
-    assert web_socket_status(viewer, Origin=f"http://localhost:{port}") == 101
-    assert web_socket_status(viewer, Origin="http://evil.example.com") == 403
-
-
 def test_the_printed_address_of_another_loopback_host_opens():
     from urllib.request import urlopen
 
     with Viewer(st.SDF.sphere(0.1, voxels=24), CAMERA, host="127.0.0.5", port=0) as viewer:
         assert urlopen(viewer.url, timeout=10).status == 200
-
-
-def test_another_host_needs_the_token_for_page_and_websocket():
-    _, sdf, _ = scene()
-    with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as viewer:
-        token = viewer.url.rstrip("/").rpartition("/")[2]
-        assert len(token) >= 16
-        host = f"pc:{viewer._server.port}"
-        assert get(viewer, host=host)[0] == 403
-        assert get(viewer, f"/{token[:-1]}/", host)[0] == 403
-        assert get(viewer, f"/?token={token}", host)[0] == 403
-        assert get(viewer, f"/{token}/", host)[0] == 200
-        assert web_socket_status(viewer) == 403
-        assert web_socket_status(viewer, "/" + "x" * len(token)) == 403
-        assert web_socket_status(viewer, f"/{token}") == 101
-    with Viewer(sdf, CAMERA, port=0, host="0.0.0.0") as other:
-        assert token not in other.url
 
 
 def test_a_given_token_is_asked_for_on_localhost_too():
@@ -370,30 +321,6 @@ def test_a_given_token_is_asked_for_on_localhost_too():
         assert viewer.url.endswith("/open-sesame/")
         assert get(viewer)[0] == 403
         assert get(viewer, "/open-sesame/")[0] == 200
-
-
-def test_requests_that_are_none_are_refused():
-    from websockets.datastructures import Headers
-
-    local = Headers(Host="localhost:8080")
-    for path in ("", "x", "http://x/", "x:1", "//\udcff"):
-        assert admitted(path, local, "t") is None
-    assert admitted("/t/a?b=/t/", local, "t") == "/a?b=/t/"
-    assert admitted("/a?b", local, None) == "/a?b"
-    for headers in (Headers(), Headers(Host="[::1"), Headers([("Host", "localhost"), ("Host", "localhost")])):
-        assert admitted("/", headers, None) is None
-
-
-def test_a_port_in_use_is_told_and_the_next_one_taken():
-    _, sdf, _ = scene()
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        with Viewer(sdf, CAMERA, port=port) as viewer:
-            assert viewer._server.port > port
-            assert f"port {port} is in use" in viewer.note
-            assert str(viewer._server.port) in viewer.note
 
 
 def test_requests_come_in_order_for_the_chosen_object(viewer):
@@ -405,13 +332,17 @@ def test_requests_come_in_order_for_the_chosen_object(viewer):
     assert viewer.requests() == []
 
 
-def test_closing_ends_all_threads_and_says_nothing(capfd):
+def test_closing_ends_all_threads_keeps_no_viewer_and_says_nothing(capfd):
     _, sdf, _ = scene()
     before = set(threading.enumerate())
+    closed = []
     for _ in range(20):
-        with Viewer(sdf, CAMERA, port=0):
-            pass
+        with Viewer(sdf, CAMERA, port=0) as viewer:
+            closed.append(weakref.ref(viewer))
+    del viewer
     wait_until(lambda: set(threading.enumerate()) <= before)
+    gc.collect()
+    assert [viewer for viewer in closed if viewer() is not None] == []
     out, err = capfd.readouterr()
     assert out == ""
     assert "viser" not in err
