@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -118,10 +118,6 @@ def millimetres(frame: st.Frame) -> np.ndarray:
     return np.round(1000 * frame.depth).astype(np.uint16)
 
 
-def moved(messages: list[Message], **changes: Any) -> list[Message]:
-    return [replace(m, **changes) for m in messages]
-
-
 # -- Formats
 
 FORMATS = ("ros1", "ros1-lz4", "ros1-bz2", "db3", "db3-zstd", "ros2-mcap", "mcap-loose", "protobuf", "json")
@@ -215,15 +211,13 @@ def write_ros2(folder: Path, messages: list[Message], kind: str = "db3") -> Path
 def write_mcap(path: Path, messages: list[Message], kind: str, **options: Any) -> Path:
     """`kind` "protobuf" or "json": Foxglove's schemas; "mcap-loose": ROS 2 as its fastest preset, neither chunks nor
     an index; "mcap-ros2": chunks of the mcap library's writer with its `options`."""
-    from mcap.writer import CompressionType, IndexType, Writer
+    from mcap.writer import IndexType, Writer
 
     ros = kind.startswith("mcap-")
     store = _store(False) if ros else None
     if kind == "mcap-loose":
         options = {"use_chunking": False, "index_types": IndexType.NONE, "repeat_channels": False}
         options |= {"use_statistics": False, "use_summary_offsets": False}
-    if "compression" in options:
-        options["compression"] = CompressionType[options["compression"].upper()]
     with path.open("wb") as file:
         writer = Writer(file, **options)
         writer.start(profile="ros2" if ros else "", library="test")

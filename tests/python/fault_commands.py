@@ -97,7 +97,7 @@ def make_inputs(made: Path) -> None:
     st.motion.save(made / "cup.csv", noisy(times, reaches(times, [1.0]), name="cup"))
     _images(made / "images")
     _walls(made / "walls")
-    _wand(made / "wand")
+    wand(made / "wand")
 
 
 def _images(folder: Path) -> None:
@@ -125,12 +125,12 @@ def _walls(folder: Path) -> None:
     _recording(folder, CAMERA, depths)
 
 
-def _wand(folder: Path) -> None:
+def wand(folder: Path, frames: int = 16) -> None:
     """A ball at the end of a stick, for `calibrate color`."""
     from ball_scenes import DEPTH, recorded
 
-    _, frames = recorded(noise=0.001, seed=0)
-    _recording(folder, DEPTH, [f.depth for f in frames[:16]], [f.color for f in frames[:16]])
+    made = recorded(noise=0.001, seed=0)[1][:frames]
+    _recording(folder, DEPTH, [f.depth for f in made], [f.color for f in made])
 
 
 def _recording(folder: Path, camera: st.Camera, depths: list, colors: list | None = None) -> None:
@@ -148,7 +148,7 @@ def _recording(folder: Path, camera: st.Camera, depths: list, colors: list | Non
         if colors:
             write_color(
                 folder / "rgb" / f"{i:06d}.png",
-                np.ascontiguousarray(np.pad(colors[i], ((5, 5), (5, 5), (0, 0)))),
+                np.ascontiguousarray(np.pad(colors[i], ((0, 10), (0, 10), (0, 0)))),
             )
 
 

@@ -20,7 +20,6 @@ from bag_writers import (
     recording,
     transform,
     write,
-    write_mcap,
     write_ros2,
 )
 
@@ -85,15 +84,6 @@ def test_the_colour_camera_and_its_pose_come_from_the_recording(tmp_path, kind):
         assert_same(seq, whole)
 
 
-def test_rendered_frames_come_back(tmp_path):
-    seq = st.synth.sequence(st.SDF.sphere(0.06), 3, camera=CAMERA, noise="kinect", seed=1)
-    path = write(tmp_path, recording(seq), "ros2-mcap")
-    with st.open_sequence(path) as back:
-        for frame, original in zip(back, seq, strict=True):
-            np.testing.assert_array_equal(np.round(1000 * frame.depth).astype(int), millimetres(original))
-            np.testing.assert_array_equal(frame.color, original.color)
-
-
 @pytest.mark.parametrize("kind", ["db3", "ros2-mcap"])
 def test_a_file_of_a_ros2_folder_opens_alone(tmp_path, kind):
     folder = write(tmp_path, recording(scene()), kind)
@@ -125,14 +115,6 @@ def test_a_ros2_folder_of_several_files_is_one_sequence(tmp_path):
     (folder / "whole_1.db3").unlink()
     with pytest.raises(ValueError, match=r"whole_1\.db3.*missing"):
         st.open_sequence(folder)
-
-
-@pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
-def test_chunks_of_all_compressions_are_read(tmp_path, compression):
-    path = tmp_path / "bag.mcap"
-    write_mcap(path, recording(scene()), "mcap-ros2", chunk_size=30_000, compression=compression)
-    with st.open_sequence(path) as seq:
-        assert_same(seq, scene(), [3, 0, 5, 1, 2, 4])
 
 
 def test_a_folder_compressed_as_a_whole_says_what_to_do(tmp_path):

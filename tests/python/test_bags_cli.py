@@ -73,9 +73,3 @@ def test_a_bag_is_replayed_as_a_camera(tmp_path):
         frames = list(camera)
     assert 1 <= len(frames) <= len(scene())
     assert all(frame.error == "" for frame in frames)
-
-
-def test_topics_are_not_options_of_folders(tmp_path):
-    st.save_sequence(tmp_path / "s", scene())
-    with pytest.raises(ValueError, match="depth_topic: not an option of layout bop"):
-        st.open_sequence(tmp_path / "s", depth_topic="/a")

@@ -7,13 +7,11 @@ import json
 
 import numpy as np
 import pytest
-from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
-from refusals import error_line
+from ball_scenes import COLOR, RADIUS_M, recorded
+from fault_commands import wand
 
 import sdftrack as st
-from sdftrack._internal.files import write_json
 from sdftrack.cli.app import run
-from sdftrack.io.frames import write_color, write_depth_units
 
 FRAMES = 16
 HELD_OUT_PX = 0.3
@@ -23,17 +21,8 @@ FILES = ["camera.json", "coverage.png", "path.png", "residuals.png", "result.jso
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A recording in the k1 layout; the colour images are larger than the depth images and nothing registers them."""
-    root = tmp_path_factory.mktemp("wand")
-    _, frames = recorded(noise=0.001, seed=0)
-    for name in ("depth", "rgb"):
-        (root / name).mkdir()
-    pinhole = {name: getattr(DEPTH, name) for name in ("fx", "fy", "cx", "cy")}
-    write_json(root / "camera.json", {"image_size": [320, 240], "depth_scale_m": 0.0001, "K_depth": pinhole})
-    for i, frame in enumerate(frames[:FRAMES]):
-        write_depth_units(root / "depth" / f"{i:06d}.png", np.rint(1e4 * frame.depth).astype(np.uint16))
-        padded = np.full((250, 330, 3), 128, np.uint8)
-        padded[:240, :320] = frame.color
-        write_color(root / "rgb" / f"{i:06d}.png", padded)
+    root = tmp_path_factory.mktemp("wand") / "recording"
+    wand(root, FRAMES)
     return root
 
 
@@ -74,21 +63,3 @@ def test_a_known_colour_camera_and_its_lens_stay_in_the_file(folder, tmp_path, c
     seq = st.open_sequence(out)
     assert seq.camera.color == lens
     assert np.allclose(seq.camera.T_color_depth, result["T_color_depth"])
-
-
-@pytest.mark.parametrize(
-    ("extra", "message"),
-    [
-        (["--ball-color", "0,0,250"], "--ball-color: found no round object"),
-        (["--stop", "4", "--ball-color", "225,60,30"], "at least 6 frames"),
-        (["--time-offset", "--ball-color", "225,60,30", "--stop", "8"], "leave out --time-offset"),
-    ],
-)
-def test_what_cannot_be_done_is_one_line_and_leaves_nothing(folder, tmp_path, extra, message, capsys):
-    out = tmp_path / "out"
-    code = run(
-        ["calibrate", "color", str(folder), "--ball-radius", str(RADIUS_M), "--out", str(out), "-q", *extra]
-    )
-    assert code == 1
-    assert message in error_line(capsys)
-    assert not out.exists()

@@ -24,15 +24,6 @@ GUESS = "305,301,164,127"  # 5 % and 6 px off
 FILES = ["camera.json", "coverage.png", "estimates.png", "residuals.png", "result.json"]
 # The mesh is of a volume of 100 voxels and becomes one of 60: edges are cut by about 1 mm, and the lens takes it up.
 FOCAL_SHARE, CENTER_PX = 0.005, 1.5
-EVERY_THIRD = [
-    "--step",
-    "3",
-    "--voxels",
-    "60",
-    "--max-pixels",
-    "400",
-    "-q",
-]  # where the figures do not matter
 
 
 @pytest.fixture(scope="module")
@@ -103,18 +94,6 @@ def test_another_camera_file_a_mask_and_other_unknowns_are_taken(command, folder
     assert result["camera"]["cx"] == 158.0
     assert result["im_ids"] == [5 + i for i in result["frames"]]
     assert result["settings"]["frames"] == [5, 30, 1]
-
-
-def test_an_output_folder_with_files_is_refused_before_the_work_unless_it_may_be_used(
-    command, tmp_path, capsys
-):
-    (tmp_path / "mine.txt").write_text("keep")
-    arguments = [*command, *EVERY_THIRD, "--init", "gt", "--out", str(tmp_path)]
-    assert run(arguments) == 1
-    assert "--overwrite" in error_line(capsys)
-    assert run([*arguments, "--overwrite"]) == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*FILES, "mine.txt"])
-    assert (tmp_path / "mine.txt").read_text() == "keep"
 
 
 def test_an_object_that_is_nowhere_is_an_error_that_speaks_of_init(model, tmp_path, capsys):

@@ -78,17 +78,6 @@ def test_a_part_of_the_frames_keeps_their_numbers(scene, tmp_path):
     assert sorted(p.name for p in (out / "mask").iterdir()) == ["000001.png", "000003.png", "000005.png"]
 
 
-def test_a_folder_with_files_is_refused_and_replaced_when_asked(scene, tmp_path, capsys):
-    root, box, _ = scene
-    out = tmp_path / "out"
-    given = ["contour", str(root / "rgb"), "--box", box, "--out", str(out), "-q"]
-    assert run(given) == 0
-    assert run(given) == 1
-    assert "out: expected a new or empty folder" in capsys.readouterr().err
-    assert run([*given, "--overwrite", "--stop", "3"]) == 0
-    assert len(list((out / "mask").iterdir())) == 3
-
-
 def stepped(scene, tmp_path, spoil):
     """A copy of the frames with the fourth spoilt, and its command."""
     root, box, video = scene
@@ -225,19 +214,6 @@ def test_the_tables_options_reach_the_tracker(scene, tmp_path, capsys):
     assert (settings["warp"], settings["bins"]) == ("affine", 32)
     assert run([*given, "--config", str(file), "--warp", "similarity", "--out", str(tmp_path / "b")]) == 0
     assert json.loads((tmp_path / "b" / "result.json").read_text())["settings"]["warp"] == "similarity"
-    for text, told in (
-        (
-            "[contour]\nsoftnes = 1\n",
-            "o.toml: [contour] unknown option 'softnes'; did you mean 'softness'?",
-        ),
-        ("[contour]\nbins = 8\n", "o.toml: [contour] bins: expected 16 or 32"),
-        ("max_pixels = 2000\n", "expected options in a table [contour], got none"),
-        ("[tracker]\nmax_pixels = 2000\n", "expected options in a table [contour], got none"),
-        ("[contours]\nbins = 16\n", "did you mean [contour]?"),
-    ):
-        file.write_text(text)
-        assert run([*given, "--config", str(file), "--out", str(tmp_path / "c")]) == 1
-        assert told in capsys.readouterr().err
     assert run(["config"]) == 0
     file.write_text(capsys.readouterr().out)
     assert run([*given, "--config", str(file), "--out", str(tmp_path / "d")]) == 0
@@ -257,17 +233,6 @@ def test_a_memory_is_kept_in_a_file_and_goes_on_from_it(scene, tmp_path, capsys)
     assert all(
         frame["judgement"] is not None for frame in judged
     )  # a taught memory judges from the first frame
-
-
-def test_a_file_that_is_no_memory_is_refused_and_stays(scene, tmp_path, capsys):
-    root, box, _ = scene
-    other = tmp_path / "notes.txt"
-    other.write_text("mine")
-    args = ["--memory", "--memory-file", str(other), "--out", str(tmp_path / "out")]
-    assert run(["contour", str(root / "rgb"), "--box", box, *args]) == 1
-    assert "notes.txt" in capsys.readouterr().err
-    assert other.read_text() == "mine"
-    assert not (tmp_path / "out").exists()
 
 
 def test_masks_of_others_beside_those_of_a_killed_run_are_kept(scene, tmp_path):

@@ -82,7 +82,8 @@ def test_auto_starts_from_the_masks_of_the_sequence(scene, tmp_path):
     shutil.copy(folder / "duck.ply", tmp_path)
     (tmp_path / "scene" / "mask_visib").mkdir()
     write_mask(tmp_path / "scene" / "mask_visib" / "000000_000000.png", seq.masks(0)[0])
-    report = track(tmp_path, tmp_path / "out", "--init", "auto", "-q")
+    report = track(tmp_path, tmp_path / "out", "--init", "auto", "--mode", "depth", "-q")
+    assert report["settings"]["mode"] == "depth"
     found = np.array(report["frames"][-1]["objects"][0]["pose"])
     assert st.metrics.pose_error(found, seq.ground_truth[FRAMES - 1][0])[0] < MAX_ERROR_M
 
@@ -96,11 +97,6 @@ def test_an_object_that_is_not_there_is_lost_and_told(scene, tmp_path, capsys):
     assert report["frames"][0]["objects"][0]["status"] == "lost"
     assert report["frames"][0]["objects"][0]["pose"] is None
     assert "duck lost" in capsys.readouterr().out
-
-
-def test_the_mode_is_passed_on_and_reported(scene, tmp_path):
-    folder, _ = scene
-    assert track(folder, tmp_path / "out", "--mode", "depth", "-q")["settings"]["mode"] == "depth"
 
 
 def test_another_mesh_is_drawn_at_the_pose(scene, tmp_path):
@@ -137,38 +133,27 @@ def test_two_objects_are_started_from_two_masks_in_their_order(tmp_path):
 
 
 def test_a_click_takes_what_hangs_together_and_leaves_the_table():
-    seq = st.synth.sequence(
-        st.SDF.box((0.09, 0.12, 0.1)).to_mesh(),
-        1,
-        "static",
-        camera=CAMERA,
-        clutter="touching",
-        seed=3,
-        noise=0.001,
+    box = st.SDF.box((0.09, 0.12, 0.1)).to_mesh()
+    seq, bare = (
+        st.synth.sequence(box, 1, "static", camera=CAMERA, clutter=clutter, seed=3, noise=0.001)
+        for clutter in ("touching", "wall")
     )
-    mask = seq.masks(0)[0]
-    x, y = middle_of(mask)
+    x, y = middle_of(seq.masks(0)[0])
     region = connected_region(seq[0], CAMERA, (x, y), 0.18)
     assert region[y, x]
-    bare = st.synth.sequence(
-        st.SDF.box((0.09, 0.12, 0.1)).to_mesh(),
-        1,
-        "static",
-        camera=CAMERA,
-        clutter="wall",
-        seed=3,
-        noise=0.001,
-    )
-    alone = connected_region(bare[0], CAMERA, middle_of(bare.masks(0)[0]), 0.18)
-    assert st.metrics.iou(alone, bare.masks(0)[0]) > 0.97
     points = CAMERA.back_project(seq[0].depth)
     assert np.linalg.norm(points[region] - points[y, x], axis=1).max() <= 0.18
-    empty = st.Frame(np.zeros(CAMERA.shape, np.float32))
-    with pytest.raises(ValueError, match="none there"):
-        connected_region(empty, CAMERA, (5, 5), 0.1)
-    with pytest.raises(ValueError, match="depth image"):
-        connected_region(st.Frame.unreadable("cut short"), CAMERA, (5, 5), 0.1)
+    alone = connected_region(bare[0], CAMERA, middle_of(bare.masks(0)[0]), 0.18)
+    assert st.metrics.iou(alone, bare.masks(0)[0]) > 0.97
+
+
+def test_a_click_on_nothing_says_what_is_there():
     speck = np.zeros(CAMERA.shape, np.float32)
     speck[5, 5] = 1
-    with pytest.raises(ValueError, match="1 connected pixels"):
-        connected_region(st.Frame(speck), CAMERA, (5, 5), 0.1)
+    for frame, words in (
+        (st.Frame(0 * speck), "none there"),
+        (st.Frame.unreadable("cut short"), "depth image"),
+        (st.Frame(speck), "1 connected pixels"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            connected_region(frame, CAMERA, (5, 5), 0.1)

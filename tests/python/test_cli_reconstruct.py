@@ -312,13 +312,9 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     assert not (out / "recording_2").exists()
 
 
-@pytest.mark.parametrize("by_file", [False, True])
-def test_the_sources_evolution_can_be_asked_for_and_brings_its_tracker(bare, tmp_path, by_file):
-    config = tmp_path / "o.toml"
-    config.write_text("[reconstruct]\nevolution = 'printed'\n")
-    how = ["--config", str(config)] if by_file else ["--evolution", "printed"]
+def test_the_sources_evolution_can_be_asked_for_and_brings_its_tracker(bare, tmp_path):
     out = tmp_path / "out"
-    assert quick(bare, out, "--init", "box:40,20,80,80", *how) == 0
+    assert quick(bare, out, "--init", "box:40,20,80,80", "--evolution", "printed") == 0
     settings = report_of(out)["settings"]
     assert settings["reconstructor"]["evolution"] == "printed"
     assert settings["tracker"]["stop_rule"] == "printed"
@@ -386,27 +382,3 @@ def test_a_refinement_that_fails_takes_nothing_away(recording, tmp_path, monkeyp
     assert "out of luck" in error_line(capsys)
     assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES
     assert report_of(out)["reconstruction"]["refined"] is None
-
-
-def test_the_folder_is_new_or_empty_or_written_again_with_overwrite(recording, tmp_path, capsys):
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "mine.txt").write_text("keep")
-    assert quick(recording, out) == 1
-    assert "--overwrite" in error_line(capsys)
-    assert quick(recording, out, "--overwrite", "--format", "glb") == 0
-    assert (out / "mesh.glb").is_file()
-    before = (out / "mesh.ply").read_bytes()
-    assert quick(recording, out, "--overwrite") == 0
-    # The same bits again; what is no longer asked for has gone, what is not ours has stayed.
-    assert (out / "mesh.ply").read_bytes() == before
-    assert {p.name for p in out.iterdir()} == TRACK_FILES | SHAPE_FILES | {"mine.txt"}
-
-
-def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, bare, tmp_path, capsys):
-    out = ["--out", str(tmp_path), "-q", "--no-video", "--no-refine", "--stop", "2", *VOXELS]
-    assert run(["reconstruct", str(bare), str(recording), *out]) == 1
-    text = error_line(capsys)
-    assert "1 of 2 sequences failed" in text
-    assert "bare has no mask" in text
-    assert (tmp_path / "000003" / "mesh.ply").is_file()

@@ -226,6 +226,8 @@ TABLE = """
 1 | synth --model /nowhere.ply -o o | nowhere.ply
 1 | view /nowhere | no such folder or file
 2 | view seq --seconds -1 | --seconds
+2 | view m.ply --unit km | --unit
+2 | view seq --port 70000 | --port
 1 | batch nowhere.toml -o o | nowhere.toml: no such file
 1 | batch status nowhere | expected the folder of a batch
 2 | batch status | sdftrack batch status DIR

@@ -46,9 +46,15 @@ def test_a_killed_command_leaves_whole_files_and_hinders_no_other(
         for path, file in final_files(place).items():
             check_readable(file, command.grows)
             left.append((path, file.read_bytes()))
+    mine = place / "out" / "mine.txt"
+    if not command.name:
+        mine.parent.mkdir(exist_ok=True)
+        mine.write_text("keep")
     again = ran(command.arguments(made, place, "--overwrite"), place)
     assert (again.code, again.told) == (0, "")
     wanted, found = final_files(whole), final_files(place)
+    if not command.name:
+        assert found.pop("out/mine.txt").read_text() == "keep"
     assert found.keys() == wanted.keys()
     for file in found.values():
         check_readable(file)

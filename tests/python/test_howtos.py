@@ -165,9 +165,11 @@ def realsense(sequence, monkeypatch):
 
 @pytest.mark.slow
 def test_a_realsense_live_and_recorded(page, sequence, realsense):
+    from support.software_realsense import SoftwareRealSense, record
+
     mask = sequence.masks(0)[0]
     v, u = np.argwhere(mask)[np.count_nonzero(mask) // 2]
-    record_db3(Path("recorded.db3"), sequence)
+    record(Path("recorded.db3"), SoftwareRealSense(sequence.camera, 0.0001), sequence, pause_s=0.1)
     names = page(
         "realsense.md",
         [
@@ -183,32 +185,12 @@ def test_a_realsense_live_and_recorded(page, sequence, realsense):
     assert Path("tracked_again/poses.csv").is_file()
 
 
-def record_db3(path, sequence):
-    """A recording by the SDK's own recorder."""
-    import pyrealsense2 as rs
-
-    from support.software_realsense import SoftwareRealSense
-
-    camera = SoftwareRealSense(sequence.camera, 0.0001)
-    recorder = rs.recorder(str(path), camera.device)
-    queue, sensors = rs.frame_queue(50), recorder.query_sensors()
-    for sensor in sensors:
-        sensor.open(sensor.get_stream_profiles()[:1])
-        sensor.start(queue)
-    for i, frame in enumerate(sequence):
-        camera.feed(frame, 1.7e9 + i / 30)
-        time.sleep(0.1)  # it drops what comes faster than it writes
-    for sensor in sensors:
-        sensor.stop()
-        sensor.close()
-
-
 @pytest.mark.slow
 def test_frames_from_ros2(page, sequence, monkeypatch):
-    writer = pytest.importorskip("rosbags.rosbag2")
+    pytest.importorskip("rosbags")
     frames, published = list(sequence), []
     install(monkeypatch, howto_fakes.ros(frames, CAMERA, published))
-    write_bag(writer, Path("bag"), frames)
+    write_bag(Path("bag"), frames)
     page("ros2.md")
     truth = sequence.ground_truth
     assert len(published) == len(frames)
@@ -219,36 +201,15 @@ def test_frames_from_ros2(page, sequence, monkeypatch):
         assert np.hypot(np.hypot(turn.x, turn.y), np.hypot(turn.z, turn.w)) == pytest.approx(1)
 
 
-def write_bag(rosbag2, folder, frames):
-    from rosbags.typesys import Stores, get_typestore
+def write_bag(folder, frames):
+    import bag_writers
 
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    kinds = store.types
-
-    def header(i):
-        stamp = kinds["builtin_interfaces/msg/Time"](sec=i, nanosec=0)
-        return kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="depth")
-
-    roi = kinds["sensor_msgs/msg/RegionOfInterest"](
-        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
-    )
-    info = kinds["sensor_msgs/msg/CameraInfo"](
-        header=header(0), height=CAMERA.height, width=CAMERA.width, distortion_model="plumb_bob", d=np.zeros(5),
-        k=CAMERA.K.ravel(), r=np.eye(3).ravel(), p=np.hstack([CAMERA.K, np.zeros((3, 1))]).ravel(),
-        binning_x=0, binning_y=0, roi=roi,
-    )  # fmt: skip
-    with rosbag2.Writer(folder, version=9) as bag:
-        image_type, info_type = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
-        infos = bag.add_connection("/depth/camera_info", info_type, typestore=store)
-        images = bag.add_connection("/depth/image_rect", image_type, typestore=store)
-        bag.write(infos, 0, store.serialize_cdr(info, info_type))
-        for i, frame in enumerate(frames):
-            pixels = howto_fakes.millimetres(frame)
-            message = kinds[image_type](
-                header=header(i), height=pixels.shape[0], width=pixels.shape[1], encoding="16UC1",
-                is_bigendian=0, step=2 * pixels.shape[1], data=pixels.view(np.uint8).ravel(),
-            )  # fmt: skip
-            bag.write(images, i + 1, store.serialize_cdr(message, image_type))
+    messages = [bag_writers.info("/depth/camera_info", 0, "depth", CAMERA)]
+    messages += [
+        bag_writers.image("/depth/image_rect", i * 10**9, "depth", howto_fakes.millimetres(frame), "16UC1")
+        for i, frame in enumerate(frames)
+    ]
+    bag_writers.write_ros2(folder, messages)
 
 
 @pytest.mark.slow

@@ -77,30 +77,23 @@ def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300, residual=_core.R
     return core
 
 
-def test_residuals_are_those_of_the_twin(box, frames, swept):
-    core = one_frame(box, frames[5], swept.ground_truth[5][0])
+@pytest.mark.parametrize(
+    ("kind", "twin", "atol"),
+    [
+        (_core.Residual.ray_hit, residual, 2e-6),  # the core stops at 1e-5 m of phi, then steps
+        (_core.Residual.point, point_residual, 2e-8),  # the core samples in float
+    ],
+)
+def test_residuals_are_those_of_the_twin(box, frames, swept, kind, twin, atol):
+    core = one_frame(box, frames[5], swept.ground_truth[5][0], residual=kind)
     seen = core.readings(0)
     volume = (box.values, box.voxel_size, np.array(box.origin))
     T_obj_cam = np.linalg.inv(core.poses[0])
     assert len(seen["u_px"]) > 150
     for i in range(0, len(seen["u_px"]), 10):
         u, v, d = (float(seen[k][i]) for k in ("u_px", "v_px", "reading_m"))
-        twin = residual(volume, np.array(core.lens.values), T_obj_cam, u, v, d)
-        assert twin == pytest.approx(
-            seen["residual_m"][i], abs=2e-6
-        )  # the core stops at 1e-5 m of phi, then steps
-
-
-def test_residuals_at_the_measured_points_are_those_of_the_twin(box, frames, swept):
-    core = one_frame(box, frames[5], swept.ground_truth[5][0], residual=_core.Residual.point)
-    seen = core.readings(0)
-    volume = (box.values, box.voxel_size, np.array(box.origin))
-    T_obj_cam = np.linalg.inv(core.poses[0])
-    assert len(seen["u_px"]) > 150
-    for i in range(0, len(seen["u_px"]), 10):
-        u, v, d = (float(seen[k][i]) for k in ("u_px", "v_px", "reading_m"))
-        twin = point_residual(volume, np.array(core.lens.values), T_obj_cam, u, v, d)
-        assert twin == pytest.approx(seen["residual_m"][i], abs=2e-8)  # the core samples in float
+        expected = twin(volume, np.array(core.lens.values), T_obj_cam, u, v, d)
+        assert expected == pytest.approx(seen["residual_m"][i], abs=atol)
 
 
 def test_what_a_frame_says_of_the_lens_is_its_marginal_information():

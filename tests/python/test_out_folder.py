@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tracking_fakes import CAMERA, Ball, frame, pose, result
+from tracking_fakes import CAMERA, frame, pose, result
 
 import sdftrack as st
 from sdftrack._internal import files
@@ -151,15 +151,6 @@ def test_a_folder_is_free_after_a_command_in_whatever_way_it_ends(tmp_path: Path
 
 
 # -- recorders
-
-
-def test_a_second_recorder_leaves_the_files_of_the_first_alone(tmp_path: Path) -> None:
-    with Recorder(tmp_path, CAMERA, Ball()) as first:
-        for i in range(FRAMES):
-            first.add(frame(i, pose()), result([pose()], None, i))
-            with pytest.raises(FileExistsError, match=BUSY):
-                Recorder(tmp_path, CAMERA, Ball(), overwrite=True)
-    check_whole(tmp_path)
 
 
 def test_a_lock_that_nobody_has_any_more_holds_nothing(tmp_path: Path) -> None:

@@ -3,60 +3,31 @@
 
 import sqlite3
 import threading
-import time
 
 import cv2
 import numpy as np
 import pytest
+from test_realsense import COLOR, DEPTH, SCALE, START_S, frames
 
 import sdftrack as st
 from sdftrack.io.datasets.streams import nearest_in_time
-from support.software_realsense import SoftwareRealSense
+from support.software_realsense import PAUSE_S, SoftwareRealSense, record
 
 rs = pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
 
-DEPTH = st.Camera(70.0, 71.0, 40.5, 29.0, 80, 60)
-COLOR = st.Camera(90.0, 90.0, 47.5, 35.5, 96, 72, (0.1, -0.05, 0.001, 0.002, 0.01))
 TURN = st.geometry.exp([0.015, -0.001, 0.002, 0.2, -0.3, 0.4])
 CAMERA = st.RGBDCamera(DEPTH, COLOR, T_color_depth=TURN)
-SCALE = 0.00025
-START_S = 1.7e9
 COUNT = 8
-PAUSE_S = 0.04  # between frames: the recorder drops what comes faster than it writes
-
-
-def frames(count):
-    noise = np.random.default_rng(0)
-    return [
-        st.Frame(
-            (SCALE * noise.integers(1200, 12000, DEPTH.shape)).astype(np.float32),
-            noise.integers(0, 256, (*COLOR.shape, 3)).astype(np.uint8),
-        )
-        for _ in range(count)
-    ]
-
-
-def record(path, camera, given, without_color=()):
-    """Feed the frames through the SDK's recorder."""
-    recorder = rs.recorder(str(path), camera.device)
-    queue, sensors = rs.frame_queue(50), recorder.query_sensors()
-    for sensor in sensors:
-        sensor.open(sensor.get_stream_profiles()[:1])
-        sensor.start(queue)
-    for i, frame in enumerate(given):
-        one = frame.replace(color=None) if i in without_color else frame
-        camera.feed(one, START_S + i / 30, color_delay_s=0.004)
-        time.sleep(PAUSE_S)
-    for sensor in sensors:
-        sensor.stop()
-        sensor.close()
-    del sensor, sensors, recorder  # which finishes the file
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     path = tmp_path_factory.mktemp("realsense") / "recorded.db3"
-    record(path, SoftwareRealSense(CAMERA, SCALE), frames(COUNT), without_color=(5,))
+    record(
+        path,
+        SoftwareRealSense(CAMERA, SCALE),
+        [one.replace(color=None) if i == 5 else one for i, one in enumerate(frames(COUNT))],
+    )
     return path
 
 
@@ -127,18 +98,6 @@ def played(path):
         sensor.stop()
         sensor.close()
     return images, scale, T
-
-
-def test_the_sdks_player_agrees(recorded):
-    images, scale, T = played(recorded)
-    with st.open_sequence(recorded) as seq:
-        by_time = {round(frame.timestamp, 6): frame.depth for frame in seq}
-        assert len(images) >= COUNT - 1  # the player may leave out its first image
-        for stamp, units in images:
-            wanted = st.Frame(units, depth_scale=SCALE, check_units=False).depth
-            np.testing.assert_array_equal(by_time[round(stamp, 6)], wanted)
-        assert scale == pytest.approx(SCALE)
-        np.testing.assert_allclose(seq.camera.T_color_depth, T, atol=2e-6)
 
 
 def test_frames_are_read_on_any_thread(recorded):
@@ -383,15 +342,6 @@ def test_the_sdk_reads_the_bag_as_we_do(tmp_path):
         for stamp, units in images:
             wanted = st.Frame(units, depth_scale=SCALE, check_units=False).depth
             np.testing.assert_array_equal(by_time[round(stamp, 5)], wanted)
-
-
-@pytest.mark.parametrize("share", [0.9, 0.05])
-def test_of_a_cut_bag_the_tool_that_repairs_it_is_named(tmp_path, share):
-    write_bag(tmp_path / "old.bag", 20, compression=False)
-    content = (tmp_path / "old.bag").read_bytes()
-    (tmp_path / "cut.bag").write_bytes(content[: int(share * len(content))])
-    with pytest.raises(ValueError, match=r"cut\.bag: the bag has no whole index.*: rosbag reindex cut\.bag$"):
-        st.open_sequence(tmp_path / "cut.bag", layout="realsense")
 
 
 def test_of_a_cut_database_what_is_whole_is_used_and_said(recorded, tmp_path):

@@ -4,11 +4,7 @@
 import errno
 import os
 import pickle
-import signal
-import subprocess
-import sys
 import threading
-import time
 import warnings
 from pathlib import Path
 
@@ -178,31 +174,6 @@ def test_other_programs_play_the_video(tmp_path):
         images = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
         assert container.duration == pytest.approx(40 * 33_000)
     assert [number_of(image) for image in images] == list(range(40))
-
-
-@pytest.mark.parametrize("layout", FOLDERS)
-def test_a_recording_that_was_killed_is_continued_in_a_second_video(tmp_path, layout):
-    st.save_sequence(tmp_path / "0", st.Sequence(frames(400), CAMERA))
-    out = tmp_path / "1"
-    arguments = ["convert", str(tmp_path / "0"), "--to", layout, "--color", "video", "--out", str(out), "-q"]
-    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *arguments])
-    journal, end = out / ".frames.jsonl", time.monotonic() + 60
-    while time.monotonic() < end and not (journal.is_file() and journal.read_bytes().count(b"\n") > 20):
-        time.sleep(0.002)
-    child.send_signal(signal.SIGKILL)
-    child.wait()
-    written = journal.read_bytes().count(b"\n") - 1
-    video = VideoImages(out)  # as it was left
-    held = next(i for i in range(written + 2) if i not in video)
-    assert held >= written - 1  # an image is in the file when the next one comes
-    assert [number_of(video.read(i)) for i in range(held)] == list(range(held))
-    assert run([*arguments, "--resume"]) == 0
-    names = sorted(path.name for path in out.glob("*.mkv"))
-    assert names == ["color.mkv", f"color_{min(held, written):06d}.mkv"]
-    with warnings.catch_warnings(), st.open_sequence(out) as seq:
-        warnings.simplefilter("error")
-        assert len(seq) == 400
-        assert_numbered(seq)
 
 
 def test_an_image_that_the_journal_does_not_have_is_replaced(tmp_path):

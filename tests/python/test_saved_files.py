@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import json
 import pickle
-import subprocess
-import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +14,7 @@ import box_scene
 import numpy as np
 import pytest
 import reconstruction_scene
+from measured_memory import peak_bytes
 
 import sdftrack as st
 from sdftrack._internal import saved_file
@@ -419,28 +418,16 @@ def test_other_compressions_are_refused(tmp_path: Path) -> None:
 
 # -- memory
 
-MOST_MB = 250  # above what Python and numpy need
 
-PEAK = """
-import resource, sys
-import sdftrack as st
-st.SDF.sphere(0.03, voxels=16)
-def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-before = peak()
+WARM = "import sys, sdftrack as st; st.SDF.sphere(0.03, voxels=16)"
+REFUSED = """
 try:
-    st.SDF.load(sys.argv[1])
-    print("loaded", peak() - before)
-except ValueError as error:
-    print(error)
-    print("refused", peak() - before)
+    st.SDF.load({path!r})
+except ValueError:
+    pass
+else:
+    sys.exit("loaded")
 """
-
-
-def peak_of(path: Path) -> tuple[str, float]:
-    pytest.importorskip("resource")
-    run = subprocess.run([sys.executable, "-c", PEAK, str(path)], capture_output=True, text=True, check=True)
-    word, mb = run.stdout.split()[-2:]
-    return word, float(mb)
 
 
 @pytest.mark.slow
@@ -456,9 +443,7 @@ def test_a_small_file_cannot_take_all_memory(has_header: bool, tmp_path: Path) -
             file.write(npy("(800, 800, 800)"))
             for _ in range(800):
                 file.write(bytes(4 * 800 * 800))
-    word, mb = peak_of(path)
-    assert word == "refused"
-    assert mb < 50
+    assert peak_bytes(REFUSED.format(path=str(path)), WARM) < 50e6
     with pytest.raises(ValueError, match=r"bomb\.npz: .*got 20\d\d MB declared by a file of"):
         st.SDF.load(path)
 
@@ -467,9 +452,7 @@ def test_a_small_file_cannot_take_all_memory(has_header: bool, tmp_path: Path) -
 def test_a_large_volume_takes_little_more_memory_than_it_has(tmp_path: Path) -> None:
     path = tmp_path / "large.npz"
     st.SDF(np.random.default_rng(0).random((256, 256, 256), np.float32), 0.001, (0, 0, 0)).save(path)
-    word, mb = peak_of(path)
-    assert word == "loaded"
-    assert mb < MOST_MB  # 64 MB, and its checked copy
+    assert peak_bytes(f"st.SDF.load({str(path)!r})", WARM) < 250e6  # 64 MB, and its checked copy
 
 
 @pytest.mark.slow

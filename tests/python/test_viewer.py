@@ -23,7 +23,7 @@ from sdftrack.contour.drawing import draw_outline
 from sdftrack.io.report_file import result_of
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
-from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments, wxyz
+from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments
 from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.panel import lines_html, rates_html
 from sdftrack.viz.viewer.stage import place_board, scene_distance
@@ -242,14 +242,6 @@ def test_the_axes_of_the_ellipsoid_are_three_standard_deviations():
     assert np.linalg.det(turned) == pytest.approx(1)
     np.testing.assert_allclose(turned @ np.diag(axes**2) @ turned.T, 9 * C[:3, :3], atol=1e-12)
     assert ellipsoid(np.full((6, 6), np.nan)) is None
-
-
-def test_quaternions_are_those_of_their_rotations():
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        R *= np.sign(np.linalg.det(R))
-        np.testing.assert_allclose(quaternion_matrix(wxyz(R)), R, atol=1e-9)
 
 
 def test_the_board_finds_the_pixel_that_a_ray_from_anywhere_meets():
@@ -488,14 +480,6 @@ def test_ctrl_c_ends_the_command_with_0(tracked):
         running.send_signal(2)
         out, err = running.communicate(timeout=30)
     assert (running.returncode, out, err) == (0, "", "")
-
-
-def test_wrong_usage_of_the_command(tracked, capsys):
-    assert run(["view", str(tracked / "nothing")]) == 1
-    assert "no such folder or file" in capsys.readouterr().err
-    assert run(["view", str(tracked / "duck.ply"), "--unit", "km"]) == 2
-    assert run(["view", str(tracked / "duck.ply"), "--seconds", "-1"]) == 2
-    assert run(["view", str(tracked / "duck.ply"), "--port", "70000"]) == 2
 
 
 def test_the_save_button_writes_the_shown_image(tracked, tmp_path, capsys):

@@ -8,6 +8,7 @@ import time
 from functools import cache
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import sdftrack as st
 
@@ -43,12 +44,5 @@ def watched(viewer, monkeypatch):
     monkeypatch.undo()
 
 
-def quaternion_matrix(q):
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+def quaternion_matrix(wxyz):
+    return Rotation.from_quat(np.roll(wxyz, -1)).as_matrix()
