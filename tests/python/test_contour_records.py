@@ -55,17 +55,6 @@ def test_the_repr_is_one_short_line_and_the_picture_a_png(record):
     assert record._repr_png_().startswith(b"\x89PNG")
 
 
-def test_an_assessment_does_not_change_with_the_callers_mask(masks):
-    memory = st.contour.ShapeMemory()
-    for mask in masks[:20]:
-        memory.learn(mask)
-    mine = masks[21].copy()
-    said = memory.assess(mine)
-    before = said.mask.copy()
-    mine[:] = False  # which may still be written
-    np.testing.assert_array_equal(said.mask, before)
-
-
 NUMPYS = [
     {"n_harmonics": np.int64(8)},
     {"n_inputs": np.int32(2), "spacing": np.float32(0.02)},

@@ -172,21 +172,6 @@ def test_a_union_is_the_twins_soft_minimum(shape, count, sharpness, residual):
     assert_same_model(core, Twin(energy).linearize())
 
 
-def test_the_gradient_of_a_union_is_the_slope_of_its_cost(shape):
-    energy = union_energy(shape, 2, "point", 2.0)
-    model, step = energy.linearize(energy.start), 1e-5
-    for i, e in enumerate(np.eye(12)):
-        up, down = (energy.cost(energy.moved(energy.start, sign * step * e)) for sign in (1, -1))
-        assert (up - down) / (2 * step) == pytest.approx(
-            model.gradient[i], abs=2e-2 * np.abs(model.gradient).max()
-        )
-
-
-def test_one_shape_in_a_list_is_that_shape(shape, frame):
-    alone, listed = (st.Energy(s, CAMERA, frame, START) for s in (shape, [shape]))
-    assert alone.cost(alone.start) == listed.cost(listed.start)
-
-
 @pytest.mark.parametrize("residual", ["point", "ray_hit"])
 @pytest.mark.parametrize("unknowns", UNKNOWNS[1:], ids=["scale", "intrinsics"])
 def test_size_and_intrinsics_have_the_twins_rows_too(shape, frame, unknowns, residual):

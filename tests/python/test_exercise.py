@@ -11,7 +11,6 @@ import pytest
 import sdftrack as st
 from sdftrack.synth.exercise_plans import PLANS
 from sdftrack.synth.exercise_sequence import OBJECTS
-from sdftrack.synth.exercise_signals import Oscillation, Steps, product, sine, smooth_step
 
 STEP_S = 1e-4
 DERIVATIVE_RTOL = 1e-3  # central differences of STEP_S across the jumps of the snap; measured 4e-4
@@ -78,16 +77,6 @@ def test_rests_are_at_rest_on_the_table_with_the_axis_up(kind):
             np.testing.assert_allclose(still.positions_m[0] @ n + d, 0, atol=STILL)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_something_moves_from_the_start_to_the_end_of_every_repetition(kind):
-    made = st.synth.exercise(kind, seed=4, repetitions=3)
-    assert len(made.repetitions) == 3
-    for start, end in made.repetitions:
-        speed = sum(made.sample(np.linspace(start, end, 400), k).speeds_mps[0] for k in range(made.objects))
-        assert (speed[[5, -5]] > 0).all()
-        assert speed.max() > 0.05
-
-
 def test_repetitions_do_not_overlap_and_follow_their_cues():
     for made, _ in all_of():
         edges = np.ravel(made.repetitions)
@@ -143,32 +132,6 @@ def test_the_tremor_has_the_frequency_and_amplitude_of_the_truth():
     reach = st.synth.exercise("reach", tremor_hz=5.0, tremor_amplitude_m=0.001)
     assert (reach.tremor_hz, reach.tremor_amplitude_m) == (5.0, 0.001)
     assert st.synth.exercise("reach", tremor_hz=5.0).tremor_amplitude_m > 0
-
-
-def test_an_oscillation_swells_from_rest_and_fades_to_rest():
-    wave = Oscillation(1.0, 4.0, 0.5, 7.0, (0.002, 0.001), (0.0, 1.0), 0.2)
-    out = wave(np.array([0.0, 0.999, 4.0, 9.0]))
-    assert np.abs(out).max() == 0
-    assert np.abs(wave(np.linspace(1, 4, 500))[0]).max() == pytest.approx(0.0024, rel=0.05)
-
-
-def test_a_step_is_odd_about_its_middle_and_rests_outside():
-    t = np.linspace(-1, 3, 41)
-    value, speed, acceleration, jerk = smooth_step(t, 0.0, 2.0)
-    np.testing.assert_allclose(value + value[::-1], 1, atol=STILL)
-    assert value[0] == 0
-    assert value[-1] == 1
-    assert speed.max() == pytest.approx(35 / 16 / 2)
-    outside = (t <= 0) | (t >= 2)
-    assert max(np.abs(d[outside]).max() for d in (speed, acceleration, jerk)) < STILL
-
-
-def test_sine_and_product_follow_the_chain_and_the_product_rule():
-    t = np.linspace(0.01, 1.99, 50)  # inside: the snap jumps at the ends
-    steps = Steps(((0.0, 2.0),), ((3.0,),))
-    signal = lambda at: product(sine(steps(at)[..., 0], 0.4), smooth_step(at, -1, 3))  # noqa: E731
-    found = (signal(t + STEP_S) - signal(t - STEP_S))[:3] / (2 * STEP_S)
-    np.testing.assert_allclose(signal(t)[1:], found, atol=1e-4)
 
 
 def test_more_submovements_are_less_smooth():

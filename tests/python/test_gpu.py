@@ -35,46 +35,6 @@ def test_strides_on_a_gpu_are_refused():
         st.Frame(OnGpu(strides=(4, 16)))
 
 
-@on_gpu
-def test_a_contour_tracker_on_the_gpu_gives_the_masks_of_the_cpu():
-    rng, (y, x) = np.random.default_rng(2), np.mgrid[:120, :160]
-
-    def picture(k):
-        inside = np.hypot(x - 70 - 2 * k, (y - 60) * (1 + 0.02 * k)) < 25
-        clean = np.where(inside[..., None], (200, 60, 40), (60, 110, 130))
-        return np.clip(clean + rng.normal(0, 12, clean.shape), 0, 255).astype(np.uint8)
-
-    pictures = [picture(k) for k in range(5)]
-    trackers = [st.contour.ContourTracker(device=d) for d in ("cpu", "cuda")]
-    cpu, gpu = (
-        [t.start(pictures[0], box=(44, 34, 53, 53)), *(t.track(p) for p in pictures[1:])] for t in trackers
-    )
-    for a, b in zip(cpu, gpu, strict=True):
-        assert a.mask.sum() > 1500
-        np.testing.assert_array_equal(b.phi, a.phi)
-        np.testing.assert_array_equal(b.mask, a.mask)
-        assert (b.status, b.confidence) == (a.status, a.confidence)
-
-
-# Ten steps; voxels.
-EVOLUTION_ATOL = 1e-4
-
-
-@on_gpu
-@pytest.mark.parametrize("shape", [(2, 2, 2), (3, 20, 33), (30, 31, 32)])
-@pytest.mark.parametrize("regulariser", ["double_well", "printed"])
-def test_the_gpu_evolves_a_volume_as_the_cpu_does(shape, regulariser):
-    rng = np.random.default_rng(1)
-    phi = (0.01 * rng.normal(size=shape)).astype(np.float32)
-    phi.flat[:2] = -0.01, 0.01
-    ratio = rng.normal(size=shape).astype(np.float32)
-    cpu, gpu = (
-        st.levelset.evolve(phi, ratio, 10, 0.005, regulariser=regulariser, redistance_every=0, device=d)
-        for d in ("cpu", "cuda")
-    )
-    np.testing.assert_allclose(gpu, cpu, rtol=0, atol=EVOLUTION_ATOL * 0.005)
-
-
 RENDERED = {
     "a box": (lambda: st.SDF.box((0.1, 0.06, 0.08), voxels=50), [0.01, -0.02, 0.4]),
     "a far cone": (lambda: st.SDF.cone(0.05, 0.15, voxels=60), [0.2, 0.1, 3.0]),

@@ -77,15 +77,6 @@ def test_a_nearer_view_is_another_one_a_rolled_one_is_not() -> None:
     assert [s.index for s in kept.frames] == [0, 2, 3]
 
 
-def test_where_there_is_room_for_one_a_second_recording_is_not_kept() -> None:
-    frames = Keyframes(1)
-    for i in range(3):
-        frame = keyframe(i, 0.0)
-        frame.recording = i
-        frames.add(frame)
-    assert [k.index for k in frames.frames] == [0]
-
-
 def test_the_first_frame_of_each_recording_is_kept() -> None:
     frames = Keyframes(6)
     nothing = np.empty(0, np.float32)
@@ -94,11 +85,6 @@ def test_the_first_frame_of_each_recording_is_kept() -> None:
         frames.add(Keyframe(i, (0, 0, 0, 0), nothing, None, nothing, T, None, i // 20))
     assert len(frames.frames) == 6
     assert {0, 20} <= {k.index for k in frames.frames}
-
-
-def test_one_frame_is_the_first() -> None:
-    assert kept(1, range(5)) == [0]
-    assert kept(2, range(5))[0] == 0
 
 
 def test_what_each_knows_of_its_nearest_is_true_after_many_changes() -> None:

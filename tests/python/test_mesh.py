@@ -32,12 +32,15 @@ def camera(width=40, height=30, distortion=()):
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb", ".stl"])
 def test_a_saved_mesh_loads_back_as_the_same_surface(tmp_path, suffix):
     mesh = box_mesh(colors=True)
+    mesh = Mesh(mesh.vertices, mesh.faces, mesh.colors, seen=np.arange(8) % 3)
     mesh.save(tmp_path / f"box{suffix}")
     back = Mesh.load(tmp_path / f"box{suffix}")
     assert np.allclose(back.vertices[back.faces], mesh.vertices[mesh.faces], atol=POSITION_ATOL)
     assert [p.name for p in tmp_path.iterdir()] == [f"box{suffix}"]
+    assert (back.seen is None) == (suffix in (".obj", ".stl"))
     if suffix in (".ply", ".glb"):
         assert np.array_equal(back.colors[back.faces], mesh.colors[mesh.faces])
+        assert np.array_equal(back.seen[back.faces], mesh.seen[mesh.faces])
 
 
 def test_the_unit_of_a_file_is_converted_to_metres(tmp_path):

@@ -68,14 +68,6 @@ def test_the_error_is_a_small_part_of_a_voxel():
     assert off.max() < 0.5 * voxel
 
 
-def test_metres_and_millimetres_give_the_same_surface():
-    metres = ball()
-    millimetres = st.Mesh(1e3 * metres.vertices, metres.faces)
-    np.testing.assert_allclose(
-        millimetres.decimated(300).vertices, 1e3 * metres.decimated(300).vertices, atol=1e-4
-    )
-
-
 def test_colours_and_views_of_merged_vertices_are_carried():
     fewer = ball().decimated(600)
     assert fewer.colors is not None

@@ -76,20 +76,6 @@ def test_it_loads_back_as_a_coloured_mesh_of_the_same_surface(tmp_path, suffix):
     assert st.SDF.from_mesh(back, voxels=40)([[0, 0, 0]])[0] < 0  # closed: seams are merged
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".glb", ".obj", ".stl"])
-def test_without_a_picture_colours_and_views_are_kept_where_the_format_can(tmp_path, suffix):
-    mesh = painted()
-    mesh.save(tmp_path / f"ball{suffix}")
-    assert [p.name for p in tmp_path.iterdir()] == [f"ball{suffix}"]
-    back = st.Mesh.load(tmp_path / f"ball{suffix}")
-    if suffix != ".stl":
-        np.testing.assert_array_equal(back.colors[back.faces], mesh.colors[mesh.faces])
-    if suffix in (".ply", ".glb"):
-        np.testing.assert_array_equal(back.seen[back.faces], mesh.seen[mesh.faces])
-    else:
-        assert back.seen is None
-
-
 def test_a_coarse_mesh_shows_the_colours_of_the_fine_one(tmp_path):
     fine = painted(voxels=100)
     stripes = np.where((np.arctan2(*fine.vertices[:, :2].T) * 12 / np.pi).astype(int)[:, None] % 2, 220, 30)

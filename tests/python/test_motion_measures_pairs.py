@@ -176,12 +176,3 @@ class TestSymmetryIndex:
 
     def test_nothing_to_compare_is_nan(self):
         assert np.isnan(motion.symmetry_index([0.0, 1.0, np.nan], [0.0, -2.0, 1.0])).all()
-
-    def test_samples_give_samples(self):
-        left, right = np.random.default_rng(3).uniform(1, 2, (2, 50))
-        slow = [(a - b) / (0.5 * (a + b)) for a, b in zip(left, right, strict=True)]
-        np.testing.assert_allclose(motion.symmetry_index(left, right), slow)
-
-    def test_shapes_that_differ_are_told(self):
-        with pytest.raises(ValueError, match="left, right: expected shapes that go together"):
-            motion.symmetry_index(np.ones(3), np.ones(4))

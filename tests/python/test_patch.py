@@ -13,7 +13,6 @@ import sdftrack as st
 from experiments.common.primitive_errors import measure_patch
 from experiments.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
 from experiments.synth.solids import rendered_scene
-from reference import primitives as twin
 from sdftrack import _core
 from sdftrack.cli.app import run
 from sdftrack.synth.noise import Gaussian, Kinect
@@ -23,8 +22,6 @@ PLANE = _core.PrimitiveKind.__members__["plane"]
 SIZE = {"width": 0.2, "height": 0.12}
 LENGTHS = list(SIZE.values())
 NOISE_M = 0.001
-TWIN_ATOL_M = 1e-12  # both are closed formulas
-RIM_ATOL_M = 2e-6  # the twin's rim is points 50 micrometres apart, seen from some 10 mm
 POSE = st.geometry.pose([0.4, -0.7, 0.3], [0.03, -0.02, 0.8])
 T_OBJ_CAM = np.linalg.inv(st.geometry.pose([2.7, 0.4, 0.3], [0.03, -0.02, 0.8]))
 
@@ -61,17 +58,6 @@ def clearance(ray, near, far, T=T_OBJ_CAM, size=LENGTHS):
     return _core.primitive_clearance(PLANE, list(size), T, ray.tolist(), near, far)
 
 
-def test_the_clearance_of_a_ray_is_that_of_the_twin():
-    through = beside = short = 0
-    for ray, near, far in zip(*rays(250), strict=True):
-        wanted = twin.patch_clearance(SIZE, T_OBJ_CAM, ray, near, far)
-        assert clearance(ray, near, far)[0] == pytest.approx(wanted, abs=RIM_ATOL_M + 2e-4 * abs(wanted))
-        through += wanted < 0
-        beside += wanted > 0 and far > 1
-        short += far < 1
-    assert min(through, beside, short) > 10
-
-
 def test_the_clearance_changes_with_pose_and_size_as_it_says():
     h = 1e-7
     for ray, near, far in zip(*rays(60), strict=True):
@@ -85,26 +71,6 @@ def test_the_clearance_changes_with_pose_and_size_as_it_says():
 
         slopes = [(at(h * e) - at(-h * e)) / (2 * h) for e in np.eye(8)]
         np.testing.assert_allclose(J, slopes, atol=2e-5)  # curvature 1 / |m|, h^2, and rounding
-
-
-def view_of(noise=None):
-    frame, truth = scene("standing", noise)
-    labels = truth.mask.astype(np.uint8)
-    labels[::2] = 2  # few pixels, the others say nothing
-    view = _core.PrimitiveView.of_image(frame.depth, labels, CAMERA._core, 2)
-    view.set_plane(truth.plane[0].tolist(), truth.plane[1], True)
-    return view, truth
-
-
-def test_the_way_along_a_ray_is_that_of_the_twin_before_the_patch_and_behind_it():
-    view, truth = view_of(Gaussian(NOISE_M))
-    T = np.linalg.inv(truth.T_cam_obj)
-    found = view.energy(PLANE, T, LENGTHS, _core.PrimitiveEnergyOptions())["residuals"]
-    wanted = np.array([twin.patch_way(SIZE, T, p) for p in view.points])
-    met = np.isfinite(wanted)
-    assert met.sum() > 300
-    np.testing.assert_allclose(found[met], wanted[met], atol=TWIN_ATOL_M)
-    assert wanted[met].min() < -NOISE_M < NOISE_M < wanted[met].max()  # of both sides
 
 
 # ---- points ----

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tracking_scene import increment
 
 import sdftrack as st
 from experiments.tracking.photometric import follow
@@ -43,19 +44,7 @@ def pose(seed=0, size=0.0):
     base = np.eye(4)
     base[:3, 3] = [0.004, -0.003, -0.35]
     rng = np.random.default_rng(seed)
-    return moved(base, size * rng.normal(size=6) * [1, 1, 1, 20, 20, 20])
-
-
-def moved(T, increment):
-    """increment(v, w) T, with w = 4 MRP as rotation vectors of small size are."""
-    v, w = increment[:3], increment[3:]
-    angle = 4 * np.arctan(np.linalg.norm(w) / 4)
-    axis = w / max(np.linalg.norm(w), 1e-30)
-    c = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    M = np.eye(4)
-    M[:3, :3] = np.eye(3) + np.sin(angle) * c + (1 - np.cos(angle)) * c @ c
-    M[:3, 3] = v
-    return M @ T
+    return increment(size * rng.normal(size=6) * [1, 1, 1, 20, 20, 20]) @ base
 
 
 def pixels(T_obj_cam, count=400, gain=1.0, offset=0.0, noise=0.0, light=(0, 0, 0)):
@@ -114,7 +103,7 @@ def test_the_gradient_is_that_of_the_cost(seed):
     for k in range(6):
         d = np.zeros(6)
         d[k] = step[k]
-        up, down = (energy(moved(T, s * d), seen, settled=T)[0] for s in (1, -1))
+        up, down = (energy(increment(s * d) @ T, seen, settled=T)[0] for s in (1, -1))
         slope = (up - down) / (2 * step[k])
         largest = np.abs(gradient[:3] if k < 3 else gradient[3:]).max()
         assert gradient[k] == pytest.approx(slope, rel=0.03, abs=0.02 * largest)
@@ -124,11 +113,11 @@ def test_the_gradient_is_that_of_the_cost(seed):
 def test_it_finds_all_three_turns_of_a_ball_whatever_the_exposure_and_the_light(light):
     truth = pose()
     seen = pixels(truth, gain=0.8, offset=0.1, noise=0.01, light=light)
-    T = moved(truth, np.r_[0, 0, 0, 0.02, -0.03, 0.025])
+    T = increment(np.r_[0, 0, 0, 0.02, -0.03, 0.025]) @ truth
     for _ in range(12):
         _, g, H, tone, _ = energy(T, seen)
         turn = np.linalg.solve(H[3:, 3:], -g[3:])  # the middle stays: depth holds it
-        T = moved(T, np.r_[0, 0, 0, turn])
+        T = increment(np.r_[0, 0, 0, turn]) @ T
     left = T[:3, :3] @ truth[:3, :3].T
     assert np.degrees(np.arccos((np.trace(left) - 1) / 2)) < 0.2  # 0.05 voxel of 2.4 mm at the surface
     np.testing.assert_allclose(tone, [0.8, *light, 0.1], atol=0.04)

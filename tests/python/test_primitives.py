@@ -107,35 +107,13 @@ def test_distances_are_those_of_the_twin(kind):
     np.testing.assert_allclose(printed, twin.printed_distance(kind, ALL[kind], points), rtol=1e-4, atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_both_forms_of_a_size_agree_on_the_surface_and_only_there(kind):
-    on = cloud(kind, 300)
-    for scaling in ("exact", "printed"):
-        phi = _core.primitive_distances(KIND[kind], lengths(kind), on, SCALING[scaling])[0]
-        np.testing.assert_allclose(phi, 0, atol=1e-9)
-    off = 1.4 * on
-    exact, printed = (
-        _core.primitive_distances(KIND[kind], lengths(kind), off, SCALING[s])[0] for s in SCALING
-    )
-    assert np.abs(exact - printed).max() > (1e-3 if kind not in ("sphere",) else -1)
-
-
-def test_distances_with_known_answers():
+def test_distances_at_centres_tips_and_rims():
     cases = [
-        ("sphere", [0.05], [0, 0, 0.08], 0.03),
-        ("box", [0.1, 0.06, 0.08], [0.05 + 0.03, 0.03 + 0.04, 0], 0.05),  # 3-4-5 off an edge
-        ("box", [0.1, 0.06, 0.08], [0, 0.02, 0], -0.01),
-        ("cylinder", [0.04, 0.1], [0.04 + 0.03, 0, 0.05 + 0.04], 0.05),
         ("cone", [0.06, 0.08], [0, 0, 0.04 + 0.02], 0.02),  # above the apex
-        ("cone", [0.06, 0.08], [0, 0, -0.04 - 0.01], 0.01),
         ("cone", [0.0625, 0.125], [0.02, 0, -0.0625], 0),  # on the base to the last bit
-        ("ellipsoid", [0.05, 0.08, 0.03], [0, 0.1, 0], 0.02),
         ("ellipsoid", [0.05, 0.08, 0.03], [0, 0, 0], -0.03),
         ("plane", [0.2, 0.12], [0.099, -0.059, 0], 0),
-        ("plane", [0.2, 0.12], [0.02, 0.01, 0.03], 0.03),
-        ("plane", [0.2, 0.12], [0.02, 0.01, -0.03], 0.03),  # the same behind it
-        ("plane", [0.2, 0.12], [0.1 + 0.03, 0, 0.04], 0.05),  # 3-4-5 off a side
-        ("plane", [0.2, 0.12], [0.1 + 0.02, 0.06 + 0.01, -0.02], 0.03),  # 1-2-2 off a corner
+        ("plane", [0.2, 0.12], [0.02, 0.01, -0.03], 0.03),  # behind it as before it
     ]
     for kind, size, p, wanted in cases:
         phi, grad, _ = _core.primitive_distances(KIND[kind], size, np.array([p], float))
@@ -146,13 +124,13 @@ def test_distances_with_known_answers():
 
 @pytest.mark.parametrize("kind", ALL)
 def test_the_reach_is_that_of_the_farthest_of_many_points_and_so_is_its_derivative(kind):
-    rng = np.random.default_rng(2)
+    rng, surface = np.random.default_rng(2), cloud(kind)
     for v in rng.normal(size=(6, 3)):
         v /= np.linalg.norm(v)
         reach, at, by_size = _core.primitive_reach(KIND[kind], lengths(kind), v.tolist())
-        # Points on a grid of 1 degree miss the farthest one by up to 1 - cos(0.5 deg) of a radius.
-        assert reach == pytest.approx(twin.surface_reach(kind, ALL[kind], v), abs=2e-5)
+        assert reach >= (surface @ v).max() - 1e-9
         assert np.dot(at, v) == pytest.approx(reach, abs=1e-12)
+        assert twin.distance(kind, ALL[kind], np.array([at])) == pytest.approx(0, abs=TWIN_ATOL_M)
         for i in range(len(by_size)):
             more = list(lengths(kind))
             more[i] += STEP
@@ -336,21 +314,6 @@ def test_a_frame_many_at_a_time_costs_and_pulls_as_pixel_by_pixel(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_points_of_a_whole_surface_give_size_and_pose(kind):
-    points = moved(cloud(kind), POSE)
-    fit = st.fit_primitive(points, kind)
-    assert fit.kind == kind
-    assert fit.ok, fit
-    # Exact points: what is left is the optimiser's last step.
-    np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), rtol=2e-3)
-    assert np.linalg.norm(fit.T_cam_obj[:3, 3] - POSE[:3, 3]) < 3e-4
-    if kind in ("cylinder", "cone"):
-        cosine = fit.T_cam_obj[:3, 2] @ POSE[:3, 2]
-        assert (cosine if kind == "cone" else abs(cosine)) > 1 - 1e-5
-    assert fit.inliers > 0.99
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_auto_names_the_kind_of_noisy_points_with_outliers(kind):
     rng = np.random.default_rng(3)
     points = np.concatenate(
@@ -447,24 +410,6 @@ def test_what_is_no_solid_has_a_lower_score_than_what_is():
     assert bowl < 0.85 * whole
 
 
-def test_the_rim_that_a_sensor_loses_does_not_make_an_ellipsoid_small():
-    """Kinect noise loses readings beyond 70 to 80 degrees: without them it was 2 % too small."""
-    frame, truth = scene("ellipsoid", Kinect(), seed=3)
-    fit = st.fit_primitive(frame, "ellipsoid", camera=CAMERA)
-    ratio = np.sort(list(fit.size.values())) / np.sort(list(truth.size.values()))
-    assert abs(ratio.mean() - 1) < 0.01
-
-
-def test_a_face_that_is_seen_at_a_grazing_angle_is_not_taken_for_free_space():
-    """Its readings are centimetres apart, so that no piece holds them: the box was 1.5 % too thin."""
-    rng = np.random.default_rng([KINDS.index("box"), 25])  # of the measuring command
-    truth = standing_scene("box", random_solid("box", rng), CAMERA, rng)
-    fit = st.fit_primitive(st.Frame(Gaussian(NOISE_M)(truth.depth, truth.cosine, rng)), "box", camera=CAMERA)
-    np.testing.assert_allclose(
-        np.sort(list(fit.size.values())), np.sort(list(truth.size.values())), rtol=0.005
-    )
-
-
 def measured_frame(kind, number, noise):
     """(frame, truth) of the measuring command's solid."""
     rng = np.random.default_rng([KINDS.index(kind), number])
@@ -478,18 +423,20 @@ def measured(kind, number, noise, fitted=None):
     return st.fit_primitive(frame, fitted or kind, camera=CAMERA), truth
 
 
-@pytest.mark.parametrize("number", [70, 86])
-def test_a_low_cone_on_a_table_is_not_made_smaller_by_doubt_of_its_axis(number):
-    """With its lowest point alone on the table these were 3.7 to 4 % low: 3 to 4 stated deviations."""
-    fit, truth = measured("cone", number, Kinect())
-    np.testing.assert_allclose(list(fit.size.values()), list(truth.size.values()), rtol=0.02)
-
-
-def test_a_flat_cone_is_found_though_its_side_is_nearly_level():
-    """Guesses took normals within 26 degrees of the axis for a base's: this one, at 19, came out an ellipsoid."""
-    fit, truth = measured("cone", 198, Gaussian(NOISE_M), "auto")
-    assert fit.kind == "cone"
-    np.testing.assert_allclose(list(fit.size.values()), list(truth.size.values()), rtol=0.01)
+@pytest.mark.parametrize(
+    ("kind", "number", "noise", "fitted", "share"),
+    [
+        ("box", 25, Gaussian(NOISE_M), "box", 0.005),  # a face at a grazing angle was taken for free space
+        ("cone", 70, Kinect(), "cone", 0.02),  # low ones were made smaller by doubt of their axis: 4 %
+        ("cone", 86, Kinect(), "cone", 0.02),
+        ("cone", 198, Gaussian(NOISE_M), "auto", 0.01),  # a flat one came out an ellipsoid
+    ],
+)
+def test_solids_that_came_out_wrong_once_have_their_size(kind, number, noise, fitted, share):
+    fit, truth = measured(kind, number, noise, fitted)
+    assert fit.kind == kind
+    found, true = list(fit.size.values()), list(truth.size.values())
+    np.testing.assert_allclose(np.sort(found), np.sort(true), rtol=share)
 
 
 @pytest.mark.parametrize(("number", "noise", "limit_deg"), [(3, Gaussian(NOISE_M), 0.3), (75, Kinect(), 1.0)])

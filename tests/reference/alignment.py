@@ -13,13 +13,6 @@ from sdftrack.contour.alignment import AREA, EDGE_PX, FRAME, LACKING, MARGIN_PX
 Array: TypeAlias = NDArray[np.float64]
 
 
-def products(pictures: Array, templates: Array) -> Array:
-    """(n, m) float64 sums of products of each of n pictures with each of m templates."""
-    return np.array(
-        [[sum(float(a) * float(b) for a, b in zip(p, t, strict=True)) for t in templates] for p in pictures]
-    )
-
-
 def silhouette_cost(
     evidence: Array, phi: Array, move: tuple[float, float, float, float], block: int = 1
 ) -> float:

@@ -7,30 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-AMPLITUDE, SLOPE, BEYOND = 0.42, 0.6, 4
 PER_SIDE, PSEUDO_PIXELS, LOCAL_BINS = 4, 15, 512
-
-
-def outline_offset(chance: Array, reach: int) -> tuple[float, float, float]:
-    """Mean and sd (steps) of the outline's offset, and the contrast, from the chances of 2 (reach + 4) + 1 samples.
-
-    ``p(d) ~ prod_r (h_f(r - d) p_f(r) + h_b(r - d) p_b(r))`` for ``d = -reach..reach``, the object at negative r.
-    """
-    beyond = reach + BEYOND
-    offsets = np.arange(-reach, reach + 1)
-    log_p = np.zeros(len(offsets))
-    for r in range(-beyond, beyond + 1):
-        step = AMPLITUDE * np.tanh((r - offsets) / (2 * SLOPE))
-        f = chance[r + beyond]
-        log_p += np.log((0.5 - step) * f + (0.5 + step) * (1 - f))
-    p = np.exp(log_p - log_p.max())
-    p /= p.sum()
-    mean = float(p @ offsets)
-    sd = float(np.sqrt(p @ (offsets - mean) ** 2))
-    at = int(np.floor(abs(mean) + 0.5) * np.sign(mean)) + beyond  # halves away from 0
-    inside, outside = chance[: max(0, at - 1)], chance[at + 2 :]
-    contrast = (inside.mean() if len(inside) else 0.0) - (outside.mean() if len(outside) else 0.0)
-    return mean, sd, float(contrast)
 
 
 def outline_residuals(lines: Array, K: Array, T_cam_obj: Array) -> Array:

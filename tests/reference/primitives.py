@@ -106,41 +106,6 @@ def printed_distance(kind: str, size: dict[str, float], points: Array, step: flo
     return np.asarray(distance(unit_kind, unit, y) / np.linalg.norm(gradient / S, axis=1))
 
 
-def surface_reach(kind: str, size: dict[str, float], direction: Array, count: int = 400) -> float:
-    """How far (m) a solid reaches along a unit vector: the farthest of many points of its surface."""
-    a = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    ring = np.column_stack([np.cos(a), np.sin(a), np.zeros(count)])
-    if kind == "box":
-        corners = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
-        return float((corners * _edges(size) @ direction).max())
-    if kind == "plane":
-        corners = np.array([[x, y, 0] for x in (-0.5, 0.5) for y in (-0.5, 0.5)])
-        return float((corners * [size["width"], size["height"], 0] @ direction).max())
-    if kind in ("cylinder", "cone"):
-        up = np.array([0, 0, size["height"] / 2])
-        rim = size["radius"] * ring
-        points = np.concatenate([rim - up, rim + up if kind == "cylinder" else up[None]])
-        return float((points @ direction).max())
-    radii = np.array([size["radius"]] * 3 if kind == "sphere" else [size["rx"], size["ry"], size["rz"]])
-    z = np.linspace(-1, 1, count)[:, None, None]
-    ball = np.sqrt(1 - z**2) * ring[None] + np.concatenate([0 * z, 0 * z, z], axis=2)
-    return float((ball.reshape(-1, 3) * radii @ direction).max())
-
-
-def clearance(
-    kind: str, size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float
-) -> float:
-    """Least distance (m) between a solid and the stretch of a ray (z = 1) between two depths, by small steps."""
-    low, high = near_m, far_m
-    for _ in range(6):
-        z = np.linspace(low, high, 201)
-        p = (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3]
-        phi = distance(kind, size, p)
-        k = int(phi.argmin())
-        low, high = z[max(0, k - 1)], z[min(200, k + 1)]
-    return float(phi.min())
-
-
 def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
     """Depth difference (m) between a measurement and the first intersection of its ray with the solid; nan: none."""
     ray = p_cam / p_cam[2]
@@ -152,37 +117,3 @@ def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Arr
     k = inside[0]
     hit = z[k - 1] + (z[k] - z[k - 1]) * phi[k - 1] / (phi[k - 1] - phi[k])
     return float(hit - p_cam[2])
-
-
-def patch_way(size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
-    """Depth difference (m) between a measurement and the intersection with a plane patch; nan: none."""
-    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
-    ray = R @ (p_cam / p_cam[2])
-    depth = -t[2] / ray[2]
-    hit = t + depth * ray
-    inside = abs(hit[0]) <= size["width"] / 2 and abs(hit[1]) <= size["height"] / 2
-    return float(depth - p_cam[2]) if inside else float("nan")
-
-
-def patch_clearance(
-    size: dict[str, float], T_obj_cam: Array, ray: Array, near_m: float, far_m: float, count: int = 4001
-) -> float:
-    """Least distance (m) between the stretch of a ray (z = 1) and a plane patch, by many points of its rim.
-
-    Where it passes through: minus the distance from the rim, or 20 times that of an end of the stretch from the patch.
-    """
-    R, t = T_obj_cam[:3, :3], T_obj_cam[:3, 3]
-    a, b = near_m * R @ ray + t, far_m * R @ ray + t
-    s = np.linspace(-0.5, 0.5, count)
-    w, h = size["width"], size["height"]
-    half = np.full(count, 0.5)
-    rim = np.concatenate(
-        [np.column_stack([x * w, y * h, 0 * s]) for x, y in [(half, s), (-half, s), (s, half), (s, -half)]]
-    )
-    along = np.clip((rim - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
-    to_rim = float(np.linalg.norm(a + along[:, None] * (b - a) - rim, axis=1).min())
-    if a[2] * b[2] < 0:
-        hit = a + a[2] / (a[2] - b[2]) * (b - a)
-        through = abs(hit[0]) <= w / 2 and abs(hit[1]) <= h / 2
-        return -min(to_rim, 20 * abs(a[2]), 20 * abs(b[2])) if through else to_rim
-    return min(to_rim, *(float(d) for d in distance("plane", size, np.array([a, b]))))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Harmonics and remembered silhouettes, slow and obvious: the sums as the text has them, all shapes, all pixels."""
+"""Remembered silhouettes, slow and obvious: all shapes, all pixels."""
 
 from __future__ import annotations
 
@@ -10,23 +10,6 @@ from numpy.typing import NDArray
 
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
-
-
-def coefficient(mask: Mask, u: int, v: int) -> float:
-    """C(u, v) of a square silhouette, +1 inside and -1 outside (thesis Eq. 6.1, 6.2); u counts down, v across."""
-    size = mask.shape[0]
-    total = 0.0
-    for y in range(size):
-        for x in range(size):
-            f = 1.0 if mask[y, x] else -1.0
-            down = np.cos(np.pi * (2 * y + 1) * u / (2 * size))
-            across = np.cos(np.pi * (2 * x + 1) * v / (2 * size))
-            total += f * down * across
-    return float(_alpha(u, size) * _alpha(v, size) * total)
-
-
-def _alpha(u: int, size: int) -> float:
-    return float(np.sqrt((1 if u == 0 else 2) / size))
 
 
 def sticks_out(seen: Mask, remembered: Mask) -> Array:
