@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-import struct
 import subprocess
 import sys
 import tempfile
@@ -15,8 +14,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-
-__all__ = ["Score", "run_batches"]
+from typing import Any
 
 HANG_S = 25.0
 START_S = 120.0  # to import and make the seeds
@@ -88,20 +86,19 @@ def _process(target: str, first: int, count: int, score: Score) -> int:
                 stdout=errors, stderr=errors, env={**os.environ, "PYTHONHASHSEED": "0"},
             )  # fmt: skip
             hung = _wait(child, folder)
-        done = 0
-        for line in _lines(folder / "outcomes"):
-            done += 1
+        lines = _lines(folder)
+        done = [line for line in lines if "outcome" in line]
+        for line in done:
             score.counts[line["outcome"]] += 1
             score.seconds += line["seconds"]
             if line["outcome"] in ("unclear", "error"):
                 score.findings.append(Finding(line["seed"], line["outcome"], line["message"]))
-        at = _place(folder)
-        if at == -1 or done == count:
+        if len(done) == count:
             return first + count
         told = (folder / "stderr").read_text(errors="replace")[-800:]
-        if at is None:
+        if not lines:
             raise RuntimeError(f"{target}: the process did not begin (code {child.returncode}): {told}")
-        kind = HANG if hung else CRASH
+        kind, at = HANG if hung else CRASH, first + len(done)
         score.counts[kind] += 1
         score.seconds += HANG_S if hung else 0.0
         score.findings.append(Finding(at, kind, f"code {child.returncode}: {told}"))
@@ -110,28 +107,22 @@ def _process(target: str, first: int, count: int, score: Score) -> int:
 
 def _wait(child: subprocess.Popen[bytes], folder: Path) -> bool:
     """Wait for the end; True if it had to be killed because a case did not end."""
-    last, since = None, time.monotonic()
+    last, since = 0, time.monotonic()
     while child.poll() is None:
         time.sleep(POLL_S)
-        place = _place(folder)
-        if place != last:
-            last, since = place, time.monotonic()
-        elif time.monotonic() - since > (START_S if place is None else HANG_S):
+        length = len(_lines(folder))
+        if length != last:
+            last, since = length, time.monotonic()
+        elif time.monotonic() - since > (HANG_S if length else START_S):
             child.kill()
             child.wait()
             return True
     return False
 
 
-def _place(folder: Path) -> int | None:
-    try:
-        data = (folder / "place").read_bytes()
-    except FileNotFoundError:
-        return None
-    return int(struct.unpack("<q", data)[0]) if len(data) == 8 else None
-
-
-def _lines(path: Path) -> list[dict]:
+def _lines(folder: Path) -> list[dict[str, Any]]:
+    """What the process has told: each case as it begins, and its outcome."""
+    path = folder / "outcomes"
     if not path.is_file():
         return []
     return [json.loads(line) for line in path.read_text().split("\n") if line.endswith("}")]

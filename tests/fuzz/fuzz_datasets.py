@@ -17,17 +17,14 @@ import sdftrack as st
 CUBE = st.SDF.box([0.1, 0.1, 0.1], voxels=9).to_mesh()
 
 
-def sequence(frames: int = 3) -> st.Sequence:
+def sequence(camera: st.Camera = CAMERA, frames: int = 3) -> st.Sequence:
     rng = np.random.default_rng(0)
-    made = [
-        st.Frame(
-            rng.uniform(0.7, 0.9, CAMERA.shape).astype(np.float32),
-            rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8),
-            timestamp=10 + i / 30,
-        )
-        for i in range(frames)
-    ]
-    return st.Sequence(made, CAMERA, {i: {0: T} for i, T in enumerate(poses(frames))}, {5: CUBE})
+    made = []
+    for i in range(frames):
+        depth = rng.uniform(0.7, 0.9, camera.shape).astype(np.float32)
+        color = rng.integers(0, 256, (*camera.shape, 3), np.uint8)
+        made.append(st.Frame(depth, color, timestamp=10 + i / 30))
+    return st.Sequence(made, camera, {i: {0: T} for i, T in enumerate(poses(frames))}, {5: CUBE})
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import random
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from fuzz_arrays import ONE_THREAD, POSE, made
-from fuzz_targets import Case, Target, any_of, finite
-from fuzz_values import Call, OneOf, nasty, nasty_array
+from fuzz_targets import Target, finite
+from fuzz_values import Call, Fixed, OneOf
 
 import sdftrack as st
 
@@ -29,123 +28,115 @@ def color() -> np.ndarray:
     return np.random.default_rng(0).integers(0, 256, (H, W, 3), np.uint8)
 
 
-def readings(rng: random.Random) -> Any:
-    """Depth images with tiny, huge and odd readings, most of them valid."""
-    d = depth()
-    if rng.random() < 0.5:
-        for _ in range(rng.choice((1, 1, 3, 40))):
-            d[rng.randrange(H), rng.randrange(W)] = rng.choice(
-                (1e-38, 1e-12, 1e-9, 9e-9, 3e-7, 1e-4, 50.0, 1e9, 3e38, -1.0, np.inf, np.nan, 5e-45)
-            )
-        if rng.random() < 0.3:
-            d[0, 0] = rng.choice((1e-12, 9e-9, 3e-7))
-        return d
-    return nasty_array(rng, d)
+def on_new(make: Callable[[], Any], use: Callable[..., Any]) -> Callable[..., Any]:
+    """A use of an object that is made anew each time: the outcome of a seed must not depend on those before."""
+    return lambda *given: use(make(), *given)
 
 
-def _frame(rng: random.Random) -> st.Frame:
-    c = color() if rng.random() < 0.7 else nasty(rng, color())
-    stamp = rng.choice((None, None, 0.0, 1.0, 1e18, -1.0)) if rng.random() < 0.95 else np.nan
-    return st.Frame(readings(rng), c, stamp, check_units=rng.random() < 0.3)
+def seen(d: Any, c: Any = None, timestamp: Any = None) -> st.Frame:
+    return st.Frame(d, c, timestamp, check_units=False)
 
 
-def _pose(rng: random.Random) -> Any:
-    if rng.random() < 0.5:
-        return POSE
-    T = POSE.copy()
-    T[:3, 3] *= rng.choice((1.0, 0.0, -1.0, 1e-9, 1e3, 1e15, 1e155, 1e300))
-    T[rng.randrange(3), 3] = rng.choice((0.0, 1e-300, 1.0, 1e155, -1e300, np.nan, np.inf))
-    return T if rng.random() < 0.7 else nasty_array(rng, T)
-
-
-def _trackers(folder: Path) -> Case:
+def _trackers() -> dict[str, Call]:
     box = st.SDF.box(BOX, voxels=14)
+    d, c, second = depth(), color(), st.geometry.pose([0, 0, 0], [0.1, 0, 0.5])
+    place, whole = (20.0, 14.0, 28.0, 25.0), st.Frame(depth(), color())
 
-    def fresh() -> st.Tracker:
-        tracker = st.Tracker([box, st.SDF.sphere(0.03, voxels=10)], CAMERA, mode="rgbd", threads=1)
-        tracker.start(st.Frame(depth(), color()), poses=[POSE, st.geometry.pose([0, 0, 0], [0.1, 0, 0.5])])
+    def running() -> st.Tracker:
+        tracker = st.Tracker([box, box], CAMERA, mode="rgbd", threads=1)
+        tracker.start(whole, poses=[POSE, second])
         return tracker
 
+    def moved(t: st.Tracker, k: Any, T: Any, C: Any, d: Any) -> Any:
+        t.set_pose(k, T, C)
+        return t.track(seen(d, c))
+
+    def added(t: st.Tracker, T: Any, k: Any, d: Any) -> Any:
+        t.add(box, T)
+        result = t.track(seen(d, c))
+        t.remove(k)
+        return result
+
     ways = {
-        "track": lambda t, r: t.track(_frame(r)),
-        "array": lambda t, r: t.track(readings(r), nasty(r, color())),
-        "start": lambda t, r: t.start(_frame(r), poses=[_pose(r), _pose(r)]),
-        "masks": lambda t, r: t.start(_frame(r), masks=[nasty(r, depth() < 1), None]),
-        "boxes": lambda t, r: t.start(_frame(r), boxes=[nasty(r, (4.0, 4.0, 20.0, 16.0)), (1, 1, 9, 9)]),
-        "clicks": lambda t, r: t.start(_frame(r), clicks=[nasty(r, (16.0, 12.0)), (3, 3)]),
-        "search": lambda t, r: t.start(_frame(r)),
-        "recover": lambda t, r: t.recover(_frame(r), nasty(r, 0), box=nasty(r, (4.0, 4.0, 20.0, 16.0))),
-        "set_pose": lambda t, r: (
-            t.set_pose(nasty(r, 0), _pose(r), nasty(r, 1e-6 * np.eye(6))),
-            t.track(_frame(r)),
-        )[1],
-        "set_only": lambda t, r: (t.set_pose(0, _pose(r)), t.track(_frame(r)))[1],
-        "add": lambda t, r: (t.add(box, _pose(r)), t.track(_frame(r)), t.remove(nasty(r, 1)))[1],
+        "track": (lambda t, *frame: t.track(seen(*frame)), d, c, 0.1),
+        "array": (lambda t, d, c: t.track(d, c), d, c),
+        "poses": (lambda t, d, T, U: t.start(seen(d, c), poses=[T, U]), d, POSE, second),
+        "masks": (lambda t, d, m: t.start(seen(d, c), masks=[m, depth() < 1]), d, d < 1),
+        "boxes": (lambda t, d, b: t.start(seen(d, c), boxes=[b, (1, 1, 9, 9)]), d, place),
+        "clicks": (lambda t, d, at: t.start(seen(d, c), clicks=[at, at]), d, (33.0, 26.0)),
+        "search": (lambda t, d: t.start(seen(d, c)), d),
+        "recover": (lambda t, d, k, b: t.recover(seen(d, c), k, box=b), d, 0, place),
+        "set_pose": (moved, 0, POSE, 1e-6 * np.eye(6), d),
+        "add": (added, POSE, 1, d),
+    }
+    return {name: Call(on_new(running, use), *given, check=finite) for name, (use, *given) in ways.items()}
+
+
+def _reconstructors() -> dict[str, Call]:
+    d, c = depth(), color()
+
+    def new(**options: Any) -> st.Reconstructor:
+        return st.Reconstructor(CAMERA, voxels=24, threads=1, **options)
+
+    def first(start: Callable[..., Any]) -> Callable[..., Any]:
+        def use(d: Any, place: Any, later: Any) -> Any:
+            star = new()
+            start(star, seen(d, c), place)
+            result = star.track(seen(later, c))
+            star.mesh(), star.quality(), star.tracker()
+            return result
+
+        return use
+
+    def made_otherwise(camera: Any, voxels: Any, extent: Any) -> Any:
+        star = st.Reconstructor(camera, voxels=voxels, extent=extent, threads=1)
+        return star.start(seen(d, c), mask=d < 1)
+
+    def at_pose(T: Any) -> Any:
+        return new(initial=st.SDF.box(BOX, voxels=24)).start(seen(d, c), pose=T)
+
+    def resumed(later: Any, mask: Any) -> Any:
+        star = new()
+        star.start(seen(d, c), mask=d < 1)
+        return star.resume(seen(later, c), mask)
+
+    return {
+        "mask": Call(
+            first(lambda star, frame, mask: star.start(frame, mask=mask)), d, d < 1, d, check=finite
+        ),
+        "box": Call(first(lambda star, frame, box: star.start(frame, box=box)), d, (20.0, 14.0, 28.0, 25.0), d),
+        "options": Call(made_otherwise, CAMERAS, 24, 0.3, check=finite),
+        "pose": Call(at_pose, POSE, check=finite),
+        "resume": Call(resumed, d, d < 1, check=finite),
     }
 
-    def case(rng: random.Random) -> None:
-        # A new one each time: the outcome of a seed must not depend on those before.
-        tracker = fresh()
-        for _ in range(rng.choice((1, 1, 2))):
-            finite(ways[rng.choice(list(ways))](tracker, rng))
 
-    return case
-
-
-def _reconstructors(folder: Path) -> Case:
-    box = st.SDF.box(BOX, voxels=24)
-
-    def case(rng: random.Random) -> None:
-        star = st.Reconstructor(
-            rng.choice((CAMERA, nasty(rng, CAMERA))) if rng.random() < 0.1 else CAMERA,
-            voxels=24 if rng.random() < 0.9 else nasty(rng, 24),
-            threads=1,
-            extent=None if rng.random() < 0.7 else nasty(rng, 0.3),
-        )
-        if rng.random() < 0.4:
-            frame, mask = _frame(rng), nasty(rng, depth() < 1)
-        else:
-            frame, mask = st.Frame(depth(), color()), depth() < 1
-        way = rng.randrange(4)
-        if way == 0:
-            star = st.Reconstructor(CAMERA, initial=box, threads=1)
-            finite(star.start(frame, pose=_pose(rng)))
-        elif way == 1:
-            finite(star.start(frame, box=nasty(rng, (4.0, 4.0, 20.0, 16.0))))
-        else:
-            finite(star.start(frame, mask=mask))
-        finite(star.track(_frame(rng)))
-        rng.choice(
-            (
-                lambda: star.shape,
-                star.mesh,
-                star.quality,
-                star.tracker,
-                lambda: star.resume(_frame(rng), mask),
-            )
-        )()
-
-    return case
-
-
-def _contours(folder: Path) -> Case:
+def _contours() -> dict[str, Call]:
     y, x = np.mgrid[:48, :64]
     image = np.where((np.hypot(x - 30, y - 24) < 12)[..., None], [200, 40, 30], [30, 60, 90]).astype(np.uint8)
     image += np.random.default_rng(0).integers(0, 20, image.shape, np.uint8)
     mask = np.hypot(x - 30, y - 24) < 12
-
-    def case(rng: random.Random) -> None:
-        tracker = st.contour.ContourTracker(rng.choice(("similarity", "affine")))
-        if rng.random() < 0.5:
-            tracker.start(nasty(rng, image) if rng.random() < 0.3 else image, mask=nasty(rng, mask))
-        else:
-            tracker.start(image, box=nasty(rng, (16.0, 10.0, 28.0, 28.0)))
-        tracker.track(nasty(rng, image))
-        tracker.track(image)
-
     c = st.contour
     coefficients = c.harmonics(mask, 4, size=24)
-    calls = {
+
+    def followed(warp: Any, first: Any, mask: Any, box: Any, later: Any) -> None:
+        tracker = c.ContourTracker(warp)
+        tracker.start(first, mask=mask, box=box)
+        tracker.track(later)
+        tracker.track(image)
+
+    def remembered(n: Any, size: Any, capacity: Any, use: Any, mask: Any) -> None:
+        kept = c.ShapeMemory(n_harmonics=n, size=size, capacity=capacity)
+        for a in range(3):
+            kept.learn(np.hypot((x - 30) * (1 + 0.1 * a), y - 24) < 12)
+        getattr(kept, use, kept.judge)(mask)
+        kept.assess(mask)
+
+    warps, uses = OneOf(("similarity", "affine")), OneOf(("learn", "assess", "observe", "judge", "recover"))
+    return {
+        "mask": Call(followed, warps, image, mask, Fixed(None), image),
+        "box": Call(followed, warps, image, Fixed(None), (16.0, 10.0, 28.0, 28.0), image),
+        "memory": Call(remembered, 4, 24, 8, uses, mask),
         "align": Call(c.align, mask, 24, 0.35),
         "harmonics": Call(c.harmonics, mask, 4, OneOf(("max", "sum")), 24),
         "distances": Call(c.signed_distances, mask),
@@ -153,21 +144,8 @@ def _contours(folder: Path) -> Case:
         "outline": Call(c.draw_outline, image, mask, OneOf(("ok", "weak", "lost"))),
     }
 
-    def memory(rng: random.Random) -> None:
-        kept = c.ShapeMemory(
-            n_harmonics=4 if rng.random() < 0.8 else nasty(rng, 4),
-            size=24 if rng.random() < 0.8 else nasty(rng, 24),
-            capacity=8 if rng.random() < 0.9 else nasty(rng, 8),
-        )
-        for a in range(3):
-            kept.learn(np.hypot((x - 30) * (1 + 0.1 * a), y - 24) < 12)
-        rng.choice((kept.learn, kept.assess, kept.observe, kept.judge, kept.recover))(nasty(rng, mask))
-        kept.assess(mask)
 
-    return any_of([case, *calls.values(), *calls.values(), memory])
-
-
-def _lwpr(folder: Path) -> Case:
+def _lwpr() -> dict[str, Call]:
     r = np.random.default_rng(0)
     x, y = r.random((40, 2)), r.random((40, 1))
     trained = st.LWPR(init_D=50.0, threads=1).fit(x, y)
@@ -181,17 +159,12 @@ def _lwpr(folder: Path) -> Case:
     def predict(asked: Any) -> Any:
         return trained.predict(asked, return_std=True), trained.activations(asked), trained.score(asked, y)
 
-    def update(x: Any, y: Any) -> Any:
-        return trained.copy().partial_fit(x, y)
-
-    return any_of(
-        [
-            Call(made_anew, x, y, x[:5], 50.0, 0.2, 0.95, 50.0),
-            Call(made_anew, x, y, x[:5], np.array([50.0, 20.0]), 0.2, 0.95, 50.0),
-            Call(predict, x),
-            Call(update, x, y),
-        ]
-    )
+    return {
+        "anew": Call(made_anew, x, y, x[:5], 50.0, 0.2, 0.95, 50.0),
+        "metric": Call(made_anew, x, y, x[:5], np.array([50.0, 20.0]), 0.2, 0.95, 50.0),
+        "predict": Call(predict, x),
+        "update": Call(lambda x, y: trained.copy().partial_fit(x, y), x, y),
+    }
 
 
 def _primitives() -> dict[str, Call]:
@@ -262,10 +235,10 @@ def _energies() -> dict[str, Call]:
 
 
 TARGETS = (
-    Target("tracker", _trackers, weight=0.4),
-    Target("reconstructor", _reconstructors, weight=0.15),
-    Target("contour", _contours, weight=1.5),
-    Target("lwpr", _lwpr, weight=1.5),
+    Target("tracker", made(_trackers), weight=0.4),
+    Target("reconstructor", made(_reconstructors), weight=0.15),
+    Target("contour", made(_contours), weight=1.5),
+    Target("lwpr", made(_lwpr), weight=1.5),
     Target("primitives", made(_primitives), weight=0.3),
     Target("planes", made(_planes), weight=1.5),
     Target("energies", made(_energies)),

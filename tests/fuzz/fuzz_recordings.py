@@ -6,10 +6,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from fuzz_datasets import contents
+from fuzz_datasets import contents, read, sequence
 from fuzz_files import file_case, folder_case
 from fuzz_targets import Case, Target, any_of
 
@@ -25,24 +23,6 @@ def _beside() -> None:
     sys.path += [folder for folder in (str(TESTS / "python"), str(TESTS)) if folder not in sys.path]
 
 
-def _small() -> st.Sequence:
-    rng = np.random.default_rng(0)
-    frames = [
-        st.Frame(
-            rng.uniform(0.7, 0.9, SMALL.shape).astype(np.float32),
-            rng.integers(0, 256, (*SMALL.shape, 3), np.uint8),
-            timestamp=10 + i / 30,
-        )
-        for i in range(2)
-    ]
-    return st.Sequence(frames, SMALL)
-
-
-def read(path: Path) -> Any:
-    with st.open_sequence(path) as seq:
-        return [seq[i] for i in range(min(len(seq), 3))]
-
-
 def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
     def make(folder: Path) -> Case:
         _beside()
@@ -52,7 +32,7 @@ def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
         for kind in kinds:
             sub = folder / kind
             sub.mkdir()
-            made = bag_writers.write(sub, bag_writers.recording(_small()), kind)
+            made = bag_writers.write(sub, bag_writers.recording(sequence(SMALL, 2)), kind)
             if made.is_dir():
                 cases.append(folder_case(sub, contents(made), read))
             else:
@@ -64,7 +44,7 @@ def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
 
 
 def _own_mcap(folder: Path) -> Case:
-    st.save_sequence(folder / "source", _small(), layout="mcap")
+    st.save_sequence(folder / "source", sequence(SMALL, 2), layout="mcap")
     return folder_case(folder, contents(folder / "source"), read)
 
 

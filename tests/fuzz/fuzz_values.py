@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Call", "Choice", "Few", "Fixed", "OneOf", "nasty", "nasty_array"]
-
 NASTY_FLOATS = (
     0.0, -0.0, -1.0, 1.0, np.nan, np.inf, -np.inf, 5e-324, 1e-310, 1e-300, 1e-45, 1e-38, 1e-9, 1e9, 3.4e38, 1e155,
     1e300, 1.7e308, -1e300, -1e-310, 2.0**24 + 1, 2.0**31, -(2.0**31) - 1, 2.0**53, 2.0**63, 2.0**64, 0.5,
@@ -61,14 +59,6 @@ class OneOf:
     values: tuple[Any, ...]
 
 
-@dataclass(frozen=True)
-class Choice:
-    """A valid value, or one of some others: for sizes of arrays, which are made if they are possible."""
-
-    value: Any
-    others: tuple[Any, ...]
-
-
 class Call:
     """A function with valid arguments, one or two of which are changed at a time.
 
@@ -113,8 +103,6 @@ class Call:
 def _plain(rng: random.Random, value: Any) -> Any:
     if isinstance(value, OneOf):
         return rng.choice(value.values)
-    if isinstance(value, Choice):
-        return value.value
     return value.value if isinstance(value, Fixed | Few) else value
 
 
@@ -126,8 +114,6 @@ def nasty(rng: random.Random, value: Any) -> Any:
         return nasty(rng, rng.choice(value.values))
     if isinstance(value, Few):
         return rng.choice(FEW_INTS)
-    if isinstance(value, Choice):
-        return rng.choice(value.others)
     if isinstance(value, np.ndarray):
         return nasty_array(rng, value)
     if isinstance(value, bool):

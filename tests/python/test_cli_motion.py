@@ -371,32 +371,12 @@ def test_without_its_recording_the_table_cannot_be_found(command, on_a_table, re
 # -- Recordings that cannot be measured
 
 
-@pytest.mark.parametrize(
-    ("order", "message"), [([1, 0, *range(2, 300)], "not sorted"), ([0, 0, *range(1, 300)], "repeated")]
-)
-def test_times_that_do_not_increase_are_told(command, tmp_path, order, message):
-    rows = np.column_stack([TIMES, reaches(TIMES, STARTS), np.tile([0, 0, 0, 1.0], (300, 1))])
-    np.savetxt(tmp_path / "t.txt", rows[order])
-    told = command(tmp_path / "t.txt", code=1)
-    assert message in told
-    assert "--fps" in told
-
-
 def test_an_object_that_is_lost_throughout_exits_with_3(command, tmp_path):
     lost = results_of(cup())
     for r in lost:
         r.status[:] = [st.Status.LOST]
     folder = write_folder(tmp_path / "lost", lost, TIMES)
     assert "cup: lost in all frames" in command(folder, code=3)
-
-
-@pytest.mark.parametrize("count", [1, 5])
-def test_too_few_poses_are_told_with_the_number_that_it_takes(command, tmp_path, count):
-    motion.save(tmp_path / "few.csv", cup().part(slice(0, count)))
-    told = command(tmp_path / "few.csv", code=1)
-    assert "at least 8 poses" in told
-    assert f"got {count}" in told
-    assert "max_gap_s" not in told
 
 
 def test_an_object_that_rests_has_no_repetitions_and_a_report(command, tmp_path):
