@@ -104,7 +104,9 @@ def _reconstructors() -> dict[str, Call]:
         "mask": Call(
             first(lambda star, frame, mask: star.start(frame, mask=mask)), d, d < 1, d, check=finite
         ),
-        "box": Call(first(lambda star, frame, box: star.start(frame, box=box)), d, (20.0, 14.0, 28.0, 25.0), d),
+        "box": Call(
+            first(lambda star, frame, box: star.start(frame, box=box)), d, (20.0, 14.0, 28.0, 25.0), d
+        ),
         "options": Call(made_otherwise, CAMERAS, 24, 0.3, check=finite),
         "pose": Call(at_pose, POSE, check=finite),
         "resume": Call(resumed, d, d < 1, check=finite),

@@ -34,7 +34,10 @@ T0_NS = 1_700_000_000_123_456_789
 
 @dataclass(frozen=True)
 class Message:
-    """`stamp` is in the header (ns); `recorded` is when it was written, by default later by as much as in a driver."""
+    """A message; `stamp` is in the header (ns), `recorded` is when it was written, by default later as by a driver.
+
+    A `kind` of none of the formats is a type of ROS 1, whose `values` may be tuples (type, arguments).
+    """
 
     topic: str
     kind: str
@@ -156,8 +159,11 @@ def ros_bytes(store: Any, message: Message, ros1: bool) -> bytes:
         also = {"seq": 0} if ros1 else {}
         return types["std_msgs/msg/Header"](stamp=stamp, frame_id=message.frame_id, **also)
 
-    kind, values = ROS_TYPES[message.kind], dict(message.values)
-    if message.kind == TRANSFORM:
+    kind, values = ROS_TYPES.get(message.kind, message.kind), dict(message.values)
+    if message.kind not in ROS_TYPES:
+        nested = {name: types[v[0]](*v[1]) for name, v in values.items() if isinstance(v, tuple)}
+        made = types[kind](**{**values, **nested})
+    elif message.kind == TRANSFORM:
         t = types["geometry_msgs/msg/Vector3"](*values["t"])
         q = types["geometry_msgs/msg/Quaternion"](*values["q"])
         one = types["geometry_msgs/msg/TransformStamped"](
@@ -175,17 +181,22 @@ def ros_bytes(store: Any, message: Message, ros1: bool) -> bytes:
     return bytes(store.serialize_ros1(made, kind) if ros1 else store.serialize_cdr(made, kind))
 
 
-def write_ros1(path: Path, messages: list[Message], compression: str = "") -> Path:
+def write_ros1(path: Path, messages: list[Message], compression: str = "", types: str = "") -> Path:
+    """`types`: the definition of ``realsense_msgs/msg/StreamInfo``, where one is written."""
     from rosbags.rosbag1 import Writer
+    from rosbags.typesys import get_types_from_msg
 
     store, writer = _store(True), Writer(path)
+    if types:
+        store.register(get_types_from_msg(types, "realsense_msgs/msg/StreamInfo"))
     if compression:
         writer.set_compression(getattr(Writer.CompressionFormat, compression.upper()))
     with writer:
         topics = {}
         for m in sorted(messages, key=lambda m: m.time):
             if m.topic not in topics:
-                topics[m.topic] = writer.add_connection(m.topic, ROS_TYPES[m.kind], typestore=store)
+                kind = ROS_TYPES.get(m.kind, m.kind)
+                topics[m.topic] = writer.add_connection(m.topic, kind, typestore=store)
             writer.write(topics[m.topic], m.time, ros_bytes(store, m, True))
     return path
 

@@ -11,7 +11,9 @@ import itertools
 import multiprocessing
 import os
 import signal
+import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,3 +111,14 @@ def _run(
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def with_ctrl_c(arguments: list[str], ready: Callable[[], object]) -> tuple[int, str]:
+    """Exit code and errors of a command that gets Ctrl-C as soon as something is ready."""
+    command = [sys.executable, "-m", "sdftrack", *arguments]
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + WAIT_S
+    while not ready() and child.poll() is None and time.monotonic() < end:
+        time.sleep(0.02)
+    child.send_signal(signal.SIGINT)
+    return child.wait(timeout=WAIT_S), child.communicate()[1]

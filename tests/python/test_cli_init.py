@@ -8,6 +8,7 @@ import shutil
 
 import numpy as np
 import pytest
+from live_scene import CAMERA, recorded
 
 import sdftrack as st
 from sdftrack.cli.app import run
@@ -15,7 +16,6 @@ from sdftrack.imaging.click_regions import connected_region
 from sdftrack.io.frames import write_mask
 from sdftrack.synth.duck import duck_mesh
 
-CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 FRAMES = 3
 MAX_ERROR_M, MAX_ERROR_RAD = 0.003, np.deg2rad(3.0)  # 1 mm noise, about 2,500 px: bound 0.05 mm, 0.05 deg
 VOXELS = ["--voxels", "80"]
@@ -23,17 +23,11 @@ VOXELS = ["--voxels", "80"]
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    """A duck on its way before a wall as a BOP scene without masks, and the sequence that it was made from."""
-    folder = tmp_path_factory.mktemp("init")
-    duck = duck_mesh()
-    duck.save(folder / "duck.ply")
-    seq = st.synth.sequence(duck, FRAMES, noise=0.001, camera=CAMERA, clutter="wall", seed=5)
-    kept = st.Sequence(
-        [seq[i] for i in range(FRAMES)], CAMERA, [seq.ground_truth[i][0] for i in range(FRAMES)]
-    )
-    st.save_sequence(folder / "scene", kept, layout="bop")
-    write_mask(folder / "mask.png", seq.masks(0)[0])
-    return folder, seq
+    """A duck on its way before a wall as a BOP scene without masks, and the sequence; its mask in the first image."""
+    seq, folder = recorded(tmp_path_factory.mktemp("init"), FRAMES)
+    mask = duck_mesh().raycast(CAMERA, seq.ground_truth[0][0])[0] > 0
+    write_mask(folder / "mask.png", mask)
+    return folder, seq, mask
 
 
 def box_of(mask):
@@ -48,15 +42,14 @@ def middle_of(mask):
 
 
 def track(folder, out, *more, code=0):
-    common = f"track {folder / 'scene'} --model {folder / 'duck.ply'} --out {out} --no-video".split()
+    common = f"track {folder / 'seq'} --model {folder / 'duck.ply'} --out {out} --no-video".split()
     assert run([*common, *VOXELS, *more]) == code
     return json.loads((out / "report.json").read_text()) if code in (0, 3) else None
 
 
 @pytest.mark.parametrize("kind", ["gt", "mask", "box", "click", "poses"])
 def test_every_start_finds_the_object(scene, tmp_path, kind):
-    folder, seq = scene
-    mask = seq.masks(0)[0]
+    folder, seq, mask = scene
     if kind == "poses":
         (tmp_path / "poses.json").write_text(json.dumps({"T_cam_obj": [seq.ground_truth[0][0].tolist()]}))
     text = {
@@ -77,11 +70,11 @@ def test_every_start_finds_the_object(scene, tmp_path, kind):
 
 
 def test_auto_starts_from_the_masks_of_the_sequence(scene, tmp_path):
-    folder, seq = scene
-    shutil.copytree(folder / "scene", tmp_path / "scene")
+    folder, seq, mask = scene
+    shutil.copytree(folder / "seq", tmp_path / "seq")
     shutil.copy(folder / "duck.ply", tmp_path)
-    (tmp_path / "scene" / "mask_visib").mkdir()
-    write_mask(tmp_path / "scene" / "mask_visib" / "000000_000000.png", seq.masks(0)[0])
+    (tmp_path / "seq" / "mask_visib").mkdir()
+    write_mask(tmp_path / "seq" / "mask_visib" / "000000_000000.png", mask)
     report = track(tmp_path, tmp_path / "out", "--init", "auto", "--mode", "depth", "-q")
     assert report["settings"]["mode"] == "depth"
     found = np.array(report["frames"][-1]["objects"][0]["pose"])
@@ -89,7 +82,7 @@ def test_auto_starts_from_the_masks_of_the_sequence(scene, tmp_path):
 
 
 def test_an_object_that_is_not_there_is_lost_and_told(scene, tmp_path, capsys):
-    folder, _ = scene
+    folder, *_ = scene
     report = track(
         folder, tmp_path / "out", "--init", "box:2,2,60,50", code=3
     )  # a corner with nothing but wall
@@ -102,11 +95,11 @@ def test_an_object_that_is_not_there_is_lost_and_told(scene, tmp_path, capsys):
 def test_another_mesh_is_drawn_at_the_pose(scene, tmp_path):
     import av
 
-    folder, _ = scene
+    folder, *_ = scene
     st.SDF.box((0.03, 0.3, 0.3)).to_mesh().save(tmp_path / "sword.ply")
 
     def video(out, *more):
-        common = ["track", str(folder / "scene"), "--model", str(folder / "duck.ply"), "--out", str(out)]
+        common = ["track", str(folder / "seq"), "--model", str(folder / "duck.ply"), "--out", str(out)]
         assert run([*common, *VOXELS, *more, "-q"]) == 0
         with av.open(str(out / "overlay.mp4")) as file:
             return next(file.decode(video=0)).to_ndarray(format="rgb24").astype(int)
@@ -121,7 +114,7 @@ def test_two_objects_are_started_from_two_masks_in_their_order(tmp_path):
     duck.save(tmp_path / "duck.ply")
     seq = st.synth.sequence([duck, duck], 2, noise=0.001, camera=CAMERA, clutter="wall", seed=2)
     kept = st.Sequence([seq[i] for i in range(2)], CAMERA)
-    st.save_sequence(tmp_path / "scene", kept, layout="bop")
+    st.save_sequence(tmp_path / "seq", kept, layout="bop")
     for k in (0, 1):
         write_mask(tmp_path / f"{k}.png", seq.masks(0)[k])
     masks = ["--init", str(tmp_path / "1.png"), "--init", str(tmp_path / "0.png")]

@@ -3,13 +3,13 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
 
 import numpy as np
 import pytest
+from fault_runs import with_ctrl_c
 from live_scene import CAMERA, Page, recorded
 
 import sdftrack as st
@@ -57,12 +57,15 @@ def faulty(monkeypatch, scene):
     return register
 
 
-def live(scene, out, *more, camera="faulty:", init=True):
-    start = ["--init", f"box:{box_around(scene[0], 0)}"] if init else []
+def known(scene, start=None):
+    """The arguments of an object whose shape and place are known."""
     model = ["--model", str(scene[1] / "duck.ply"), "--voxels", "50"]
-    return run(
-        ["live", "--camera", camera, *model, *start, "--no-video", "--threads", "1", "--out", str(out), *more]
-    )
+    return [*model, "--init", start or f"box:{box_around(scene[0], 0)}"]
+
+
+def live(scene, out, *more, camera="faulty:", start=None):
+    object_ = [*known(scene, start), "--no-video", "--threads", "1"]
+    return run(["live", "--camera", camera, *object_, "--out", str(out), *more])
 
 
 def report_of(out):
@@ -165,7 +168,7 @@ def test_a_click_starts_and_restarts_an_object(scene, page, tmp_path):
     click = middle(scene[0], 3)
     wall = (4.0, 4.0)
     made = page({3: [Click(0, *wall)], 4: [Click(0, *click)], 20: [Click(0, *click)]})
-    assert live(scene, tmp_path / "out", "--init", "view", init=False) == 0
+    assert live(scene, tmp_path / "out", start="view") == 0
     assert made.said[0] == "click on the object: duck"
     assert any("click on duck" in text for text in made.said[1:])  # the wall is not a duck
     assert made.said.count("duck: started") == 2
@@ -180,7 +183,7 @@ def test_a_box_starts_an_object_and_a_pause_holds_it(scene, page, tmp_path):
     box = [float(v) for v in box_around(scene[0], 2).split(",")]
     made = page({2: [Box(0, *box)], 10: [Pause(True)], 14: [Pause(False)]})
     out = tmp_path / "out"
-    assert live(scene, out, "--init", "view", init=False) == 0
+    assert live(scene, out, start="view") == 0
     results = [result for _, result, _ in made.shown]
     assert [r is None for r in results[:16]] == [True] * 2 + [False] * 8 + [True] * 4 + [False] * 2
     assert len(report_of(out)) == sum(r is not None for r in results)
@@ -210,15 +213,7 @@ def test_the_user_records_and_saves(scene, page, tmp_path, monkeypatch):
 def test_without_a_folder_nothing_is_written(scene, page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     made = page({5: [Record(True), Save()]})
-    model = [
-        "--model",
-        str(scene[1] / "duck.ply"),
-        "--voxels",
-        "50",
-        "--init",
-        f"box:{box_around(scene[0], 0)}",
-    ]
-    assert run(["live", "--camera", "faulty:", *model, "-q"]) == 0
+    assert run(["live", "--camera", "faulty:", *known(scene), "-q"]) == 0
     assert [text for text in made.said if "--out" in text] == [
         "to record, start with --out DIR",
         "to save, start with --out DIR",
@@ -249,14 +244,7 @@ def test_poses_go_to_a_stream_and_a_file(scene, tmp_path):
     mcap, out = tmp_path / "poses.mcap", tmp_path / "out"
     arguments = [
         *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "10", "--no-viewer", "--no-video"),
-        *(
-            "--model",
-            str(scene[1] / "duck.ply"),
-            "--voxels",
-            "50",
-            "--init",
-            f"box:{box_around(scene[0], 0)}",
-        ),
+        *known(scene),
         *("--stream", "ws://localhost:0", "--stream", f"mcap:{mcap}", "--out", str(out)),
     ]
     child = subprocess.Popen(
@@ -291,25 +279,10 @@ def test_foxglove_is_told_where_the_poses_are(scene, faulty, tmp_path, capsys):
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 def test_ctrl_c_is_a_clean_end(scene, tmp_path):
     out = tmp_path / "out"
-    arguments = [
-        *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer"),
-        *(
-            "--model",
-            str(scene[1] / "duck.ply"),
-            "--voxels",
-            "50",
-            "--init",
-            f"box:{box_around(scene[0], 0)}",
-        ),
-    ]
-    child = subprocess.Popen(
-        [sys.executable, "-m", "sdftrack", *arguments, "--out", str(out)], stderr=subprocess.PIPE, text=True
+    arguments = ["live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer", *known(scene)]
+    part = out / ".frames.part"
+    code, err = with_ctrl_c(
+        [*arguments, "--out", str(out)], lambda: part.is_file() and part.stat().st_size > 0
     )
-    end = time.monotonic() + 60
-    while not (out / ".frames.part").exists() and time.monotonic() < end:
-        time.sleep(0.05)
-    time.sleep(1.5)
-    child.send_signal(signal.SIGINT)
-    err = child.communicate(timeout=30)[1]
-    assert child.returncode == 0, err
+    assert code == 0, err
     assert 1 <= len(report_of(out)) < FRAMES

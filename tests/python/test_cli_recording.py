@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fault_runs import with_ctrl_c
 
 import sdftrack as st
 from sdftrack._internal import files
@@ -233,27 +234,12 @@ def test_record_stores_every_frame_of_a_camera(tmp_path, capsys):
 def test_ctrl_c_ends_a_recording_well(tmp_path):
     st.save_sequence(tmp_path / "0", sensor_sequence())
     out = tmp_path / "1"
-    child = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "sdftrack",
-            "record",
-            f"replay:{tmp_path / '0'}",
-            "--fps",
-            "2",
-            "--out",
-            str(out),
-        ],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
     journal = out / ".frames.jsonl"
-    while not (journal.is_file() and journal.read_bytes().count(b"\n") > 1):  # its header, and a frame
-        time.sleep(0.02)
-    child.send_signal(signal.SIGINT)
-    err = child.communicate(timeout=30)[1]
-    assert child.returncode == 0, err
+    code, err = with_ctrl_c(
+        ["record", f"replay:{tmp_path / '0'}", "--fps", "2", "--out", str(out)],
+        lambda: journal.is_file() and journal.read_bytes().count(b"\n") > 1,  # its header, and a frame
+    )
+    assert code == 0, err
     assert 1 <= len(st.open_sequence(out)) < 6
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``sdftrack track --symmetry``, and its exit code where an object is never found."""
+"""``sdftrack track``: symmetries, the outline in the colour image, and the exit code where nothing is found."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from sdftrack.sdf import SDF
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 HALF = np.diag([-1.0, -1.0, 1.0, 1.0])
-FRAMES = 3
+FRAMES = 5
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A box before a wall as a BOP scene, a first pose turned by half a circle, and the wall alone."""
-    path = tmp_path_factory.mktemp("symmetry")
+    """A red box before a wall as a BOP scene, a first pose turned by half a circle, and the wall alone."""
+    path = tmp_path_factory.mktemp("box")
     box = SDF.box((0.12, 0.09, 0.06), voxels=60).to_mesh()
-    box.save(path / "box.ply")
-    T = np.array([pose([0.5, 0.3, 0.1], [0.003 * i, 0, 0.6]) for i in range(FRAMES)])
-    seq = st.synth.sequence(box, FRAMES, T, noise=0.001, camera=CAMERA, clutter="wall", seed=5)
+    red = st.Mesh(box.vertices, box.faces, np.tile([200, 30, 30], (len(box.vertices), 1)).astype(np.uint8))
+    red.save(path / "box.ply")
+    T = np.array([pose([0.5, 0.3, 0.1 + 0.02 * i], [0.003 * i, 0, 0.5]) for i in range(FRAMES)])
+    seq = st.synth.sequence(red, FRAMES, T, noise=0.001, camera=CAMERA, clutter="wall", seed=5)
     st.save_sequence(path / "scene", seq, layout="bop")
     (path / "turned.json").write_text(json.dumps({"T_cam_obj": [(T[0] @ HALF).tolist()]}))
     wall = st.Frame(np.full(CAMERA.shape, 1.2, np.float32))
@@ -46,10 +47,10 @@ def test_errors_of_a_pose_that_looks_alike_are_counted_up_to_the_symmetry(folder
     turned = str(folder / "turned.json")
     assert track(folder, tmp_path / "none", "--init", turned) == 0
     assert degrees(capsys.readouterr().out) > 170
-    assert "symmetries" not in json.loads((tmp_path / "none/report.json").read_text())["settings"]
+    assert "symmetries" not in report(tmp_path / "none")["settings"]
     assert track(folder, tmp_path / "auto", "--init", turned, "--symmetry", "auto") == 0
     assert degrees(capsys.readouterr().out) < 3
-    (said,) = json.loads((tmp_path / "auto/report.json").read_text())["settings"]["symmetries"]
+    (said,) = report(tmp_path / "auto")["settings"]["symmetries"]
     assert len(said["symmetries_discrete"]) == 3
     info = folder / "models_info.json"
     info.write_text(json.dumps({"1": {"symmetries_discrete": [HALF.ravel().tolist()]}}))
@@ -69,3 +70,23 @@ def test_an_object_that_is_lost_in_all_frames_gives_exit_code_3_and_the_next_ste
     assert f"box is lost in all {FRAMES} frames" in err
     assert "next: check the poses' unit" in err
     assert (tmp_path / "out/report.json").is_file()
+
+
+def report(out):
+    return json.loads((out / "report.json").read_text())
+
+
+def test_by_colour_alone_every_frame_is_weak_and_near(folder, tmp_path):
+    assert track(folder, tmp_path / "rgb", "--mode", "rgb", "-q") == 0
+    assert report(tmp_path / "rgb")["settings"]["mode"] == "rgb"
+    with st.open_sequence(folder / "scene") as seq:
+        lines = np.loadtxt(tmp_path / "rgb/trajectory_0.txt", ndmin=2)
+        assert len(lines) == FRAMES
+        for i, line in enumerate(lines):
+            assert np.linalg.norm(line[1:3] - seq.ground_truth[i][0][:2, 3]) < 0.002
+
+
+@pytest.mark.parametrize("more", [(), ("--outline",), ("--no-outline",)])
+def test_the_outline_is_read_where_it_is_asked_for(folder, tmp_path, more):
+    assert track(folder, tmp_path / "out", "-q", *more) == 0
+    assert report(tmp_path / "out")["settings"]["tracker"]["outline"] is ("--no-outline" not in more)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Depth-to-colour registration: exact pairs, derivatives, intervals, whole recordings, what cannot be registered."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -237,22 +237,14 @@ def test_bad_frames_in_the_middle_are_passed_over():
     assert len(result.pairs) >= 12
 
 
-def only(wanted, path, n=9):
+def only(path, n=9):
     """A recording along a path that cannot do."""
     return recorded(n, noise=None, seed=0, path=path, hand=False, clutter=False)[1]
 
 
+@dataclass(frozen=True)
 class _Path:
-    """A hashable path."""
-
-    def __init__(self, spread):
-        self.spread = spread
-
-    def __eq__(self, other):
-        return isinstance(other, _Path) and self.spread == other.spread
-
-    def __hash__(self):
-        return hash(self.spread)
+    spread: tuple[float, float, float]
 
     def __call__(self, t):
         s = np.stack([np.sin(5 * t), np.sin(8 * t), np.cos(3 * t)], axis=-1)
@@ -270,11 +262,11 @@ class _Path:
 )
 def test_a_path_that_fixes_nothing_is_named(spread, message):
     with pytest.raises(ValueError, match=message):
-        st.calibrate_color_to_depth(only("path", _Path(spread)), DEPTH, RADIUS_M, (225, 60, 30))
+        st.calibrate_color_to_depth(only(_Path(spread)), DEPTH, RADIUS_M, (225, 60, 30))
 
 
 def test_a_plane_is_enough_when_the_colour_camera_is_known():
-    frames = only("plane", _Path((0.25, 0.15, 0.0)))
+    frames = only(_Path((0.25, 0.15, 0.0)))
     result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, (225, 60, 30), color_camera=COLOR)
     assert result.rms_px < HELD_OUT_PX
 

@@ -119,6 +119,25 @@ def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> N
         )
 
 
+def _with_a_huge_header(data: bytes) -> bytes:
+    header = b"IHDR" + struct.pack(">II", 2**31 - 1, 2**31 - 1) + data[24:29]
+    return data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:]
+
+
+DAMAGE = {
+    "cut": lambda path, data: path.write_bytes(data[: len(data) // 2]),
+    "flip": lambda path, data: path.write_bytes(
+        data[:999] + bytes(b ^ 255 for b in data[999:1099]) + data[1099:]
+    ),
+    "empty": lambda path, data: path.write_bytes(b""),
+    "remove": lambda path, data: path.unlink(),
+    "small": lambda path, data: image_io.write_depth_units(path, np.full((24, 32), 8000, np.uint16)),
+    "eight bit": lambda path, data: image_io.write_mask(path, np.ones(CAMERA.shape, bool)),
+    "huge header": lambda path, data: path.write_bytes(_with_a_huge_header(data)),
+    "small color": lambda path, data: image_io.write_color(path, np.zeros((24, 32, 3), np.uint8)),
+}
+
+
 @pytest.mark.parametrize(
     ("file", "damage", "reason"),
     [
@@ -137,32 +156,10 @@ def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> N
 def test_a_bad_image_in_the_middle_is_one_bad_frame(tmp_path, file, damage, reason, capfd):
     st.save_sequence(tmp_path / "s", _sequence())
     path = tmp_path / "s" / file
-    data = path.read_bytes()
-    if damage == "cut":
-        path.write_bytes(data[: len(data) // 2])
-    elif damage == "flip":
-        middle = len(data) // 2
-        path.write_bytes(
-            data[:middle] + bytes(b ^ 255 for b in data[middle : middle + 99]) + data[middle + 99 :]
-        )
-    elif damage == "empty":
-        path.write_bytes(b"")
-    elif damage == "remove":
-        path.unlink()
-    elif damage == "small":
-        image_io.write_depth_units(path, np.full((24, 32), 8000, np.uint16))
-    elif damage == "eight bit":
-        image_io.write_mask(path, np.ones(CAMERA.shape, bool))
-    elif damage == "huge header":
-        header = b"IHDR" + struct.pack(">II", 2**31 - 1, 2**31 - 1) + data[24:29]
-        path.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
-    else:
-        image_io.write_color(path, np.zeros((24, 32, 3), np.uint8))
+    DAMAGE[damage](path, path.read_bytes())
     seq = st.open_sequence(tmp_path / "s")
     frame = seq[1]
-    assert frame.depth is None
-    assert frame.color is None
-    assert frame.index == 1
+    assert (frame.depth, frame.color, frame.index) == (None, None, 1)
     assert reason in frame.error
     assert frame.error.startswith(file)
     assert [f.error == "" for f in seq] == [True, False, True, True]

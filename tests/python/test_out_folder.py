@@ -220,20 +220,7 @@ def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def tracking(
     seq: Path, out: Path, *more: str, program: tuple[str, ...] = ("-m", "sdftrack")
 ) -> subprocess.Popen[str]:
-    model = next(seq.rglob("*.ply"))
-    words = [
-        "track",
-        str(seq),
-        "--model",
-        str(model),
-        "--out",
-        str(out),
-        "--init",
-        "gt",
-        "--threads",
-        "1",
-        "-q",
-    ]
+    words = f"track {seq} --model {next(seq.rglob('*.ply'))} --out {out} --init gt --threads 1 -q".split()
     return subprocess.Popen([sys.executable, *program, *words, *more], stderr=subprocess.PIPE, text=True)
 
 

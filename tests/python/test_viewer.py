@@ -14,7 +14,7 @@ import weakref
 
 import numpy as np
 import pytest
-from viewer_scene import CAMERA, quaternion_matrix, scene, wait_until, watched
+from viewer_scene import CAMERA, drawn, quaternion_matrix, scene, wait_until, watched
 
 import sdftrack as st
 from sdftrack.cli.app import run
@@ -97,10 +97,9 @@ def test_frames_without_result_lost_objects_and_bad_frames_are_shown(viewer, mon
             (bad, lost),
             (sequence[2], results[2]),
         )
-        for drawn, (frame, result) in enumerate(shown, 1):
+        for count, (frame, result) in enumerate(shown, 1):
             viewer.show(frame, result)
-            wait_until(lambda n=drawn: viewer._drawer.drawn == n or viewer._drawer.error)
-            assert viewer._drawer.error is None
+            drawn(viewer, count)
             if result is lost:
                 node = viewer._server.viser.scene.get_handle_by_name("/object_0")
                 assert 0 < node.opacity < 1
@@ -115,12 +114,10 @@ def test_an_outline_is_drawn_where_a_mask_is_given(viewer, monkeypatch):
     unposed = dict(vars(results[0]), poses=np.full((1, 4, 4), np.nan), covariances=np.full((1, 6, 6), np.nan))
     with watched(viewer, monkeypatch):
         viewer.show(color, st.TrackResult(**unposed), mask=mask)
-        wait_until(lambda: viewer._drawer.drawn == 1 or viewer._drawer.error)
-        assert viewer._drawer.error is None
+        drawn(viewer, 1)
         np.testing.assert_array_equal(viewer.picture, draw_outline(color.color, mask, "ok"))
         viewer.show(color, st.TrackResult(**unposed))
-        wait_until(lambda: viewer._drawer.drawn == 2 or viewer._drawer.error)
-        assert viewer._drawer.error is None
+        drawn(viewer, 2)
 
 
 def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, monkeypatch):
@@ -139,8 +136,7 @@ def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, mo
     viewer.set_mesh(0, grown)
     with watched(viewer, monkeypatch):
         viewer.show(sequence[0], two)
-        wait_until(lambda: viewer._drawer.drawn == 1 or viewer._drawer.error)
-        assert viewer._drawer.error is None
+        drawn(viewer, 1)
         get_node = viewer._server.viser.scene.get_handle_by_name
         assert len(get_node("/object_0").vertices) == len(grown.vertices)
         assert len(get_node("/object_1").vertices) == len(ball.to_mesh().vertices)
@@ -152,8 +148,7 @@ def test_a_trail_grows_in_its_objects_colour(viewer, monkeypatch):
     with watched(viewer, monkeypatch):
         for i in range(4):
             viewer.show(sequence[i], results[i])
-            wait_until(lambda n=i: viewer._drawer.drawn > n or viewer._drawer.error)
-        assert viewer._drawer.error is None
+            drawn(viewer, i + 1)
         trail = viewer._server.viser.scene.get_handle_by_name("/trail_0")
         np.testing.assert_allclose(trail.points[:, 1], [r.pose[:3, 3] for r in results[1:4]], atol=1e-6)
         # One colour, not one per point: browsers draw a line white whose colours change in kind.
@@ -464,18 +459,10 @@ def test_the_command_prints_the_address_and_ends_after_its_time(tracked, what, c
 
 
 def test_ctrl_c_ends_the_command_with_0(tracked):
-    command = [
-        sys.executable,
-        "-m",
-        "sdftrack",
-        "view",
-        str(tracked / "duck.ply"),
-        "--unit",
-        "mm",
-        "--port",
-        "0",
-    ]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+    command = f"-m sdftrack view {tracked / 'duck.ply'} --unit mm --port 0".split()
+    with subprocess.Popen(
+        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as running:
         assert "http://localhost:" in running.stdout.readline()
         running.send_signal(2)
         out, err = running.communicate(timeout=30)

@@ -35,6 +35,12 @@ def wait_until(true, seconds=20.0):
         time.sleep(0.02)
 
 
+def drawn(viewer, count):
+    """Wait until so many frames are drawn, without an error."""
+    wait_until(lambda: viewer._drawer.drawn >= count or viewer._drawer.error)
+    assert viewer._drawer.error is None
+
+
 @contextlib.contextmanager
 def watched(viewer, monkeypatch):
     """As if a page were open, for tests without a browser."""
