@@ -8,8 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +22,6 @@ from sdftrack.io.writers.base import DepthUnits
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
 LAYOUTS = list(WRITERS)
-DATA = Path(os.environ.get("SDFTRACK_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
 
 
 def sensor_sequence(n=6, units_per_m=1000, seed=0):
@@ -354,33 +351,3 @@ def test_colour_with_a_mapping_that_ros_cannot_state_is_kept_without_it(tmp_path
             assert frame.color is None
         seq.take_unregistered_color()
         np.testing.assert_array_equal(seq[2].color, images[2].color)
-
-
-@pytest.mark.skipif(not (DATA / "k1").is_dir(), reason="needs the recording k1 in SDFTRACK_DATA")
-@pytest.mark.parametrize("layout", ["bop", "mcap"])
-def test_convert_of_a_projective_recording_says_what_it_omits(tmp_path, capsys, layout):
-    out = tmp_path / "o"
-    arguments = ["convert", str(DATA / "k1"), "--stop", "3", "--to", layout, "--out", str(out), "-q"]
-    omitted = "the mapping to colour is omitted" if layout == "mcap" else "colour is omitted"
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        assert run(arguments) == 0
-    assert capsys.readouterr().err.count(omitted) == 1
-    with warnings.catch_warnings(), st.open_sequence(DATA / "k1") as k1:
-        warnings.simplefilter("ignore")
-        seq = st.open_sequence(out)
-        np.testing.assert_array_equal(seq[2].depth, k1[2].depth)
-        seq.take_unregistered_color()
-        if layout == "mcap":
-            np.testing.assert_array_equal(seq[2].color, k1[2].color)
-        else:
-            assert seq[2].color is None
-        seq.close()
-
-
-def test_contents_that_a_layout_refuses_leave_no_folder(tmp_path, capsys):
-    lens = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48, (0.1, 0, 0, 0))
-    st.save_sequence(tmp_path / "0", st.Sequence(list(sensor_sequence(2)), lens), layout="tum")
-    assert run(["convert", str(tmp_path / "0"), "--to", "bop", "--out", str(tmp_path / "1")]) == 1
-    assert "no lens distortion" in capsys.readouterr().err
-    assert not (tmp_path / "1").exists()

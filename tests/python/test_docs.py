@@ -17,7 +17,6 @@ DOCUMENTS = sorted(
     if not any(path.is_relative_to(copy) for copy in COPIES)
 )
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
-ANCHOR = re.compile(r"\]\(([^)#\s]*)#([^)\s]+)\)")
 CODE = re.compile(r"^ *```(\w+)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 
 
@@ -33,38 +32,6 @@ def name_of(path: Path) -> str:
 def test_every_link_leads_to_a_file(document):
     links = [link for link in LINK.findall(document.read_text(encoding="utf-8")) if "://" not in link]
     assert [link for link in links if not (document.parent / link).exists()] == []
-
-
-def slug(heading: str) -> str:
-    """The anchor of a heading, as GitHub makes it."""
-    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").replace("*", "").strip().lower()
-    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
-
-
-def anchors(path: Path) -> set[str]:
-    prose = CODE.sub("", path.read_text(encoding="utf-8"))
-    return {slug(heading) for heading in re.findall(r"^#+ (.*)$", prose, re.MULTILINE)}
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
-def test_every_anchor_is_a_heading(document):
-    links = ANCHOR.findall(document.read_text(encoding="utf-8"))
-    dead = [
-        f"{page}#{anchor}"
-        for page, anchor in links
-        if "://" not in page and anchor not in anchors((document.parent / page) if page else document)
-    ]
-    assert dead == []
-
-
-def test_every_note_can_be_reached_from_the_index():
-    index = ROOT / "docs" / "index.md"
-    linked = {(index.parent / link).resolve() for link in LINK.findall(index.read_text(encoding="utf-8"))}
-    linked |= (
-        set((index.parent / "api").glob("*.md")) if index.parent / "api" / "index.md" in linked else set()
-    )
-    notes = {path for path in DOCUMENTS if path.is_relative_to(ROOT / "docs") and path != index}
-    assert sorted(map(name_of, notes - linked)) == []
 
 
 def test_files_that_the_documents_name_exist():

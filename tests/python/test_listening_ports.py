@@ -178,16 +178,6 @@ def test_a_viewer_has_one_port_and_strangers_see_and_switch_nothing(host, monkey
     assert ports_of(os.getpid()).isdisjoint({place})
 
 
-def test_view_opens_one_port_in_a_notebook_too(monkeypatch):
-    sequence, sdf, results = scene()
-    with new_ports() as ports, st.view(sequence, results, sdf, port=0) as viewer:
-        assert viewer.url in viewer._repr_html_()
-        wait_until(lambda: viewer._drawer._waiting is not None)
-        refused(ports(), STRANGERS)
-        assert len(ports()) == 1
-        assert viewer.pages == 0
-
-
 def test_a_viewer_that_viser_would_serve_elsewhere_is_not_opened(monkeypatch):
     """A version that opens its server in another way must not be left open."""
     from websockets.asyncio import server

@@ -23,7 +23,6 @@ import sdftrack as st
 from sdftrack._internal import files
 from sdftrack.cli.app import run
 from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder, one_run
-from sdftrack.io.frames import write_color
 from sdftrack.io.out_folder import prepare_folder, refuse_folder
 from sdftrack.recorder import Recorder
 
@@ -42,22 +41,6 @@ from sdftrack.io.folder_lock import FolderLock
 lock = FolderLock(Path(sys.argv[1]))
 print("held", flush=True)
 time.sleep(60)
-"""
-
-
-# `sdftrack` that is killed as it records its fourth frame.
-KILLED = """
-import os, signal, sys
-from sdftrack.cli.app import run
-from sdftrack.recorder import Recorder
-add, seen = Recorder.add, []
-def add_three(*given, **named):
-    seen.append(1)
-    if len(seen) > 3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return add(*given, **named)
-Recorder.add = add_three
-raise SystemExit(run(sys.argv[1:]))
 """
 
 
@@ -258,19 +241,6 @@ def test_of_two_runs_into_one_folder_each_is_refused_or_whole(sequence: Path, tm
     assert refused >= PAIRS // 2
 
 
-@pytest.mark.slow
-def test_a_run_goes_on_after_another_one_was_killed(sequence: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    child = tracking(sequence, out, program=("-c", KILLED))
-    assert child.communicate(timeout=WAIT_S) == (None, "")
-    assert child.returncode == -signal.SIGKILL
-    assert {LOCK, ".poses.csv.part"} <= names_in(out)
-    assert not names_in(out) & OWN
-    child = tracking(sequence, out)
-    assert child.communicate(timeout=WAIT_S) == (None, "")
-    check_whole(out)
-
-
 def test_a_recording_that_is_written_cannot_be_continued_by_another_run(
     sequence: Path, tmp_path: Path
 ) -> None:
@@ -287,30 +257,6 @@ def test_a_recording_that_is_written_cannot_be_continued_by_another_run(
     assert run([*words, "--overwrite"]) == 0
     assert len(st.open_sequence(tmp_path)) == FRAMES
     assert LOCK not in names_in(tmp_path)
-
-
-@pytest.mark.slow
-def test_contour_replaces_the_masks_of_its_run_that_was_killed(tmp_path: Path) -> None:
-    images, out = tmp_path / "images", tmp_path / "out"
-    images.mkdir()
-    y, x = np.mgrid[:120, :160]
-    for i in range(300):
-        disc = np.hypot(x - 80 - 0.05 * i, y - 60) < 25
-        write_color(
-            images / f"{i:06d}.png", np.where(disc[..., None], (200, 80, 40), (40, 90, 160)).astype(np.uint8)
-        )
-    words = ["contour", str(images), "--box", "50,30,60,60", "--out", str(out), "-q"]
-    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *words], text=True)
-    wait_for(lambda: (out / "mask" / "000005.png").exists())
-    kill(child)
-    assert not (out / "result.json").exists()
-    (out / "mask" / f"{files.PART_PREFIX}000006.ab12.png").write_text("cut")
-    assert run(words) == 1  # not without being told to
-    assert run([*words, "--overwrite", "--stop", "3"]) == 0
-    assert names_in(out) == {"mask", "overlay.mp4", "result.json"}
-    assert names_in(out / "mask") == {f"{i:06d}.png" for i in range(3)}
-    write_color(out / "mask" / "000007.png", np.zeros((9, 9, 3), np.uint8))  # of somebody else
-    assert run([*words, "--overwrite", "--stop", "3"]) == 1
 
 
 def test_a_program_that_a_killed_run_has_started_does_not_hold_the_folder(tmp_path: Path) -> None:

@@ -126,29 +126,21 @@ def test_one_frame_is_a_video_too_but_not_when_not_asked_for_or_without_shapes(t
     assert not (tmp_path / "b" / "overlay.mp4").exists()
 
 
-def test_files_are_whole_when_the_loop_raises(tmp_path):
+@pytest.mark.parametrize(
+    ("error", "words"), [(KeyError("in the loop"), "'in the loop'"), (KeyboardInterrupt(), "interrupted")]
+)
+def test_files_are_whole_when_the_loop_raises_and_the_report_says_so(tmp_path, error, words):
     def loop():
-        with Recorder(tmp_path, CAMERA, Ball()) as recorder:
+        with Recorder(tmp_path / "cut", CAMERA, Ball()) as recorder:
             recorder.add(frame(0, pose()), result([pose()]))
-            raise KeyError("in the loop")
+            raise error
 
-    with pytest.raises(KeyError, match="in the loop"):
+    with pytest.raises(type(error)):
         loop()
-    assert {p.name for p in tmp_path.iterdir()} == OWN
-    report = strict_json(tmp_path / "report.json")
+    assert {p.name for p in (tmp_path / "cut").iterdir()} == OWN
+    report = strict_json(tmp_path / "cut" / "report.json")
     assert len(report["frames"]) == 1
-    assert report["stopped"] == "'in the loop'"
-
-
-def test_a_run_that_is_interrupted_says_so_and_a_complete_one_does_not(tmp_path):
-    def interrupted():
-        with Recorder(tmp_path / "cut", CAMERA) as recorder:
-            recorder.add(frame(0, pose()), result([pose()]))
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert strict_json(tmp_path / "cut" / "report.json")["stopped"] == "interrupted"
+    assert report["stopped"] == words
     assert "stopped" not in strict_json(record(tmp_path / "whole") / "report.json")
 
 
