@@ -138,9 +138,9 @@ def _levelset() -> dict[str, Call]:
     values = np.asarray(ball().values)
     ratio = rng().normal(size=values.shape).astype(np.float32)
 
-    def evidence(d: Any, T: Any, shape: Any, voxel: Any, origin: Any, mask: Any, sigma: Any) -> Any:
-        frame, grid = st.Frame(d, check_units=False), (shape, voxel, origin)
-        return st.levelset.evidence(frame, CAMERA, T, grid, sigma_d_m=sigma, mask=mask, threads=1)
+    def evidence(depth: Any, T_cam_obj: Any, voxel_size: Any, origin: Any, mask: Any, sigma_d_m: Any) -> Any:
+        frame, grid = st.Frame(depth, check_units=False), ((10, 11, 12), voxel_size, origin)
+        return st.levelset.evidence(frame, CAMERA, T_cam_obj, grid, sigma_d_m=sigma_d_m, mask=mask, threads=1)
 
     size = ball().voxel_size
     return {
@@ -150,31 +150,31 @@ def _levelset() -> dict[str, Call]:
             sigma_phi=3.0, dt=1.0, redistance_every=5, threads=ONE_THREAD,
         ),
         "evidence": Call(
-            evidence, depth(), POSE, Fixed((10, 11, 12)), 0.01, np.full(3, -0.05), depth() < 1, 0.003
+            evidence, depth(), POSE, 0.01, np.full(3, -0.05), depth() < 1, 0.003
         ),
     }  # fmt: skip
 
 
 def _superpixels() -> dict[str, Call]:
-    s, image = st.superpixels, color()
-    labels = np.asarray(s.slic(image, 12))
+    s, picture = st.superpixels, color()
+    labels = np.asarray(s.slic(picture, 12))
 
-    def video(a: Any, b: Any, n: Any) -> Any:
-        v = s.Video(n)
-        v.next(a)
-        return v.next(b)
+    def video(image: Any, n_segments: Any) -> Any:
+        v = s.Video(n_segments)
+        v.next(picture)
+        return v.next(image)
 
     return {
         "slic": Call(
-            s.slic, image, 12, 10.0, Few(3), color_space=OneOf(("lab", "xyz", "rgb")), start_label=1,
+            s.slic, picture, 12, 10.0, Few(3), color_space=OneOf(("lab", "xyz", "rgb")), start_label=1,
             mask=OneOf((None, depth() < 1)), enforce_connectivity=True,
         ),
-        "regions": Call(s.regions, labels, image),
+        "regions": Call(s.regions, labels, picture),
         "adjacency": Call(s.adjacency, labels),
         "boundaries": Call(s.boundaries, labels),
-        "mark": Call(s.mark_boundaries, image, labels, (255, 0, 0)),
-        "mean": Call(s.mean_colors, image, labels),
-        "video": Call(video, image, image, 12),
+        "mark": Call(s.mark_boundaries, picture, labels, (255, 0, 0)),
+        "mean": Call(s.mean_colors, picture, labels),
+        "video": Call(video, picture, 12),
         "achievable": Call(st.metrics.achievable_accuracy, labels, labels),
         "recall": Call(st.metrics.boundary_recall, labels, labels, 2),
         "under": Call(st.metrics.undersegmentation, labels, labels),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -30,7 +31,12 @@ def color() -> np.ndarray:
 
 def on_new(make: Callable[[], Any], use: Callable[..., Any]) -> Callable[..., Any]:
     """A use of an object that is made anew each time: the outcome of a seed must not depend on those before."""
-    return lambda *given: use(make(), *given)
+
+    def called(*given: Any) -> Any:
+        return use(make(), *given)
+
+    called.__signature__ = inspect.Signature(list(inspect.signature(use).parameters.values())[1:])
+    return called
 
 
 def seen(d: Any, c: Any = None, timestamp: Any = None) -> st.Frame:
@@ -47,27 +53,31 @@ def _trackers() -> dict[str, Call]:
         tracker.start(whole, poses=[POSE, second])
         return tracker
 
-    def moved(t: st.Tracker, k: Any, T: Any, C: Any, d: Any) -> Any:
-        t.set_pose(k, T, C)
-        return t.track(seen(d, c))
+    def set_pose(t: st.Tracker, k: Any, T: Any, covariance: Any, depth: Any) -> Any:
+        t.set_pose(k, T, covariance)
+        return t.track(seen(depth, c))
 
-    def added(t: st.Tracker, T: Any, k: Any, d: Any) -> Any:
-        t.add(box, T)
-        result = t.track(seen(d, c))
+    def add(t: st.Tracker, pose: Any, k: Any, depth: Any) -> Any:
+        t.add(box, pose)
+        result = t.track(seen(depth, c))
         t.remove(k)
         return result
 
     ways = {
-        "track": (lambda t, *frame: t.track(seen(*frame)), d, c, 0.1),
-        "array": (lambda t, d, c: t.track(d, c), d, c),
-        "poses": (lambda t, d, T, U: t.start(seen(d, c), poses=[T, U]), d, POSE, second),
-        "masks": (lambda t, d, m: t.start(seen(d, c), masks=[m, depth() < 1]), d, d < 1),
-        "boxes": (lambda t, d, b: t.start(seen(d, c), boxes=[b, (1, 1, 9, 9)]), d, place),
-        "clicks": (lambda t, d, at: t.start(seen(d, c), clicks=[at, at]), d, (33.0, 26.0)),
-        "search": (lambda t, d: t.start(seen(d, c)), d),
-        "recover": (lambda t, d, k, b: t.recover(seen(d, c), k, box=b), d, 0, place),
-        "set_pose": (moved, 0, POSE, 1e-6 * np.eye(6), d),
-        "add": (added, POSE, 1, d),
+        "track": (lambda t, depth, color, timestamp: t.track(seen(depth, color, timestamp)), d, c, 0.1),
+        "array": (lambda t, depth, color: t.track(depth, color), d, c),
+        "poses": (lambda t, depth, poses: t.start(seen(depth, c), poses=[poses, second]), d, POSE),
+        "masks": (lambda t, depth, masks: t.start(seen(depth, c), masks=[masks, d < 1]), d, d < 1),
+        "boxes": (lambda t, depth, boxes: t.start(seen(depth, c), boxes=[boxes, (1, 1, 9, 9)]), d, place),
+        "clicks": (
+            lambda t, depth, clicks: t.start(seen(depth, c), clicks=[clicks, clicks]),
+            d,
+            (33.0, 26.0),
+        ),
+        "search": (lambda t, depth: t.start(seen(depth, c)), d),
+        "recover": (lambda t, depth, k, box: t.recover(seen(depth, c), k, box=box), d, 0, place),
+        "set_pose": (set_pose, 0, POSE, 1e-6 * np.eye(6), d),
+        "add": (add, POSE, 1, d),
     }
     return {name: Call(on_new(running, use), *given, check=finite) for name, (use, *given) in ways.items()}
 
@@ -78,57 +88,58 @@ def _reconstructors() -> dict[str, Call]:
     def new(**options: Any) -> st.Reconstructor:
         return st.Reconstructor(CAMERA, voxels=24, threads=1, **options)
 
-    def first(start: Callable[..., Any]) -> Callable[..., Any]:
-        def use(d: Any, place: Any, later: Any) -> Any:
-            star = new()
-            start(star, seen(d, c), place)
-            result = star.track(seen(later, c))
-            star.mesh(), star.quality(), star.tracker()
-            return result
+    def followed(star: st.Reconstructor, depth: Any, **place: Any) -> Any:
+        star.start(seen(d, c), **place)
+        result = star.track(seen(depth, c))
+        star.mesh(), star.quality(), star.tracker()
+        return result
 
-        return use
+    def at_pose(pose: Any) -> Any:
+        return new(initial=st.SDF.box(BOX, voxels=24)).start(seen(d, c), pose=pose)
 
     def made_otherwise(camera: Any, voxels: Any, extent: Any) -> Any:
         star = st.Reconstructor(camera, voxels=voxels, extent=extent, threads=1)
         return star.start(seen(d, c), mask=d < 1)
 
-    def at_pose(T: Any) -> Any:
-        return new(initial=st.SDF.box(BOX, voxels=24)).start(seen(d, c), pose=T)
-
-    def resumed(later: Any, mask: Any) -> Any:
+    def resumed(depth: Any, mask: Any) -> Any:
         star = new()
         star.start(seen(d, c), mask=d < 1)
-        return star.resume(seen(later, c), mask)
+        return star.resume(seen(depth, c), mask)
 
     return {
-        "mask": Call(
-            first(lambda star, frame, mask: star.start(frame, mask=mask)), d, d < 1, d, check=finite
-        ),
+        "mask": Call(lambda mask, depth: followed(new(), depth, mask=mask), d < 1, d, check=finite),
         "box": Call(
-            first(lambda star, frame, box: star.start(frame, box=box)), d, (20.0, 14.0, 28.0, 25.0), d
+            lambda box, depth: followed(new(), depth, box=box), (20.0, 14.0, 28.0, 25.0), d, check=finite
         ),
-        "options": Call(made_otherwise, CAMERAS, 24, 0.3, check=finite),
         "pose": Call(at_pose, POSE, check=finite),
+        "options": Call(made_otherwise, CAMERAS, 24, 0.3, check=finite),
         "resume": Call(resumed, d, d < 1, check=finite),
     }
 
 
 def _contours() -> dict[str, Call]:
     y, x = np.mgrid[:48, :64]
-    image = np.where((np.hypot(x - 30, y - 24) < 12)[..., None], [200, 40, 30], [30, 60, 90]).astype(np.uint8)
-    image += np.random.default_rng(0).integers(0, 20, image.shape, np.uint8)
-    mask = np.hypot(x - 30, y - 24) < 12
+    picture = np.where((np.hypot(x - 30, y - 24) < 12)[..., None], [200, 40, 30], [30, 60, 90]).astype(
+        np.uint8
+    )
+    picture += np.random.default_rng(0).integers(0, 20, picture.shape, np.uint8)
+    silhouette = np.hypot(x - 30, y - 24) < 12
     c = st.contour
-    coefficients = c.harmonics(mask, 4, size=24)
+    coefficients = c.harmonics(silhouette, 4, size=24)
 
-    def followed(warp: Any, first: Any, mask: Any, box: Any, later: Any) -> None:
+    def started(warp: Any, image: Any, mask: Any, box: Any) -> None:
         tracker = c.ContourTracker(warp)
-        tracker.start(first, mask=mask, box=box)
-        tracker.track(later)
-        tracker.track(image)
+        tracker.start(image, mask=mask, box=box)
+        tracker.track(picture)
 
-    def remembered(n: Any, size: Any, capacity: Any, use: Any, mask: Any) -> None:
-        kept = c.ShapeMemory(n_harmonics=n, size=size, capacity=capacity)
+    def tracked(image: Any) -> None:
+        tracker = c.ContourTracker()
+        tracker.start(picture, mask=silhouette)
+        tracker.track(image)
+        tracker.track(picture)
+
+    def remembered(n_harmonics: Any, size: Any, capacity: Any, use: Any, mask: Any) -> None:
+        kept = c.ShapeMemory(n_harmonics=n_harmonics, size=size, capacity=capacity)
         for a in range(3):
             kept.learn(np.hypot((x - 30) * (1 + 0.1 * a), y - 24) < 12)
         getattr(kept, use, kept.judge)(mask)
@@ -136,44 +147,45 @@ def _contours() -> dict[str, Call]:
 
     warps, uses = OneOf(("similarity", "affine")), OneOf(("learn", "assess", "observe", "judge", "recover"))
     return {
-        "mask": Call(followed, warps, image, mask, Fixed(None), image),
-        "box": Call(followed, warps, image, Fixed(None), (16.0, 10.0, 28.0, 28.0), image),
-        "memory": Call(remembered, 4, 24, 8, uses, mask),
-        "align": Call(c.align, mask, 24, 0.35),
-        "harmonics": Call(c.harmonics, mask, 4, OneOf(("max", "sum")), 24),
-        "distances": Call(c.signed_distances, mask),
+        "mask": Call(started, warps, picture, silhouette, Fixed(None)),
+        "box": Call(started, warps, picture, Fixed(None), (16.0, 10.0, 28.0, 28.0)),
+        "track": Call(tracked, picture),
+        "memory": Call(remembered, 4, 24, 8, uses, silhouette),
+        "align": Call(c.align, silhouette, 24, 0.35),
+        "harmonics": Call(c.harmonics, silhouette, 4, OneOf(("max", "sum")), 24),
+        "distances": Call(c.signed_distances, silhouette),
         "silhouette": Call(c.silhouette, coefficients, 24, level_set=False),
-        "outline": Call(c.draw_outline, image, mask, OneOf(("ok", "weak", "lost"))),
+        "outline": Call(c.draw_outline, picture, silhouette, OneOf(("ok", "weak", "lost"))),
     }
 
 
 def _lwpr() -> dict[str, Call]:
     r = np.random.default_rng(0)
-    x, y = r.random((40, 2)), r.random((40, 1))
-    trained = st.LWPR(init_D=50.0, threads=1).fit(x, y)
+    samples, values = r.random((40, 2)), r.random((40, 1))
+    trained = st.LWPR(init_D=50.0, threads=1).fit(samples, values)
 
-    def made_anew(x: Any, y: Any, asked: Any, init_D: Any, w_gen: Any, w_prune: Any, init_alpha: Any) -> Any:
+    def made_anew(x: Any, y: Any, init_D: Any, w_gen: Any, w_prune: Any, init_alpha: Any) -> Any:
         model = st.LWPR(init_D=init_D, w_gen=w_gen, w_prune=w_prune, init_alpha=init_alpha, threads=1)
         model.fit(x, y)
         model.update(x, y)
-        return model.predict(asked, confidence=True), model.activations(asked), model.fields
+        return model.predict(samples[:5], confidence=True), model.activations(samples[:5]), model.fields
 
-    def predict(asked: Any) -> Any:
-        return trained.predict(asked, return_std=True), trained.activations(asked), trained.score(asked, y)
+    def predict(x: Any) -> Any:
+        return trained.predict(x, return_std=True), trained.activations(x), trained.score(x, values)
 
     return {
-        "anew": Call(made_anew, x, y, x[:5], 50.0, 0.2, 0.95, 50.0),
-        "metric": Call(made_anew, x, y, x[:5], np.array([50.0, 20.0]), 0.2, 0.95, 50.0),
-        "predict": Call(predict, x),
-        "update": Call(lambda x, y: trained.copy().partial_fit(x, y), x, y),
+        "anew": Call(made_anew, samples, values, 50.0, 0.2, 0.95, 50.0),
+        "metric": Call(made_anew, samples, values, np.array([50.0, 20.0]), 0.2, 0.95, 50.0),
+        "predict": Call(predict, samples),
+        "update": Call(lambda x, y: trained.copy().partial_fit(x, y), samples, values),
     }
 
 
 def _primitives() -> dict[str, Call]:
     points = np.asarray(st.SDF.cylinder(0.04, 0.1, voxels=20).surface_samples(300)[0], np.float64)
 
-    def frame(d: Any, kind: Any, mask: Any) -> Any:
-        return st.fit_primitive(st.Frame(d, check_units=False), kind, camera=CAMERA, mask=mask, threads=1)
+    def frame(depth: Any, kind: Any, mask: Any) -> Any:
+        return st.fit_primitive(st.Frame(depth, check_units=False), kind, camera=CAMERA, mask=mask, threads=1)
 
     kinds = OneOf(("sphere", "cylinder", "box", "cone", "ellipsoid"))
     return {
@@ -188,9 +200,15 @@ def _primitives() -> dict[str, Call]:
 def _planes() -> dict[str, Call]:
     d = depth()
 
-    def remove(d: Any, camera: Any, start: Any, tolerance: Any, method: Any, noise: Any) -> Any:
+    def remove(depth: Any, camera: Any, start_px: Any, tolerance: Any, method: Any, noise: Any) -> Any:
         return st.remove_plane(
-            st.Frame(d, check_units=False), camera, start, tolerance, method=method, noise=noise, threads=1
+            st.Frame(depth, check_units=False),
+            camera,
+            start_px,
+            tolerance,
+            method=method,
+            noise=noise,
+            threads=1,
         )
 
     sensor = st.SensorModel.preset("kinect_v1")
@@ -226,9 +244,9 @@ def _planes() -> dict[str, Call]:
 def _energies() -> dict[str, Call]:
     box = st.SDF.box(BOX, voxels=14)
 
-    def energy(d: Any, T: Any, scale: Any, delta: Any) -> Any:
-        e = st.Energy(box, CAMERA, st.Frame(d, check_units=False), T, scale_m=scale)
-        x = st.State(np.asarray(T, np.float64).reshape(-1, 4, 4))
+    def energy(depth: Any, poses: Any, scale_m: Any, delta: Any) -> Any:
+        e = st.Energy(box, CAMERA, st.Frame(depth, check_units=False), poses, scale_m=scale_m)
+        x = st.State(np.asarray(poses, np.float64).reshape(-1, 4, 4))
         e.cost(x), e.linearize(x), e.residuals(x)
         e.cost(e.moved(x, delta))
         return st.minimize(e, x)

@@ -81,8 +81,10 @@ class Call:
     def valid(self) -> None:
         """Call it with the valid arguments, which it has to accept."""
         plain = random.Random(0)
-        args = [_plain(plain, value) for value in self.args]
-        result = self.function(*args, **{name: _plain(plain, value) for name, value in self.kwargs.items()})
+        args = [valid_value(plain, value) for value in self.args]
+        result = self.function(
+            *args, **{name: valid_value(plain, value) for name, value in self.kwargs.items()}
+        )
         if self.check is not None:
             self.check(result)
 
@@ -92,7 +94,7 @@ class Call:
         may = [p for p in places if not isinstance(given[p], Fixed)]
         count = min(len(may), rng.choices((0, 1, 2, 3), (2, 12, 5, 1))[0])
         changed = set(rng.sample(may, count))
-        values = {p: nasty(rng, given[p]) if p in changed else _plain(rng, given[p]) for p in places}
+        values = {p: nasty(rng, given[p]) if p in changed else valid_value(rng, given[p]) for p in places}
         result = self.function(
             *(values[i] for i in range(len(self.args))), **{name: values[name] for name in self.kwargs}
         )
@@ -100,7 +102,7 @@ class Call:
             self.check(result)
 
 
-def _plain(rng: random.Random, value: Any) -> Any:
+def valid_value(rng: random.Random, value: Any) -> Any:
     if isinstance(value, OneOf):
         return rng.choice(value.values)
     return value.value if isinstance(value, Fixed | Few) else value

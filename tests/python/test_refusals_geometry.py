@@ -21,8 +21,6 @@ SMALL = st.Camera(20, 20, 7.5, 5.5, 16, 12)
 ONES = np.ones((4, 4, 4), np.float32)
 BALL = st.SDF.sphere(0.05, voxels=20)
 BOX = box_mesh()
-AROUND = np.linspace(0, 2 * np.pi, 9)[:-1]
-RING = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], axis=-1)
 T = geometry.pose([0.3, -0.2, 0.9], [0.02, 0.01, 0.8])
 
 
@@ -38,20 +36,12 @@ def lens(model, *coefficients):
 
 
 @refused(
-    (lambda: camera(fx=0), ValueError, "fx"),
-    (lambda: camera(cx=np.nan), ValueError, "cx"),
-    (lambda: camera(width=0), ValueError, "width"),
-    (lambda: camera(fx="wide"), TypeError, "fx"),
     (lambda: camera(distortion=(0.1, 0.2)), ValueError, "4, 5 or 8"),
     (lambda: camera(distortion=(0.1, 0.2, 0, np.nan)), ValueError, "finite"),
     (lambda: camera(fx=320, fy=320, distortion=FOLDING), ValueError, r"folds over before pixel \(0, 0\)"),
-    (lambda: st.Camera.from_K(np.eye(4), 640, 480), ValueError, "3 x 3"),
-    (lambda: st.Camera.from_K("K", 4, 4), TypeError, "K: expected an array of numbers"),
     (lambda: st.Camera.from_K([[500, 3, 320], [0, 500, 240], [0, 0, 1]], 640, 480), ValueError, "skew"),
     (lambda: st.Camera.from_K(CAMERA.K.T, 640, 480), ValueError, "fx, 0, cx"),
-    (lambda: st.Camera.from_fov("a", 640, 480), TypeError, "^fov_x_rad: expected"),
     (lambda: st.Camera.from_fov(np.pi, 640, 480), ValueError, "^fov_x_rad: expected"),
-    (lambda: st.Camera.from_fov(1.0, 10**30, 480), (TypeError, ValueError), "^width: expected"),
     (lambda: CAMERA.cropped(-1, 0, 5, 5), ValueError, "inside 640 x 480"),
     (lambda: CAMERA.back_project(np.ones(CAMERA.shape, np.uint16)), TypeError, "depth scale"),
     (lambda: CAMERA.back_project(np.ones((640, 480), np.float32)), ValueError, r"\(480, 640\)"),
@@ -101,9 +91,7 @@ def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error,
     (lambda: st.Frame(RAW), ValueError, "depth_scale: expected metres per unit"),
     (lambda: st.Frame(RAW, depth_scale=1000), ValueError, "1/1000"),
     (lambda: st.Frame(RAW, depth_scale=1.0), ValueError, "millimetres"),
-    (lambda: st.Frame(RAW, depth_scale=np.nan), ValueError, "between 0 and 1"),
     (lambda: st.Frame(RAW, depth_scale=0.1), ValueError, "multiply depth_scale by 0.01"),
-    (lambda: st.Frame(RAW, depth_scale="mm"), TypeError, "depth_scale: .*'mm'"),
     (lambda: st.Frame(1000 * DEPTH), ValueError, "millimetres: multiply depth by 0.001"),
     (lambda: st.Frame(0.001 * DEPTH), ValueError, "multiply depth by 1000"),
     (lambda: st.Frame(100 * DEPTH), ValueError, "check_units=False"),
@@ -113,13 +101,10 @@ def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error,
     (lambda: st.Frame(DEPTH, COLOR.astype(np.float32)), TypeError, "uint8"),
     (lambda: st.Frame(DEPTH, COLOR[..., 0]), ValueError, "grey"),
     (lambda: st.Frame(DEPTH, np.dstack([COLOR, COLOR[..., 0]])), ValueError, "alpha"),
-    (lambda: st.Frame(DEPTH, COLOR, color_order="hsv"), ValueError, "color_order"),
     (lambda: st.Frame(DEPTH, mask=RAW.astype(np.int32)), TypeError, "mask"),
     (lambda: st.Frame(DEPTH, mask=np.ones((16, 12), bool)), ValueError, "mask"),
     (lambda: st.Frame(DEPTH.T, camera=SMALL), ValueError, "camera"),
     (lambda: st.Frame(DEPTH, camera=SMALL.K), TypeError, "camera"),
-    (lambda: st.Frame(DEPTH, timestamp=np.nan), ValueError, "timestamp"),
-    (lambda: st.Frame(DEPTH, timestamp="now"), TypeError, "timestamp: .*'now'"),
 )
 def test_a_frame_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -161,23 +146,17 @@ def of_size(voxel_m):
     (lambda: box_with(BOX.vertices * [1, 1, 0.01]), ValueError, r"shortest side .*under 4 voxels.*voxels="),
     (lambda: box_with(faces=np.concatenate([BOX.faces, BOX.faces + 8])), ValueError, "vertex indices"),
     (lambda: box_with(voxels=3), ValueError, "voxels: expected"),
-    (lambda: box_with(padding=-1), ValueError, "padding: expected"),
     (lambda: box_with(unit="feet"), ValueError, "unit: expected"),
-    (lambda: box_with(holes="fill"), ValueError, "holes: expected"),
     (lambda: st.SDF.from_mesh("absent.ply"), FileNotFoundError, "absent"),
     (lambda: st.SDF.from_mesh(3), TypeError, "mesh: expected a path"),
     (lambda: st.SDF.sphere("a"), TypeError, "sphere: expected a number, got 'a'"),
-    (lambda: st.SDF.sphere(0.1, voxels="a"), TypeError, "voxels: expected a number, got 'a'"),
     (lambda: st.SDF.box((1, 2)), ValueError, "expected"),
     (lambda: st.SDF.cone(65536, 1e13, voxels=16), ValueError, "expected positive lengths"),
     (lambda: st.SDF(np.zeros((4, 4, 4)), 0.01, (0, 0, 0)), TypeError, "values: expected float32"),
-    (lambda: st.SDF(ONES[0], 0.01, (0, 0, 0)), ValueError, "values: expected shape"),
     (lambda: st.SDF(ONES[:, :1], 0.01, (0, 0, 0)), ValueError, "at least 2 voxels"),
     (lambda: st.SDF(np.nan * ONES, 0.01, (0, 0, 0)), ValueError, "values: expected finite"),
     (lambda: st.SDF(ONES, 1e-30, (0, 0, 0)), ValueError, "voxel_size: expected"),
-    (lambda: st.SDF(ONES, 0.0, (0, 0, 0)), ValueError, "voxel_size: expected"),
     (lambda: st.SDF(ONES, 0.01, (1e39, 0, 0)), ValueError, "origin: expected"),
-    (lambda: BALL([[0.0, 0.0]]), ValueError, "points: expected shape"),
     (lambda: BALL([np.nan, 0, 0]), ValueError, "points: expected finite"),
     (lambda: BALL.transformed(2 * np.eye(4)), ValueError, "T: "),
     (lambda: BALL.surface_samples(10_000_001), ValueError, "count: expected a whole number from 0"),
@@ -185,19 +164,15 @@ def of_size(voxel_m):
     (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).to_mesh(), ValueError, "no surface"),
     (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).cropped(), ValueError, "outside everywhere"),
     (lambda: st.union(), TypeError, "shapes: expected"),
-    (lambda: st.smooth_union(BALL, BALL, radius=0), ValueError, "radius: expected"),
     (lambda: far_apart(st.union), ValueError, r"much more than what it is made of"),
     (long_bar, ValueError, r"much more than what it is made of"),
     (lambda: st.union(of_size(1e-12), of_size(1e12)), ValueError, "at most 1200 a side"),
-    (lambda: BALL.render(None, np.eye(4)), TypeError, "camera: expected"),
     (lambda: BALL.render(SMALL, np.diag([1.0, 1, -1, 1])), ValueError, "T_cam_obj"),
     (lambda: BALL.silhouette(SMALL, np.eye(4), device="gpu"), ValueError, "device: expected one of"),
-    (lambda: st.Symmetry(np.eye(3)), ValueError, r"discrete: expected shape \(n, 4, 4\)"),
     (lambda: st.Symmetry(continuous=(([0, 0, 0], [0, 0, 0]),)), ValueError, r"continuous\[0\]"),
     (lambda: st.Symmetry(continuous=(([0, 0, 1], [0, 0, 0]),)).motions(0), ValueError, "steps"),
     (lambda: st.Symmetry.from_bop({"symmetries_discrete": [[1, 2]]}), ValueError, "expected"),
     (lambda: st.Symmetry.from_bop({"symmetries_continuous": [{"offset": [0] * 3}]}), ValueError, "expected"),
-    (lambda: st.find_symmetries(BALL, tolerance=0), ValueError, "tolerance"),
 )
 def test_a_volume_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -245,7 +220,6 @@ def saved(name, of=BOX, **options):
 
 
 @refused(
-    (lambda: mesh([[0, 0]]), ValueError, r"vertices: expected shape \(N, 3\)"),
     (lambda: mesh(faces=[[0, 0, 1]]), ValueError, r"faces: expected vertex indices 0\.\.0"),
     (lambda: st.Mesh([[0, 0, 0]], [[0, 0, 0]], [[0.1, 0.2, 0.3]]), TypeError, "colors: expected uint8"),
     (lambda: st.Mesh([[0] * 3], [[0] * 3], COLOR[0, :2]), ValueError, r"colors: expected shape \(1, 3\)"),
@@ -256,13 +230,10 @@ def saved(name, of=BOX, **options):
     (lambda: st.Mesh([], []).bounds, ValueError, "no vertices"),
     (lambda: BOX.decimated(3), ValueError, "faces: expected a whole number from 4"),
     (lambda: BOX.decimated(100.0), TypeError, "faces: expected a whole number from 4"),
-    (lambda: metrics.pose_error(np.eye(3), np.eye(4)), ValueError, "4, 4"),
     (lambda: metrics.auc([]), ValueError, "at least one"),
     (lambda: metrics.iou(DEPTH > 0, DEPTH.T > 0), ValueError, "shape"),
     (lambda: metrics.average_recall(), ValueError, "at least one"),
     (lambda: metrics.average_recall(vsd_errors=[1.0]), ValueError, "vsd_errors: expected 2 dimensions"),
-    (lambda: metrics.mssd(np.eye(3), T, RING), ValueError, "T: expected poses"),
-    (lambda: metrics.vsd(*[np.zeros((12, 16))] * 3, SMALL, -0.1), ValueError, "tau"),
     (lambda: metrics.plane_angles(st.Frame(DEPTH), SMALL), ValueError, "frame: "),
     (lambda: geometry.look_at([0, 0, 1], [0, 0, 0]), ValueError, "up"),
     (lambda: st.draw(st.Frame(DEPTH), None, BALL, SMALL), TypeError, "result: expected st.TrackResult"),

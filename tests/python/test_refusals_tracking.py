@@ -153,7 +153,6 @@ def with_size():
     (lambda: energy(penalty="huber"), ValueError, "penalty: expected 'depth' or 'rgbd'"),
     (lambda: energy(penalty="rgbd"), ValueError, "frame: expected a colour image for penalty='rgbd'"),
     (lambda: energy(unknowns=("scale",)), ValueError, "unknowns: expected one of"),
-    (lambda: energy(scale_m=0.0), ValueError, "scale_m"),
     (lambda: energy(residuals="point"), TypeError, "did you mean 'residual'"),
     (lambda: energy().cost(POSE), TypeError, "x: expected a State, got ndarray"),
     (lambda: with_size().cost(scaled([-1.0])), ValueError, "scales of one number > 0"),
