@@ -143,34 +143,36 @@ def _realsense(model: str, coeffs: tuple[float, ...]) -> SimpleNamespace:
 FIT_TOLERANCE_PX = 0.3  # what from_realsense promises for converted lenses
 
 
+def bent(x, y, modified):
+    """The printed polynomial; the modified model applies the tangential terms to what the radial ones have made."""
+    k1, k2, p1, p2, k3 = LENS
+    r2 = x * x + y * y
+    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    a, b = (x * radial, y * radial) if modified else (x, y)
+    return x * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a), y * radial + 2 * p2 * a * b + p1 * (
+        r2 + 2 * b * b
+    )
+
+
 def test_inverse_brown_conrady_undistorts():
     # The model's definition: its polynomial takes distorted coordinates to ideal ones.
-    k1, k2, p1, p2, k3 = LENS
     camera = st.Camera.from_realsense(_realsense("inverse_brown_conrady", LENS))
     u, v = np.meshgrid(np.linspace(0, 639, 20), np.linspace(0, 479, 20))
     x, y = (u - 320.5) / 600, (v - 238) / 610
-    r2 = x * x + y * y
-    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
-    ideal_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
-    ideal_y = y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)
-    px = camera.project(np.stack([ideal_x, ideal_y, np.ones_like(x)], -1))
-    np.testing.assert_allclose(px, np.stack([u, v], -1), atol=FIT_TOLERANCE_PX)
-    wrong_way = LENS_CAMERA.project(np.stack([ideal_x, ideal_y, np.ones_like(x)], -1))
+    ideal = np.stack([*bent(x, y, modified=False), np.ones_like(x)], -1)
+    np.testing.assert_allclose(camera.project(ideal), np.stack([u, v], -1), atol=FIT_TOLERANCE_PX)
+    wrong_way = LENS_CAMERA.project(ideal)
     assert abs(wrong_way - np.stack([u, v], -1)).max() > 30 * FIT_TOLERANCE_PX
 
 
 def test_modified_brown_conrady_is_converted():
-    k1, k2, p1, p2, k3 = LENS
     camera = st.Camera.from_realsense(_realsense("modified_brown_conrady", LENS))
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-0.5, 0.5, 200), rng.uniform(-0.35, 0.35, 200)
-    r2 = x * x + y * y
-    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
-    xr, yr = x * radial, y * radial
-    u = 600 * (xr + 2 * p1 * xr * yr + p2 * (r2 + 2 * xr * xr)) + 320.5
-    v = 610 * (yr + 2 * p2 * xr * yr + p1 * (r2 + 2 * yr * yr)) + 238
+    distorted_x, distorted_y = bent(x, y, modified=True)
     px = camera.project(np.stack([x, y, np.ones_like(x)], -1))
-    np.testing.assert_allclose(px, np.stack([u, v], -1), atol=FIT_TOLERANCE_PX)
+    expected = np.stack([600 * distorted_x + 320.5, 610 * distorted_y + 238], -1)
+    np.testing.assert_allclose(px, expected, atol=FIT_TOLERANCE_PX)
 
 
 def test_plain_realsense_lenses_pass_unchanged():

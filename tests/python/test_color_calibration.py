@@ -95,21 +95,6 @@ def test_the_derivatives_of_p_and_q_are_those_of_differences(x):
         assert np.abs(G[:, k] - numeric).max() < 1e-5 * max(1.0, np.abs(numeric).max())
 
 
-def test_the_path_passes_its_points_and_is_smooth_between_them():
-    at = ball_path(4)
-    t = np.cumsum(np.random.default_rng(0).uniform(0.03, 0.07, 60))
-    path = Path(t, at(t))
-    assert np.abs(path.at(t)[0] - at(t)).max() < 1e-12
-    between = t[2:-3] + 0.4 * np.diff(t)[2:-2]
-    p, v, share = path.at(between)
-    assert (
-        np.abs(p - at(between)).max() < 1e-5
-    )  # 50 ms of slow waves: h^4 / 384 of the fourth derivative, 30 m/s^4
-    numeric = (path.at(between + 1e-6)[0] - path.at(between - 1e-6)[0]) / 2e-6
-    assert np.abs(v - numeric).max() < 1e-5
-    assert np.allclose(share.sum(axis=1), 1)
-
-
 def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
     t = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1])
     path = Path(t, np.column_stack([t, t, 1 + t]))

@@ -290,14 +290,6 @@ def test_a_full_disk_leaves_a_video_that_can_be_read(tmp_path, monkeypatch, caps
         assert_numbered(seq, set(range(5, len(seq))))
 
 
-def test_a_disk_that_is_full_at_once_leaves_no_video(tmp_path, monkeypatch):
-    full_after(monkeypatch, 1)
-    video = VideoWriter(tmp_path)
-    with pytest.raises(OSError, match="no space"):
-        video.add(0, numbered(0))
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_writing_goes_on_after_an_image_that_failed(tmp_path, monkeypatch):
     video = VideoWriter(tmp_path)
     for i in range(4):

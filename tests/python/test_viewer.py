@@ -24,9 +24,7 @@ from sdftrack.io.report_file import result_of
 from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments
-from sdftrack.viz.viewer.history import History
 from sdftrack.viz.viewer.panel import lines_html, rates_html
-from sdftrack.viz.viewer.stage import place_board, scene_distance
 
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
 
@@ -219,13 +217,6 @@ def test_points_of_the_cloud_project_to_their_pixels():
     np.testing.assert_array_equal(colors, sequence[0].color[at[:, 1], at[:, 0]])
 
 
-def test_far_points_are_left_out():
-    depth = np.full((240, 320), 1.0, np.float32)
-    depth[:120] = 4.0
-    points, _ = cloud(st.Frame(depth), CAMERA, 1.0)
-    assert set(points[:, 2]) == {1.0}
-
-
 def test_the_axes_of_the_ellipsoid_are_three_standard_deviations():
     rng = np.random.default_rng(3)
     R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -239,44 +230,10 @@ def test_the_axes_of_the_ellipsoid_are_three_standard_deviations():
     assert ellipsoid(np.full((6, 6), np.nan)) is None
 
 
-def test_the_board_finds_the_pixel_that_a_ray_from_anywhere_meets():
-    board = place_board(CAMERA, 0.8)
-    for pixel in ((0.0, 0.0), (319.0, 239.0), (100.25, 17.5)):
-        for eye in ((-0.5, 0.1, -1.0), (2.0, -1.0, 0.3)):
-            assert board.pixel(eye, board.point(*pixel)) == pytest.approx(pixel, abs=1e-6)
-    assert board.pixel((0, 0, 0), (0, 0, -1)) is None  # away from it
-    assert board.pixel((0, 0, 0), (1, 0, 0)) is None  # along it
-    assert board.contains(0, 0)
-    assert not board.contains(319.6, 0)
-
-
-def test_the_scene_is_as_far_as_its_objects_or_its_depth():
-    poses = np.eye(4)[None].copy()
-    poses[0, 2, 3] = 0.7
-    depth = np.full((16, 16), 2.0, np.float32)
-    assert scene_distance(depth, poses) == 0.7
-    assert scene_distance(depth, None) == 2.0
-    assert scene_distance(None, poses * np.nan) is None
-
-
 def test_a_trail_is_interrupted_where_the_object_was_lost():
     p = np.array([[0, 0, 1], [0, 0, 2], [np.nan] * 3, [0, 0, 3], [0, 0, 4]], float)
     np.testing.assert_array_equal(trail_segments(p)[:, :, 2], [[1, 2], [3, 4]])
     assert trail_segments([]).shape == (0, 2, 3)
-
-
-def test_history_measures_the_rate(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("sdftrack.viz.viewer.history.time.monotonic", lambda: now[0])
-    history = History()
-    _, _, results = scene()
-    for result in results:
-        history.add(result)
-        now[0] += 0.05
-    assert history.rate_hz() == pytest.approx(20)
-    times, confidences = history.confidences(1)
-    np.testing.assert_allclose(times, 0.05 * np.arange(6))
-    np.testing.assert_array_equal(confidences, [r.confidence[0] for r in results])
 
 
 def test_texts_are_escaped_and_unknown_numbers_left_out():
