@@ -6,10 +6,9 @@
 #include <cstdlib>
 #include <random>
 
+#include "box_scene.h"
 #include "contour/tracker.h"
 #include "lwpr/unit.h"
-#include "tracking/tracker.h"
-#include "volume_fixture.h"
 
 #ifdef __GLIBC__
 extern "C" void* __libc_malloc(std::size_t size);
@@ -28,42 +27,7 @@ extern "C" void* malloc(std::size_t size) {
 namespace sdftrack {
 namespace {
 
-const Volume kBox = make_volume(60, 0.16, [](Vec3d p) { return box_distance(p, {0.05, 0.03, 0.04}); });
 constexpr int kWidth_px = 320, kHeight_px = 240;
-
-// The second box stands beside the first and is fitted together with it.
-Rigidd beside(const Rigidd& T_cam_obj) { return {T_cam_obj.R, T_cam_obj * Vec3d{0.01, 0.065, 0}}; }
-
-// Both boxes before a wall, with noise; coloured.
-struct Image {
-  std::vector<float> depth_m = std::vector<float>(kWidth_px * kHeight_px, 1.5f);
-  std::vector<unsigned char> rgb = std::vector<unsigned char>(3 * kWidth_px * kHeight_px, 60);
-};
-
-Image image_of(const Camera& camera, const Rigidd& T_cam_obj, unsigned seed) {
-  Image image;
-  std::mt19937 random(seed);
-  std::normal_distribution<float> noise(0, 0.001f);
-  const Rigidf T_obj_cam[2] = {inverse(T_cam_obj).cast<float>(), inverse(beside(T_cam_obj)).cast<float>()};
-  for (int v = 0; v < kHeight_px; ++v)
-    for (int u = 0; u < kWidth_px; ++u) {
-      const Vec3f r = ray(camera.K.cast<float>(), static_cast<float>(u), static_cast<float>(v));
-      float z = 0.3f, phi = 1;
-      Vec3f unused;
-      for (int k = 0; k < 60 && z < 1 && std::abs(phi) > 1e-5f; ++k) {
-        float other;
-        sample(kBox.view(), T_obj_cam[0] * (z * r), &phi, &unused);
-        sample(kBox.view(), T_obj_cam[1] * (z * r), &other, &unused);
-        phi = std::min(phi, other);
-        z += 0.9f * phi;
-      }
-      if (std::abs(phi) > 1e-3f) continue;
-      const auto at = static_cast<std::size_t>(v * kWidth_px + u);
-      image.depth_m[at] = z + noise(random);
-      image.rgb[3 * at] = 200;
-    }
-  return image;
-}
 
 enum class Shows { kDepth, kColors, kPaint };
 class Allocations : public testing::TestWithParam<Shows> {};
@@ -71,32 +35,35 @@ class Allocations : public testing::TestWithParam<Shows> {};
 TEST_P(Allocations, a_warm_tracker_allocates_nothing) {
   const bool colors = GetParam() != Shows::kDepth;
   const Camera camera{{260, 260, 159.5, 119.5}, kWidth_px, kHeight_px, {}};
-  Rigidd pose{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
-  tracking::TrackerSettings settings;
-  tracking::Tracker tracker({kBox.view(), kBox.view()}, camera, {}, settings);
+  const SdfView volume = box_volume().view();
+  tracking::Tracker tracker({volume, volume}, camera, {}, {});
   std::vector<std::uint16_t> paint;  // darker to one side
-  for (int i = 0; i < kBox.n * kBox.n * kBox.n; ++i) {
-    const auto part = static_cast<std::uint16_t>(40000 + 200 * (i % kBox.n));
+  for (int i = 0; i < volume.nx * volume.ny * volume.nz; ++i) {
+    const auto part = static_cast<std::uint16_t>(40000 + 200 * (i % volume.nx));
     paint.insert(paint.end(), {part, 15000, 15000, 65535});
   }
   if (GetParam() == Shows::kPaint) tracker.paint(0, {paint.data(), 1});  // and the other of the same shape
-  std::vector<Image> images;
-  for (unsigned i = 0; i < 8; ++i) {
-    images.push_back(image_of(camera, pose, i));
-    pose = {rotation_exp(Vec3d{0, 0.01, 0.01}) * pose.R, pose.t + Vec3d{0.001, 0, 0.001}};
+  // The second box stands beside the first and is fitted together with it.
+  const Rigidd first = pose_at({0.01, 0, 0.55});
+  std::vector<BoxImage> images;
+  std::vector<std::vector<unsigned char>> rgb;
+  for (int i = 0; i < 8; ++i) {
+    const Rigidd pose{rotation_exp(Vec3d{0, 0.01 * i, 0.01 * i}) * first.R,
+                      first.t + Vec3d{0.001 * i, 0, 0.001 * i}};
+    images.push_back(image_of(camera, {pose, beside(pose, 0.005)}, i));
+    rgb.emplace_back(3 * images.back().depth_m.size(), static_cast<unsigned char>(60));
+    for (std::size_t at = 0; at < images.back().depth_m.size(); ++at)
+      if (images.back().depth_m[at] < kWall_m) rgb.back()[3 * at] = 200;
   }
-  tracking::PoseHint place, other_place;
-  place.T_cam_obj = Rigidd{rotation_exp(Vec3d{0.5, -0.6, 0.2}), {0.01, 0, 0.55}};
-  other_place.T_cam_obj = beside(*place.T_cam_obj);
   long counted = -1;
   for (int k = 0; k < 40; ++k) {
-    const Image& image = images[static_cast<std::size_t>(k % 14 < 8 ? k % 14 : 14 - k % 14)];
-    const appearance::ColorImage color{image.rgb.data(), appearance::aligned_map(kWidth_px, kHeight_px)};
-    const frame::DepthFrame frame = tracker.make_frame({image.depth_m.data(), kWidth_px, kHeight_px}, nullptr,
-                                                       k / 30.0, colors ? &color : nullptr);
+    const auto at = static_cast<std::size_t>(k % 14 < 8 ? k % 14 : 14 - k % 14);
+    const appearance::ColorImage color{rgb[at].data(), appearance::aligned_map(kWidth_px, kHeight_px)};
+    const frame::DepthFrame frame = tracker.make_frame({images[at].depth_m.data(), kWidth_px, kHeight_px},
+                                                       nullptr, k / 30.0, colors ? &color : nullptr);
     const long before = allocations.load();
     const tracking::FrameResult& result =
-        k == 0 ? tracker.start(frame, {place, other_place}) : tracker.track(frame);
+        k == 0 ? tracker.start(frame, {at_pose(first), at_pose(beside(first, 0.005))}) : tracker.track(frame);
     counted = allocations.load() - before;
     for (const tracking::ObjectResult& object : result.objects)
       ASSERT_EQ(object.trust.status, tracking::Status::kOk)

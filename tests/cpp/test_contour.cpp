@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The contour's formulas in double, its loops on all instruction sets, pieces and distances.
+// The contour's formulas in double, its sums on all instruction sets, pieces and distances.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,35 +44,6 @@ TEST(PosteriorCost, its_slope_is_the_derivative_of_its_cost) {
       EXPECT_NEAR(contour::posterior_cost(phi, p, 1 / 1.5).slope, slope, 1e-8) << phi << " " << p;
       EXPECT_GE(contour::posterior_cost(phi, p, 1 / 1.5).curvature, 0);
     }
-}
-
-TEST(ContourLoops, all_instruction_sets_give_the_same_bits) {
-  const contour::ContourGrid grid = disc(61, 47, 30, 23, 13);
-  const std::vector<float> foreground = posteriors(grid.phi.size());
-  std::vector<float> u, v;
-  for (int y = 0; y < grid.ny; ++y)
-    for (int x = 0; x < grid.nx; ++x) u.push_back(static_cast<float>(x)), v.push_back(static_cast<float>(y));
-  const contour::RegistrationTerm<float, 6> term{
-      {grid.phi.data(), grid.nx, grid.ny},
-      {static_cast<int>(u.size()), u.data(), v.data(), foreground.data()},
-      {0.97f, 0.1f, -28, -0.12f, 1.02f, -21},
-      30,
-      23,
-      1 / 1.5f};
-  const contour::ContourStep<float> step{1 / 1.5f, 4, 0.05f, 1};
-  energies::Sums<double, 6> first;
-  std::vector<float> stepped;
-  for (const Isa isa : supported_isas()) {
-    const contour::ContourOps& ops = for_isa<contour::ContourOps>(isa);
-    const energies::Sums<double, 6> sums = ops.affinity(term);
-    std::vector<float> out(grid.phi.size());
-    ops.step(step, grid.phi.data() + 62, foreground.data() + 62, 61, 59 + 61 * 40, out.data());
-    if (isa == supported_isas().front()) first = sums, stepped = out;
-    EXPECT_EQ(sums.cost, first.cost) << isa_name(isa);
-    for (int k = 0; k < 6; ++k) EXPECT_EQ(sums.gradient[k], first.gradient[k]) << isa_name(isa);
-    for (int k = 0; k < 21; ++k) EXPECT_EQ(sums.hessian[k], first.hessian[k]) << isa_name(isa);
-    EXPECT_EQ(out, stepped) << isa_name(isa);
-  }
 }
 
 TEST(ContourOps,

@@ -10,18 +10,6 @@ namespace {
 
 const Rigidd kLeft = pose_at({-0.12, 0, 0.6}), kRight = pose_at({0.12, 0, 0.6});
 
-TEST(FrameContext, a_frame_is_readable_when_it_has_a_reading_and_not_without_an_image) {
-  PartsFixture parts;
-  parts.add(kLeft);
-  parts.open({kLeft}, 0);
-  EXPECT_TRUE(parts.context.readable());
-  std::vector<float> empty(parts.image.depth_m.size(), 0.0f);
-  parts.context.open({{empty.data(), 160, 120}, nullptr, nullptr}, parts.objects);
-  EXPECT_FALSE(parts.context.readable());
-  parts.context.open({{nullptr, 160, 120}, nullptr, nullptr}, parts.objects);
-  EXPECT_FALSE(parts.context.readable());
-}
-
 TEST(FrameContext, others_claim_the_readings_on_their_surface_and_no_more) {
   PartsFixture parts;
   parts.add(kLeft), parts.add(kRight);

@@ -7,7 +7,6 @@ namespace sdftrack {
 namespace {
 
 const Rigidd kFirst = pose_at({-0.02, 0.01, 0.55}), kSecond = beside(kFirst, 0.003);
-constexpr double kClose_m = 5e-4;
 
 struct Groups : PartsFixture {
   tracking::GroupFitter groups{options, settings, &follower};
@@ -20,19 +19,6 @@ struct Groups : PartsFixture {
     return groups.accept(&*context.together(k), context, &objects[k]);
   }
 };
-
-TEST(GroupFitter, what_may_touch_is_fitted_together_and_who_is_alone_is_left) {
-  Groups parts;
-  parts.add(kFirst), parts.add(kSecond), parts.add(pose_at({0.3, 0, 0.9}));
-  const Rigidd truth = beside(kFirst, 0.001);
-  parts.fit({kFirst, truth}, 0);
-  ASSERT_TRUE(parts.context.together(0) && parts.context.together(1));
-  EXPECT_FALSE(parts.context.together(2));
-  EXPECT_EQ(parts.accept(0).trust.status, tracking::Status::kOk);
-  const tracking::ObjectResult second = parts.accept(1);
-  EXPECT_EQ(second.trust.status, tracking::Status::kOk) << tracking::sentence(second.trust.reason);
-  EXPECT_LT(norm(second.T_cam_obj.t - truth.t), kClose_m);
-}
 
 TEST(GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
   Groups parts;

@@ -11,31 +11,6 @@ constexpr double kClose_m = 3e-4;  // of a fit to some 2,000 readings of 0.6 mm 
 
 Rigidd moved(const Rigidd& T, Vec3d by_m) { return {T.R, T.t + by_m}; }
 
-TEST(ObjectFollower, it_follows_a_small_motion_and_takes_over_what_it_found) {
-  PartsFixture parts;
-  parts.add(kPose);
-  const Rigidd truth = moved(kPose, {0.006, -0.004, 0.003});
-  parts.open({truth}, 0, 0.0);
-  const tracking::ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
-  EXPECT_EQ(result.trust.status, tracking::Status::kOk) << tracking::sentence(result.trust.reason);
-  EXPECT_LT(norm(result.T_cam_obj.t - truth.t), kClose_m);
-  EXPECT_EQ(norm(parts.pose_of(0).t - result.T_cam_obj.t), 0);
-  EXPECT_GT(parts.objects[0].usual_share, 0.9);
-  EXPECT_TRUE(parts.objects[0].memory.noise_known);
-  EXPECT_FALSE(result.steps.empty());
-}
-
-TEST(ObjectFollower, without_readings_near_it_the_object_is_lost_and_keeps_its_pose) {
-  PartsFixture parts;
-  parts.add(kPose);
-  parts.open({}, 0);
-  const tracking::ObjectResult result = parts.follower.follow(&parts.context, &parts.objects[0]);
-  EXPECT_EQ(result.trust.status, tracking::Status::kLost);
-  EXPECT_EQ(result.trust.reason.code, tracking::ReasonCode::kFewReadings);
-  EXPECT_EQ(norm(parts.pose_of(0).t - kPose.t), 0);
-  EXPECT_EQ(parts.objects[0].usual_share, 0);
-}
-
 TEST(ObjectFollower, a_jump_that_the_first_attempt_misses_is_found_by_further_ones) {
   const Rigidd truth = moved(kPose, {0, 0, -0.04});
   for (const bool retries : {false, true}) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The loops over points: the same bits on every instruction set, and the numbers that a slow formula gives.
+// The loops over points give the numbers that a slow formula gives.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <random>
 
@@ -15,37 +14,6 @@ namespace {
 using Scene = PointScene;
 const Rigidd& kPose = kPointPose;
 const Intrinsics<float>& kCamera = kPointCamera;
-
-template <class T>
-void expect_same_bytes(const T& a, const T& b, Isa isa) {
-  EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << isa_name(isa);
-}
-
-TEST(PointOps, every_instruction_set_gives_the_same_bits) {
-  const Scene scene;
-  const frame::PointOps& slow = frame::PointOps::baseline;
-  for (const Isa isa : supported_isas()) {
-    const frame::PointOps& fast = frame::point_ops_for(isa);
-    expect_same_bytes(fast.linearize(scene.terms()), slow.linearize(scene.terms()), isa);
-    expect_same_bytes(fast.cost(scene.terms()), slow.cost(scene.terms()), isa);
-    for (int first = 0; first < 301; first += frame::kPointsAtOnce) {
-      frame::Sights a, b;
-      fast.sights(scene.sight(), first, &a), slow.sights(scene.sight(), first, &b);
-      frame::Bearings c, d;
-      fast.bearings(scene.bearing(), first, &c), slow.bearings(scene.bearing(), first, &d);
-      ASSERT_EQ(a.count, b.count);
-      for (int k = 0; k < a.count; ++k) {
-        EXPECT_EQ(a.facing[k], b.facing[k]);
-        EXPECT_EQ(a.z_m[k], b.z_m[k]);
-      }
-      ASSERT_EQ(c.count, d.count);
-      for (int k = 0; k < c.count; ++k) {
-        EXPECT_EQ(c.turn[k], d.turn[k]);
-        EXPECT_EQ(c.radius_px[k], d.radius_px[k]);
-      }
-    }
-  }
-}
 
 // A convex body hides a point exactly where the surface turns away from the camera.
 TEST(PointOps, a_sight_is_what_geometry_says) {

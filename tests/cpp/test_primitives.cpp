@@ -5,8 +5,6 @@
 
 #include "primitives/energies.h"
 #include "primitives/evidence.h"
-#include "primitives/outline.h"
-#include "primitives/packed_terms.h"
 #include "primitives/residuals.h"
 
 namespace sdftrack {
@@ -131,69 +129,6 @@ TEST(Solids, reach_as_far_as_their_axes_say_and_touch_there) {
         EXPECT_NEAR(reach.reach_m, half, 1e-15) << "kind " << k << " axis " << axis;
         EXPECT_NEAR(phi(kind, reach.at, kSize[k]), 0, 1e-12);
       }
-  }
-}
-
-primitives::FloatSolid float_solid(int k, Vec3d t) {
-  const auto size = [&](int i) { return static_cast<float>(kSize[k][i]); };
-  return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, t.cast<float>(), {size(0), size(1), size(2)}};
-}
-
-constexpr int kCount = 1003;  // no multiple of a pack, and more than a block
-
-// The sums and the cost of a term on every instruction set.
-template <class Term, class Linearize, class Cost>
-void expect_the_same_bits(const Term& term, int k, Linearize linearize, Cost cost) {
-  primitives::ReadingSums first;
-  (primitives::ReadingOps::baseline.*linearize)[k](term, primitives::Weighing::kSolve, &first);
-  EXPECT_GT(first.cost, 0);
-  for (const Isa isa : supported_isas()) {
-    const primitives::ReadingOps& ops = for_isa<primitives::ReadingOps>(isa);
-    primitives::ReadingSums sums;
-    (ops.*linearize)[k](term, primitives::Weighing::kSolve, &sums);
-    EXPECT_EQ(sums.cost, first.cost) << isa_name(isa) << " kind " << k;
-    EXPECT_EQ((ops.*cost)[k](term), first.cost);
-    for (int i = 0; i < 45; ++i) EXPECT_EQ(sums.hessian[i], first.hessian[i]);
-  }
-}
-
-TEST(Primitives, points_in_packs_give_the_same_bits_on_every_instruction_set) {
-  using Ops = primitives::ReadingOps;
-  std::vector<Vec3d> points;
-  for (int i = 0; i < kCount; ++i) points.push_back(point(i) + Vec3d{0, 0, 0.8});
-  const primitives::FloatPoints p(points, true);
-  const std::vector<float> per_noise(kCount, 0.7f);
-  for (int k = 0; k < primitives::kPrimitiveKinds; ++k)
-    for (const bool rays : {false, true}) {
-      const primitives::ReadingTerm term =
-          primitives::reading_term(p, rays, rays ? per_noise.data() : nullptr, kCount,
-                                   float_solid(k, p.origin - Vec3d{0, 0, 0.8}), 500, 0.1);
-      expect_the_same_bits(term, k, &Ops::linearize, &Ops::cost);
-    }
-}
-
-TEST(Primitives, an_outline_in_packs_gives_the_same_bits_on_every_instruction_set) {
-  using Ops = primitives::ReadingOps;
-  std::vector<primitives::OutlineRay> rays;
-  for (int i = 0; i < kCount; ++i) {
-    const Vec3d p = point(i);
-    rays.push_back(
-        {{p.x / 0.8, p.y / 0.8, 1}, 0.2, 1.4, 0.002, static_cast<primitives::Sight>(i % 3), 0.001});
-  }
-  const primitives::FloatRays r(rays);
-  for (int k = 0; k < primitives::kPrimitiveKinds; ++k)
-    for (const bool lost_counts : {false, true}) {
-      const primitives::OutlineTerm term =
-          primitives::outline_term(r, kCount, float_solid(k, {0, 0, -0.8}), 0.5, 0.05, 0.65, lost_counts);
-      expect_the_same_bits(term, k, &Ops::linearize_outline, &Ops::outline_cost);
-    }
-}
-
-TEST(Primitives, an_order_that_is_spread_names_each_number_once) {
-  for (const std::size_t n : {0u, 1u, 2u, 10u, 97u, 1000u}) {
-    std::vector<int> seen(n, 0);
-    for (const std::size_t i : primitives::spread_order(n)) ++seen[i];
-    for (const int count : seen) EXPECT_EQ(count, 1);
   }
 }
 

@@ -22,20 +22,6 @@ tracking::ObjectResult with_status(tracking::Status status) {
   return result;
 }
 
-TEST(Recovery, an_object_is_found_in_its_mask) {
-  Searches parts;
-  parts.add({});
-  parts.open({kPose}, 0);
-  tracking::PoseHint hint;
-  hint.mask = parts.image.mask;
-  const tracking::ObjectResult result =
-      parts.recovery.find(&parts.context, hint, &parts.objects[0], &believed);
-  ASSERT_TRUE(tracking::is_followed(result.trust.status)) << tracking::sentence(result.trust.reason);
-  EXPECT_LT(norm(result.T_cam_obj.t - kPose.t), 1e-3);  // of the turns of a box, any
-  EXPECT_GT(result.runner_up, 0.8);
-  EXPECT_EQ(parts.objects[0].lost_frames, 0);
-}
-
 TEST(Recovery, why_nothing_is_found_is_said_by_a_code) {
   Searches parts;
   parts.add({});

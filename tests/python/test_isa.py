@@ -23,7 +23,7 @@ CALLS = """
 import hashlib, numpy as np, sdftrack as st
 from sdftrack import synth
 sdf = st.SDF.box([0.12, 0.08, 0.05], voxels=80)
-seq = synth.sequence(sdf, 6, noise=0.001, seed=3)
+seq = synth.sequence(sdf, 6, noise=0.001, seed=3, camera=st.Camera(262, 262, 159.5, 119.5, 320, 240))
 digest = hashlib.sha256()
 for mode in ("depth", "rgbd"):
     tracker = st.Tracker(sdf, seq.camera, mode=mode, threads=1)
@@ -31,11 +31,26 @@ for mode in ("depth", "rgbd"):
     for k in range(1, 6):
         result = tracker.track(seq[k])
         digest.update(result.poses.tobytes() + result.covariance.tobytes())
+digest.update(tracker.start(seq[0], masks=seq.masks(0)[0]).poses.tobytes())
+for kind in ("sphere", "cylinder", "cone", "box", "ellipsoid", "plane"):
+    for seen in ({"camera": seq.camera, "mask": seq.masks(0)[0]}, {}):
+        fit = st.fit_primitive(seq[0] if seen else sdf.surface_samples(1003)[0], kind, **seen)
+        digest.update(np.array([*fit.T_cam_obj.ravel(), *fit.size.values(), *fit.covariance.ravel()]).tobytes())
+for warp in ("similarity", "affine"):
+    contour = st.contour.ContourTracker(warp=warp)
+    contour.start(seq[0].color, mask=seq.masks(0)[0])
+    for k in range(1, 6):
+        digest.update(contour.track(seq[k].color).phi.tobytes())
+for n in (1, 2, 3, 4, 7):
+    for diagonal in (False, True):
+        x = np.random.default_rng(n).uniform(-1, 1, (400, n))
+        model = st.LWPR(init_D=8, diagonal=diagonal, meta=True).update(x, np.sin(3 * x[:, 0]))
+        digest.update(np.concatenate(model.predict(x, confidence=True)).tobytes())
 for distance in ("slic", "thesis"):
     for image in (seq[0].color, seq[0].color.astype(np.float32) / 255):
         digest.update(st.superpixels.slic(image, 300, distance=distance).tobytes())
 for form in ("smooth", "printed"):
-    star = st.Reconstructor(seq.camera, voxels=48, threads=1, evidence=form)
+    star = st.Reconstructor(seq.camera, voxels=45, threads=1, evidence=form)
     star.start(seq[0], mask=seq.masks(0)[0])
     star.track(seq[1])
     digest.update(star.shape.values.tobytes())

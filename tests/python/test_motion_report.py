@@ -104,19 +104,11 @@ def test_measures_json_keeps_to_its_schema(sessions, with_a_gap):
     assert [s["name"] for s in content["sessions"]] == ["May", "June", "July"]
     assert len(content["changes"]) == len(changes) > 0
     assert set(content["definitions"]) == set(motion.DEFINITIONS)
+    pairs = {"one": report.pairs_of([sessions["May"][0], analyzed(seed=5, name="spoon")])}
+    (session,) = valid(report.measures_json({"one": sessions["May"]}, pairs=pairs))["sessions"]
+    assert session["pairs"][0]["objects"] == ["cup", "spoon"]
     (gap,) = valid(report.measures_json({"one": [with_a_gap]}))["sessions"][0]["objects"][0]["gaps_s"]
     assert gap == pytest.approx([4.2, 5.0], abs=0.05)
-
-
-def test_measures_json_of_two_objects_keeps_to_its_schema(cup):
-    pairs = {"May": report.pairs_of([cup, analyzed(seed=5, name="spoon")])}
-    content = valid(report.measures_json({"May": [cup]}, pairs=pairs))
-    assert content["sessions"][0]["pairs"][0]["objects"] == ["cup", "spoon"]
-
-
-def test_measures_json_of_an_object_at_rest_keeps_to_its_schema():
-    content = valid(report.measures_json({"one": [analyzed(starts=())]}))
-    assert content["sessions"][0]["objects"][0]["each"] == []
 
 
 def test_the_schema_refuses_what_it_does_not_describe(cup):
@@ -278,6 +270,8 @@ def test_many_sessions_are_split_into_tables_that_fit_a_page(cup):
 
 
 def test_a_page_without_repetitions_says_so():
-    text = words(report.report_html({"one": [analyzed(starts=())]}))
+    session = {"one": [analyzed(starts=())]}
+    assert valid(report.measures_json(session))["sessions"][0]["objects"][0]["each"] == []
+    text = words(report.report_html(session))
     assert "No repetition in 11.0 s: nothing moved by 30 mm" in text
     assert "Averages" not in text

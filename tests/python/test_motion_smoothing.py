@@ -153,23 +153,12 @@ class TestAgainstTruth:
         assert np.sqrt((turned**2).mean()) < 0.45 * SD_RAD
         assert np.sqrt(((mean.positions_m[0] - x) ** 2).mean()) < 0.45 * SD_M
 
-    def test_noise_scales_are_one_where_the_covariances_are_right(self):
-        t = np.arange(900) / 30
-        s = motion.smooth(noisy(t, wandering(t)[0], turning(t)[0], seed=4))
-        assert s.noise_scales == pytest.approx((1, 1), abs=0.06)
-
-    @pytest.mark.parametrize("factor", [0.25, 4.0])
+    @pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
     def test_noise_scales_find_the_factor_of_wrong_covariances(self, factor):
         t = np.arange(900) / 30
         right = noisy(t, wandering(t)[0], turning(t)[0], seed=5)
         wrong = motion.Trajectory(t, right.poses, right.covariances / factor**2)
         assert motion.smooth(wrong).noise_scales == pytest.approx((factor, factor), rel=0.06)
-
-    def test_without_covariances_the_noise_is_found(self):
-        t = np.arange(900) / 30
-        given = noisy(t, wandering(t)[0], turning(t)[0], seed=6)
-        position, rotation = motion.smooth(motion.Trajectory(t, given.poses)).noise_scales
-        assert (1e-3 * position, 1e-2 * rotation) == pytest.approx((SD_M, SD_RAD), rel=0.1)
 
     def test_correlated_errors_are_used(self):
         """The coupled posterior is nearer to the truth than smoothing positions alone would be."""
@@ -262,19 +251,10 @@ class TestGaps:
             motion.smooth(noisy(t, wandering(t)[0]))
 
 
-def test_the_same_seed_gives_the_same_samples():
-    t = np.arange(90) / 30
-    trajectory = noisy(t, wandering(t)[0])
-    one, two = (motion.smooth(trajectory, samples=5).samples(t).positions_m for _ in range(2))
-    np.testing.assert_array_equal(one, two)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"order": 1}, "order: expected a whole number from 2 to 4"),
-        ({"max_gap_s": 0}, "max_gap_s: expected more than 0"),
-        ({"samples": 1}, "samples: expected a whole number from 2"),
         ({"seed": -1}, "seed: expected a whole number from 0"),
     ],
 )
