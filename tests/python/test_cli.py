@@ -7,6 +7,7 @@ import csv
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import sdftrack as st
 from sdftrack._internal.option_files import options_as_toml
 from sdftrack.cli.app import parser, run
 from sdftrack.cli.demo import _ours
+from sdftrack.cli.sources import folder_each
 
 COMMON = ("--device", "--threads", "--config", "--quiet", "--out", "--overwrite")
 
@@ -289,6 +291,11 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, t
     assert run(["track", "/nowhere", str(root), *common]) == 1
     assert "1 of 2 sequences failed: /nowhere" in error_line(capsys)
     assert (tmp_path / "000003" / "poses.csv").is_file()
+
+
+def test_sequences_of_like_names_get_folders_of_different_names():
+    names = [p.name for p in folder_each([Path(p) for p in ("a_1", "x/a", "y/a", "z/b")], Path("out"))]
+    assert names == ["a_1", "a", "a_2", "b"]
 
 
 def test_the_output_folder_must_be_new_or_empty(recording, tmp_path, capsys):

@@ -103,6 +103,15 @@ def batch(made, tmp_path_factory):
     return out, process.returncode, told, errors
 
 
+def test_a_folder_that_no_batch_wrote_is_not_overwritten(made, tmp_path, capsys):
+    mine = tmp_path / "track" / "run_1" / "voxels=32" / "mine.txt"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("keep")
+    assert run(["batch", str(made / "plan.toml"), "--out", str(tmp_path), "--overwrite", "--jobs", "1"]) == 1
+    assert "expected results of an earlier batch" in capsys.readouterr().err
+    assert mine.read_text() == "keep"
+
+
 @pytest.mark.slow
 class TestWholeRun:
     def test_what_failed_is_said_and_the_rest_is_done(self, batch):

@@ -19,6 +19,7 @@ import sdftrack as st
 from experiments.synth.table_scene import table_scene
 from sdftrack import motion
 from sdftrack.cli.app import run
+from sdftrack.cli.motion.inputs import read_cues
 
 FEW = ["--measures", "path_length,peak_speed", "--quiet"]  # what takes time is left out
 UP = ["--up", "0,-1,0"]
@@ -283,6 +284,11 @@ def test_signals_may_come_from_a_file(command, tmp_path, name):
     (tmp_path / name).write_text(text)
     content = command("monday.csv", "--cues", tmp_path / name, "--measures", "reaction_time")
     assert [r["cue_s"] for r in objects(content)[0]["each"]] == [0.6, 3.5, None]
+
+
+def test_there_may_be_more_signals_than_a_name_of_a_file_has_letters():
+    times = [0.5 + k for k in range(100)]
+    assert read_cues(",".join(map(str, times))) == times
 
 
 def test_the_axis_decides_what_upright_is(command):

@@ -438,11 +438,13 @@ def test_the_save_button_writes_the_shown_image(tracked, tmp_path, capsys):
         def requests(self):
             return [Save()]
 
+    (tmp_path / "view_000001.png").write_text("of another run")
     _save(Shown(), tmp_path)
     _save(Shown(), tmp_path)
     _save(Shown(), None)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["view_000000.png", "view_000001.png"]
-    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "view_000001.png"))[0, 0], (30, 20, 10))
+    assert sorted(p.name for p in tmp_path.iterdir()) == [f"view_00000{n}.png" for n in range(3)]
+    assert (tmp_path / "view_000001.png").read_text() == "of another run"
+    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "view_000002.png"))[0, 0], (30, 20, 10))
     assert "not saved" in capsys.readouterr().out
 
 

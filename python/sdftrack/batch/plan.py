@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -211,7 +212,7 @@ def _word(key: str, value: str | float, base: Path, is_file: bool) -> str:
     if not isinstance(value, str) or not text or is_address(text):
         return text
     path = base / Path(text).expanduser()
-    if path.exists():
+    if os.path.exists(path):  # unlike Path.exists(), also of a text that is too long for a name
         return str(path)
     if is_file:
         raise ValueError(f"{key}: no such file: {path}")

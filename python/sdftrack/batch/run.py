@@ -53,9 +53,10 @@ def run_items(
         if lock is not None:
             stack.callback(lock.release)
         if how.overwrite:
+            earlier = [out / item.name for item in items if read_record(out / item.name) is not None]
             (out / JOURNAL).unlink(missing_ok=True)
-            for item in items:
-                shutil.rmtree(out / item.name, ignore_errors=True)
+            for folder in earlier:
+                shutil.rmtree(folder, ignore_errors=True)
         journal = Journal(out, items)
         with contextlib.closing(journal):
             _adopt(items, out, journal)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,9 +86,9 @@ def folder_each(sequences: Sequence[Path], out: Path) -> list[Path]:
         return [out]
     names: list[str] = []
     for folder in sequences:
-        name = folder.resolve().name
-        taken = names.count(name)
-        names.append(f"{name}_{taken}" if taken else name)
+        own = folder.resolve().name
+        numbered = (f"{own}_{k}" if k else own for k in itertools.count())
+        names.append(next(name for name in numbered if name not in names))
     return [out / name for name in names]
 
 

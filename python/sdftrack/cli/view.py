@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -88,9 +89,9 @@ def _save(viewer: Any, out: Path | None) -> None:
             if out is None:
                 print("not saved: start with --out DIR", flush=True)
                 continue
-            number = len(list(out.glob("view_*.png")))
-            save_picture(out / f"view_{number:06d}.png", viewer.picture)
-            print(f"saved {out / f'view_{number:06d}.png'}", flush=True)
+            path = next(p for n in itertools.count() if not (p := out / f"view_{n:06d}.png").exists())
+            save_picture(path, viewer.picture)
+            print(f"saved {path}", flush=True)
 
 
 MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres

@@ -7,6 +7,7 @@ import csv
 import io
 import json
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -150,7 +151,7 @@ def read_cues(text: str | None) -> list[float]:
     if text is None:
         return []
     path = Path(text)
-    if path.is_file():
+    if os.path.isfile(text):  # Path.is_file() fails where the times are too many to be the name of a file
         content = read_text(path)
         if path.suffix == ".json":
             return _cues_of_json(path, content)
