@@ -100,21 +100,48 @@ def measure(
     unit: str,
     text: str,
     source: str,
-    wide: float,
-    relative: bool = True,
     *,
+    wide: float | None = None,
+    part: float = 0.0,
     of: str = "repetition",
+    beyond: bool = False,
 ) -> Callable[[Compute], Compute]:
-    """Register a function as the measure `name`."""
+    """Register a function as the measure `name`.
+
+    An interval is "not determined" if it is wider than `wide`, in the measure's unit, or than the `part` of the value.
+    `beyond`: the function also takes the samples before and after the repetition.
+    """
 
     def register(f: Compute) -> Compute:
         bias, spread = CALIBRATION.get(name, (0.0, 1.0))
+        limit, compute = part if wide is None else wide, f if beyond else on_repetition(f)
         DEFINITIONS[name] = Definition(
-            name, label, unit, text, source, wide, relative, f, of, bias=bias, spread=spread
+            name, label, unit, text, source, limit, wide is None, compute, of, bias=bias, spread=spread
         )
-        return f
+        return compute
 
     return register
+
+
+def undefined(samples: MotionSamples) -> Array:
+    """(S,) NaN."""
+    return np.full(len(samples.positions_m), np.nan)
+
+
+def on_repetition(compute: Compute) -> Compute:
+    """Passes only the samples from `context.start_s` to `context.end_s` to a measure.
+
+    The measure is NaN where that part has fewer than two samples or a gap: what was not seen may be the longest path
+    and the largest angle, so no part of the repetition stands for all of it.
+    """
+
+    def computed(samples: MotionSamples, context: Context) -> Array:
+        part = samples.between(context.start_s, context.end_s)
+        if len(part.times_s) < 2 or not part.observed.all():
+            return undefined(samples)
+        return compute(part, context)
+
+    return computed
 
 
 # Measure: (part of the samples' shift that the mean movement has, too; factor of the spread).

@@ -8,15 +8,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import movement_of, moving, on_repetition, undefined
+from sdftrack.motion.definitions import Context, measure, undefined
+from sdftrack.motion.measures.movement import movement_of, moving
 from sdftrack.motion.quaternion_curves import angles_between
 from sdftrack.motion.samples import MotionSamples
 
 Array = NDArray[np.float64]
 
 
+CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
 LARGEST_INDEX = 10.0  # a path that ends nearer to its start than a tenth of its length is closed, not crooked
+DIRECTIONS = 36  # 5 degrees apart: the width in the nearest one is short by 0.1 % at most
 
 
 def _steps(samples: MotionSamples) -> Array:
@@ -30,10 +32,9 @@ def _steps(samples: MotionSamples) -> Array:
     "m",
     "Sum of the distances between consecutive positions (100 Hz) of the point in the movements of the repetition; "
     "rests and holds are left out, in which only noise and tremor would be added up.",
-    "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0",
-    wide=0.2,
+    CORE_SET,
+    part=0.2,
 )
-@on_repetition
 def path_length(samples: MotionSamples, context: Context) -> Array:
     within = moving(samples, context)
     return np.asarray((_steps(samples) * (within[1:] & within[:-1])).sum(axis=1))
@@ -46,10 +47,9 @@ def path_length(samples: MotionSamples, context: Context) -> Array:
     "Path length from onset to offset divided by the distance between the positions at onset and offset: 1 for a "
     "straight line; undefined above 10 (a path that returns) and where nothing moves.",
     "Index of curvature in Mohamed Refai et al. 2021, doi 10.1186/s12984-021-00949-6",
-    wide=0.2,
+    part=0.2,
     of="movement",
 )
-@on_repetition
 def index_of_curvature(samples: MotionSamples, context: Context) -> Array:
     within = movement_of(samples).within
     length = (_steps(samples) * (within[:, 1:] & within[:, :-1])).sum(axis=1)
@@ -61,12 +61,7 @@ def index_of_curvature(samples: MotionSamples, context: Context) -> Array:
     return np.where((length > 0) & (index <= LARGEST_INDEX), index, np.nan)
 
 
-CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
-DIRECTIONS = 36  # 5 degrees apart: the width in the nearest one is short by 0.1 % at most
-
-
 def _along(axis: int) -> Callable[[MotionSamples, Context], Array]:
-    @on_repetition
     def extent(samples: MotionSamples, context: Context) -> Array:
         return np.asarray(np.ptp(samples.positions_m[:, :, axis], axis=1))
 
@@ -81,7 +76,6 @@ for _k, _name in enumerate("xyz"):
         f"Largest minus smallest {_name} of the point in the repetition, in the reference frame.",
         CORE_SET,
         wide=0.02,
-        relative=False,
     )(_along(_k))
 
 
@@ -92,9 +86,7 @@ for _k, _name in enumerate("xyz"):
     "Largest minus smallest height of the point against gravity in the repetition; undefined without its direction.",
     CORE_SET,
     wide=0.02,
-    relative=False,
 )
-@on_repetition
 def range_height(samples: MotionSamples, context: Context) -> Array:
     if context.up is None:
         return undefined(samples)
@@ -109,9 +101,7 @@ def range_height(samples: MotionSamples, context: Context) -> Array:
     "direction of gravity.",
     CORE_SET,
     wide=0.02,
-    relative=False,
 )
-@on_repetition
 def range_horizontal(samples: MotionSamples, context: Context) -> Array:
     if context.up is None:
         return undefined(samples)
@@ -128,9 +118,7 @@ def range_horizontal(samples: MotionSamples, context: Context) -> Array:
     "Largest distance of the point from its place at the start of the repetition.",
     CORE_SET,
     wide=0.02,
-    relative=False,
 )
-@on_repetition
 def reach(samples: MotionSamples, context: Context) -> Array:
     moved = samples.positions_m - samples.positions_m[:, :1]
     return np.asarray(np.linalg.norm(moved, axis=-1).max(axis=1))
@@ -143,9 +131,7 @@ def reach(samples: MotionSamples, context: Context) -> Array:
     "Largest angle of the rotation from the orientation at the start of the repetition.",
     "Angle of a rotation: arccos((trace R - 1) / 2)",
     wide=0.1,
-    relative=False,
 )
-@on_repetition
 def range_angle(samples: MotionSamples, context: Context) -> Array:
     return np.asarray(angles_between(samples.rotations, samples.rotations[:, :1]).max(axis=1))
 
@@ -158,9 +144,7 @@ def range_angle(samples: MotionSamples, context: Context) -> Array:
     "undefined without the direction of gravity.",
     CORE_SET,
     wide=0.1,
-    relative=False,
 )
-@on_repetition
 def range_turn(samples: MotionSamples, context: Context) -> Array:
     if context.up is None:
         return undefined(samples)

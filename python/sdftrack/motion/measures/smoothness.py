@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers, shown, whole
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import movement_of, on_repetition
+from sdftrack.motion.measures.movement import movement_of
 from sdftrack.motion.samples import MotionSamples
 
 Array = NDArray[np.float64]
@@ -133,10 +133,8 @@ def _rate(rate_hz: float) -> float:
     f"{SOURCE}; recommended by Mohamed Refai et al. 2021, doi 10.1186/s12984-021-00949-6; straightness: Cornec et al. "
     "2024, doi 10.1186/s12984-024-01382-1",
     wide=0.4,
-    relative=False,
     of="movement",
 )
-@on_repetition
 def _sparc(samples: MotionSamples, context: Context) -> Array:
     return sparc(samples.speeds_mps * movement_of(samples).within, samples.rate_hz)
 
@@ -150,9 +148,7 @@ def _sparc(samples: MotionSamples, context: Context) -> Array:
     "with noise.",
     f"{SOURCE}; duration: Cornec et al. 2024, doi 10.1186/s12984-024-01382-1",
     wide=1.0,
-    relative=False,
     of="movement",
 )
-@on_repetition
 def _log_dimensionless_jerk(samples: MotionSamples, context: Context) -> Array:
     return log_dimensionless_jerk(samples.velocities_mps, samples.rate_hz, movement_of(samples).within)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import Movement, movement_of, moving, on_repetition
+from sdftrack.motion.measures.movement import Movement, movement_of, moving
 from sdftrack.motion.samples import MotionSamples
 
 Array = NDArray[np.float64]
@@ -22,10 +22,9 @@ PEAK_PART = 0.1  # prominence of a peak of the speed, as a part of the largest
     "m/s",
     "Largest norm of the velocity of the point.",
     CORE_SET,
-    wide=0.2,
+    part=0.2,
     of="movement",
 )
-@on_repetition
 def peak_speed(samples: MotionSamples, context: Context) -> Array:
     return np.asarray(samples.speeds_mps.max(axis=1))
 
@@ -36,10 +35,9 @@ def peak_speed(samples: MotionSamples, context: Context) -> Array:
     "m/s",
     "Mean of the norm of the velocity of the point over the samples from onset to offset.",
     CORE_SET,
-    wide=0.2,
+    part=0.2,
     of="movement",
 )
-@on_repetition
 def mean_speed(samples: MotionSamples, context: Context) -> Array:
     within = movement_of(samples).within
     count = within.sum(axis=1)
@@ -58,10 +56,8 @@ def _time_to_peak(samples: MotionSamples, movement: Movement) -> Array:
     "Time from onset to the sample with the largest speed between onset and offset.",
     CORE_SET,
     wide=0.2,
-    relative=False,
     of="movement",
 )
-@on_repetition
 def time_to_peak_speed(samples: MotionSamples, context: Context) -> Array:
     return _time_to_peak(samples, movement_of(samples))
 
@@ -74,10 +70,8 @@ def time_to_peak_speed(samples: MotionSamples, context: Context) -> Array:
     "50 for a minimum-jerk movement.",
     CORE_SET,
     wide=20,
-    relative=False,
     of="movement",
 )
-@on_repetition
 def time_to_peak_speed_part(samples: MotionSamples, context: Context) -> Array:
     movement = movement_of(samples)
     duration = np.where(movement.duration_s > 0, movement.duration_s, np.nan)
@@ -92,10 +86,8 @@ def time_to_peak_speed_part(samples: MotionSamples, context: Context) -> Array:
     "speed there: 1 for a minimum-jerk movement.",
     f"{CORE_SET}; number of peaks in Mohamed Refai et al. 2021, doi 10.1186/s12984-021-00949-6",
     wide=2,
-    relative=False,
     of="movement",
 )
-@on_repetition
 def velocity_peaks(samples: MotionSamples, context: Context) -> Array:
     within = movement_of(samples).within
     # Zeros on both sides make a maximum of a peak at the end of a movement that the repetition cuts.
@@ -110,9 +102,8 @@ def velocity_peaks(samples: MotionSamples, context: Context) -> Array:
     "rad/s",
     "Largest norm of the angular velocity of the object in the movements of the repetition.",
     "Norm of the angular velocity of a rigid body",
-    wide=0.2,
+    part=0.2,
 )
-@on_repetition
 def peak_angular_speed(samples: MotionSamples, context: Context) -> Array:
     turning = np.linalg.norm(samples.angular_velocities_radps, axis=-1)
     return np.asarray(np.where(moving(samples, context), turning, 0).max(axis=1))
@@ -124,9 +115,8 @@ def peak_angular_speed(samples: MotionSamples, context: Context) -> Array:
     "m/s^2",
     "Largest norm of the acceleration of the point, without gravity.",
     "Norm of the second derivative of the position",
-    wide=0.3,
+    part=0.3,
     of="movement",
 )
-@on_repetition
 def peak_acceleration(samples: MotionSamples, context: Context) -> Array:
     return np.asarray(np.linalg.norm(samples.accelerations_mps2, axis=-1).max(axis=1))

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import moving, on_repetition, undefined
+from sdftrack.motion.definitions import Context, measure, undefined
+from sdftrack.motion.measures.movement import moving
 from sdftrack.motion.samples import MotionSamples
 
 Array = NDArray[np.float64]
@@ -31,9 +31,7 @@ def tilt(samples: MotionSamples, context: Context) -> Array:
     "direction of gravity.",
     SOURCE,
     wide=0.1,
-    relative=False,
 )
-@on_repetition
 def max_tilt(samples: MotionSamples, context: Context) -> Array:
     return undefined(samples) if context.up is None else np.asarray(tilt(samples, context).max(axis=1))
 
@@ -46,9 +44,7 @@ def max_tilt(samples: MotionSamples, context: Context) -> Array:
     "without the direction of gravity.",
     SOURCE,
     wide=0.1,
-    relative=False,
 )
-@on_repetition
 def mean_tilt(samples: MotionSamples, context: Context) -> Array:
     if context.up is None:
         return undefined(samples)

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.definitions import Context, measure
-from sdftrack.motion.measures.movement import movement_of, on_repetition, undefined
+from sdftrack.motion.definitions import Context, measure, undefined
+from sdftrack.motion.measures.movement import movement_of
 from sdftrack.motion.samples import MotionSamples, with_rests
 
 Array = NDArray[np.float64]
@@ -21,10 +21,9 @@ CORE_SET = "Schwarz et al. 2022, doi 10.1186/s12984-021-00979-0"
     "Time from onset to offset: where the speed, searched from its peak outward, falls below 5 % of the peak for "
     "0.1 s.",
     CORE_SET,
-    wide=0.2,
+    part=0.2,
     of="movement",
 )
-@on_repetition
 def movement_time(samples: MotionSamples, context: Context) -> Array:
     return movement_of(samples).duration_s
 
@@ -35,7 +34,8 @@ def movement_time(samples: MotionSamples, context: Context) -> Array:
     "s",
     "Time from the onset of the first movement of the repetition to the offset of the last one.",
     CORE_SET,
-    wide=0.2,
+    part=0.2,
+    beyond=True,
 )
 def repetition_time(samples: MotionSamples, context: Context) -> Array:
     onsets, offsets = _ends(samples, context)
@@ -49,7 +49,8 @@ def repetition_time(samples: MotionSamples, context: Context) -> Array:
     "Time between the movements of a repetition: from the offset of each of them to the onset of the next one, added "
     "up; undefined without a hold.",
     CORE_SET,
-    wide=0.2,
+    part=0.2,
+    beyond=True,
 )
 def dwell_time(samples: MotionSamples, context: Context) -> Array:
     onsets, offsets = _ends(samples, context)
@@ -66,7 +67,7 @@ def dwell_time(samples: MotionSamples, context: Context) -> Array:
     "undefined without a signal.",
     CORE_SET,
     wide=0.1,
-    relative=False,
+    beyond=True,
 )
 def reaction_time(samples: MotionSamples, context: Context) -> Array:
     if context.cue_s is None:
