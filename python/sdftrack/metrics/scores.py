@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers, whole
 
 Array = NDArray[np.float64]
-FAR_M = 1e15  # whose square float32 holds
+FAR_M = 1e15  # no length in metres
 
 
 def pose_error(T: ArrayLike, T_gt: ArrayLike) -> tuple[Any, Any]:
@@ -196,28 +196,10 @@ def _points(points: Any) -> Array:
 
 def _nearest_in(points: Array) -> Callable[[Array], Array]:
     """The function that gives, for each of (N, 3) points, the distance to the nearest of `points`."""
-    import cv2
+    from scipy.spatial import KDTree
 
-    exact_tree: dict[str, bool | int | float | str] = {
-        "algorithm": 4,
-        "leaf_max_size": 8,
-    }  # FLANN's single k-d tree
-    centre = points.mean(axis=0)  # its numbers are float32: keep them small
-    small = (points - centre).astype(np.float32)
-    # A tree of points at one place is never done.
-    points = points[np.sort(np.unique(small, axis=0, return_index=True)[1])]
-    index = cv2.flann.Index((points - centre).astype(np.float32), exact_tree)
-
-    def nearest(queries: Array) -> Array:
-        # From the centre: for those that are NaN, or so far away that it is all one.
-        distance: Array = np.hypot(np.hypot(*(queries - centre).T[:2]), (queries - centre)[:, 2])
-        near = np.abs(queries - centre).max(axis=1) < FAR_M
-        if near.any():
-            found, _ = index.knnSearch((queries[near] - centre).astype(np.float32), 1, params={"checks": -1})
-            distance[near] = np.linalg.norm(queries[near] - points[found[:, 0]], axis=1)
-        return distance
-
-    return nearest
+    tree = KDTree(points)
+    return lambda queries: np.asarray(tree.query(queries)[0])
 
 
 def _surface_points(shape: Any, samples: int, seed: int) -> Array:
