@@ -162,7 +162,7 @@ def test_mssd_takes_the_symmetries_that_are_stated(tmp_path):
 
 def test_errors_of_bop_are_those_of_the_metrics_and_lost_frames_count_as_wrong(tmp_path):
     from sdftrack import metrics
-    from sdftrack.evaluation.bop_scores import TAUS, diameter
+    from sdftrack.evaluation.object_score import TAUS, diameter
 
     seq = sequence()
     (score,) = compare(read_results(recorded(tmp_path / "a")), seq)

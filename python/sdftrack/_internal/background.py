@@ -13,16 +13,7 @@ _END: Any = object()
 
 
 class Background(Generic[T]):
-    """Calls `work(item)` for one item after the other on a thread of its own.
-
-    Parameters
-    ----------
-    work : function
-    waiting : int
-        Number of items that may wait; `put` waits for a place, or drops the item.
-    name : str
-        Of the thread.
-    """
+    """Calls `work(item)` for one item after the other on a thread of its own, with at most `waiting` that wait."""
 
     def __init__(self, work: Callable[[T], object], waiting: int, name: str) -> None:
         self._work = work

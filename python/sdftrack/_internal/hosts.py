@@ -54,11 +54,8 @@ def origin_host(origin: str) -> str | None:
 def listen(host: str, port: int, name: str) -> socket.socket:
     """A listening TCP socket on `host` and `port` (0: any), or the next free port of twenty.
 
-    Raises
-    ------
-    OSError
-        `host` is not a name or address of this computer, the port needs rights, or no port is free. The message begins
-        with `name`.
+    OSError, whose message begins with `name`, if `host` is not a name or address of this computer, the port needs
+    rights, or no port is free.
     """
     bound = bound_address(host)
     family = socket.AF_INET6 if ":" in bound else socket.AF_INET

@@ -34,17 +34,7 @@ ARRAY, BYTES = (
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
-
-    Attributes
-    ----------
-    name : str
-        ``format`` in the header.
-    version : int
-        Written; it and earlier ones are read.
-    writer : str
-        The method that writes it, for messages.
-    """
+    """A kind of file: ``format`` in the header, the version that is written (earlier ones are read), and its writer."""
 
     name: str
     version: int

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Many recordings on many processes or machines: a function over all of them, files from anywhere."""
 
-from sdftrack.batch.mapping import Outcome, map
+from sdftrack.batch.cluster import Outcome, map
 
 __all__ = ["Outcome", "map"]

@@ -43,10 +43,7 @@ def name_of(place: str) -> str:
 def expanded(pattern: str, base: Path) -> list[str]:
     """What a pattern with *, ? or [] matches, sorted; paths are relative to `base` and come back whole.
 
-    Raises
-    ------
-    FileNotFoundError
-        Nothing matches.
+    FileNotFoundError if nothing matches.
     """
     if is_address(pattern):
         found = _listed(pattern)
@@ -81,21 +78,9 @@ def _with_protocol(fs: Any, pattern: str, path: str) -> str:
 def fetched(place: str, cache: Path | None = None) -> Iterator[Path]:
     """A path on this machine with the content of `place`: itself, or a copy of what lies at an address.
 
-    Parameters
-    ----------
-    place : str
-        Path or address.
-    cache : Path, optional
-        Folder that keeps the copy for later; by default it is removed with the context.
-
-    Raises
-    ------
-    FileNotFoundError
-        Nothing is there.
-    OSError
-        It cannot be read, or not all of it came.
-    ImportError
-        fsspec, or what the address needs, is not installed.
+    `cache` is a folder that keeps the copy for later; by default it is removed with the context. FileNotFoundError if
+    nothing is there, OSError if it cannot be read or not all of it came, ImportError if fsspec, or what the address
+    needs, is not installed.
     """
     if not is_address(place):
         yield Path(place)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A Dask cluster, and tasks on it, each until it has an outcome."""
+"""A Dask cluster, and tasks on it, each until it has an outcome; a Python function over many items."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 from sdftrack import _core
 from sdftrack._internal.extras import need
@@ -51,16 +51,10 @@ class Task:
 def cluster(
     scheduler: str | None, jobs: int = 0, *, memory_bytes: int | None = None, threads: int = 1
 ) -> Iterator[Connect]:
-    """What connects to the workers; workers on this machine end with the context.
+    """What connects to the workers: those of a Dask scheduler, or processes of this machine that end with the context.
 
-    Parameters
-    ----------
-    scheduler : str or None
-        Address of a running Dask scheduler; None: worker processes on this machine.
-    jobs : int
-        Number of these processes; 0: as many as the cores, and the memory that each needs, allow.
-    memory_bytes, threads
-        Memory and threads that a task needs.
+    `jobs` is the number of these processes, 0: as many as the cores, and the memory and threads that a task needs,
+    allow.
     """
     distributed, dask = need("distributed", "batch"), need("dask", "batch")
     if scheduler is not None:
@@ -189,3 +183,82 @@ def _check_resources(client: Any, tasks: Iterable[Task]) -> None:
                 raise ValueError(
                     f"{task.name}: expected a worker with --resources {name}={amount:g}, got none on this cluster"
                 )
+
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[R]):
+    """Of one call.
+
+    Attributes
+    ----------
+    value
+        What the function returned; None if it raised, or its worker died.
+    error : Exception or None
+    """
+
+    value: R | None
+    error: Exception | None = None
+
+
+def map(
+    function: Callable[[T], R],
+    items: Iterable[T],
+    *,
+    scheduler: str | None = None,
+    jobs: int = 0,
+    retries: int = 3,
+    progress: Callable[[int, int], object] | None = None,
+) -> list[Outcome[R]]:
+    """Call `function` for each item in other processes, or on a cluster, and collect what comes back.
+
+    Sequences, frames, trackers, results and shapes can be sent to another process and back. A script that calls this
+    needs ``if __name__ == "__main__":`` around it, since each worker imports it.
+
+    Parameters
+    ----------
+    function : callable
+        Of one argument; defined at the top of a module that the workers can import. It may be called twice for an item
+        whose worker died.
+    items : iterable
+        For example sequences or their paths.
+    scheduler : str, optional
+        Address of a Dask scheduler; None: processes on this machine, which end with the call.
+    jobs : int
+        Number of these processes; 0: one for each core.
+    retries : int
+        How often an item is tried again after its worker died. An exception is not repeated.
+    progress : callable, optional
+        Called with (done, total).
+
+    Returns
+    -------
+    list of Outcome
+        In the order of the items.
+
+    Raises
+    ------
+    ImportError
+        The extra "batch" is not installed.
+    ConnectionError
+        No scheduler at that address.
+    """
+    if not callable(function):
+        raise TypeError(f"function: expected a function, got {type(function).__name__}")
+    given = list(items)
+    whole(jobs, "jobs", 0, 10_000)
+    retries = whole(retries, "retries", 0, 1000)
+    tasks = [Task(f"item-{i}", item) for i, item in enumerate(given)]
+    out: dict[str, Outcome[R]] = {}
+    if not tasks:
+        return []
+    with cluster(scheduler, min(jobs, len(tasks)) if jobs else 0) as connect:
+        for task, result in outcomes(connect, function, tasks, retries=retries):
+            failed = isinstance(result, BaseException)
+            out[task.name] = Outcome(None, cast(Exception, result)) if failed else Outcome(result)
+            if progress is not None:
+                progress(len(out), len(tasks))
+    return [out[task.name] for task in tasks]

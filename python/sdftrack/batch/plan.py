@@ -8,7 +8,7 @@ import itertools
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ from typing import Any
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.batch.addresses import expanded, is_address, name_of
-from sdftrack.batch.commands import Commands, Option, key_of
 
 COMMANDS = ("track", "reconstruct", "fit", "contour", "superpixels", "convert", "evaluate", "motion")
 OF_RESULTS = ("evaluate", "motion")  # may take the results of another job
@@ -26,6 +25,27 @@ OWN: dict[str, Any] = {
 }  # fmt: skip
 TAKEN = ("out", "overwrite", "quiet")
 MOST = 10_000_000  # of items
+
+
+@dataclass(frozen=True)
+class Commands:
+    """The commands of the program, handed in by what assembles them, the one that runs a batch among them.
+
+    `fields` of a command's name: its options and arguments, as `sdftrack.cli.options.Field`. `check` parses a command
+    line. `run` runs it and returns the exit code; workers can import it.
+    """
+
+    fields: Callable[[str], Sequence[Any]]
+    check: Callable[[list[str]], None]
+    run: Callable[[list[str]], int]
+
+    def options(self, name: str) -> dict[str, Any]:
+        """The options of a command, by the names that a plan uses."""
+        return {_key(f.name.removeprefix("--")): f for f in self.fields(name) if f.is_option}
+
+
+def _key(name: str) -> str:
+    return name.replace("-", "_")
 
 
 @dataclass(frozen=True)
@@ -100,7 +120,7 @@ def _items(
     _check_types(job)
     given = {key: value for key, value in job.items() if key not in OWN}
     for key in given:
-        if key_of(key) in TAKEN:
+        if _key(key) in TAKEN:
             raise ValueError(f"{key}: set by the batch; remove it")
     name = job.get("name", command)
     if not name or Path(name).name != name or name.startswith("."):
@@ -170,7 +190,7 @@ def _sources(
 
 
 def _matrix(
-    given: Mapping[str, Any], options: Mapping[str, Option], base: Path
+    given: Mapping[str, Any], options: Mapping[str, Any], base: Path
 ) -> Iterator[tuple[dict[str, str], list[str], tuple[int, ...]]]:
     """(values that differ, command line, where addresses stand in it) of each combination of options."""
     axes = [(key, value if isinstance(value, list) else [value]) for key, value in given.items()]
@@ -186,9 +206,9 @@ def _matrix(
         yield varied, words, places
 
 
-def _words(options: Mapping[str, Option], key: str, value: Any, base: Path) -> list[str]:
+def _words(options: Mapping[str, Any], key: str, value: Any, base: Path) -> list[str]:
     """The words of `key` = `value` on a command line; paths of files become whole, relative ones are below `base`."""
-    field = options.get(key_of(key))
+    field = options.get(_key(key))
     if field is None:
         raise ValueError(unknown_option(key, options))
     if field.is_flag:

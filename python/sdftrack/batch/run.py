@@ -15,9 +15,8 @@ from typing import Any
 
 from sdftrack._internal.text_files import reason_of
 from sdftrack.batch.cluster import Task, cluster, outcomes
-from sdftrack.batch.commands import Commands
 from sdftrack.batch.journal import FAILED, JOURNAL, SUCCEEDED, Journal, write_items
-from sdftrack.batch.plan import Item
+from sdftrack.batch.plan import Commands, Item
 from sdftrack.batch.summary import summary_rows, write_summary
 from sdftrack.batch.task import PART, Call, Result, call, late_reason, read_record
 from sdftrack.io.folder_lock import lock_folder

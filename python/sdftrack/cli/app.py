@@ -35,7 +35,7 @@ from sdftrack.cli.options import Field, command, fields_of, job_of
 from sdftrack.io.folder_lock import one_run
 
 if TYPE_CHECKING:
-    from sdftrack.batch.commands import Commands
+    from sdftrack.batch.plan import Commands
 
 
 def _version(wanted: bool) -> None:
@@ -150,7 +150,7 @@ def _fail(text: str, code: int) -> int:
 
 
 def _commands() -> Commands:
-    from sdftrack.batch.commands import Commands
+    from sdftrack.batch.plan import Commands
 
     return Commands(_fields, _parse, run)
 

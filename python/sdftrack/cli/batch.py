@@ -14,8 +14,7 @@ from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
 
 if TYPE_CHECKING:
-    from sdftrack.batch.commands import Commands
-    from sdftrack.batch.plan import Item
+    from sdftrack.batch.plan import Commands, Item
 
 SHOWN, SHOWN_CALLS = 10, 1000  # failures at the end, calls of a plan
 

@@ -22,15 +22,8 @@ WRITTEN = f".written{PART}"
 
 
 def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
-    """ValueError if an output would replace an input, or a mask not written by this command.
-
-    Parameters
-    ----------
-    out : path
-        Output folder.
-    inputs : list of (option, path)
-        Input files or folders.
-    """
+    """ValueError if an output would replace one of the inputs, (option, path) each; FileExistsError for a mask in the
+    folder that was not written by this command."""
     masks = (out / "mask").resolve()
     for option, path in inputs:
         given = path.resolve()
@@ -92,18 +85,8 @@ def bad_frame(last: Any, reason: str) -> Any:
 class ContourFiles:
     """The files of one run. Masks are written immediately; video, plot and report on closing.
 
-    Parameters
-    ----------
-    out : path
-        New or empty, unless `overwrite`; files listed in an earlier run's result.json are replaced.
-    fps : float or None
-        Frame rate of the video; None: 30.
-    truth : list of paths, optional
-        A ground-truth mask for each frame of the source.
-    settings : dict
-        Stored in result.json.
-    video : bool
-        Whether to write overlay.mp4.
+    The folder is new or empty, unless `overwrite`: files listed in an earlier run's result.json are replaced. `fps` of
+    the video: None is 30. `truth` has a ground-truth mask for each frame of the source; `settings` go to result.json.
     """
 
     def __init__(

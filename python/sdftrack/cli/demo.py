@@ -196,19 +196,10 @@ def _may_replace(sequence: Path) -> bool:
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Result of the reconstruction.
+    """Result of the reconstruction, in the mesh's own object frame; `pose` is T_cam_obj in the first image.
 
-    Attributes
-    ----------
-    mesh : Mesh, its own object frame
-    pose : (4, 4) T_cam_obj in the first image
-    T_duck_obj : (4, 4) from the mesh's object frame to the true duck's
-    distances_m : of the mesh's seen vertices from the true surface
-    seen_share : of the surface, 0..1
-    min_seen : minimum ``mesh.seen`` of an observed vertex
-    summary : how much of it was seen, for people
-    frames : of the turn
-    seconds : per frame, of tracking and fusing
+    `distances_m` are those of the mesh's seen vertices from the true surface, `T_duck_obj` leads to the true duck's
+    frame; `min_seen` is the minimum ``mesh.seen`` of an observed vertex.
     """
 
     mesh: Any

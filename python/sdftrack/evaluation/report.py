@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.evaluation.bop_scores import bop_errors
-from sdftrack.evaluation.object_score import ObjectScore
+from sdftrack.evaluation.object_score import ObjectScore, bop_errors
 from sdftrack.metrics import add, adds, mssd, pose_error
 from sdftrack.symmetry import Symmetry
 
@@ -41,54 +40,39 @@ def compare(
     for k, entry in enumerate(frames[0]["objects"]):
         check_object(report, seq, k, instances[k])
         mesh = seq.models.get(entry["obj_id"])
-        rows: list[tuple[int, float, float, float, Array, Array]] = []
-        compared = lost = 0
-        T_obj_true = true_frame(
-            report, k, seq.ground_truth.get(number.get(frames[0]["im_id"], -1), {}).get(instances[k])
-        )
-        for frame in frames:
-            now = frame["objects"][k]
-            good = now["status"] in ("ok", "weak") and now["pose"] is not None
-            lost += not good
-            truth = seq.ground_truth.get(number.get(frame["im_id"], -1), {}).get(instances[k])
-            if truth is None:
-                continue
-            compared += 1
-            if good:
-                T = np.asarray(now["pose"], np.float64) @ T_obj_true
-                metres, radians = pose_error(T, truth)
-                points = None if mesh is None else mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
-                distance = float("nan") if points is None else add(T, truth, points)
-                rows.append((frame["im_id"], metres, radians, distance, T, np.asarray(truth, np.float64)))
-        symmetric = (np.zeros(0), np.zeros(0))
-        if rows and mesh is not None:
-            symmetric = _symmetric_errors(rows, mesh, known[k])
-        elif rows:
-            symmetric = (np.full(len(rows), np.nan), np.full(len(rows), np.nan))
+        truths = [seq.ground_truth.get(number.get(f["im_id"], -1), {}).get(instances[k]) for f in frames]
+        T_obj_true = true_frame(report, k, truths[0])
+        found = [_pose_of(frame["objects"][k]) for frame in frames]
+        both = [i for i, T in enumerate(found) if T is not None and truths[i] is not None]
+        images = [frames[i]["im_id"] for i in both]
+        poses = np.reshape([found[i] for i in both], (-1, 4, 4)) @ T_obj_true
+        truth = np.reshape([truths[i] for i in both], (-1, 4, 4))
+        metres, radians = pose_error(poses, truth)
+        distances = [np.full(len(both), np.nan)] * 3
         bop = None
-        if rows and mesh is not None:
-            images = [number[r[0]] for r in rows]
-            bop = bop_errors(
-                seq, images, np.array([r[4] for r in rows]), np.array([r[5] for r in rows]), mesh, known[k]
-            )
-        columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+        if mesh is not None and both:
+            points = mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
+            worst = np.array([mssd(T, B, points, known[k]) for T, B in zip(poses, truth, strict=True)])
+            distances = [add(poses, truth, points), adds(poses, truth, points), worst]
+            bop = bop_errors(seq, [number[i] for i in images], poses, truth, mesh, known[k])
         scores.append(
             ObjectScore(
-                str(entry["name"]),
-                int(entry["obj_id"]),
-                np.array(columns[0], np.int64),
-                np.array(columns[1], np.float64),
-                np.array(columns[2], np.float64),
-                np.array(columns[3], np.float64),
-                np.array(columns[4], np.float64).reshape(-1, 4, 4),
-                np.array(columns[5], np.float64).reshape(-1, 4, 4),
-                len(frames),
-                compared,
-                lost,
-                *symmetric,
-                instances[k],
-                known[k],
-                bop,
+                name=str(entry["name"]),
+                obj_id=int(entry["obj_id"]),
+                images=np.array(images, np.int64),
+                translation_m=metres,
+                rotation_rad=radians,
+                add_m=distances[0],
+                adds_m=distances[1],
+                mssd_m=distances[2],
+                poses=poses,
+                truth=truth,
+                frames=len(frames),
+                compared=sum(T is not None for T in truths),
+                lost=sum(T is None for T in found),
+                instance=instances[k],
+                symmetry=known[k],
+                bop=bop,
             )
         )
     if not any(s.compared for s in scores):
@@ -98,12 +82,10 @@ def compare(
     return scores
 
 
-def _symmetric_errors(rows: list[Any], mesh: Any, symmetry: Symmetry | None) -> tuple[Array, Array]:
-    """ADD-S and MSSD of each row."""
-    points = mesh.vertices[:: max(1, len(mesh.vertices) // 2000)]
-    poses, truth = np.array([r[4] for r in rows]), np.array([r[5] for r in rows])
-    worst = [mssd(T, B, points, symmetry) for T, B in zip(poses, truth, strict=True)]
-    return np.asarray(adds(poses, truth, points)), np.array(worst)
+def _pose_of(entry: dict[str, Any]) -> Array | None:
+    """The pose that an object has in a frame; None if it is lost."""
+    good = entry["status"] in ("ok", "weak") and entry["pose"] is not None
+    return np.asarray(entry["pose"], np.float64) if good else None
 
 
 # -- Which object of a sequence each object of recorded results is, and whether they belong together

@@ -15,12 +15,8 @@ from sdftrack.camera import Camera, RGBDCamera, depth_camera
 def color_map(camera: Camera | RGBDCamera, color: NDArray[np.uint8]) -> Any:
     """The core's mapping from depth pixels to the pixels of `color`, (h, w, 3).
 
-    A Camera, or an RGBDCamera without a mapping, means that colour is aligned to depth.
-
-    Raises
-    ------
-    ValueError
-        `color` does not have the size of the camera (for aligned colour: of the depth image).
+    A Camera, or an RGBDCamera without a mapping, means that colour is aligned to depth. ValueError if `color` does not
+    have the size of the camera (for aligned colour: of the depth image).
     """
     depth, size = depth_camera(camera), color.shape[:2]
     rig = camera if isinstance(camera, RGBDCamera) and not camera.aligned else None

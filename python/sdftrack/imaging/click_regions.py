@@ -25,26 +25,11 @@ SEED_PX, SEED_M = 3, 0.01  # about the click, what surely is the object
 
 
 def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: float) -> list[Mask]:
-    """Candidate regions of the object around a click, most likely first; planes are excluded.
+    """Candidate regions (H, W) of the object around a click, most likely first; planes are excluded.
 
-    Parameters
-    ----------
-    frame : Frame
-        With a depth image; colours are used if available.
-    camera : Camera or RGBDCamera
-    px : (x, y)
-        Depth pixels.
-    size_m : float
-        Largest distance between two points of the object, m.
-
-    Returns
-    -------
-    list of (H, W) bool
-
-    Raises
-    ------
-    ValueError
-        No depth near `px`; `px` lies on a plane larger than the object; there is no connected region.
+    `px` (x, y) are depth pixels, `size_m` is the largest distance between two points of the object. Colours are used if
+    available. ValueError without depth near `px`, with `px` on a plane larger than the object, or without a connected
+    region.
     """
     whole = nearest_reading(frame, px)
     pinhole = depth_camera(camera)
@@ -70,13 +55,14 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
                 f"{table.extent_m:.2f} m (a table, a wall); click on the centre of the object"
             )
         seed = beside
-    joined = _joined(depth, free, seed, pinhole.fx, 1.0)
-    regions = [joined, _joined(depth, free, seed, pinhole.fx, SMOOTH_STEP)]
+    z, step = float(depth[seed]), STEP + STEP_PX / pinhole.fx  # of the depth
+    joined = _joined(depth, free, seed, z * step)
+    regions = [joined, _joined(depth, free, seed, SMOOTH_STEP * z * step)]
     rgb = registered_colors(frame, camera)
     if rgb is not None:
         cut = _cut(np.ascontiguousarray(rgb[window]), near, free, joined, points, seed)
         if cut is not None:
-            regions.append(_joined(depth, cut, seed, pinhole.fx, 2.0))
+            regions.append(_joined(depth, cut, seed, 2.0 * z * step))
     least = max(MIN_PX, MIN_SHARE * np.count_nonzero(joined))
     kept: list[Mask] = []
     for region in regions:
@@ -84,10 +70,7 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
             kept.append(np.zeros(frame.depth.shape, bool))
             kept[-1][window] = region
     if not kept:
-        raise ValueError(
-            f"expected a surface, got only {np.count_nonzero(joined)} connected pixels; click on the centre of "
-            "the object"
-        )
+        raise _too_small(joined)
     return kept
 
 
@@ -133,20 +116,25 @@ def registered_colors(frame: Any, camera: Any) -> NDArray[np.uint8] | None:
     return out
 
 
-def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], fx: float, strict: float) -> Mask:
-    """Pixels of `free` connected to `seed` without a depth discontinuity."""
+def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], step: float) -> Mask:
+    """Pixels of `free` connected to `seed` without a larger step in depth, m."""
     import cv2
 
-    blocked = np.ones((depth.shape[0] + 2, depth.shape[1] + 2), np.uint8)
-    blocked[1:-1, 1:-1] = ~free
     if not free[seed]:
         return np.zeros(depth.shape, bool)
+    blocked = np.ones((depth.shape[0] + 2, depth.shape[1] + 2), np.uint8)
+    blocked[1:-1, 1:-1] = ~free
     before = blocked.copy()
-    step = strict * float(depth[seed]) * (STEP + STEP_PX / fx)
     flags = 8 | cv2.FLOODFILL_MASK_ONLY | (2 << 8)
     cv2.floodFill(np.array(depth), blocked, seed[::-1], 0.0, step, step, flags)
     region: Mask = (blocked != before)[1:-1, 1:-1]
     return region
+
+
+def _too_small(region: Mask) -> ValueError:
+    return ValueError(
+        f"expected a surface, got only {np.count_nonzero(region)} connected pixels; click on the centre of the object"
+    )
 
 
 def _cut(
@@ -201,28 +189,9 @@ PLANE_M = 0.008  # half thickness of what counts as the table
 def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: float) -> NDArray[np.bool_]:
     """Pixels connected to `px` without a depth discontinuity, within `reach_m`, and not on the dominant plane.
 
-    Parameters
-    ----------
-    frame : Frame
-        With a depth image.
-    camera : Camera or RGBDCamera
-        Of the depth image.
-    px : (x, y)
-        Depth pixels.
-    reach_m : float
-        Largest distance of the object's points from the one at `px`, m: the object's diameter.
-
-    Returns
-    -------
-    (H, W) bool
-
-    Raises
-    ------
-    ValueError
-        No depth at or near `px`, or almost no connected pixels there.
+    `px` (x, y) are depth pixels, `reach_m` is the object's diameter. ValueError without depth at or near `px`, or with
+    almost no connected pixels there.
     """
-    import cv2
-
     seed = nearest_reading(frame, px)
     points = depth_camera(camera).back_project(frame.depth)
     near = np.linalg.norm(points - points[seed], axis=-1) <= reach_m
@@ -231,19 +200,10 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
         off_plane = remove_plane(frame, camera, tolerance=PLANE_M, threads=1)[0]
         if off_plane[seed]:
             near &= off_plane
-    blocked = np.ones((near.shape[0] + 2, near.shape[1] + 2), np.uint8)
-    blocked[1:-1, 1:-1] = ~near
-    before = blocked.copy()
     step = float(frame.depth[seed]) * (GROWTH_STEP + GROWTH_STEP_PX / depth_camera(camera).fx)
-    cv2.floodFill(
-        np.array(frame.depth), blocked, seed[::-1], 0.0, step, step, 8 | cv2.FLOODFILL_MASK_ONLY | (2 << 8)
-    )
-    region: NDArray[np.bool_] = (blocked != before)[1:-1, 1:-1]
+    region = _joined(frame.depth, near, seed, step)
     if np.count_nonzero(region) < MIN_PX:
-        raise ValueError(
-            f"expected a surface, got only {np.count_nonzero(region)} connected pixels; click on the centre of "
-            "the object"
-        )
+        raise _too_small(region)
     return region
 
 

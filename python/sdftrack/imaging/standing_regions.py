@@ -32,23 +32,10 @@ class Standing(NamedTuple):
 
 
 def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> Standing:
-    """Regions without planes, separated by depth discontinuities; the likeliest sizes and nearest pixels first.
+    """At most `most` regions without planes, separated by depth discontinuities; likeliest sizes, nearest pixels first.
 
-    Pieces that lie together, parted by holes of the sensor, are a region of their own as well.
-
-    Parameters
-    ----------
-    frame : Frame
-        With a depth image.
-    camera : Camera or RGBDCamera
-    size_m : float
-        Largest extent of the object.
-    most : int
-
-    Returns
-    -------
-    Standing
-        At most `most` regions, (H, W) bool, and at most as many pixels.
+    Pieces that lie together, parted by holes of the sensor, are a region of their own as well. `size_m` is the largest
+    extent of the object.
     """
     import cv2
 

@@ -20,8 +20,6 @@ def read_cloud(file: Path) -> NDArray[Any]:
     """Read points (N, 3) in the file's unit, from one of `FORMATS`.
 
     FileNotFoundError; ValueError naming a file that is empty, truncated or not a point cloud.
-
-    >>> points = read_cloud(Path("cloud.ply"))  # doctest: +SKIP
     """
     if not file.is_file():
         raise FileNotFoundError(f"{file}: no such file")

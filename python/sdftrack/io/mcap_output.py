@@ -23,15 +23,9 @@ LATCHED = """- history: 1
 
 
 class McapOutput:
-    """Writes messages in chunks.
+    """Writes messages in chunks of `chunk_size` bytes, which a crash may lose; larger ones compress better.
 
-    Parameters
-    ----------
-    path : Path
-    definition : function kind -> str
-        Definitions of the message types.
-    chunk_size : int
-        Bytes of messages that a crash may lose; larger chunks compress better.
+    `definition` gives the definition of a message type.
     """
 
     def __init__(self, path: Path, definition: Callable[[str], str], chunk_size: int) -> None:

@@ -39,23 +39,9 @@ def refuse_inputs(directory: Path, names: Iterable[str], inputs: Iterable[tuple[
 class OutFolder:
     """An output folder, created if need be, into which no other run writes until `release`.
 
-    Parameters
-    ----------
-    directory : Path
-        New or empty, unless `overwrite`. What a killed run left there does not count, and is removed.
-    overwrite : bool
-
-    Attributes
-    ----------
-    stale : set of str
-        Files of an earlier run, by its report.
-
-    Raises
-    ------
-    FileExistsError
-        The folder holds files and `overwrite` is false, it is a file, or another run is writing into it.
-    OSError
-        It cannot be created.
+    It is new or empty, unless `overwrite`; what a killed run left there does not count, and is removed. `stale` are the
+    files of an earlier run, by its report. FileExistsError if the folder holds files and may not be overwritten, if it
+    is a file, or if another run is writing into it; OSError if it cannot be created.
     """
 
     def __init__(self, directory: Path, overwrite: bool) -> None:

@@ -171,17 +171,8 @@ def write_video(path: Path, pictures: Iterable[Picture], fps: float) -> None:
 class ColorVideo:
     """Frames of `source`: ``for image in ColorVideo(path)`` gives (H, W, 3) uint8 RGB.
 
-    Parameters
-    ----------
-    source : path
-        A video (anything that PyAV reads; extra [video]), or a folder of images in the order of their names or numbers.
-
-    Raises
-    ------
-    FileNotFoundError
-        `source` does not exist.
-    ValueError
-        No images in the folder; a file that is not a video, or is truncated.
+    It is a video (anything that PyAV reads; extra [video]), or a folder of images in the order of their names or
+    numbers. FileNotFoundError; ValueError for a folder without images, and a file that is not a video, or is truncated.
     """
 
     def __init__(self, source: str | Path) -> None:

@@ -33,36 +33,12 @@ COLORLESS = 30  # frames without colour in a row
 
 
 class RealSense:
-    """A running RealSense.
+    """A running RealSense, by its serial number ("": the only camera); options as of `open_camera`.
 
     The sensors are used directly, with one queue for both: images arrive as soon as they are taken, no filter of the
     SDK changes them, and each depth image gets the colour image nearest in time, at most half a period away, or none.
-
-    Parameters
-    ----------
-    serial : str
-        Serial number; "": the only camera.
-    width, height, fps : int, optional
-        Of the depth stream; default: 640 x 480 at 30, or the nearest that there is. Colour is streamed in the size
-        and rate nearest to it.
-    preset : str, optional
-        Name of a visual preset, for example "High Accuracy".
-    align : bool
-        True: colour is resampled into the depth image by the SDK. False: it stays as it was taken, and `camera` has
-        the mapping.
-    color : bool
-        Whether colour is streamed.
-    global_time : bool
-        Whether timestamps are on the computer's clock, if the camera offers it; otherwise on the camera's own.
-
-    Raises
-    ------
-    ImportError
-        pyrealsense2 is not installed, or cannot be loaded.
-    OSError
-        No such camera, or another program uses it.
-    ValueError
-        No depth stream, a size, rate or preset that the camera does not have, or several cameras without a serial.
+    The default is 640 x 480 at 30, or the nearest that there is; colour is streamed in the size and rate nearest to
+    depth.
     """
 
     _first: bool  # no image has arrived yet
@@ -246,13 +222,6 @@ class Pairing:
     nothing has to wait for the next one. A depth image whose colour image is missing is returned alone, as soon as a
     later colour image shows that it is.
 
-    Parameters
-    ----------
-    period_s : float
-        Period of the slower stream, seconds.
-
-    Examples
-    --------
     >>> pairing = Pairing(1 / 30)
     >>> pairing.add_color(0.001, "c0")
     >>> pairing.add_depth(0.0, "d0")

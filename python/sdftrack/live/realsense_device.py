@@ -24,12 +24,8 @@ def info(rs: Any, device: Any, name: str) -> str:
 def choose(rs: Any, devices: list[Any], serial: str) -> Any:
     """The device with this serial number, or the only one.
 
-    Raises
-    ------
-    OSError
-        None is connected, or none with this number; the message lists those that are.
-    ValueError
-        Several are connected and no number is given.
+    OSError if none is connected, or none with this number; ValueError if several are and no number is given. Both list
+    those that are there.
     """
     serials = [info(rs, device, "serial_number") for device in devices]
     names = ", ".join(describe(rs, device) for device in devices)
@@ -52,13 +48,7 @@ def describe(rs: Any, device: Any) -> str:
 
 
 def depth_profile(rs: Any, device: Any, width: int | None, height: int | None, fps: int | None) -> Any:
-    """(sensor, profile) of the depth stream.
-
-    Raises
-    ------
-    ValueError
-        No depth stream, or not in this size and rate; the message lists those that there are.
-    """
+    """(sensor, profile) of the depth stream; ValueError, with a list, if there is none in this size and rate."""
     for sensor in device.query_sensors():
         profiles = _video(sensor, "depth", ("z16",))
         if profiles:

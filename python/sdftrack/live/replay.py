@@ -14,13 +14,7 @@ from sdftrack.live.sources import register_camera
 class Replay:
     """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back.
 
-    Parameters
-    ----------
-    sequence : Sequence
-    fps : float, optional
-        Frames per second; default: by the sequence's timestamps, else 30. ``inf``: as fast as they are taken.
-    loop : bool
-        Whether to start again at the end.
+    `fps`: by default that of the sequence's timestamps, else 30; ``inf``: as fast as frames are taken.
     """
 
     def __init__(self, sequence: Any, fps: float | None = None, loop: bool = False) -> None:

@@ -22,24 +22,10 @@ FIRST_TRIES, TRIES = 30, 3  # reads that may fail in a row: while it warms up, l
 
 
 class Webcam:
-    """A camera without depth, for outlines and for tracking by colour alone.
+    """A camera without depth, for outlines and for tracking by colour alone; options as of `open_camera`.
 
-    Parameters
-    ----------
-    device : str
-        Number of the camera, 0 for the first, or its device file, for example "/dev/video2".
-    width, height, fps : int, optional
-        Default: the camera's own.
-    camera : Camera or path, optional
-        Its intrinsics, of images of that size. Without them a horizontal field of view of 60 degrees is assumed, with
-        a UserWarning: enough to follow outlines, not for poses in metres.
-
-    Raises
-    ------
-    OSError
-        No such camera, or another program uses it.
-    ValueError
-        A size or rate that the camera does not deliver, or intrinsics of another size.
+    `device` is a number, "" for the first, or a device file. OSError: no such camera, or another program uses it.
+    ValueError: a size or rate that it does not deliver, or intrinsics of another size.
     """
 
     _first: bool  # no image has arrived yet

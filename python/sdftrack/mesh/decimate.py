@@ -28,14 +28,10 @@ Indices = NDArray[np.int64]
 
 
 def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces, Indices]:
-    """Reduce a mesh to at most `count` faces; a closed surface stays closed.
+    """Vertices and faces of a mesh reduced to at most `count` faces; a closed surface stays closed.
 
-    Returns
-    -------
-    vertices : (V', 3) float64
-    faces : (F', 3) int32
-    merged_into : (V,) int64
-        For each input vertex the vertex into which it was merged; -1: it was in a part that collapsed and was removed.
+    Third comes for each input vertex the vertex into which it was merged; -1: it was in a part that collapsed and was
+    removed.
     """
     library = need("fast_simplification", "export")
     if not np.isfinite(vertices).all():

@@ -131,19 +131,10 @@ Faces = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Textured:
-    """A mesh with texture coordinates.
+    """A mesh with texture coordinates; a vertex on a chart border is duplicated for each chart.
 
-    Attributes
-    ----------
-    vertices : (V, 3) float64
-        m. A vertex on a chart border is duplicated for each chart.
-    faces : (F, 3) int32
-    uv : (V, 2) float64
-        0..1, to the right and upwards from the image's lower left corner.
-    image : (S, S, 3) uint8
-        RGB.
-    copy_of : (V,) int64
-        Index of the original vertex of each vertex.
+    `uv` (V, 2) goes from 0 to 1, to the right and upwards from the image's lower left corner; `copy_of` is the index of
+    the original vertex of each vertex.
     """
 
     vertices: Points

@@ -18,18 +18,10 @@ Array = NDArray[np.float64]
 class Context:
     """What a measure may need besides the movement.
 
-    Attributes
-    ----------
-    start_s, end_s : float
-        The repetition, or the whole trajectory. The samples may extend beyond it.
-    cue_s : float or None
-        Time of the signal to start.
-    up : (3,) array or None
-        Unit vector against gravity in the reference frame.
-    axis_obj : (3,) array
-        Axis of the object that is upright when a vessel stands.
-    movements : list of (start, end)
-        Stretches of the repetition in which the object moves, s; empty: all of it.
+    `start_s` to `end_s` is the repetition, or the whole trajectory; the samples may extend beyond it. `cue_s` is the
+    time of the signal to start, `up` the unit vector against gravity in the reference frame, `axis_obj` the axis of the
+    object that is upright when a vessel stands; `movements` are the stretches (start, end) in which the object moves,
+    none: all of the repetition.
     """
 
     start_s: float

@@ -30,21 +30,11 @@ COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A stretch without a long gap: splines of the seven coordinates.
+    """A stretch without a long gap, from the first to the last measured pose: splines of the seven coordinates.
 
-    Attributes
-    ----------
-    spline : UniformSpline
-    posterior : BandedPosterior
-        Of the coefficients, coordinate by coordinate within a knot.
-    start_s, end_s : float
-        First and last measured pose.
-    noise_scales : (float, float)
-        Noise of positions and of rotations over what the covariances say.
-    position_noise_m : float
-        Standard deviation of the noise of a position from frame to frame, all axes together.
-    slow : SlowErrors or None
-        What the covariances say beyond that noise.
+    `posterior` is that of the coefficients, coordinate by coordinate within a knot; `noise_scales` the noise of
+    positions and of rotations over what the covariances say; `position_noise_m` the standard deviation from frame to
+    frame, all axes together; `slow` what the covariances say beyond that noise.
     """
 
     spline: UniformSpline

@@ -82,17 +82,8 @@ FLAT = 0.5  # distances from the start that vary by less than this part of the r
 class Excursion:
     """How far the object is from its place: metres, or radians with `by` "rotation".
 
-    Attributes
-    ----------
-    times_s, values : (n,) float64
-    largest : float
-        98th percentile.
-    by : str
-        "position", "rotation", or "direction": along the direction of the largest motion, for cycles that go around
-        their start.
-    home : array
-        Position (3,) or rotation (3, 3) at the start.
-    direction : (3,) array or None
+    `by` may also be "direction": along the `direction` of the largest motion, for cycles that go around their start.
+    `largest` is the 98th percentile, `home` the position (3,) or rotation (3, 3) at the start.
     """
 
     times_s: Array

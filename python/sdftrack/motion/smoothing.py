@@ -31,14 +31,9 @@ LEAST_JERK = 1e-6  # (m/s^3)^2 s per extent squared: a rest, and still well cond
 class MovementPrior:
     """Precisions of a coordinate's prior, and what it leaves of the measurements.
 
-    Attributes
-    ----------
-    precision : (size - order,) float64
-        Of the m-th differences of the coefficients over step^m.
-    residuals : (n, C) float64
-        Measured less smoothed values.
-    absorbed : float
-        Variance of the noise over that of the residuals, which the smoothed values follow a little.
+    `precision` is that of the m-th differences of the coefficients over step^m, `residuals` (n, C) are measured less
+    smoothed values; `absorbed` is the variance of the noise over that of the residuals, which the smoothed values
+    follow a little.
     """
 
     precision: Array
@@ -47,16 +42,9 @@ class MovementPrior:
 
 
 def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, variances: Array) -> MovementPrior:
-    """The prior of C coordinates that share it.
+    """The prior of C coordinates that share it, from measured `values` (n, C).
 
-    Parameters
-    ----------
-    spline : UniformSpline
-    times_s : (n,) array
-    values : (n, C) array
-        Measured.
-    variances : (n,) array
-        Of the noise of each coordinate, up to a factor that is estimated.
+    `variances` (n,) are those of the noise of each coordinate, up to a factor that is estimated.
     """
     rng = np.random.default_rng(0)
     h, size, m = spline.step_s, spline.size, spline.order

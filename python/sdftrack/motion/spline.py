@@ -21,14 +21,7 @@ LARGEST_TURN_RAD = 1.0  # standard deviation: more than that is unknown, and wou
 
 @dataclass(frozen=True, eq=False)
 class SlowErrors:
-    """A Gaussian process of errors (x, y, z, rx, ry, rz) in m and rad.
-
-    Attributes
-    ----------
-    spline : UniformSpline
-    factors : (size, 6, 6) float64
-        Square roots F of the covariance F F^T at each knot.
-    """
+    """A Gaussian process of errors (x, y, z, rx, ry, rz) in m and rad, of covariance F F^T at each knot (`factors`)."""
 
     spline: UniformSpline
     factors: Array
@@ -76,16 +69,9 @@ def _unit_scale(spline: UniformSpline) -> float:
 
 @dataclass(frozen=True)
 class UniformSpline:
-    """Splines on equidistant knots from `start_s` on.
+    """Splines of `intervals` polynomial pieces on equidistant knots from `start_s` on.
 
-    Parameters
-    ----------
-    start_s, step_s : float
-        First knot and distance of knots, s.
-    intervals : int
-        Number of polynomial pieces.
-    order : int
-        m of the penalty: white noise in the m-th derivative, whose smoothing splines have degree 2 m - 1.
+    `order` is the m of the penalty: white noise in the m-th derivative, whose smoothing splines have degree 2 m - 1.
     """
 
     start_s: float
@@ -173,19 +159,10 @@ _CACHE: dict[tuple[int, int], Array] = {}
 
 
 class BandedPosterior:
-    """The Gaussian with precision A (a band) and mean A^-1 b.
+    """The Gaussian with precision A and mean A^-1 b; several columns of b, (N, k), are several means.
 
-    Parameters
-    ----------
-    band : (width, N) array
-        Lower band of A: band[r, c] = A[c + r, c].
-    right : (N,) or (N, k) array
-        b; several columns are several means.
-
-    Raises
-    ------
-    np.linalg.LinAlgError
-        A is not positive definite: too few measurements.
+    `band` (width, N) is the lower band of A, band[r, c] = A[c + r, c]. LinAlgError if A is not positive definite: too
+    few measurements.
     """
 
     def __init__(self, band: Array, right: Array) -> None:

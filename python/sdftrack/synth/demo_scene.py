@@ -23,14 +23,7 @@ SWEEP = (0.52, 0.70)  # part of the time in which a second hand passes in front
 
 @dataclass(frozen=True)
 class DemoScene:
-    """Frames on demand, with the duck's true poses.
-
-    Attributes
-    ----------
-    camera : Camera
-    duck : Mesh, object frame
-    poses : (N, 4, 4) float64, T_cam_obj of the duck
-    """
+    """Frames on demand, with the duck's true poses T_cam_obj (N, 4, 4)."""
 
     camera: Any
     duck: Any
@@ -92,13 +85,9 @@ def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
 
 
 def alone(scene: DemoScene, place_m: Sequence[float], turns_rad: ArrayLike) -> DemoScene:
-    """The same scene without any hand: the duck floats at a place over the table.
+    """The same scene without any hand: the duck floats at a place over the table (world).
 
-    Parameters
-    ----------
-    place_m : of the duck, world
-    turns_rad : (N, 3)
-        One frame for each: the duck is turned about its own z, then about the world's y and x.
+    There is a frame for each of (N, 3) turns, about the duck's own z, then about the world's y and x.
     """
     T_cam = scene._T_cam_world @ _shift(*place_m)
     poses = np.array([T_cam @ _turn(x) @ _turn(y=y) @ _turn(z=z) for x, y, z in np.asarray(turns_rad)])

@@ -19,15 +19,7 @@ MOVED_VOXELS = 0.02
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison.
-
-    Attributes
-    ----------
-    name : str
-    agrees : bool
-    detail : str
-        The largest difference and what is allowed, or the error.
-    """
+    """One comparison; `detail`: the largest difference and what is allowed, or the error."""
 
     name: str
     agrees: bool

@@ -51,14 +51,9 @@ def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
 
 
 def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> NDArray[np.uint8]:
-    """The frame with wireframes of all primitives, thin where self-occluded; green: ok, amber: weak, red: lost.
+    """The frame, aligned with its depth image, with wireframes of all primitives, thin where self-occluded.
 
-    Returns
-    -------
-    (H, W, 3) uint8
-        RGB, aligned with the depth image.
-
-    >>> picture = draw_primitives(frame, st.fit_primitives(frame, camera=camera), camera)  # doctest: +SKIP
+    Green: ok, amber: weak, red: lost.
     """
     import cv2
 

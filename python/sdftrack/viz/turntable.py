@@ -27,23 +27,10 @@ SOFT_PX = 1.5
 def four_sides(
     mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0, *, min_seen: float = 0.0
 ) -> Picture:
-    """The mesh from the first viewpoint and from three more, a quarter turn apart.
+    """The mesh from the first viewpoint and from three more, a quarter turn apart, as one RGB picture.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Unobserved surface is tinted violet, with a caption.
-    T_cam_obj : (4, 4)
-        Pose in the first view; the mesh is rotated about that image's vertical axis.
-    size_px : int
-        Size of one view.
-    threads : int
-    min_seen : float
-        Minimum ``mesh.seen`` of an observed vertex: ``options.min_seen`` of its reconstructor.
-
-    Returns
-    -------
-    (H, 4 size_px, 3) uint8 RGB
+    It is rotated about the vertical axis of the image in which it has the pose `T_cam_obj`. Surface with
+    ``mesh.seen`` below `min_seen` is tinted violet, with a caption.
     """
     tinted = _tinted(mesh, min_seen)
     guessed = 0.0 if mesh.seen is None else float(_unseen(mesh.seen, min_seen).mean())

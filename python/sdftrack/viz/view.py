@@ -121,23 +121,10 @@ def _fps(frames: Any) -> float:
 
 
 class Playback:
-    """A slider and a play button; a thread loads the frame that was asked for last.
+    """A slider and a play button for `count` frames; a thread loads the frame that was asked for last.
 
-    Parameters
-    ----------
-    viewer : Viewer
-        Closing it ends the playback.
-    count : int
-        Number of frames.
-    show : function (i)
-        Loads frame i and hands it to the viewer; called in this object's thread only.
-    fps : float
-        Frames per second while playing, if `show` is fast enough.
-
-    Attributes
-    ----------
-    index : int
-        The frame shown last; -1 before the first.
+    `show(i)` loads frame i and hands it to the viewer, in that thread only. `index` is the frame shown last, -1 before
+    the first. Closing the viewer ends the playback.
     """
 
     def __init__(self, viewer: Any, count: int, show: Callable[[int], None], fps: float) -> None:

@@ -39,13 +39,7 @@ class RawRecording:
 
 
 class LiveFiles:
-    """Everything below --out; without it nothing is written, and requests are answered by saying so.
-
-    Parameters
-    ----------
-    out : Path, optional
-    camera : RGBDCamera
-    """
+    """Everything below --out; without it nothing is written, and requests are answered by saying so."""
 
     def __init__(self, out: Path | None, camera: Any) -> None:
         self._out, self._camera = out, camera

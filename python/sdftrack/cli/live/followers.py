@@ -28,17 +28,9 @@ def unknown_sequence(camera: Any) -> Any:
 class Follower:
     """Follows objects from frame to frame; started by options or by the user.
 
-    Attributes
-    ----------
-    names : list of str
-    needs : "depth" or "colour"
-        The image without which a frame is of no use.
-    start_by : str
-        What the user does with an object to start it.
-    mask : (H, W) bool or None
-        The object's pixels in the last frame, if that is what is followed.
-    missing : list of str
-        Names of the objects that have to be shown by the user before it starts.
+    `needs` is the image without which a frame is of no use, `start_by` what the user does with an object to start it,
+    `mask` the object's pixels in the last frame if that is what is followed, `missing` the names of the objects that
+    have to be shown by the user before it starts.
     """
 
     names: list[str]
@@ -162,14 +154,7 @@ class TrackerFollower(Follower):
 
 
 class ReconstructorFollower(Follower):
-    """A reconstructor that is started by --init, or by a click or box; its mesh grows.
-
-    Parameters
-    ----------
-    star : Reconstructor
-    init : dict, optional
-        Arguments of `Reconstructor.start`; None: wait for the user.
-    """
+    """A reconstructor that is started by `init`, arguments of its `start`, or by a click or box; its mesh grows."""
 
     def __init__(self, star: Any, init: dict[str, Any] | None) -> None:
         self.names = ["object"]

@@ -20,13 +20,7 @@ ASSUMED_FOV_RAD = math.radians(60)
 
 
 class ColorAlone:
-    """The colour images of a camera, as frames without depth: pixels on the page and of files are theirs.
-
-    Parameters
-    ----------
-    camera : LiveCamera
-        Closed by the caller.
-    """
+    """The colour images of a camera, as frames without depth: pixels on the page and of files are theirs."""
 
     def __init__(self, camera: Any) -> None:
         from sdftrack.camera import RGBDCamera
@@ -67,20 +61,10 @@ class ColorAlone:
 
 
 class OutlineFollower(Follower):
-    """A contour tracker that is started by --init, or by a box that the user drags.
+    """A contour tracker that is started by --init, a box or mask, or by a box that the user drags.
 
-    Its results have no poses (NaN) but status, reason and confidence, as those of other followers.
-
-    Parameters
-    ----------
-    tracker : ContourTracker
-    init : Init, optional
-        A box or mask of the colour image; None: wait for the user.
-
-    Attributes
-    ----------
-    outline : ContourResult or None
-        Of the last frame.
+    Its results have no poses (NaN) but status, reason and confidence, as those of other followers; `outline` is the
+    ContourResult of the last frame.
     """
 
     needs, start_by = "colour", "drag a box around"
@@ -155,13 +139,7 @@ class OutlineFollower(Follower):
 
 
 class OutlineFiles:
-    """The files of ``sdftrack contour``, written by a thread of its own: a slow disk loses frames of the files alone.
-
-    Parameters
-    ----------
-    files : ContourFiles
-    follower : OutlineFollower
-    """
+    """The files of ``sdftrack contour``, written by another thread: a slow disk loses frames of the files alone."""
 
     def __init__(self, files: ContourFiles, follower: OutlineFollower) -> None:
         self.directory = files.out

@@ -58,16 +58,7 @@ class Statistics:
 class Run:
     """Runs a follower on the frames of a camera.
 
-    Parameters
-    ----------
-    camera : LiveCamera
-    follower : Follower
-    viewer : Viewer or None
-    streams : list of Stream
-    new_recorder : function () -> Recorder, optional
-        Called with the first result, so that a start that fails leaves nothing behind.
-    files : LiveFiles
-    quiet : bool
+    `new_recorder` is called with the first result, so that a start that fails leaves nothing behind.
     """
 
     def __init__(

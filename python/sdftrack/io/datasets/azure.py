@@ -123,20 +123,10 @@ DEPTH_AT, COLOR_AT = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocation
 def azure_cameras(
     calibration: dict[str, Any], depth_size: tuple[int, int], color_size: tuple[int, int] | None
 ) -> RGBDCamera:
-    """Cameras of a recording.
+    """Cameras by the recording's calibration.json, for images of these sizes (width, height).
 
-    Parameters
-    ----------
-    calibration : dict
-        The recording's calibration.json.
-    depth_size, color_size : (width, height)
-
-    Raises
-    ------
-    ValueError
-        A size of no mode, a lens model other than Brown-Conrady, or a wide view whose polynomial folds over.
-    KeyError, TypeError
-        A field is missing, or not of its kind.
+    ValueError for a size of no mode, a lens model other than Brown-Conrady, or a wide view whose polynomial folds over;
+    KeyError or TypeError for a field that is missing, or not of its kind.
     """
     cameras = {entry["Location"]: entry for entry in calibration["CalibrationInformation"]["Cameras"]}
     if depth_size not in DEPTH_MODES:

@@ -18,14 +18,9 @@ from sdftrack.frame import Frame
 
 @dataclass(frozen=True)
 class Stream:
-    """The images of one sensor.
+    """The images of one sensor: ascending timestamps, and `read(i)`: (H, W) uint16 depth units or (H, W, 3) uint8 RGB.
 
-    Attributes
-    ----------
-    stamps_s : (n,) float64
-        Timestamps in seconds, ascending.
-    read : function i -> array
-        (H, W) uint16 depth in units, or (H, W, 3) uint8 RGB; ValueError with the reason if it cannot be read.
+    `read` raises ValueError with the reason if an image cannot be read.
     """
 
     stamps_s: NDArray[np.float64]
@@ -85,15 +80,9 @@ def nearest_in_time(stamps_s: NDArray[np.float64], others_s: NDArray[np.float64]
 
 @dataclass
 class RealSenseStream:
-    """A stream as a RealSense recording describes it.
+    """A stream as a RealSense recording describes it; `lens` has the names of the SDK's intrinsics.
 
-    Attributes
-    ----------
-    stream : Stream
-    lens : dict
-        width, height, fx, fy, ppx, ppy, model and coeffs, as in the SDK's intrinsics.
-    T_stream_ref : (4, 4) float64
-        Maps points of the recording's reference stream to this one, m.
+    `T_stream_ref` maps points of the recording's reference stream to this one, m.
     """
 
     stream: Stream

@@ -70,21 +70,10 @@ class Track:
 
 
 class VideoFile:
-    """The contents of a file, which is read once.
+    """The contents of a file, which is read once: tracks of images, tags and attachments by name.
 
-    Attributes
-    ----------
-    tracks : list of Track
-        Those of images.
-    tags : {name: text}
-    attachments : {file name: bytes}
-    duration_ns : int
-        0 if it is not stated, as of a recording that was interrupted.
-
-    Raises
-    ------
-    ValueError
-        Not such a file. A file that is cut has the packets before the cut.
+    `duration_ns` is 0 if it is not stated, as of a recording that was interrupted. ValueError for another file;
+    one that is cut has the packets before the cut.
     """
 
     def __init__(self, path: Path) -> None:

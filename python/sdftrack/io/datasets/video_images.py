@@ -51,12 +51,7 @@ class VideoImages:
     """The images in ``color.mkv`` and its continuations; `number in images` says whether there is one.
 
     One thread at a time reads. The files are opened at the first image, also again after `close` or in a process that
-    was given the object.
-
-    Raises
-    ------
-    ValueError
-        A file that is not such a video.
+    was given the object. ValueError for a file that is not such a video.
     """
 
     def __init__(self, root: Path) -> None:

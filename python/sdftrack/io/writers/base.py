@@ -26,15 +26,7 @@ LARGEST = 65535
 
 @dataclass(frozen=True)
 class Contents:
-    """What a sequence holds besides its frames.
-
-    Attributes
-    ----------
-    camera : RGBDCamera
-    objects : list of int
-        obj_id of each instance k.
-    models : {obj_id: Mesh}
-    """
+    """What a sequence holds besides its frames; `objects`: the obj_id of each instance k."""
 
     camera: RGBDCamera
     objects: list[int] = field(default_factory=list)
@@ -44,31 +36,12 @@ class Contents:
 class LayoutWriter(ClosedByWith):
     """Writes a sequence into a folder: `add` each frame, then `finish`.
 
-    What was added is kept if the program ends early: ``resume=True`` goes on with it. `close` without `finish` leaves
-    it to be continued.
+    The folder exists, and is empty unless `resume`. What was added is kept if the program ends early: ``resume=True``
+    goes on with it, and `count`, the number of frames so far, includes it. `close` without `finish` leaves it to be
+    continued. `color` is a kind of image file, or "video": one file ``color.mkv``, about a seventh of jpg.
 
-    Parameters
-    ----------
-    folder : Path
-        Exists; empty unless `resume`.
-    contents : Contents
-    color : "png", "jpg" or "video"
-        Files of colour images; jpg is smaller and not exact. video: one file ``color.mkv``, about a seventh of jpg.
-    resume : bool
-
-    Attributes
-    ----------
-    count : int
-        Number of frames so far, those before an interruption included.
-    rounded_m : float
-        Step to which depth had to be rounded, m; 0 where all is exact.
-
-    Raises
-    ------
-    ValueError
-        Something that the layout cannot represent.
-    OSError
-        The disk is full: what was added before can be finished and read.
+    ValueError for something that the layout cannot represent. OSError when the disk is full: what was added before can
+    be finished and read.
     """
 
     name: ClassVar[str]
@@ -113,16 +86,9 @@ class LayoutWriter(ClosedByWith):
         masks: Mapping[int, NDArray[np.bool_]] | None = None,
         im_id: int | None = None,
     ) -> None:
-        """Write one frame.
+        """Write one frame, with true poses T_cam_obj (m) and masks of the instances k.
 
-        Parameters
-        ----------
-        frame : Frame
-        poses : {k: (4, 4)}, optional
-            T_cam_obj of the instances, m.
-        masks : {k: (H, W) bool}, optional
-        im_id : int, optional
-            Number of the image; default: the number of frames so far.
+        `im_id` is the number of the image; by default the number of frames so far.
         """
         number = self.count if im_id is None else im_id
         entry = self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number)
@@ -235,17 +201,9 @@ class LayoutWriter(ClosedByWith):
 class DepthUnits:
     """Chooses units per metre, so that reading the file returns the bits of the depth image.
 
-    Parameters
-    ----------
-    default : tuple of int
-        Units per metre, in order of preference, for depth that no unit represents exactly, e.g. of a synthetic image.
-    exact : tuple of int
-        Further units that the layout can state; sensors deliver multiples of one of these.
-
-    Attributes
-    ----------
-    rounded_m : float
-        Step to which some image so far was rounded, m; 0 if all were stored exactly.
+    `default` are in order of preference for depth that no unit represents exactly, e.g. of a synthetic image; `exact`
+    are further ones that the layout can state: sensors deliver multiples of one of these. `rounded_m` is the step to
+    which some image so far was rounded, m; 0 if all were stored exactly.
     """
 
     def __init__(self, default: tuple[int, ...], exact: tuple[int, ...] = ()) -> None:

@@ -18,17 +18,8 @@ class Journal:
     """A hidden file in the folder of a recording that is not finished.
 
     Beside it a file keeps disk space free, so that a recording that has filled the disk can still be finished: the
-    index files are about as large as the journal.
-
-    Parameters
-    ----------
-    folder : Path
-    header : dict
-        What a continuation must agree with: layout, camera, objects.
-    resume : bool
-        Continue the journal that is there.
-    whole : function of an entry
-        Whether a frame is whole; the journal is continued before the first that is not.
+    index files are about as large as the journal. A continuation (`resume`) must agree with the `header`: layout,
+    camera, objects; it goes on before the first entry that is not `whole`.
     """
 
     def __init__(

@@ -44,16 +44,7 @@ def last_image(folder: Path) -> int:
 class VideoWriter:
     """Writes images with ascending numbers; an image is in the file when the next one has been added.
 
-    Parameters
-    ----------
-    folder : Path
-    last : int, optional
-        Where a recording is continued: the number of its last image; what the files have behind it is removed.
-
-    Attributes
-    ----------
-    last : int or None
-        The number of the last image.
+    `last` is the number of the last image; of a recording that is continued, what the files have behind it is removed.
     """
 
     def __init__(self, folder: Path, last: int | None = None) -> None:

@@ -12,19 +12,9 @@ from sdftrack.results import TrackResult
 
 @dataclass(frozen=True)
 class Packet:
-    """One frame's result on its way.
+    """One frame's result on its way: seconds of the camera's clock, and since 1970 when it was passed on.
 
-    Attributes
-    ----------
-    index : int
-        Number of the frame: its own, else that of the result.
-    timestamp : float or None
-        Time of the frame in seconds of the camera's clock.
-    sent : float
-        Seconds since 1970 when the program passed the result on.
-    result : TrackResult
-    motion : list of dict, optional
-        Running values of the objects' movements.
+    `index` is the number of the frame: its own, else that of the result. `motion`: running values of the movements.
     """
 
     index: int

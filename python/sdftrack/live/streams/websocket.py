@@ -34,15 +34,10 @@ LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a tra
 
 @dataclass(frozen=True)
 class Admission:
-    """Who may connect: local programs and pages, and from elsewhere those that know the token.
+    """Who may connect: local programs and pages, and from elsewhere those that know the token (``?token=...``).
 
-    Attributes
-    ----------
-    token : str
-        Must be in the client's URL as ``?token=...``; "": the server is local and asks for none.
-    origins : tuple of str
-        Origins of web pages that a local server admits beside those of this computer. A browser lets any page connect
-        to localhost, so the server has to look where a page is from.
+    `origins` are those of web pages that a local server admits beside those of this computer. A browser lets any page
+    connect to localhost, so the server has to look where a page is from.
     """
 
     token: str = ""
@@ -93,13 +88,7 @@ class _Client:
 
 
 class WebsocketServer(Receiver):
-    """A server on a thread of its own. A client that does not read loses its oldest messages; others lose none.
-
-    Attributes
-    ----------
-    clients : int
-        Number of clients connected now.
-    """
+    """A server on a thread of its own. A client that does not read loses its oldest messages; others lose none."""
 
     def __init__(
         self, listening: socket.socket, admission: Admission, names: Sequence[str], camera: Camera

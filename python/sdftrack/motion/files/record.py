@@ -19,22 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Record:
-    """One object of a file.
-
-    Attributes
-    ----------
-    name : str
-    times_s : (N,) array
-    poses : (N, 4, 4) array
-        T_ref_obj, lengths in the unit of the file; NaN in gaps.
-    status : list of str
-    covariances : (N, 6, 6) array or None
-        Lengths in the unit of the file.
-    obj_id : int or None
-        None: the file does not number its objects.
-    frame : str
-        Name of the reference frame.
-    """
+    """One object of a file; lengths in the unit of the file, NaN in gaps. `obj_id` None: objects have no numbers."""
 
     name: str
     times_s: Array

@@ -100,20 +100,11 @@ def _bop_rows(path: Path, text: str) -> dict[Key, dict[int, list[Row]]]:
 
 
 def check_order(images: Mapping[int, Sequence[tuple[int, Array]]], what: str) -> int:
-    """Number of instances, if their order in the file can be that of one object each.
+    """Number of instances of one object, if their order in the file can be that of one each; `images`: rows by image.
 
-    Parameters
-    ----------
-    images : {im_id: [(line, (4, 4) pose)]}
-        Rows of one object, by image.
-    what : str
-        File and object, for errors.
-
-    Raises
-    ------
-    ValueError
-        An image has fewer rows than another: the order does not tell which instance is missing. Or two instances have
-        exchanged their places: between two images, both would have moved less together if they were exchanged.
+    ValueError if an image has fewer rows than another, as the order does not tell which instance is missing, or if two
+    instances have exchanged their places: between two images, both would have moved less together if they were
+    exchanged.
     """
     counts = {len(rows) for rows in images.values()}
     advice = "read the result folder, which names the instances, or one instance per obj_id"

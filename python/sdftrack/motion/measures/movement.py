@@ -31,16 +31,11 @@ LEAST_PEAK_MPS = 0.005  # an object that never moves faster lies still: slow han
 
 @dataclass(frozen=True, eq=False)
 class Movement:
-    """The movement about the largest peak of the speed.
+    """The movement about the largest peak of the speed, for each sample.
 
-    Attributes
-    ----------
-    onset_s, offset_s : (S,) float64
-        NaN where nothing moves. The ends of the repetition where the speed is not low there.
-    within : (S, n) bool
-        Samples from onset to offset.
-    begins, ends : (S,) bool
-        The onset, the offset lies in the repetition: it is at rest before, after.
+    `onset_s` and `offset_s` are NaN where nothing moves, and the ends of the repetition where the speed is not low
+    there; `within` (S, n) marks what is between. `begins`, `ends`: onset, offset lies in the repetition, which is at
+    rest before, after.
     """
 
     onset_s: Array

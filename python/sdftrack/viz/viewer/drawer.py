@@ -13,22 +13,10 @@ T = TypeVar("T")
 
 
 class Drawer(Generic[T]):
-    """Calls `draw(item)` in a thread of its own, at most `max_hz` times per second.
+    """Calls `draw(item)` in a thread of its own, at most `max_hz` times per second, while it is `watched`.
 
-    Parameters
-    ----------
-    draw : function
-        An exception is logged and kept in `error`; the thread goes on.
-    watched : function
-        Whether anybody looks. While not, only the newest item is kept.
-    max_hz : float
-
-    Attributes
-    ----------
-    drawn, replaced : int
-        Number of items drawn, and of items that a newer one replaced.
-    error : Exception or None
-        The last one.
+    Otherwise only the newest item is kept. An exception is logged and kept in `error`; the thread goes on. `drawn` and
+    `replaced` count items drawn, and items that a newer one replaced.
     """
 
     def __init__(self, draw: Callable[[T], None], watched: Callable[[], bool], max_hz: float) -> None:

@@ -21,21 +21,8 @@ HELP = "Click the object in the image, or drag a box around it, to start it."
 class Panel:
     """Elements of viser's panel; `update` is called by the viewer's drawing thread only.
 
-    Parameters
-    ----------
-    viser : viser.ViserServer
-    names : list of str
-    ask : function (Request)
-        Called with what the user asked for.
-    again : function
-        Draws the last frame once more, after a change of a setting.
-    note : str
-        Shown above everything, if not "".
-
-    Attributes
-    ----------
-    message : str
-        A sentence for the user, shown above the statuses by the next `update`.
+    `ask` is called with what the user asked for, `again` draws the last frame once more after a change of a setting;
+    `note` and, from the next `update` on, `message` are sentences shown above everything.
     """
 
     def __init__(

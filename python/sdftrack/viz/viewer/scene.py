@@ -34,12 +34,6 @@ class Scene:
 
     Only the viewer's drawing thread calls `update`; nodes are made once and then changed, which keeps a page that is
     open for hours as small as a new one.
-
-    Parameters
-    ----------
-    viser : viser.ViserServer
-    on_click : function (x_px, y_px)
-    on_box : function (x, y, w, h)
     """
 
     def __init__(

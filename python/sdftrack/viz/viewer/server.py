@@ -25,30 +25,9 @@ _quiet = threading.Lock()
 class PageServer:
     """A viser server at `host`, with a token unless only this computer can reach it. It has no other port.
 
-    Parameters
-    ----------
-    host : str
-    port : int
-        The first port that is tried; 0: any free one.
-    token : str or None
-        Letters, digits, ``-`` and ``_``; None: a random one if `host` is not this computer alone.
-
-    Attributes
-    ----------
-    viser : viser.ViserServer
-    url : str
-        Address of the page, with the token.
-    note : str
-        "" or a sentence about another port than asked for.
-
-    Raises
-    ------
-    ImportError
-        viser is not installed, or is a version that cannot be put behind the gate.
-    ValueError
-        A token with other characters.
-    OSError
-        `host` is no address of this computer, or no port is free.
+    `port` is the first that is tried, 0: any free one. `url` is the address of the page with the token, `note` "" or a
+    sentence about another port than asked for. ImportError if viser is not installed, or is a version that cannot be
+    put behind the gate; OSError if `host` is no address of this computer, or no port is free.
     """
 
     def __init__(self, host: str, port: int, token: str | None) -> None:
@@ -123,13 +102,9 @@ class Gate:
     viser's server has neither an argument for a socket nor one for a check of requests, and a second server in front of
     it would leave its port open to every program and page of this computer. websockets, on which it is built, has both.
 
-    Parameters
-    ----------
-    listening : socket
-    token : str or None
-        The first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie would be
-        shared by all ports of a host, and be refused within the frame of a notebook. None: no token, and only names of
-        this computer as the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
+    The token is the first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie
+    would be shared by all ports of a host, and be refused within the frame of a notebook. Without a token only names of
+    this computer are the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
     """
 
     def __init__(self, listening: socket.socket, token: str | None) -> None:

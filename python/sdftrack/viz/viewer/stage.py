@@ -19,16 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Board:
-    """The camera image as a rectangle that faces the camera, left of what the camera sees.
-
-    Attributes
-    ----------
-    center : (3,)
-        Camera frame, m.
-    width_m, height_m : float
-    width_px, height_px : int
-        Size of the depth image.
-    """
+    """The camera image as a rectangle that faces the camera, left of what the camera sees; camera frame, m."""
 
     center: tuple[float, float, float]
     width_m: float

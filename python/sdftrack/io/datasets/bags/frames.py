@@ -18,14 +18,7 @@ DEFAULT_PERIOD_NS = 10**9 // 30
 class BagFrames:
     """Frames of a bag; those that cannot be read are returned as `Frame.unreadable` with the reason.
 
-    Parameters
-    ----------
-    bag : Bag
-    depth, color : str
-        Topics; `color` "" for none.
-    camera : RGBDCamera
-    use_color : bool
-        False if the colour images do not fit the camera.
+    `depth` and `color` are topics, `color` "" for none; `use_color` is false if colour images do not fit the camera.
     """
 
     def __init__(self, bag: Bag, depth: str, color: str, camera: RGBDCamera, use_color: bool) -> None:

@@ -34,16 +34,7 @@ class Channel:
 
 
 class Part(ClosedByWith):
-    """One file of a bag.
-
-    Attributes
-    ----------
-    channels : {number: Channel}
-    index : {number: (n,) ENTRY array}
-        The messages of each channel.
-    damage : str
-        "", or what the file lacks.
-    """
+    """One file of a bag: its channels by number, the index of the messages of each, and what the file lacks, or ""."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
