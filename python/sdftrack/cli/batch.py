@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdftrack.cli.common import Common, check_common, show_table
+from sdftrack.cli.common import Common, show_table
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
 
@@ -47,7 +47,7 @@ def batch(commands: Callable[[], Commands], job: Batch) -> None:
     from sdftrack.batch.journal import FAILED, read_items, read_journal
     from sdftrack.batch.plan import read_plan
 
-    check_common(job.config, job.device)
+    job.on_device()
     if job.plan[0] == "status":
         if len(job.plan) != 2:
             raise Usage("expected the folder of a batch: sdftrack batch status DIR", "status")

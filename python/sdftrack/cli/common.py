@@ -62,7 +62,15 @@ class Common:
 
     def on_cpu(self) -> None:
         """For commands that run on the CPU and do not use --config: an invalid one is an error."""
-        check_cpu_only(self.config, self.device)
+        refuse_cuda(self.device)
+        self.on_device()
+
+    def on_device(self) -> str:
+        """The device, "cpu" or "cuda:N", of commands that do not use --config: an invalid one is an error."""
+        from sdftrack.device import resolve_device
+
+        tracker_settings(self.config)
+        return resolve_device(self.device)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,12 +92,6 @@ class Meshes:
     voxels: int = option(200, "Voxels along the longest side of a model's volume.", min=8)
 
 
-def check_cpu_only(config: Path | None, device: str) -> None:
-    """For commands that run on the CPU and do not use --config: an invalid one is an error."""
-    refuse_cuda(device)
-    check_common(config, device)
-
-
 def refuse_cuda(device: str) -> None:
     """Usage error for --device cuda in commands that do not support it."""
     if device.startswith("cuda"):
@@ -98,17 +100,6 @@ def refuse_cuda(device: str) -> None:
             "demo use a GPU)",
             "--device",
         )
-
-
-def check_common(config: Path | None, device: str) -> str:
-    """For commands that do not use --config: it is read, and an invalid one is an error.
-
-    Returns the device, "cpu" or "cuda:N".
-    """
-    from sdftrack.device import resolve_device
-
-    tracker_settings(config)
-    return resolve_device(device)
 
 
 def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import typer
 
-from sdftrack.cli.common import Common, check_common, check_cpu_only, contour_settings, reconstructor_settings
+from sdftrack.cli.common import Common, contour_settings, reconstructor_settings
 from sdftrack.cli.options import Usage, option
 
 
@@ -22,10 +22,10 @@ def info(job: Info) -> None:
     from sdftrack import _core
     from sdftrack.device import info as collect
 
-    check_common(job.config, job.device)
+    job.on_device()
     tested, passed = _self_test(job.device) if job.self_test else ([], True)
     # After the self-test, which decides what "auto" is.
-    device = check_common(job.config, job.device)
+    device = job.on_device()
     facts = {**collect(), "device": device, "threads": int(_core.thread_count(job.threads))}
     if job.self_test:
         facts["self_test"] = tested
@@ -66,7 +66,7 @@ class Config(Common):
 def config(job: Config) -> None:
     from sdftrack._internal.option_files import options_as_toml
 
-    check_cpu_only(None, job.device)
+    job.on_cpu()
     given = reconstructor_settings(job.config)
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(job.config))
     if job.out is not None:

@@ -262,10 +262,6 @@ def _check_place(T: NDArray[np.float64], name: str) -> None:
         )
 
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
 NAME = "start.png"
 REGION, CLICK, BOX, FOUND = (255, 220, 0), (255, 0, 255), (0, 200, 255), (40, 220, 40)
 CLICK_PX = 6
@@ -297,9 +293,10 @@ def save_start_picture(
     """Write the image, with the outlines of the shapes at the poses found."""
     import cv2
 
+    from sdftrack.viz.overlay import backdrop
     from sdftrack.viz.pictures import save_picture
 
-    picture = _backdrop(frame, camera).copy()
+    picture = backdrop(frame, camera)
     for k, sdf in enumerate(sdfs):
         if str(result.status[k]) in ("ok", "weak"):
             _outline(picture, sdf.silhouette(camera, result.poses[k]), FOUND)
@@ -330,18 +327,3 @@ def _outline(picture: NDArray[np.uint8], inside: NDArray[np.bool_], color: tuple
 
     lines = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(picture, lines, -1, color, 1)
-
-
-def _backdrop(frame: Any, camera: Any) -> NDArray[np.uint8]:
-    """The frame's colours aligned to its depth image, or its depth in grey without colour."""
-    import numpy as np
-
-    from sdftrack.imaging.click_regions import registered_colors
-
-    rgb = registered_colors(frame, camera)
-    if rgb is not None:
-        return rgb
-    depth = np.where(frame.depth > 0, frame.depth, np.nan)
-    low, high = np.nanquantile(depth, [0.02, 0.98]) if np.isfinite(depth).any() else (0.0, 1.0)
-    grey = np.nan_to_num(255 * (1 - np.clip((depth - low) / max(high - low, 1e-6), 0, 1)))
-    return np.repeat(grey[..., None].astype(np.uint8), 3, axis=2)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sdftrack.cli.options import Usage, argument, option
+from sdftrack.cli.common import above_zero
+from sdftrack.cli.options import argument, option
 from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import Item, Recording, items_of, warn_of_color, write_all
 from sdftrack.cli.sources import CameraSize, Frames, Layout
@@ -29,7 +30,9 @@ class Record(CameraSize, Recording):
     """
 
     source: str = argument("realsense:, realsense:SERIAL or replay:RECORDING.", "CAMERA")
-    seconds: float | None = option(None, "Stop after this time; default: Ctrl-C.", min=0)
+    seconds: float | None = option(
+        None, "Stop after this time; default: Ctrl-C.", check=above_zero("a time in seconds")
+    )
     frames: int | None = option(None, "Stop after this number of frames.", min=1)
 
 
@@ -37,8 +40,6 @@ def record(job: Record) -> None:
     from sdftrack.io.writers import Contents
 
     _ = job.folder  # there has to be one
-    if job.seconds == 0:
-        raise Usage("expected a time above 0 s, got 0", "--seconds")
     job.on_cpu()
     with job.opened(job.source, WAITING) as camera:
         with job.writer(Contents(camera.camera)) as writer:

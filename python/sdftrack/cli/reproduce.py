@@ -11,7 +11,7 @@ from pathlib import Path
 
 import typer
 
-from sdftrack.cli.common import Common, Unit, check_common
+from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import argument, option
 
 SOURCE = "a source checkout (git clone, or the sdist: pip download --no-binary sdftrack sdftrack)"
@@ -29,7 +29,7 @@ class Reproduce(Common):
 
 
 def reproduce(job: Reproduce) -> None:
-    check_common(job.config, job.device)
+    job.on_device()
     places = [Path.cwd(), *Path.cwd().parents, Path(__file__).resolve().parents[3]]
     root = next((p for p in places if (p / "experiments/figures.py").is_file()), None)
     if root is None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -78,6 +78,22 @@ def fitting(frame: Any, camera: Any) -> Any:
     return Frame.unreadable(
         f"the depth image is {size}, the camera {shape[1]} x {shape[0]}", frame.timestamp, frame.index
     )
+
+
+class Selected:
+    """The frames of a sequence with these numbers, each as `changed(frame, number)` makes it when it is asked for."""
+
+    def __init__(self, seq: Any, numbers: range, changed: Callable[[Any, int], Any]) -> None:
+        self.seq, self.numbers, self._changed = seq, numbers, changed
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, i: int) -> Any:
+        return self._changed(self.seq[self.numbers[i]], self.numbers[i])
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
 
 
 def folder_each(sequences: Sequence[Path], out: Path) -> list[Path]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from sdftrack.cli.common import Common, check_common
+from sdftrack.cli.common import Common
 from sdftrack.cli.options import Usage, argument, option
 
 FILES = ("labels.png", "labels.npy", "boundaries.png", "mean.png", "result.json")
@@ -43,7 +43,7 @@ def superpixels(job: Superpixels) -> None:
     from sdftrack.io.frames import read_color, read_mask
     from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
-    check_common(job.config, job.device)
+    job.on_device()
     picture = read_color(job.image, f"IMAGE {job.image}")
     inside = None if job.mask is None else read_mask(job.mask, f"--mask {job.mask}")
     refuse_folder(out, job.overwrite)

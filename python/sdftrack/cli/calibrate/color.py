@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from sdftrack.cli.common import Common, above_zero, floats, show_table
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
-from sdftrack.cli.sources import Frames, Layout
+from sdftrack.cli.sources import Frames, Layout, Selected
 
 FILES = ("camera.json", "result.json", "residuals.png", "coverage.png", "path.png")
 STEPS = 100  # of the progress
@@ -51,6 +50,12 @@ class Color(Frames, Layout, Common):
             raise Usage(f"expected r,g,b from 0 to 255, got {self.ball_color!r}", "--ball-color")
         return values
 
+    def timed(self, frame: Any, number: int) -> Any:
+        """The frame, with a timestamp by --fps if it has none."""
+        if self.fps is None or frame.timestamp is not None:
+            return frame
+        return frame.replace(timestamp=number / self.fps)
+
 
 def color(job: Color) -> None:
     out, seq, rgb = job.folder, job.seq, job.rgb()
@@ -64,7 +69,7 @@ def color(job: Color) -> None:
     with _opened(seq, job.opening) as whole, progress_counter(job.quiet) as tell:
         numbers = job.numbers(whole, seq)
         result = st.calibrate_color_to_depth(
-            _Frames(whole, numbers, job.fps),
+            Selected(whole, numbers, job.timed),
             whole.camera.depth,
             job.ball_radius,
             rgb,
@@ -87,25 +92,6 @@ def color(job: Color) -> None:
         _write(result, whole.camera, out, settings, _depth_scale(seq))
     if not job.quiet:
         _show(result, out)
-
-
-class _Frames:
-    """Frames of a sequence, with timestamps from `fps` if they have none."""
-
-    def __init__(self, seq: Any, numbers: range, fps: float | None) -> None:
-        self._seq, self._numbers, self._fps = seq, numbers, fps
-
-    def __len__(self) -> int:
-        return len(self._numbers)
-
-    def __getitem__(self, i: int) -> Any:
-        frame = self._seq[self._numbers[i]]
-        if self._fps is None or frame.timestamp is not None:
-            return frame
-        return frame.replace(timestamp=self._numbers[i] / self._fps)
-
-    def __iter__(self) -> Iterator[Any]:
-        return (self[i] for i in range(len(self)))
 
 
 def _opened(path: Path, arguments: dict[str, Any]) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +14,7 @@ from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.objects import Target, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
-from sdftrack.cli.sources import Frames, Layout, fitting, load_camera, parse_intrinsics
+from sdftrack.cli.sources import Frames, Layout, Selected, fitting, load_camera, parse_intrinsics
 
 FILES = ("camera.json", "result.json", "coverage.png", "estimates.png", "residuals.png")
 PINHOLE = ("fx", "fy", "cx", "cy")
@@ -87,8 +86,12 @@ def intrinsics(job: Intrinsics) -> None:
         numbers = job.numbers(whole, seq)
         first = _first_guess(job, whole.camera)
         (target,) = load_targets([job.model], whole, job.unit, job.voxels, job.holes)
-        frames = _Frames(whole, numbers, first)
-        result = _calibrated(job, frames, target, _place(inits, target, frames, seq))
+
+        def depth_alone(frame: Any, number: int) -> Any:
+            return frame if frame.depth is None else fitting(frame.replace(camera=first, color=None), first)
+
+        frames = Selected(whole, numbers, depth_alone)
+        result = _calibrated(job, frames, first, target, _place(inits, target, frames, seq))
         misfits = compare(frames, target.sdf, first, result, job.threads)
         settings = {
             "command": "calibrate intrinsics",
@@ -107,7 +110,7 @@ def intrinsics(job: Intrinsics) -> None:
         _show(result, misfits, first, len(numbers), out)
 
 
-def _calibrated(job: Intrinsics, frames: _Frames, target: Target, place: dict[str, Any]) -> Any:
+def _calibrated(job: Intrinsics, frames: Selected, first: Any, target: Target, place: dict[str, Any]) -> Any:
     import sdftrack as st
 
     with progress_counter(job.quiet) as tell:
@@ -115,7 +118,7 @@ def _calibrated(job: Intrinsics, frames: _Frames, target: Target, place: dict[st
             return st.calibrate_intrinsics(
                 frames,
                 target.sdf,
-                frames.camera,
+                first,
                 joint=not job.per_frame,
                 free=job.unknowns(),
                 progress=lambda done: tell(done, len(frames), "frames"),
@@ -126,25 +129,6 @@ def _calibrated(job: Intrinsics, frames: _Frames, target: Target, place: dict[st
             )
         except ValueError as error:
             raise ValueError(str(error).replace(PYTHONS_ADVICE, "--init")) from error
-
-
-class _Frames:
-    """Depth of selected frames of a sequence, with one camera."""
-
-    def __init__(self, seq: Any, numbers: range, camera: Any) -> None:
-        self.seq, self.numbers, self.camera = seq, numbers, camera
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-    def __getitem__(self, i: int) -> Any:
-        frame = self.seq[self.numbers[i]]
-        if frame.depth is None:
-            return frame
-        return fitting(frame.replace(camera=self.camera, color=None), self.camera)
-
-    def __iter__(self) -> Iterator[Any]:
-        return (self[i] for i in range(len(self)))
 
 
 def _first_guess(job: Intrinsics, own: Any) -> Any:
@@ -163,7 +147,7 @@ def _first_guess(job: Intrinsics, own: Any) -> Any:
     return load_camera(job.camera, depth.shape, "the sequence's depth images")
 
 
-def _place(inits: list[Init], target: Target, frames: _Frames, folder: Path) -> dict[str, Any]:
+def _place(inits: list[Init], target: Target, frames: Selected, folder: Path) -> dict[str, Any]:
     """--init as arguments of `calibrate_intrinsics`."""
     kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
     told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)

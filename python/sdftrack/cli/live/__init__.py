@@ -20,6 +20,7 @@ from sdftrack.cli.common import (
     Common,
     Meshes,
     Sensor,
+    above_zero,
     contour_settings,
     reconstructor_settings,
     refuse_cuda,
@@ -77,7 +78,9 @@ class Live(CameraSize, Meshes, Sensor, Common):
         "Send the poses to other programs; repeatable.",
         metavar="ws://HOST:PORT|osc://HOST:PORT|mcap:FILE|foxglove://HOST:PORT",
     )
-    seconds: float | None = option(None, "Stop after this time; default: Ctrl-C.", min=0)
+    seconds: float | None = option(
+        None, "Stop after this time; default: Ctrl-C.", check=above_zero("a time in seconds")
+    )
     motion: bool = option(False, "Speed, path and repetitions so far, on the page and in ws:// streams.")
     mode: Literal["auto", "depth", "rgbd", "rgb"] = option(
         "auto", "Depth only, with colour if available, or colour alone."
@@ -106,8 +109,6 @@ class Live(CameraSize, Meshes, Sensor, Common):
                 "expected --camera webcam:... with it: other cameras know their intrinsics", "--intrinsics"
             )
         self.inits()
-        if self.seconds == 0:
-            raise Usage("expected a time above 0 s, got 0", "--seconds")
         if not self.model:
             refuse_cuda(self.device)
         if self.contour and self.stream:

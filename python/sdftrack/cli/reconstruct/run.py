@@ -11,20 +11,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sdftrack._internal.background import read_ahead
+from sdftrack._internal.files import write_text
 from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import fitting
 from sdftrack.cli.track_summary import show_summary
+from sdftrack.io.report_file import tum_row
 
 if TYPE_CHECKING:
     from sdftrack.cli.reconstruct import Reconstruct
 
 NAME = "object"
 REFINE_STEPS = 100
+TURN_PICTURES, TURN_FPS = 90, 30.0
 
 
 def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> None:
@@ -103,12 +105,14 @@ class Recording:
         return {n: T for n, T in own.items() if 0 <= n < len(self.results)}
 
     def write_poses(self, recorder: Any, poses: dict[int, Any]) -> None:
-        """refined_0.txt of its own frames."""
-        times = [
-            float(i if r.timestamp is None else r.timestamp)
-            for i, r in zip(self.ids, self.results, strict=False)
-        ]
-        recorder.wrote(*write_refined(self.out, self.poses_of(poses), times))
+        """refined_0.txt: poses of its own frames that belong to the refined mesh, as in trajectory_0.txt."""
+        times = {
+            n: float(i if r.timestamp is None else r.timestamp)
+            for n, (i, r) in enumerate(zip(self.ids, self.results, strict=False))
+        }
+        rows = [tum_row(times[n], T) + "\n" for n, T in self.poses_of(poses).items()]
+        write_text(self.out / "refined_0.txt", "".join(rows) or "\n")
+        recorder.wrote("refined_0.txt")
 
 
 @dataclass
@@ -143,8 +147,8 @@ class Run:
             if not job.no_refine:
                 self._refine(recorder, tell)
             if not job.no_video:
-                look = {"threads": job.threads, "min_seen": self.star.options.min_seen, "tell": tell}
-                recorder.wrote(*write_turntable(first.out, self.star.mesh(), first.results[0].pose, **look))
+                self._write_turntable(tell)
+                recorder.wrote("turntable.mp4")
         if not job.quiet:
             self._tell()
 
@@ -217,11 +221,15 @@ class Run:
     def _keep(self, recorder: Any) -> None:
         """Write the files of the current shape."""
         from sdftrack.reconstruction.quality import seen_part
+        from sdftrack.viz.pictures import save_picture
+        from sdftrack.viz.turntable import four_sides
 
         job, out, least = self.job, self.recording.out, self.star.options.min_seen
         mesh = self.star.mesh()
-        recorder.wrote(*write_shape(out, self.star.shape))
-        recorder.wrote(*write_sides(out, mesh, self.recording.results[0].pose, job.threads, least))
+        self.star.shape.cropped().save(out / "shape.npz")
+        sides = four_sides(mesh, self.recording.results[0].pose, threads=job.threads, min_seen=least)
+        save_picture(out / "mesh.png", sides)
+        recorder.wrote("shape.npz", "mesh.png")
         self._note(recorder, mesh)
         whole = seen_part(mesh, least) if job.seen_only else mesh
         written = whole
@@ -230,6 +238,23 @@ class Run:
             recorder.wrote(*write_mesh_files(out, whole, whole, [], None))
             written = whole.decimated(job.faces)
         recorder.wrote(*write_mesh_files(out, written, whole, job.formats(), job.texture))
+
+    def _write_turntable(self, tell: Tell) -> None:
+        """turntable.mp4, which starts with the view of mesh.png."""
+        from sdftrack.io.video import write_video
+        from sdftrack.viz.turntable import turning
+
+        first, seen = self.recording, self.star.options.min_seen
+        pictures = turning(
+            self.star.mesh(), first.results[0].pose, TURN_PICTURES, threads=self.job.threads, min_seen=seen
+        )
+
+        def told() -> Iterator[Any]:
+            for n, picture in enumerate(pictures, 1):
+                yield picture
+                tell(n, TURN_PICTURES, "turntable.mp4")
+
+        write_video(first.out / "turntable.mp4", told(), TURN_FPS)
 
     def _note(self, recorder: Any, mesh: Any) -> None:
         """The section of report.json about the shape."""
@@ -306,9 +331,6 @@ def _moved(change_m: float) -> str:
     return f"surface moved {1e3 * change_m:.2f} mm" if np.isfinite(change_m) else "nothing added"
 
 
-TURN_PICTURES, TURN_FPS = 90, 30.0
-
-
 def write_mesh_files(
     out: Path, mesh: Any, colors_from: Any, formats: list[str], texture: int | None
 ) -> list[str]:
@@ -329,45 +351,3 @@ def write_mesh_files(
             names += files_beside(name)
         names.append(name)
     return list(dict.fromkeys(names))
-
-
-def write_shape(out: Path, shape: Any) -> list[str]:
-    """shape.npz; its name."""
-    shape.cropped().save(out / "shape.npz")
-    return ["shape.npz"]
-
-
-def write_sides(out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float) -> list[str]:
-    """Write mesh.png; returns its name. `T`: T_cam_obj of the first image; `min_seen`: minimum of an observed
-    vertex."""
-    from sdftrack.viz.pictures import save_picture
-    from sdftrack.viz.turntable import four_sides
-
-    save_picture(out / "mesh.png", four_sides(mesh, T, threads=threads, min_seen=min_seen))
-    return ["mesh.png"]
-
-
-def write_turntable(
-    out: Path, mesh: Any, T: NDArray[np.float64], threads: int, min_seen: float, tell: Tell
-) -> list[str]:
-    """Write turntable.mp4, which starts with the view of mesh.png; returns its name."""
-    from sdftrack.io.video import write_video
-    from sdftrack.viz.turntable import turning
-
-    def told() -> Iterator[NDArray[np.uint8]]:
-        for n, picture in enumerate(turning(mesh, T, TURN_PICTURES, threads=threads, min_seen=min_seen), 1):
-            yield picture
-            tell(n, TURN_PICTURES, "turntable.mp4")
-
-    write_video(out / "turntable.mp4", told(), TURN_FPS)
-    return ["turntable.mp4"]
-
-
-def write_refined(out: Path, poses: dict[int, Any], times: list[float]) -> list[str]:
-    """Write refined_0.txt: the poses of the refined mesh, in the format of trajectory_0.txt."""
-    from sdftrack._internal.files import write_text
-    from sdftrack.io.report_file import tum_row
-
-    rows = [tum_row(times[n], T) for n, T in sorted(poses.items())]
-    write_text(out / "refined_0.txt", "\n".join(rows) + "\n")
-    return ["refined_0.txt"]
