@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -118,33 +119,28 @@ class ImageFrames:
 
     def take_color_of_any_size(self) -> None:
         """Also read colour images without a mapping to depth, for estimating that mapping."""
-        for entry in self._entries[:10]:
-            if entry.color is not None and entry.color.is_file():
-                try:
-                    h, w = _read(entry.color).shape[:2]
-                except ValueError:
-                    continue
-                self._color_size = (h, w)
-                return
+        self._color_size = self._first_color_size() or self._color_size
 
     def _usable_color_size(self) -> tuple[int, int] | None:
         """The size of the colour images, or None if they cannot be used."""
-        for entry in self._entries[:10]:
-            if entry.color is None or not entry.color.is_file():
-                continue
-            try:
-                size = _read(entry.color).shape[:2]
-            except ValueError:
-                continue
-            wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
-            if wanted is not None and size != wanted.shape:
-                warnings.warn(
-                    f"{self._root}: colour images of {size_text(size)} pixels are ignored: without a mapping they "
-                    f"would have to be of {size_text(wanted.shape)}",
-                    stacklevel=5,
-                )
-                return None
+        size = self._first_color_size()
+        wanted = self._camera.color or (self._camera.depth if self._camera.aligned else None)
+        if size is None or wanted is None or size == wanted.shape:
             return size
+        warnings.warn(
+            f"{self._root}: colour images of {size_text(size)} pixels are ignored: without a mapping they would have "
+            f"to be of {size_text(wanted.shape)}",
+            stacklevel=5,
+        )
+        return None
+
+    def _first_color_size(self) -> tuple[int, int] | None:
+        """That of the first colour image that can be read."""
+        for entry in self._entries[:10]:
+            if entry.color is not None and entry.color.is_file():
+                with contextlib.suppress(ValueError):
+                    height, width = _read(entry.color).shape[:2]
+                    return height, width
         return None
 
 

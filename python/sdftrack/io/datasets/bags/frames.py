@@ -10,6 +10,7 @@ from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.bags.bag import Bag, Messages
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
+from sdftrack.io.frames import Expected
 
 LOOKED_AT = 10  # frames at the beginning
 DEFAULT_PERIOD_NS = 10**9 // 30
@@ -30,7 +31,6 @@ class BagFrames:
         self._any_size = False
         self._most_apart_ns = period_ns(self._depth) / 2
         self._lag = 0  # of colour after depth in the order of recording, messages
-        self._check_first()
 
     def __len__(self) -> int:
         return len(self._depth)
@@ -55,10 +55,7 @@ class BagFrames:
     def _depth_image(self, i: int) -> tuple[NDArray[np.uint16] | NDArray[np.float32], float | None]:
         name = f"{self._depth_topic}, message {i}"
         depth, scale = depth_of(self._depth[i], name)
-        if depth.shape != self._camera.depth.shape:
-            raise ValueError(
-                f"{name}: {_size(depth.shape)} pixels, but the camera has {_size(self._camera.depth.shape)}"
-            )
+        Expected("the camera", self._camera.depth.shape).check(depth.shape, name)
         return depth, scale
 
     def _color_image(self, i: int, stamp: int) -> NDArray[np.uint8] | None:
@@ -69,9 +66,8 @@ class BagFrames:
             return None
         name = f"{self._color_topic}, message {j}"
         color = color_of(self._color[j], name)
-        expected = (self._camera.color or self._camera.depth).shape
-        if not self._any_size and color.shape[:2] != expected:
-            raise ValueError(f"{name}: {_size(color.shape)} pixels, but its camera has {_size(expected)}")
+        if not self._any_size:
+            Expected("its camera", (self._camera.color or self._camera.depth).shape).check(color.shape, name)
         return color
 
     def _nearest(self, color: Messages, i: int, stamp: int) -> int | None:
@@ -102,29 +98,6 @@ class BagFrames:
         self._lag = j - begin
         return j if best <= self._most_apart_ns else None
 
-    def _check_first(self) -> None:
-        """Check the first frame: raise an error for a wrong unit or camera instead of returning bad frames."""
-        reasons = []
-        for i in range(min(LOOKED_AT, len(self))):
-            try:
-                depth, scale = depth_of(self._depth[i], f"{self._depth_topic}, message {i}")
-            except ValueError as error:
-                reasons.append(str(error))
-                continue
-            if depth.shape != self._camera.depth.shape:
-                raise ValueError(
-                    f"{self._bag.path}: images of {_size(depth.shape)} pixels on {self._depth_topic} with a camera of "
-                    f"{_size(self._camera.depth.shape)}; is this the depth image's camera?"
-                )
-            try:
-                Frame(depth, depth_scale=scale, index=i)
-            except ValueError as error:
-                raise ValueError(f"{self._bag.path}, {self._depth_topic}: {error}") from None
-            return
-        raise ValueError(
-            f"{self._bag.path}: none of the first {len(reasons)} depth images can be read: {reasons[0]}"
-        )
-
 
 def period_ns(messages: Messages) -> float:
     """Time between images, by the headers of the first ones."""
@@ -137,7 +110,3 @@ def period_ns(messages: Messages) -> float:
     steps = np.diff(stamps)
     steps = steps[steps > 0]
     return float(np.median(steps)) if len(steps) else DEFAULT_PERIOD_NS
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]} x {shape[0]}"

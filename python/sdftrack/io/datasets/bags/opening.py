@@ -11,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sdftrack._internal.text_files import named
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.frame import Frame
 from sdftrack.io.datasets.bags.bag import Bag, Topic
 from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.frames import LOOKED_AT, BagFrames
@@ -24,6 +26,7 @@ from sdftrack.io.datasets.bags.topics import choose_color, choose_depth, find_ca
 from sdftrack.io.datasets.bags.transforms import fixed_transforms, models_of, transform_between, true_poses
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import Sequence
+from sdftrack.io.frames import size_text
 
 # Depth images that drivers register to the colour camera: RealSense, Azure Kinect, OpenNI.
 REGISTERED = re.compile(r"aligned_depth_to_color|depth_to_(rgb|color)|depth_registered", re.IGNORECASE)
@@ -43,6 +46,7 @@ def sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str
             )
         picture, size = _example(bag, depth, colored=False)
         own = _camera(bag, depth, picture, size)
+        _check_depth(bag, depth, picture, own)
         camera, use_color = RGBDCamera(own), False
         if color is not None:
             camera, reason = _with_color(bag, own, depth, color, picture)
@@ -82,6 +86,18 @@ def _camera(bag: Bag, depth: Topic, picture: Picture, size: tuple[int, int]) -> 
             f"it, or one of the same frame; topics with cameras: {others}"
         )
     return camera
+
+
+def _check_depth(bag: Bag, topic: Topic, picture: Picture, own: Camera) -> None:
+    """Raise an error for a wrong unit or camera instead of returning bad frames."""
+    depth, scale = depth_of(picture, topic.name)
+    if depth.shape != own.shape:
+        raise ValueError(
+            f"{bag.path}: images of {size_text(depth.shape)} pixels on {topic.name} with a camera of "
+            f"{size_text(own.shape)}; is this the depth image's camera?"
+        )
+    with named(f"{bag.path}, {topic.name}"):
+        Frame(depth, depth_scale=scale)
 
 
 def _with_color(
