@@ -29,6 +29,7 @@ from sdftrack.viz.viewer.panel import lines_html, rates_html
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
 
 SHOW_S = 0.5e-3  # the promise; measured 0.1 ms on two busy cores
+BALL = st.SDF.sphere(0.05, voxels=24)
 
 
 @pytest.fixture
@@ -118,10 +119,16 @@ def test_an_outline_is_drawn_where_a_mask_is_given(viewer, monkeypatch):
         drawn(viewer, 2)
 
 
-def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, monkeypatch):
+@pytest.fixture
+def viewer_of_two():
+    _, sdf, _ = scene()
+    with Viewer([sdf, BALL], CAMERA, ["duck", "ball"], port=0) as made:
+        yield made
+
+
+def test_a_grown_mesh_replaces_the_model_of_one_of_two(viewer_of_two, monkeypatch):
     sequence, _, results = scene()
-    ball = st.SDF.sphere(0.05, voxels=24)
-    assert viewer.add_object(ball, "ball") == 1
+    viewer = viewer_of_two
     two = result_of(
         {
             "objects": [
@@ -137,7 +144,7 @@ def test_a_grown_mesh_replaces_the_model_and_an_added_object_gets_one(viewer, mo
         drawn(viewer, 1)
         get_node = viewer._server.viser.scene.get_handle_by_name
         assert len(get_node("/object_0").vertices) == len(grown.vertices)
-        assert len(get_node("/object_1").vertices) == len(ball.to_mesh().vertices)
+        assert len(get_node("/object_1").vertices) == len(BALL.to_mesh().vertices)
     assert viewer._panel._choice.options == ("duck", "ball")
 
 
@@ -267,8 +274,8 @@ def test_a_given_token_is_asked_for_on_localhost_too():
         assert get(viewer, "/open-sesame/")[0] == 200
 
 
-def test_requests_come_in_order_for_the_chosen_object(viewer):
-    viewer.add_object(st.SDF.sphere(0.05, voxels=16), "ball")
+def test_requests_come_in_order_for_the_chosen_object(viewer_of_two):
+    viewer = viewer_of_two
     viewer._clicked(3.0, 4.0)
     viewer._panel._choice.value = "ball"
     viewer._boxed(1.0, 2.0, 30.0, 40.0)

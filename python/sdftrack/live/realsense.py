@@ -176,10 +176,7 @@ def _rgb(color: Any) -> NDArray[np.uint8] | None:
     return np.array(pixels[..., ::-1] if bgr else pixels, dtype=np.uint8, order="C")
 
 
-@register_camera("realsense", "serial number, or nothing for the only one")
-def open_realsense(address: str, **options: Any) -> RealSense:
-    return RealSense(address, **options)
-
+register_camera("realsense", "serial number, or nothing for the only one")(RealSense)
 
 TIMEOUT_MS = 1000  # the block works on this thread: its result is there at once
 

@@ -151,6 +151,4 @@ def _guessed(name: str, width: int, height: int) -> Camera:
     return Camera.from_fov(math.radians(GUESSED_FOV_DEG), width, height)
 
 
-@register_camera("webcam", "number or device file, colour alone")
-def open_webcam(address: str, **options: Any) -> Webcam:
-    return Webcam(address, **options)
+register_camera("webcam", "number or device file, colour alone")(Webcam)

@@ -41,13 +41,12 @@ class Panel:
         self._rates = gui.add_html("")
         self._lines = gui.add_html("")
         self.message = ""
-        self._names: list[str] = []
+        self._names = list(names)
         self._plot: Any = None
         self._finished = False
         self._choice = gui.add_dropdown(
             "object to start", tuple(_labels(names)) or ("none",), hint=HELP, visible=bool(names)
         )
-        self._names = list(names)
         self._pause = pause = gui.add_checkbox("pause", False)
         self._record = record = gui.add_checkbox("record", False)
         save = gui.add_button("save")
@@ -87,21 +86,6 @@ class Panel:
         """Leave out what concerns a running tracker."""
         self._finished = True
         self._choice.visible = self._pause.visible = self._record.visible = False
-
-    def set_names(self, names: list[str]) -> None:
-        """Other objects, or other names."""
-        if names == self._names:
-            return
-        chosen = max(0, min(self.chosen, len(names) - 1))
-        self._names = list(names)
-        labels = _labels(names)
-        self._choice.options = tuple(labels) or ("none",)
-        if labels:
-            self._choice.value = labels[chosen]
-        self._choice.visible = bool(labels) and not self._finished
-        if self._plot is not None:
-            self._plot.remove()
-            self._plot = None
 
     def update(self, shown: Shown, history: History) -> None:
         rate = history.rate_hz() if shown.rate_hz is None and not self._finished else shown.rate_hz

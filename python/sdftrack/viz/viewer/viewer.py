@@ -96,7 +96,7 @@ class Viewer(ClosedByWith):
         self._camera = camera
         self._names = [f"object {k}" for k in range(len(self._shapes))] if names is None else list(names)
         self._meshes = {k: mesh for k, mesh in enumerate(meshes or ()) if mesh is not None}
-        self._lock = threading.Lock()  # of the three lists above
+        self._lock = threading.Lock()  # of the meshes
         self._requests: deque[Request] = deque()
         self._history = History()
         self._at_close: list[Callable[[], None]] = []
@@ -151,8 +151,7 @@ class Viewer(ClosedByWith):
         ValueError
             More poses than shapes.
         """
-        with self._lock:
-            now, names = list(self._shapes), list(self._names)
+        now = list(self._shapes)
         if shapes is not None:
             given = shapes if isinstance(shapes, (list, tuple)) else [shapes]
             now[: len(given)] = [_drawable(s) for s in given]
@@ -161,7 +160,17 @@ class Viewer(ClosedByWith):
             raise ValueError(f"result: expected at most {len(now)} objects, as many as shapes, got {count}")
         self._history.add(result)
         self._drawer.offer(
-            Shown(frame, result, now[:count], names[:count], latency_s, rate_hz, dropped, mask, list(notes))
+            Shown(
+                frame,
+                result,
+                now[:count],
+                self._names[:count],
+                latency_s,
+                rate_hz,
+                dropped,
+                mask,
+                list(notes),
+            )
         )
 
     def requests(self) -> list[Request]:
@@ -184,17 +193,6 @@ class Viewer(ClosedByWith):
             if not 0 <= k < len(self._shapes):
                 raise ValueError(f"k: expected 0..{len(self._shapes) - 1}, got {k}")
             self._meshes = {**self._meshes, k: mesh}
-
-    def add_object(self, shape: Any, name: str | None = None, mesh: Mesh | None = None) -> int:
-        """Add an object, as ``tracker.add`` did; returns its number."""
-        with self._lock:
-            k = len(self._shapes)
-            self._shapes.append(_drawable(shape))
-            self._names.append(f"object {k}" if name is None else name)
-            if mesh is not None:
-                self._meshes = {**self._meshes, k: mesh}
-        self._panel.set_names(self._names)
-        return k
 
     @property
     def pages(self) -> int:
