@@ -89,8 +89,7 @@ def transform_points(T: ArrayLike, points: ArrayLike) -> Array:
         raise ValueError(f"T: expected shape (4, 4), got {M.shape}")
     if p.ndim == 0 or p.shape[-1] != 3:
         raise ValueError(f"points: expected shape (..., 3), got {p.shape}")
-    moved: Array = p @ M[:3, :3].T + M[:3, 3]
-    return moved
+    return p @ M[:3, :3].T + M[:3, 3]
 
 
 def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
@@ -119,8 +118,7 @@ def _left_jacobian(w: Array) -> Array:
     else:
         b, c = 0.5 - a2 / 24, 1 / 6 - a2 / 120
     K = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-    J: Array = np.eye(3) + b * K + c * (K @ K)
-    return J
+    return np.eye(3) + b * K + c * (K @ K)
 
 
 def _array(a: ArrayLike, name: str) -> Array:

@@ -202,8 +202,7 @@ class TrackResult:
     def _only(self, values: NDArray[np.float64], name: str, plural: str) -> NDArray[np.float64]:
         if len(values) != 1:
             raise ValueError(f"{name}: expected 1 tracked object, got {len(values)}; use .{plural}[k]")
-        only: NDArray[np.float64] = values[0]
-        return only
+        return values[0]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain Python values (lists, floats, None in place of NaN), ready for JSON."""

@@ -96,8 +96,7 @@ class SensorModel:
     def bias(self, depth_m: ArrayLike, incidence_rad: ArrayLike = 0.0) -> Array:
         """Mean of measured minus true."""
         z = np.asarray(depth_m, np.float64)
-        offset: Array = self.bias_m + self.bias_per_m * z**2 + self.bias_incidence_m * _tan(incidence_rad)
-        return offset
+        return self.bias_m + self.bias_per_m * z**2 + self.bias_incidence_m * _tan(incidence_rad)
 
     def systematic(self, depth_m: ArrayLike) -> Array:
         """Sd of the residual bias over a part of a surface."""
@@ -208,8 +207,7 @@ class SensorModel:
 
 def _tan(incidence_rad: ArrayLike) -> Array:
     angle = np.minimum(np.abs(np.asarray(incidence_rad, np.float64)), STEEPEST)
-    tangent: Array = np.tan(angle)
-    return tangent
+    return np.tan(angle)
 
 
 PRESETS = {

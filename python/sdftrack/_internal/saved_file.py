@@ -112,8 +112,7 @@ def loaded(
     def make(content: Any) -> T:
         thing: Any = cls.__new__(cls)
         thing.__setstate__(state_from(content))
-        out: T = thing
-        return out
+        return thing
 
     return read(path, kind, make)
 

@@ -79,10 +79,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The tables of a TOML file."""
     import tomllib
 
-    out: dict[str, Any] = _parsed(
-        lambda data: tomllib.loads(data.decode()), Path(path).read_bytes(), path, "TOML"
-    )
-    return out
+    return _parsed(lambda data: tomllib.loads(data.decode()), Path(path).read_bytes(), path, "TOML")
 
 
 def _parsed(parse: Callable[[Any], Any], text: str | bytes, path: str | os.PathLike[str], kind: str) -> Any:

@@ -284,5 +284,4 @@ def duck_mask(frame: Any, sdf: Any, camera: Any, T: Array) -> NDArray[np.bool_]:
     import numpy as np
 
     depth = sdf.render(camera, T)[0]
-    on_duck: NDArray[np.bool_] = (depth > 0) & (np.abs(frame.depth - depth) < ON_DUCK_M)
-    return on_duck
+    return (depth > 0) & (np.abs(frame.depth - depth) < ON_DUCK_M)

@@ -134,7 +134,7 @@ class ObjectScore:
         # A lost frame with known truth counts against the area as an infinite error.
         missing = np.full(max(0, self.compared - len(self.images)), np.inf)
         area = auc(np.concatenate([self.add_m, missing])) if np.isfinite(self.add_m).any() else None
-        out: dict[str, Any] = plain(
+        return plain(
             {
                 "name": self.name,
                 "obj_id": self.obj_id,
@@ -164,7 +164,6 @@ class ObjectScore:
                 },
             }
         )
-        return out
 
     def _bop(self, three: Callable[[Array], dict[str, float | None]]) -> dict[str, Any]:
         """MSPD, VSD (its mean over BOP's tolerances) and the average recall; None without a model."""

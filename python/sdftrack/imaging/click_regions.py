@@ -127,8 +127,7 @@ def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], step:
     before = blocked.copy()
     flags = 8 | cv2.FLOODFILL_MASK_ONLY | (2 << 8)
     cv2.floodFill(np.array(depth), blocked, seed[::-1], 0.0, step, step, flags)
-    region: Mask = (blocked != before)[1:-1, 1:-1]
-    return region
+    return (blocked != before)[1:-1, 1:-1]
 
 
 def _too_small(region: Mask) -> ValueError:

@@ -31,8 +31,7 @@ class NearPlane(NamedTuple):
 
     def height(self, points: Array) -> Array:
         """Height of points (..., 3) above the plane, on the camera's side."""
-        heights: Array = points @ self.normal + self.offset
-        return heights
+        return points @ self.normal + self.offset
 
 
 def tolerance_m(z: Array) -> Array:

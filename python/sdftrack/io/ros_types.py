@@ -30,8 +30,7 @@ class RosTypes:
 
     def definition(self, kind: str) -> str:
         """The text of a type's definition with the types that it uses, as in ROS 2 bags."""
-        text: str = self._store.generate_msgdef(kind, ros_version=2)[0]
-        return text
+        return self._store.generate_msgdef(kind, ros_version=2)[0]
 
     def make(self, kind: str, **fields: Any) -> Any:
         return self._store.types[kind](**fields)

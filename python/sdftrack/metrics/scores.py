@@ -214,8 +214,7 @@ def _surface_points(shape: Any, samples: int, seed: int) -> Array:
     r = np.sqrt(rng.random((samples, 1)))
     s = rng.random((samples, 1))
     a, b, c = np.moveaxis(corners[face], 1, 0)
-    points: Array = (1 - r) * a + r * ((1 - s) * b + s * c)
-    return points
+    return (1 - r) * a + r * ((1 - s) * b + s * c)
 
 
 def _label_images(labels: ArrayLike, truth: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -104,8 +104,7 @@ class Body:
 
     def _solid(self, p_obj: Array) -> Array:
         weight = np.exp(2 * np.sin(p_obj @ self._waves.T + self._phase))
-        mixed: Array = weight @ self._palette / weight.sum(axis=1, keepdims=True)
-        return mixed
+        return weight @ self._palette / weight.sum(axis=1, keepdims=True)
 
     def _texture(
         self, camera: Camera, depth: NDArray[np.float32], window: tuple[slice, slice], T: Array
@@ -146,8 +145,7 @@ def _edge_points(corners: Array) -> Array:
     edge = np.repeat(np.arange(len(a)), count.astype(np.intp))
     within = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count.astype(np.intp))
     share = ((within + 1) / (count[edge] + 1))[:, None]
-    points: Array = a[edge] * (1 - share) + b[edge] * share
-    return points
+    return a[edge] * (1 - share) + b[edge] * share
 
 
 def _inside_bounds(sdf: Any) -> tuple[Array, Array]:

@@ -85,8 +85,7 @@ def cast(capsules: Capsules, camera: Camera) -> Hits:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    product: Array = np.einsum("ij,ij->i", a, b)
-    return product
+    return np.einsum("ij,ij->i", a, b)
 
 
 def _pairs(capsules: Capsules, camera: Camera) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -97,8 +97,7 @@ def alone(scene: DemoScene, place_m: Sequence[float], turns_rad: ArrayLike) -> D
 def _turn(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
     from sdftrack.geometry import pose
 
-    T: Array = pose([0.0, 0.0, z]) @ pose([0.0, y, 0.0]) @ pose([x, 0.0, 0.0])
-    return T
+    return pose([0.0, 0.0, z]) @ pose([0.0, y, 0.0]) @ pose([x, 0.0, 0.0])
 
 
 def _shift(x: float, y: float, z: float) -> Array:
@@ -111,8 +110,7 @@ def _carried_at(t: float) -> Array:
     """T_world_duck: a figure of eight over the table with wide turns and some tilt, as a hand would do."""
     a = 2 * np.pi * t
     place = _shift(0.17 * np.sin(a), 0.07 * np.sin(2 * a), 0.17 + 0.05 * np.sin(1.5 * a))
-    T: Array = place @ _turn(0.35 * np.sin(2 * a), 0.45 * np.sin(1.3 * a), 0.3 + 1.4 * np.sin(a))
-    return T
+    return place @ _turn(0.35 * np.sin(2 * a), 0.45 * np.sin(1.3 * a), 0.3 + 1.4 * np.sin(a))
 
 
 def _grip(t: float) -> Array:

@@ -74,8 +74,7 @@ def _varied(value: float, rng: np.random.Generator, spread: float = 0.1) -> floa
 
 def _near(place: Array, rng: np.random.Generator, spread_m: float = 0.006) -> Array:
     """A place on the table that is missed by a few millimetres."""
-    moved: Array = place + spread_m * np.append(rng.uniform(-1, 1, 2), 0)
-    return moved
+    return place + spread_m * np.append(rng.uniform(-1, 1, 2), 0)
 
 
 def _carried(

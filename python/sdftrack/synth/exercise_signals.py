@@ -123,8 +123,7 @@ class Circle:
 
     def arm(self) -> Array:
         """(3,): from the middle to where the pen starts."""
-        first: Array = self._placed(np.zeros((4, 1)))[0, 0]
-        return first
+        return self._placed(np.zeros((4, 1)))[0, 0]
 
     def _placed(self, angle: Array) -> Array:
         radius = np.zeros_like(angle)

@@ -173,8 +173,7 @@ class _Held:
         change = np.eye(4)
         change[:3, :3] = held.T @ target
         w = geometry.log(change)[3:]
-        moved: Array = held @ geometry.pose(w * s * s * (3 - 2 * s))[:3, :3]
-        return moved
+        return held @ geometry.pose(w * s * s * (3 - 2 * s))[:3, :3]
 
     def _home(self, i: int) -> Array:
         """The hand as the camera of frame i would see its back, object frame."""
@@ -185,8 +184,7 @@ class _Held:
         inward = np.array([np.cos(side), np.sin(side), 0])
         inward -= (inward @ toward) * toward
         inward /= np.linalg.norm(inward)
-        home: Array = T[:3, :3].T @ np.column_stack([np.cross(inward, toward), inward, toward])
-        return home
+        return T[:3, :3].T @ np.column_stack([np.cross(inward, toward), inward, toward])
 
 
 def _finger_curve(points: Array, offset: float, radius: float) -> Array | None:

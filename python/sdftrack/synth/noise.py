@@ -173,8 +173,7 @@ def _over_one_surface(disparity: Image, window: int) -> Image:
             near = np.abs(other - disparity) < 1
             total += np.where(near, other, 0)
             count += near
-    mean: Image = (total / np.maximum(count, 1)).astype(np.float32)
-    return mean
+    return (total / np.maximum(count, 1)).astype(np.float32)
 
 
 def _in_shadow(disparity: Image) -> NDArray[np.bool_]:
@@ -182,5 +181,4 @@ def _in_shadow(disparity: Image) -> NDArray[np.bool_]:
     right = np.arange(disparity.shape[1], dtype=np.float32)[None, :] - disparity
     least = np.minimum.accumulate(right[:, ::-1], axis=1)[:, ::-1]
     beyond = np.concatenate([least[:, 1:], np.full((len(right), 1), np.inf, np.float32)], axis=1)
-    hidden: NDArray[np.bool_] = beyond <= right - 1
-    return hidden
+    return beyond <= right - 1

@@ -119,8 +119,7 @@ def occluder_of(value: Any) -> Occluder | None:
     if value is None or value is False:
         return None
     if hasattr(value, "ready") and not isinstance(value, type):
-        ready: Occluder = value
-        return ready
+        return value
     if value is True or (isinstance(value, str) and value == "hand"):
         return Hand()
     if isinstance(value, str) and value == "grip":

@@ -171,8 +171,7 @@ def _walk(n: int, step: float, spread: Array, rng: np.random.Generator) -> Array
     rate = np.array([1.0, 1.618, 2.414]) * rng.uniform(0.9, 1.1, 3)
 
     def curve(t: float) -> Array:
-        point: Array = spread * np.sin(rate * t + phase)
-        return point
+        return spread * np.sin(rate * t + phase)
 
     if not 0 <= step < 0.5 * spread.max():
         raise ValueError(f"step_m: expected 0 to half of the spread {spread.max():g} m, got {step:g}")

@@ -63,8 +63,7 @@ def turning(
 
 
 def _unseen(seen: NDArray[np.float32], min_seen: float) -> NDArray[np.bool_]:
-    unseen: NDArray[np.bool_] = (seen <= 0) | (seen < min_seen)
-    return unseen
+    return (seen <= 0) | (seen < min_seen)
 
 
 def _tinted(mesh: Mesh, min_seen: float) -> Mesh:
@@ -103,8 +102,7 @@ def _softened(normals: NDArray[np.float32]) -> NDArray[np.float32]:
 
     soft = cv2.GaussianBlur(normals, (0, 0), SOFT_PX)
     length = np.linalg.norm(soft, axis=2, keepdims=True)
-    out: NDArray[np.float32] = soft / np.maximum(length, 1e-6)
-    return out
+    return soft / np.maximum(length, 1e-6)
 
 
 def _write(picture: Picture, text: str, middle: int, y: int, colour: tuple[int, ...]) -> None:

@@ -138,8 +138,7 @@ class _Db3Images:
         return False
 
     def _picture(self, i: int) -> Picture:
-        picture: Picture = self._messages[int(self._order[i])]
-        return picture
+        return self._messages[int(self._order[i])]
 
     def _read(self, i: int) -> NDArray[Any]:
         picture = self._picture(i)
@@ -250,8 +249,7 @@ class _BagImages:
         return False
 
     def _picture(self, i: int) -> Picture:
-        picture: Picture = self._messages[int(self._order[i])]
-        return picture
+        return self._messages[int(self._order[i])]
 
     def _read(self, i: int) -> NDArray[Any]:
         picture = self._picture(i)

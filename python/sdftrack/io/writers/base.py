@@ -242,5 +242,4 @@ class DepthUnits:
 
 
 def _units(depth_m: NDArray[np.float32], units_per_m: int) -> NDArray[np.uint16]:
-    units: NDArray[np.uint16] = np.rint(depth_m.astype(np.float64) * units_per_m).astype(np.uint16)
-    return units
+    return np.rint(depth_m.astype(np.float64) * units_per_m).astype(np.uint16)

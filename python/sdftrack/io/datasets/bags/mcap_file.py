@@ -163,8 +163,7 @@ class McapFile(Part):
         reader = self._library.StreamReader(
             self._file, skip_magic=skip_magic, emit_chunks=True, record_size_limit=self._size
         )
-        found: Iterator[Any] = reader.records
-        return found
+        return reader.records
 
     def _content(self, position: int) -> bytes:
         """ValueError for a chunk that is damaged or not whole."""

@@ -186,5 +186,4 @@ def _variable_length(data: bytes) -> NDArray[np.int64]:
     first = np.concatenate([[0], last[:-1] + 1])
     place = np.arange(len(groups)) - np.repeat(first, last - first + 1)
     values = (groups & 7) << np.minimum(3 * place, 60)
-    total: NDArray[np.int64] = np.add.reduceat(values, first)
-    return total
+    return np.add.reduceat(values, first)
