@@ -293,8 +293,13 @@ class TestPlan:
             f"track/a/model={m}_mode={d}" for m in ("a.ply,b.ply", "c.ply") for d in ("depth", "rgbd")
         ]
         models = ["--model", str(tmp_path / "a.ply"), "--model", str(tmp_path / "b.ply")]
-        assert items[0].options == [*models, "--mode", "depth", "--threads", "1"]
+        assert items[0].words == [*models, "--mode", "depth", "--threads", "1"]
         assert len({i.digest for i in items}) == 4
+
+    def test_results_of_another_number_of_threads_are_the_same(self, tmp_path):
+        one, two = (self.read(tmp_path, self.job(threads=n))[0] for n in (1, 2))
+        assert one.words != two.words
+        assert one.digest == two.digest
 
     def test_paths_that_exist_are_those_beside_the_plan(self, tmp_path):
         (item,) = self.read(tmp_path, self.job())
@@ -303,7 +308,7 @@ class TestPlan:
 
     def test_flags(self, tmp_path):
         (item,) = self.read(tmp_path, self.job(no_video=True, outline=False, colored=False))
-        assert item.options[2:] == ["--no-video", "--no-outline", "--threads", "1"]
+        assert item.options[2:] == ["--no-video", "--no-outline"]
 
     @pytest.mark.parametrize(
         ("text", "told"),

@@ -37,6 +37,13 @@ def written(folder, name):
     return path
 
 
+def test_a_folder_with_files_is_refused_before_the_work(tmp_path, capsys):
+    cloud = tmp_path / "cloud.ply"
+    cloud.write_text("nothing that could be read")
+    assert run(["fit", str(cloud), "--out", str(tmp_path)]) == 1
+    assert "expected a new or empty folder" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "why"),
     [

@@ -451,6 +451,12 @@ def test_plain_folders_are_read(tmp_path):
     assert len(seq.models[1].faces) == 12
 
 
+def test_a_digit_that_is_no_number_is_a_name_like_any_other(tmp_path):
+    for name in ("2.png", "10.png", "\u00b2.png"):
+        (tmp_path / name).touch()
+    assert [p.name for p in datasets.images.image_files(tmp_path)] == ["10.png", "2.png", "\u00b2.png"]
+
+
 def test_redwood_files_are_paired_in_order(tmp_path):
     for name in ("depth", "rgb"):
         (tmp_path / name).mkdir()

@@ -53,8 +53,8 @@ class Item:
     """One call of a command.
 
     `name`: job/recording, and the values of the matrix: also the folder of its results below DIR. `after`: the item
-    whose results it takes. `options`: as on a command line, without --out; `files`: where addresses stand among them.
-    `matrix`: values of the options that differ between the items of the job.
+    whose results it takes. `options`: as on a command line, without --out and --threads; `files`: where addresses stand
+    among them. `matrix`: values of the options that differ between the items of the job.
     """
 
     name: str
@@ -69,6 +69,11 @@ class Item:
     memory_gb: float | None = None
     gpus: float = 0.0
     timeout_s: float | None = None
+
+    @property
+    def words(self) -> list[str]:
+        """The options and the number of threads, as on a command line."""
+        return [*self.options, "--threads", str(self.threads)]
 
     @property
     def digest(self) -> str:
@@ -136,14 +141,14 @@ def _items(
             varied = {**(before[after].matrix if after else {}), **matrix}
             out.append(
                 Item(
-                    folder, name, command, source, after, [*words, "--threads", str(threads)], files, varied,
+                    folder, name, command, source, after, words, files, varied,
                     threads, job.get("memory_gb"), float(job.get("gpus", 0)), job.get("timeout_s"),
                 )
             )  # fmt: skip
     _check_unique(out)
     inputs = ["x"] * sum(not f.is_option for f in commands.fields(command))
     try:
-        commands.check([command, *inputs, *out[0].options, "--out", "x"])
+        commands.check([command, *inputs, *out[0].words, "--out", "x"])
     except Exception as error:  # typer may bring its own copy of click
         if not hasattr(error, "format_message"):
             raise

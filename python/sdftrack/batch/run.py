@@ -151,7 +151,7 @@ def _task(item: Item, out: Path, how: Running, commands: Commands) -> Task:
     what = Call(
         run=commands.run,
         command=[item.command, *inputs],
-        words=item.options,
+        words=item.words,
         files=item.files,
         digest=item.digest,
         folder=str(out / item.name),

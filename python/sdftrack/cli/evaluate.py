@@ -29,17 +29,19 @@ class Evaluate(Layout, Common):
 def evaluate(job: Evaluate) -> None:
     import sdftrack as st
     from sdftrack.evaluation.report import HEAD, compare, table_rows
+    from sdftrack.io.out_folder import refuse_folder
     from sdftrack.io.report_file import read_results
 
     job.on_cpu()
     if job.symmetry != "recorded":
         check_symmetry(job.symmetry)
     report = read_results(job.directory)
+    out = job.directory / "evaluation" if job.out is None else job.out
+    refuse_folder(out, job.overwrite)  # now, not after the work
     with st.open_sequence(job.seq, **job.opening) as sequence:
         objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
         known = None if job.symmetry == "recorded" else symmetries_of(job.symmetry, sequence, objects)
         scores = compare(report, sequence, known)
-    out = job.directory / "evaluation" if job.out is None else job.out
     title = f"{job.directory} against {job.seq}"
     _write(job, out, title, scores)
     if not job.quiet:

@@ -94,13 +94,14 @@ class Fit(Frames, Layout, Common):
 
 
 def fit(job: Fit) -> None:
-    from sdftrack.io.out_folder import refuse_inputs
+    from sdftrack.io.out_folder import refuse_folder, refuse_inputs
 
     out, source = job.folder, job.source
     job.on_cpu()
     job.check()
     if not source.exists():
         raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
+    refuse_folder(out, job.overwrite)  # now, not after the work
     inputs = [("SEQ|CLOUD.ply", source), ("--mask", job.mask), ("--camera", job.camera)]
     refuse_inputs(out, ("result.json", "fit.png", "primitive.ply"), inputs)
     window = None if job.box is None else parse_box(job.box)

@@ -197,7 +197,7 @@ class _Run:
             obj_ids=[t.obj_id for t in self.targets],
             names=[t.name for t in self.targets],
             meshes=meshes + [None] * (len(self.targets) - len(meshes)) if meshes else None,
-            scene_id=int(name) if name.isdigit() else 0,
+            scene_id=int(name) if name.isdecimal() else 0,
             settings=self.settings(),
             bop_name=_bop_name(self.folder) if self.seq.layout == "bop" else None,
         )
@@ -265,6 +265,6 @@ def _bop_name(folder: Path) -> str:
     """``sdftrack_<dataset>-<split>.csv`` from <dataset>/<split>/<scene>; a single scene is its own data set."""
     scene = folder.resolve()
     split = scene.parent.name
-    if scene.name.isdigit() and split.split("_")[0] in ("train", "val", "test"):
+    if scene.name.isdecimal() and split.split("_")[0] in ("train", "val", "test"):
         return f"sdftrack_{scene.parent.parent.name}-{split}.csv"
     return f"sdftrack_{scene.name}-test.csv"

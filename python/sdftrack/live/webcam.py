@@ -121,7 +121,7 @@ class Webcam:
 
 
 def _device(text: str) -> int | str:
-    if text == "" or text.isdigit():
+    if text == "" or text.isdecimal():
         return int(text or 0)
     if text.startswith("/dev/"):
         return text

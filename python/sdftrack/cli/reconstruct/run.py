@@ -164,7 +164,7 @@ class Run:
             self.job.overwrite,
             obj_ids=[self.recording.obj_id],
             names=[NAME],
-            scene_id=int(name) if name.isdigit() else 0,
+            scene_id=int(name) if name.isdecimal() else 0,
             settings=self._settings(recording),
         )
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.camera.files import load_camera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered, numbers_of
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.frames import read_mask
@@ -43,7 +43,7 @@ def open_folders(root: Path) -> Sequence:
         poses,
         LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
         objects=[1] if poses or masks or len(meshes) == 1 else [],
-        ids=[int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else None,
+        ids=numbers_of(depth),
         masks=read_masks,
         layout="folders",
         name=root.name,

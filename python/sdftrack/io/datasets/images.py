@@ -36,9 +36,13 @@ def image_files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     files = [p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and not p.name.startswith(".")]
-    if all(p.stem.isdigit() for p in files):
-        return sorted(files, key=lambda p: (int(p.stem), p.name))
-    return sorted(files)
+    return sorted(files, key=lambda p: (int(p.stem), p.name)) if numbers_of(files) else sorted(files)
+
+
+def numbers_of(files: Iterable[Path]) -> list[int] | None:
+    """The numbers that are the names of the files; None if not all are."""
+    names = [p.stem for p in files]
+    return [int(name) for name in names] if all(name.isdecimal() for name in names) else None
 
 
 def numbered(files: Iterable[Path]) -> dict[str, Path]:

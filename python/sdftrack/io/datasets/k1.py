@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import contents, read_json
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, numbered
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, numbered, numbers_of
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.frames import read_mask
@@ -34,7 +34,7 @@ def open_k1(root: Path) -> Sequence:
         camera, scale = _camera(values), float(values["depth_scale_m"])
     color, masks = numbered(image_files(root / "rgb")), numbered(image_files(root / "mask"))
     depth = image_files(root / "depth")
-    ids = [int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else list(range(len(depth)))
+    ids = numbers_of(depth) or list(range(len(depth)))
     entries = [Entry(p, color.get(p.stem), scale) for p in depth]
     meshes = sorted(root.glob("*.ply"))
     truth = _ground_truth(root / "poses_init.json", ids)

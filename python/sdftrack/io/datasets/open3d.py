@@ -11,7 +11,7 @@ from sdftrack import geometry
 from sdftrack._internal.text_files import contents, read_json
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.camera.files import load_camera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered, numbers_of
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.datasets.video_images import VideoImage, VideoImages
@@ -66,7 +66,7 @@ def open_open3d(root: Path) -> Sequence:
         truth,
         LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
         objects=[1] if truth else None,
-        ids=[int(p.stem) for p in depth] if all(p.stem.isdigit() for p in depth) else None,
+        ids=numbers_of(depth),
         layout="open3d",
         name=root.name,
         close=video.close if video else None,
