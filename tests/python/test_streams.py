@@ -20,7 +20,7 @@ import pytest
 import sdftrack as st
 from sdftrack._internal.rotations import rotation
 from sdftrack.live.streams import STREAMS, Receiver, Stream, open_stream, register_stream
-from sdftrack.live.streams.addresses import host_and_port, safe_names
+from sdftrack.live.streams.kinds import host_and_port, safe_names
 from sdftrack.live.streams.websocket import Admission
 
 pytest.importorskip("websockets")

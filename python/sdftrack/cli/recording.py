@@ -47,12 +47,6 @@ class Recording(Common):
         "png", "Colour images: png is lossless, jpg smaller; video: color.mkv, smallest."
     )
 
-    @property
-    def folder(self) -> Path:
-        if self.out is None:
-            raise Usage("expected a folder for the recording: --out DIR", "--out")
-        return self.out
-
     def writer(self, contents: Any) -> Any:
         """A `LayoutWriter` for --out."""
         return opened(self.folder, contents, self.to, self.color, self.resume, self.overwrite)

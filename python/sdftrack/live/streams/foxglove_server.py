@@ -11,8 +11,7 @@ from typing import Any
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import bound_address, is_local, listen, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.addresses import PORT, host_and_port
-from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
+from sdftrack.live.streams.kinds import PORT, Packet, Receiver, host_and_port, register_stream
 from sdftrack.live.streams.messages import RosMessages
 
 CLIENT_WAITING = 8  # frames for one client; the newest are kept

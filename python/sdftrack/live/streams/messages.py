@@ -13,8 +13,7 @@ from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
 from sdftrack.io.report_file import object_entry, plain
 from sdftrack.io.ros_types import DEPTH_FRAME, INFO, RosTypes
-from sdftrack.live.streams.addresses import safe_names
-from sdftrack.live.streams.kinds import Packet
+from sdftrack.live.streams.kinds import Packet, safe_names
 from sdftrack.results import Status, TrackResult
 
 VERSION = 1  # of the JSON messages, docs/reference/stream.schema.json

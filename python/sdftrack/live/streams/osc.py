@@ -11,8 +11,7 @@ import numpy as np
 
 from sdftrack._internal.extras import need
 from sdftrack.camera import Camera
-from sdftrack.live.streams.addresses import host_and_port, safe_names
-from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
+from sdftrack.live.streams.kinds import Packet, Receiver, host_and_port, register_stream, safe_names
 from sdftrack.live.streams.messages import name_of, position_and_quaternion
 from sdftrack.results import TrackResult
 

@@ -19,8 +19,7 @@ from urllib.parse import parse_qs
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.addresses import PORT, host_and_port
-from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
+from sdftrack.live.streams.kinds import PORT, Packet, Receiver, host_and_port, register_stream
 from sdftrack.live.streams.messages import frame_message
 
 # Bytes that the operating system keeps for a client that does not read: seconds of stale poses with its default.
