@@ -23,18 +23,6 @@ void expect_pixel(const appearance::ColorMap& map, Vec2d u, double depth, Vec2d 
   EXPECT_EQ(y, static_cast<int>(std::floor(expected.y + 0.5)));
 }
 
-TEST(ColorMap, a_rig_maps_as_its_cameras_project) {
-  for (const bool lens : {false, true}) {
-    const Camera color{
-        {520, 525, 315, 250}, 640, 480, lens ? Distortion{0.05, -0.1, 1e-3, -2e-3} : Distortion{}};
-    const appearance::ColorMap map = appearance::rigid_map(kDepth, color, kColorFromDepth);
-    for (const Vec2d u : {Vec2d{320, 240}, Vec2d{150.3, 90.7}, Vec2d{500, 400}}) {
-      const double z = 0.7;
-      expect_pixel(map, u, z, color.project_point(kColorFromDepth * (z * ray(kDepth.K, u.x, u.y))));
-    }
-  }
-}
-
 TEST(ColorMap, the_pair_P_q_is_known_up_to_its_sign) {
   const Mat3d P{{1.44, 0.02, 60.9}, {-0.02, 1.46, 48.2}, {-3e-5, 5e-5, 1.64}};
   const Vec3d q{11.7, -8.8, -0.03};

@@ -42,18 +42,6 @@ struct Watched {
   }
 };
 
-TEST(FrameWatch, a_noisy_image_that_comes_twice_is_named_and_another_of_the_same_scene_is_not) {
-  Watched w;
-  const std::vector<float> first = scene(0.001, 1), second = scene(0.001, 2);
-  EXPECT_EQ(w.look(first), ReasonCode::kNone);
-  EXPECT_EQ(w.look(second), ReasonCode::kNone);
-  EXPECT_EQ(w.look(second), ReasonCode::kRepeatedDepth);
-  EXPECT_EQ(w.look(second), ReasonCode::kRepeatedDepth);
-  EXPECT_EQ(w.look(first), ReasonCode::kNone);
-  w.watch.forget();
-  EXPECT_EQ(w.look(first), ReasonCode::kNone);
-}
-
 TEST(FrameWatch, a_rendering_without_noise_may_stand_still) {
   Watched w;
   const std::vector<float> z = scene(0, 0);
@@ -75,19 +63,6 @@ TEST(FrameWatch, the_same_frame_given_once_more_is_no_fault) {
   w.look(z, 1.0);
   EXPECT_EQ(w.look(z, 1.0), ReasonCode::kNone);
   EXPECT_EQ(w.look(z, 1.1), ReasonCode::kRepeatedDepth);
-}
-
-TEST(FrameWatch, times_that_repeat_go_back_or_jump_are_named) {
-  Watched w;
-  unsigned seed = 0;
-  const auto at = [&](double time_s) { return w.look(scene(0.001, ++seed), time_s); };
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(at(i / 30.0), ReasonCode::kNone);
-  EXPECT_EQ(at(4 / 30.0), ReasonCode::kRepeatedTime);
-  EXPECT_EQ(at(3 / 30.0), ReasonCode::kBackwardTime);
-  EXPECT_EQ(at(12 / 30.0), ReasonCode::kNone);  // some frames were dropped
-  EXPECT_EQ(at(1.0), ReasonCode::kNone);
-  EXPECT_EQ(at(9.0), ReasonCode::kTimeJump);
-  EXPECT_EQ(at(kNoTime), ReasonCode::kNone);
 }
 
 TEST(FrameWatch, an_exposure_is_the_whole_images_and_a_dark_hand_is_not_one) {

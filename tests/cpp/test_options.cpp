@@ -65,25 +65,6 @@ TYPED_TEST(OptionSchema, every_line_stands_for_a_member_of_its_own) {
   visit_options(options, look);
 }
 
-TYPED_TEST(OptionSchema, a_number_beyond_its_bounds_is_refused_by_name) {
-  TypeParam options;
-  const auto spoil = [&](const char* name, auto& member, const auto&, const char*, const char*) {
-    using Member = std::decay_t<decltype(member)>;
-    if constexpr (std::is_floating_point_v<Member>) {
-      for (const Member wrong : {Member(-1), std::numeric_limits<Member>::quiet_NaN()}) {
-        TypeParam spoilt;
-        const auto set = [&](const char* other, auto& to, const auto&, const char*, const char*) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(to)>, Member>)
-            if (std::string(other) == name) to = wrong;
-        };
-        visit_options(spoilt, set);
-        EXPECT_EQ(refusal(spoilt).rfind(std::string(name) + ": expected ", 0), 0u) << refusal(spoilt);
-      }
-    }
-  };
-  visit_options(options, spoil);
-}
-
 TEST(Options, every_member_of_the_plain_structs_is_described) {
   EXPECT_EQ(describe_options(tracking::TrackerOptions{}).size(), member_count<tracking::TrackerOptions>());
   EXPECT_EQ(describe_options(contour::ContourOptions{}).size(), member_count<contour::ContourOptions>());

@@ -6,13 +6,7 @@
 #include <stdexcept>
 
 #include "sdf/bvh.h"
-#include "sdf/crossings.h"
-#include "sdf/mesh_report.h"
-#include "sdf/mesh_to_sdf.h"
 #include "sdf/primitives.h"
-#include "sdf/redistance.h"
-#include "sdf/surface_samples.h"
-#include "sdf/winding.h"
 
 namespace sdftrack {
 namespace {
@@ -31,11 +25,6 @@ Soup random_triangles(int n) {
   for (int i = 0; i < 3 * n; ++i) soup.vertices.push_back({at(random), at(random), at(random)});
   for (std::int32_t i = 0; i < n; ++i) soup.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   return soup;
-}
-
-// The corner tetrahedron x, y, z >= 0, x + y + z <= 1.
-Soup tetrahedron() {
-  return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
 
 TEST(Triangle, a_point_is_nearest_to_a_corner_an_edge_or_the_inside) {
@@ -89,65 +78,6 @@ TEST(Bvh, many_equal_triangles_do_not_make_it_deep) {
   soup.faces.assign(5000, {0, 1, 2});
   EXPECT_NEAR(sdf::Bvh(soup.view()).closest({0.2, 0.2, 2}).distance2, 4, 1e-12);
   EXPECT_THROW(sdf::Bvh(sdf::MeshView{}), std::invalid_argument);
-}
-
-TEST(Winding, both_countings_agree_on_a_closed_mesh) {
-  const Soup mesh = tetrahedron();
-  const sdf::Grid grid{9, 9, 9, 0.15, {-0.11, -0.12, -0.13}};
-  const auto counted = sdf::winding_numbers(mesh.view(), grid, 2);
-  const sdf::WindingTree tree(mesh.view());
-  for (int iz = 0; iz < 9; ++iz)
-    for (int iy = 0; iy < 9; ++iy)
-      for (int ix = 0; ix < 9; ++ix)
-        EXPECT_NEAR(tree(grid.point(ix, iy, iz)), counted[grid.index(ix, iy, iz)], 0.02);
-}
-
-TEST(MeshReport, a_tetrahedron_is_closed_and_holds_a_sixth) {
-  const sdf::CleanMesh mesh = sdf::clean_mesh(tetrahedron().view());
-  EXPECT_EQ(mesh.report.unbalanced_edges, 0u);
-  EXPECT_EQ(mesh.report.parts, 1u);
-  EXPECT_NEAR(mesh.report.volume_m3, 1.0 / 6, 1e-15);
-}
-
-TEST(MeshReport, a_face_and_its_reverse_cancel_and_a_missing_one_leaves_three_open_edges) {
-  Soup mesh = tetrahedron();
-  mesh.faces.push_back({0, 1, 2});
-  const sdf::CleanMesh open = sdf::clean_mesh(mesh.view());
-  EXPECT_EQ(open.faces.size(), 3u);
-  EXPECT_EQ(open.report.duplicate_faces, 2u);
-  EXPECT_EQ(open.report.open_edges, 3u);
-}
-
-TEST(MeshReport, a_double_sided_tetrahedron_keeps_one_side_and_points_outwards) {
-  Soup mesh = tetrahedron();
-  for (int i = 0; i < 4; ++i) mesh.faces.push_back({mesh.faces[i].a, mesh.faces[i].c, mesh.faces[i].b});
-  const sdf::CleanMesh one = sdf::clean_mesh(mesh.view());
-  EXPECT_EQ(one.faces.size(), 4u);
-  EXPECT_EQ(one.report.double_sided_faces, 4u);
-  EXPECT_EQ(one.report.unbalanced_edges, 0u);
-  EXPECT_NEAR(one.report.volume_m3, 1.0 / 6, 1e-15);
-}
-
-TEST(MeshReport, a_tetrahedron_that_is_inside_out_is_turned) {
-  Soup mesh = tetrahedron();
-  for (sdf::Face& f : mesh.faces) std::swap(f.b, f.c);
-  const sdf::CleanMesh turned = sdf::clean_mesh(mesh.view());
-  EXPECT_EQ(turned.report.inverted_parts, 1u);
-  EXPECT_NEAR(turned.report.volume_m3, 1.0 / 6, 1e-15);
-}
-
-TEST(SurfaceSamples, of_a_plane_lie_in_it) {
-  const sdf::Grid grid{6, 6, 6, 0.1, {0, 0, 0}};
-  std::vector<float> phi(grid.size());
-  for (int iz = 0; iz < 6; ++iz)
-    for (int iy = 0; iy < 6; ++iy)
-      for (int ix = 0; ix < 6; ++ix) phi[grid.index(ix, iy, iz)] = static_cast<float>(0.1 * iz - 0.23);
-  const auto samples = sdf::ZeroSurface(grid.view(phi.data())).samples(50);
-  ASSERT_EQ(samples.size(), 50u);
-  for (const sdf::SurfaceSample& s : samples) {
-    EXPECT_NEAR(s.p_obj.z, 0.23, 1e-6);
-    EXPECT_NEAR(s.n_obj.z, 1, 1e-6);
-  }
 }
 
 TEST(Primitives, the_centre_of_an_ellipsoid_is_its_shortest_axis_deep) {

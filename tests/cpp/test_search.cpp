@@ -11,27 +11,9 @@
 namespace sdftrack {
 namespace {
 
-TEST(So3Grid, seeds_are_rotations) {
-  for (int k = 0; k < 240; ++k) EXPECT_LT(orthogonality_error(tracking::seed_rotation(k, 240)), 1e-12);
-}
-
 TEST(So3Grid, the_order_starts_again_after_the_last) {
   const Mat3d a = tracking::seed_rotation(3, 240), b = tracking::seed_rotation(243, 240);
   EXPECT_LT(rotation_angle(transpose(a) * b), 1e-9);
-}
-
-// Even rotations: the mean of R is nothing, and each entry squares to a third on average.
-TEST(So3Grid, no_direction_is_preferred) {
-  Mat3d mean = 0.0 * Mat3d::identity();
-  double first = 0;
-  for (int k = 0; k < 240; ++k) {
-    const Mat3d R = tracking::seed_rotation(k, 240);
-    mean = mean + (1.0 / 240) * R;
-    first += R.r0.x * R.r0.x / 240;
-  }
-  const double kEven = 0.03;  // random rotations would leave 0.04
-  EXPECT_LT(norm(mean.r0) + norm(mean.r1) + norm(mean.r2), 3 * kEven);
-  EXPECT_NEAR(first, 1.0 / 3, kEven);
 }
 
 TEST(SearchScore, what_the_sensor_sees_past_lowers_it_and_what_hides_hardly_does) {

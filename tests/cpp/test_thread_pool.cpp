@@ -12,8 +12,6 @@
 #ifdef __GLIBC__
 #include <dlfcn.h>
 #include <pthread.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace {
 bool no_threads = false;  // what a container's limit does
@@ -155,26 +153,6 @@ TEST(ThreadPool, where_no_thread_can_be_started_the_caller_does_the_work) {
   EXPECT_EQ(runs_of(&pool, 20, 3), std::vector<int>(20, 1));
 }
 
-// Not fork() alone: another thread of the parent is inside a loop of the shared pool meanwhile.
-TEST(ParallelFor, a_forked_child_has_threads_of_its_own) {
-  std::atomic<bool> stop{false};
-  std::thread busy([&] {
-    while (!stop) parallel_for(8, 2, [](std::size_t) { std::this_thread::yield(); });
-  });
-  for (int round = 0; round < 20; ++round) {
-    const pid_t child = fork();
-    if (child == 0) {
-      std::atomic<int> runs{0};
-      for (int i = 0; i < 10; ++i) parallel_for(50, 4, [&](std::size_t) { ++runs; });
-      _exit(runs == 500 ? 0 : 1);
-    }
-    int status = -1;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_EQ(status, 0);
-  }
-  stop = true;
-  busy.join();
-}
 #endif
 
 }  // namespace

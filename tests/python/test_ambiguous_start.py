@@ -2,6 +2,7 @@
 """A start that several poses explain stays doubted until frames tell them apart, or the symmetry is declared."""
 
 import numpy as np
+import pytest
 from tracking_scene import CAMERA, NOISE_M, WALL_M
 
 import sdftrack as st
@@ -74,29 +75,23 @@ def test_a_declared_symmetry_leaves_one_answer():
         last = result.pose
 
 
-def test_results_of_a_declared_symmetry_do_not_jump_when_the_object_is_found_anew():
-    sdf = cube()
+@pytest.mark.parametrize("shape", ["cube", "can"])
+def test_results_of_a_declared_symmetry_do_not_jump_when_the_object_is_found_anew(shape):
+    sdf = cube() if shape == "cube" else st.SDF.cylinder(0.04, 0.12, voxels=60)
     symmetry = st.find_symmetries(sdf)
+    assert bool(symmetry.continuous) == (shape == "can")
+    turns = (
+        [geometry.pose(0.7 * np.asarray(symmetry.continuous[0][0]))]
+        if shape == "can"
+        else symmetry.discrete[:6]
+    )
     tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
     (frame,) = frames(sdf, [POSE])
     begun = tracker.start(frame, poses=POSE).pose
-    for S in symmetry.discrete[:6]:
+    for S in turns:
         tracker._core.set_pose(0, np.ascontiguousarray(POSE @ S), None)  # as a search might have found it
         told = tracker.track(frame).pose
         assert st.metrics.pose_error(told, begun)[1] < np.deg2rad(1.0)
-
-
-def test_a_turning_body_of_revolution_has_continuous_results():
-    sdf = st.SDF.cylinder(0.04, 0.12, voxels=60)
-    symmetry = st.find_symmetries(sdf)
-    assert symmetry.continuous
-    tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
-    (frame,) = frames(sdf, [POSE])
-    begun = tracker.start(frame, poses=POSE).pose
-    axis = symmetry.continuous[0][0]
-    turn = geometry.pose(0.7 * np.asarray(axis), [0, 0, 0])
-    tracker._core.set_pose(0, np.ascontiguousarray(POSE @ turn), None)
-    assert st.metrics.pose_error(tracker.track(frame).pose, begun)[1] < np.deg2rad(1.0)
 
 
 def test_the_other_side_tells_turns_apart():

@@ -19,8 +19,6 @@ POSTERIOR_ATOL = 2e-6
 WITHOUT_FRONT_ATOL = 1e-5
 # A sum of 4096 products in float32.
 OVERLAP_ATOL = 1e-5
-# Kinks of the interpolant at voxel borders; a wrong Jacobian is off by tens of percent.
-SLOPE_RTOL = 1e-2
 LIKELIHOODS = ["odds", "printed"]
 SCALE_M = 0.004
 
@@ -81,7 +79,14 @@ def test_posteriors_and_overlap_of_pooled_histograms_are_those_of_the_twin():
     assert model.overlap == pytest.approx(twin.overlap(*shares), abs=OVERLAP_ATOL)
 
 
-def test_the_colours_at_a_pose_are_counted_as_the_twin_counts_them(shape, depth, color):
+@pytest.mark.parametrize("held", [False, True])
+def test_the_colours_at_a_pose_and_of_what_stands_in_front_are_counted_as_the_twin_counts_them(
+    shape, depth, color, held
+):
+    if held:
+        depth, color = depth.copy(), color.copy()
+        depth[20:30, 20:60] = 0.30  # a bar, 5 cm before the object's centre
+        color[20:30, 20:60] = SKIN
     got = counted(shape, depth, color, TRUTH, budget=depth.size)
     centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
     field = twin_energies.SingleObject(
@@ -89,31 +94,15 @@ def test_the_colours_at_a_pose_are_counted_as_the_twin_counts_them(shape, depth,
     )
     K = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     expected = twin.count_colors(depth, color, K, field, shape.voxel_size, (0, 0, 80, 60))
-    for mine, other in zip(got[:2], expected[:2], strict=True):
-        assert other.sum() > 100
+    for mine, other in zip(got, expected, strict=True):
         assert np.abs(mine - other).sum() <= 0.01 * other.sum()  # phi within float32 of a limit
-    red, blue = (twin.color_bin(np.array(c, np.uint8)) for c in (RED, BLUE))
-    assert got[0][blue] == 0
-    assert got[1][red] == 0
+    red, blue, skin = (twin.color_bin(np.array(c, np.uint8)) for c in (RED, BLUE, SKIN))
+    assert got[0][blue] == got[1][red] == 0
     assert got[0][red] > 20
     assert got[1][blue] > 20
-
-
-def test_what_stands_in_front_is_counted_as_the_twin_counts_it(shape, depth, color):
-    held, painted = depth.copy(), color.copy()
-    held[20:30, 20:60] = 0.30  # a bar, 5 cm before the object's centre
-    painted[20:30, 20:60] = SKIN
-    got = counted(shape, held, painted, TRUTH, budget=depth.size)[2]
-    centre = tracking.make_shape(shape.values, shape.voxel_size, shape.origin).centre
-    field = twin_energies.SingleObject(
-        shape.values, shape.voxel_size, shape.origin - centre, tracking.centred(TRUTH, centre)
-    )
-    K = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
-    expected = twin.count_colors(held, painted, K, field, shape.voxel_size, (0, 0, 80, 60))[2]
-    skin = twin.color_bin(np.array(SKIN, np.uint8))
-    assert expected[skin] > 100
-    assert np.abs(got - expected).sum() <= 0.01 * expected.sum()
-    assert got.sum() == got[skin]  # nothing behind
+    if held:
+        assert expected[2][skin] > 100
+        assert got[2].sum() == got[2][skin]  # nothing behind
 
 
 def test_colours_of_a_hand_that_were_counted_as_the_objects_are_taken_out_as_by_the_twin():
@@ -316,23 +305,6 @@ def test_cost_gradient_and_hessian_are_those_of_the_twin(shape, depth, color, li
         twin_energies.linearize(
             same.field, same.rays, same.depths, same.gains, same.penalty, None, foreground
         ),
-    )
-
-
-@pytest.mark.parametrize("likelihood", LIKELIHOODS)
-@pytest.mark.parametrize("residual", ["point", "slope", "ray_hit"])
-def test_the_gradient_is_the_slope_of_the_cost(shape, depth, color, likelihood, residual):
-    energy = rgbd_energy(shape, depth, color, residual=residual, color_likelihood=likelihood)
-    model = energy.linearize(energy.start)
-    h = np.maximum(2e-5, 0.01 / np.sqrt(np.diag(model.hessian)))
-    slopes = [
-        (energy.cost(energy.moved(energy.start, d)) - energy.cost(energy.moved(energy.start, -d)))
-        / (2 * d.max())
-        for d in np.diag(h)
-    ]
-    unit = 1 / np.sqrt(np.diag(model.hessian))
-    np.testing.assert_allclose(
-        model.gradient * unit, slopes * unit, atol=SLOPE_RTOL * np.abs(slopes * unit).max()
     )
 
 

@@ -40,12 +40,6 @@ def test_a_true_lens_bends_the_picture_and_not_the_planes():
     assert np.abs(p).min(axis=1).max() < FLOAT_M
 
 
-def test_the_same_arguments_give_the_same_noisy_pictures_in_any_order():
-    one, two = (corner(3, "kinect", seed=5, camera=CAMERA) for _ in range(2))
-    np.testing.assert_array_equal(one[2].depth, two[2].depth)
-    assert not np.array_equal(one[0].depth, corner(3, camera=CAMERA, seed=5)[0].depth)
-
-
 # The sum of deviations of three angles (thesis, Table 3.1: 2.1 to 7.8 degrees); 0.006 and 0.03 have been seen over 20
 # poses. The criterion must be far finer than what it judges.
 SUM_LIMIT_DEG = {0.001: 0.02, "kinect": 0.1}
@@ -56,15 +50,6 @@ def test_right_angles_are_right_under_noise(noise):
     seq = corner(4, noise, seed=2)
     for frame in seq:
         assert np.abs(st.metrics.plane_angles(frame, seq.camera) - 90).sum() < SUM_LIMIT_DEG[noise]
-
-
-def test_wrong_intrinsics_are_seen_in_the_angles():
-    frame = corner(1, 0.001)[0]
-    good, bad = (
-        np.abs(st.metrics.plane_angles(frame, st.Camera(*K, 640, 480)) - 90).sum()
-        for K in ((525, 525, 319.5, 239.5), (540, 540, 310, 230))
-    )
-    assert bad > 1 > 20 * good  # degrees
 
 
 def test_the_planes_do_not_depend_on_the_focal_length_that_is_judged():

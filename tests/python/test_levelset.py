@@ -235,13 +235,6 @@ def test_a_mask_overrides_the_frames_and_without_any_all_readings_are_the_object
     np.testing.assert_array_equal(st.levelset.evidence(frame, CAMERA, T, triple), own)
 
 
-def test_redistance_is_the_volumes_own():
-    ball = st.SDF.sphere(BALL_M, voxels=30)
-    squeezed = np.tanh(ball.values / 0.01).astype(np.float32)
-    out = st.levelset.redistance(squeezed, ball.voxel_size)
-    np.testing.assert_array_equal(out, st.SDF(squeezed, ball.voxel_size, ball.origin).redistanced().values)
-
-
 def test_colours_are_read_where_the_lens_puts_them():
     camera = st.Camera(300, 300, 79.5, 79.5, 160, 160, distortion=(1.2, 0, 0, 0, 0))
     depth = np.full((160, 160), 0.3, np.float32)

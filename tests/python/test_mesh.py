@@ -83,15 +83,6 @@ def test_ray_casting_agrees_with_every_ray_against_every_triangle(distortion):
     assert np.abs(colors.astype(int) - ref_colors).max() <= 1  # rounding to 8 bits
 
 
-def test_depth_of_a_facing_box_is_its_front_side():
-    depth, normals, colors = box_mesh((0.2, 0.2, 0.1)).raycast(camera(), pose((0, 0, 0), (0, 0, 0.5)))
-    hit = depth > 0
-    np.testing.assert_allclose(depth[hit], 0.45, atol=DEPTH_ATOL)
-    np.testing.assert_allclose(normals[hit], np.tile([0, 0, -1], (hit.sum(), 1)), atol=1e-6)
-    assert colors is None
-    assert not normals[~hit].any()
-
-
 def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_walls():
     mesh = box_mesh()
     assert not mesh.raycast(camera(), pose(t=(0, 0, -0.5)))[0].any()

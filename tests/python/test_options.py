@@ -272,17 +272,6 @@ def test_the_file_of_defaults_sets_every_option_and_says_what_it_is(tmp_path):
             assert option.default is None or tables[table][option.name] == option.default
 
 
-@pytest.mark.parametrize(
-    ("make", "given", "meant"),
-    [(st.Tracker, "thread", "threads"), (st.Tracker, "padding", "padding_m"),
-     (st.Reconstructor, "voxel", "voxels"), (st.Reconstructor, "padding", "padding_m")],
-)  # fmt: skip
-def test_a_misspelt_keyword_is_told_from_arguments_and_options_alike(make, given, meant):
-    shapes = [st.SDF.sphere(0.03, voxels=24)] if make is st.Tracker else []
-    with pytest.raises(TypeError, match=f"unknown option '{given}'; did you mean '{meant}'"):
-        make(*shapes, CAMERA, **{given: 1})
-
-
 def test_a_kind_of_sensor_names_its_errors():
     tof = st.TrackerOptions.for_sensor("azure_kinect", max_pixels=500)
     assert (tof.systematic_m, tof.noise_m, tof.max_pixels) == (0.005, 0.0015, 500)

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Plane patches: field and rays against finite differences and the twin, fits against the truth, and their use."""
 
-import json
 import pickle
 
-import cv2
 import numpy as np
 import pytest
 from tracking_scene import increment
@@ -14,7 +12,6 @@ from experiments.common.primitive_errors import measure_patch
 from experiments.synth.patches import VIEWS, cut_scene, hidden_scene, patch_scene
 from experiments.synth.solids import rendered_scene
 from sdftrack import _core
-from sdftrack.cli.app import run
 from sdftrack.synth.noise import Gaussian, Kinect
 
 CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
@@ -222,21 +219,3 @@ def test_a_tracker_follows_a_sheet():
     # Across it a flat front slides until an edge is passed: the tracker knows edges to a pixel or so.
     assert np.hypot(*off[:2]) < 1.5 * truth.T_cam_obj[2, 3] / camera.fx
     np.testing.assert_allclose(sorted(tracker.sizes[0].size.values()), sorted(LENGTHS), rtol=0.02)
-
-
-def test_the_command_line_fits_a_patch_to_a_flat_cloud(tmp_path, capsys):
-    points = moved(cloud(2000, NOISE_M), POSE)
-    np.save(tmp_path / "sheet.npy", points)
-    out = tmp_path / "out"
-    assert run(["fit", str(tmp_path / "sheet.npy"), "--kind", "plane", "--out", str(out)]) == 0
-    result = json.loads((out / "result.json").read_text())
-    assert result["kind"] == "plane"
-    np.testing.assert_allclose(sorted(result["size"].values()), sorted(LENGTHS), rtol=0.02)
-    assert result["bounded"] == {"width": False, "height": False}
-    mesh = st.Mesh.load(out / "primitive.ply")
-    np.testing.assert_allclose(mesh.vertices.mean(axis=0), POSE[:3, 3], atol=2e-3)
-    assert cv2.imread(str(out / "fit.png")) is not None
-    assert "the observation does not bound" in capsys.readouterr().out
-
-
-# ---- bad input ----

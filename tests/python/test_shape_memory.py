@@ -18,22 +18,15 @@ from experiments.contour.shape_protocol import (
     learnt,
 )
 from experiments.synth.gait import gait
-from reference import shape_memory as twin
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.contour.occluders import count_occluders
-from sdftrack.contour.silhouette_library import (
-    MIN_WEIGHT,
-    SOFTNESS,
-    SilhouetteLibrary,
-)
 
 RECOVERED = 0.88  # overlap under bars that hide 20 to 60 %, 60 frames learnt; measured 0.904
 BETTER_THAN_SIMPLE = 0.03  # overlap over the best baseline that keeps what is seen; measured 0.043
 RIGHT_SHAPE = 0.65  # least overlap of a fenced silhouette that is not called novel; measured 0.73
 CALLED_RIGHT = 0.97  # F1 of "occluded" in a gait whose poses are known; measured 1.00
 KNOWN_AP = 0.99  # average precision there; measured 1.00
-HALF_STEP_PX = 1 / 32  # distances are kept in sixteenths of a pixel
 RULES = ["remembered", "printed"]
 FRAMES = 120
 
@@ -279,28 +272,6 @@ def test_a_bar_that_passes_by_is_noticed_and_filled_in_and_learning_goes_on(cat)
     assert np.mean([s[1] == "occluded" for s in hidden]) > 0.9  # measured 20 of 21
     assert np.mean([s[2] for s in hidden]) > 0.93  # measured 0.96
     assert memory.n_learnt <= 60 + len(said) - sum(s[1] == "occluded" for s in said)
-
-
-# Against the slow way
-
-
-def test_the_memory_compares_silhouettes_as_the_twin_does(cat, bars):
-    shapes = SilhouetteLibrary(10, "max", 64, 64, 0.02)
-    for mask in cat[:12]:
-        shapes.add(mask)
-    for case in bars[:2]:
-        said = shapes.explain(case.seen)
-        out = twin.sticks_out(case.seen, shapes.masks)
-        assert said.off_px * np.count_nonzero(case.seen & ~_eroded(case.seen)) == pytest.approx(out.min())
-        phi = np.array([np.clip(signed_distances(m), -4, 4) for m in shapes.masks])
-        expected = twin.expected_distances(case.seen, shapes.masks, phi, SOFTNESS, MIN_WEIGHT)
-        mean = said.weights @ shapes._phi[said.finalists].astype(np.float32) / 16
-        np.testing.assert_allclose(mean.reshape(64, 64), expected, atol=HALF_STEP_PX + 1e-5)
-
-
-def _eroded(mask):
-    inside = np.pad(mask, 1)
-    return mask & inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
 
 
 # Files and copies

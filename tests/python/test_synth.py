@@ -64,13 +64,6 @@ def test_every_step_has_the_wanted_length(step_m, step_deg):
         assert np.linalg.norm(directions.mean(axis=0)) < 0.6  # many views, not one side
 
 
-def test_given_poses_are_kept():
-    poses = np.array([st.geometry.pose([0, 0.1 * i, 0], [0, 0, 0.7]) for i in range(3)])
-    seq = st.synth.sequence(BOX, 3, poses, camera=SMALL)
-    for i in range(3):
-        np.testing.assert_allclose(seq.ground_truth[i][0], poses[i], atol=1e-15)
-
-
 def _noise(kind, n=4):
     noisy = st.synth.sequence(BOX, n, "static", kind, camera=SMALL, clutter="wall", seed=4)
     clean = st.synth.sequence(BOX, n, "static", camera=SMALL, clutter="wall", seed=4)

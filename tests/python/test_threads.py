@@ -130,35 +130,6 @@ def test_a_process_bound_to_one_processor_says_so():
     assert done.stdout.strip() == "1"
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks for stacks that Linux does not lend")
-def test_where_no_thread_can_be_started_the_result_is_the_same():
-    script = """
-        import resource, threading
-        resource.setrlimit(resource.RLIMIT_STACK, (1 << 47, resource.getrlimit(resource.RLIMIT_STACK)[1]))
-        import os, sys
-        if len(sys.argv) == 1:  # the size of stacks is read when a program starts
-            os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:], "again"])
-        try:
-            threading.Thread(target=print).start()
-            print("threads can be started")
-        except RuntimeError:
-            import numpy as np, sdftrack as st
-            image = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
-            print((st.superpixels.slic(image, 200) == st.superpixels.slic(image, 200, threads=1)).all())
-    """
-    one_thread = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        env=one_thread,
-    )
-    if "threads can be started" in done.stdout:
-        pytest.skip("threads can be started all the same")
-    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "True", "")
-
-
 # -- Ctrl-C in the middle of a call
 
 ENDS_WITHIN_S = 2.5  # of calls of many seconds; the look is every 50 ms, and the machine may be busy

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -42,37 +41,3 @@ def raycast_mesh(
         if rgb is not None and colors is not None:
             rgb[better] = weights[better] @ colors[face].astype(np.float64)
     return np.where(np.isfinite(depth), depth, 0), normals, rgb
-
-
-def raycast_sdf(
-    values: Array, voxel_size: float, origin: Array, rays_xy: Array, T_cam_obj: Array, step: float = 0.02
-) -> Array:
-    """Depth of the first zero of the trilinear field along every ray: small steps, then bisection.
-
-    step : in voxels. See `sdftrack.SDF.render`.
-    """
-    from reference.sdf import sample
-
-    T_obj_cam = np.linalg.inv(T_cam_obj)
-    span = np.array(values.shape[::-1]) - 1
-    depth = np.zeros(rays_xy.shape[:2])
-    for pixel in np.ndindex(*depth.shape):
-        ray = T_obj_cam[:3, :3] @ np.append(rays_xy[pixel], 1.0)
-        with np.errstate(divide="ignore"):
-            walls = np.sort(
-                [(origin - T_obj_cam[:3, 3]) / ray, (origin + voxel_size * span - T_obj_cam[:3, 3]) / ray], 0
-            )
-        near, far = max(0.0, walls[0].max()), walls[1].min()
-
-        def phi(t: float, ray: Array = ray) -> float:
-            return sample(values, voxel_size, origin, T_obj_cam[:3, 3] + t * ray)[0]
-
-        places = np.arange(near, far, step * voxel_size / np.linalg.norm(ray))
-        for a, b in itertools.pairwise(places):
-            if phi(a) > 0 >= phi(b):
-                for _ in range(40):
-                    m = (a + b) / 2
-                    a, b = (m, b) if phi(m) > 0 else (a, m)
-                depth[pixel] = (a + b) / 2
-                break
-    return depth
