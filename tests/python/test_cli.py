@@ -9,8 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import duck_scene
 import numpy as np
 import pytest
+from duck_scene import FRAMES
 from refusals import error_line
 
 import sdftrack as st
@@ -163,36 +165,16 @@ def test_config_carries_changed_options(capsys, tmp_path):
     assert all(line in text for line in ("max_pixels = 778", "kept_frames = 77", "noise_m = 0.003"))
 
 
-# A small recorded sequence: a duck turning before a wall, at a quarter of the usual size.
-CAMERA = st.Camera(262.0, 262.0, 79.5, 59.5, 160, 120)
-FRAMES = 8
 MAX_ERROR_M, MAX_ERROR_RAD = 0.003, np.deg2rad(3.0)  # 1 mm noise, about 800 px: bound 0.1 mm, 0.1 deg
-
-
-def render(duck, T, rng):
-    depth, _, color = duck.raycast(CAMERA, T)
-    depth = np.where(depth > 0, depth, 1.4).astype(np.float32)
-    depth += (0.001 * rng.standard_normal(depth.shape)).astype(np.float32)
-    return depth, color
-
-
-def truth():
-    from experiments.common.truth import motion
-
-    return motion(FRAMES, 0.004, np.deg2rad(1.0), seed=2)
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     """A BOP scene with one duck, its model in millimetres."""
-    from sdftrack.synth.duck import duck_mesh
-
     root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000003"
     root.parent.mkdir(parents=True)
-    duck, rng = duck_mesh(), np.random.default_rng(0)
-    poses = truth()
-    frames = [st.Frame(*render(duck, T, rng), timestamp=i / 30.0) for i, T in enumerate(poses)]
-    st.save_sequence(root, st.Sequence(frames, CAMERA, poses, {1: duck}), layout="bop")
+    poses = duck_scene.poses(1.0)
+    st.save_sequence(root, duck_scene.scene(st.synth.duck_mesh(), poses), layout="bop")
     (model,) = root.glob("models/*.ply")
     return root, model, poses
 

@@ -8,16 +8,15 @@ import json
 import sys
 
 import cv2
+import duck_scene
 import numpy as np
 import pytest
+from duck_scene import CAMERA, FRAMES, scene
 from refusals import error_line
 
 import sdftrack as st
 from sdftrack.cli.app import run
 
-# A duck that turns before a wall, at a quarter of the usual size.
-CAMERA = st.Camera(262.0, 262.0, 79.5, 59.5, 160, 120)
-FRAMES = 8
 VOXELS = ["--voxels", "64"]
 MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanwhile, in voxels of 6 mm
 MAX_SURFACE_M = 0.003  # half a voxel, of the median: pixels along the outline say nothing, and are many here
@@ -26,21 +25,15 @@ SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
 
 
 def poses():
-    from experiments.common.truth import motion
-
-    return motion(FRAMES, 0.004, np.deg2rad(2.0), seed=2)
+    return duck_scene.poses(2.0)
 
 
-def scene(duck, color=True, at=None):
-    rng = np.random.default_rng(0)
-    frames, masks = [], []
-    for i, T in enumerate(poses() if at is None else at):
-        depth, _, rgb = duck.raycast(CAMERA, T)
-        masks.append({0: depth > 0})
-        depth = np.where(depth > 0, depth, 1.4).astype(np.float32)
-        depth += (0.001 * rng.standard_normal(depth.shape)).astype(np.float32)
-        frames.append(st.Frame(depth, rgb if color else None, timestamp=i / 30.0))
-    return frames, masks
+def saved(folder, number, mesh, at):
+    """A BOP scene with masks, poses and the mesh as its model."""
+    root = folder / "ducks" / "test" / number
+    root.parent.mkdir(parents=True)
+    st.save_sequence(root, scene(mesh, at), layout="bop")
+    return root
 
 
 @pytest.fixture(scope="module")
@@ -52,33 +45,25 @@ def duck():
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory, duck):
-    """A BOP scene with masks, poses and the duck's own model."""
-    root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000003"
-    root.parent.mkdir(parents=True)
-    frames, masks = scene(duck)
-    seq = st.Sequence(frames, CAMERA, poses(), {1: duck}, masks=lambda i: masks[i])
-    st.save_sequence(root, seq, layout="bop")
-    return root
+    return saved(tmp_path_factory.mktemp("data"), "000003", duck, poses())
 
 
 @pytest.fixture(scope="module")
 def other(tmp_path_factory, duck):
     """A second recording of the duck, lain down on its side: the scene, and its true poses."""
-    root = tmp_path_factory.mktemp("data") / "ducks" / "test" / "000004"
-    root.parent.mkdir(parents=True)
     middle = st.geometry.pose(t_m=duck.bounds.mean(axis=0))
     lain = middle @ st.geometry.pose([0, 0.5, 0]) @ st.geometry.inverse(middle)
     at = st.geometry.pose([0, 0, np.pi / 2], [0, 0, 0]) @ poses() @ lain
-    frames, masks = scene(duck, at=at)
-    st.save_sequence(root, st.Sequence(frames, CAMERA, at, {1: duck}, masks=lambda i: masks[i]), layout="bop")
-    return root, at
+    return saved(tmp_path_factory.mktemp("data"), "000004", duck, at), at
 
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory, duck):
     """Depth alone: no colours, no masks, no truth."""
     root = tmp_path_factory.mktemp("data") / "bare"
-    st.save_sequence(root, st.Sequence(scene(duck, color=False)[0][:4], CAMERA), layout="bop")
+    st.save_sequence(
+        root, st.Sequence([f.replace(color=None) for f in scene(duck, poses())[:4]], CAMERA), layout="bop"
+    )
     return root
 
 
@@ -286,11 +271,9 @@ def test_a_further_recording_continues_the_shape(recording, other, whole, tmp_pa
 def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
     recording, duck, tmp_path, capsys
 ):
-    frames, masks = scene(duck)
     nearer = st.Camera(0.9 * CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy, CAMERA.width, CAMERA.height)
     folder, out = tmp_path / "nearer", tmp_path / "o"
-    seq = st.Sequence(frames, nearer, poses(), {1: duck}, masks=lambda i: masks[i])
-    st.save_sequence(folder, seq, layout="bop")
+    st.save_sequence(folder, st.Sequence(list(scene(duck, poses())), nearer), layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "box:40,20,80,80") == 1
     assert "expected the camera of the first recording" in (text := error_line(capsys))
     assert str(folder) in text
@@ -299,10 +282,9 @@ def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
 
 def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(recording, tmp_path, capsys):
     box = st.SDF.box((0.1, 0.16, 0.12), voxels=48).to_mesh()
-    frames, masks = scene(st.Mesh(box.vertices, box.faces, np.full(box.vertices.shape, 90, np.uint8)))
+    grey = st.Mesh(box.vertices, box.faces, np.full(box.vertices.shape, 90, np.uint8))
     folder, out = tmp_path / "boxes", tmp_path / "o"
-    seq = st.Sequence(frames, CAMERA, poses(), {1: box}, masks=lambda i: masks[i])
-    st.save_sequence(folder, seq, layout="bop")
+    st.save_sequence(folder, scene(grey, poses()), layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "mask") == 1
     text = error_line(capsys)
     assert "not found reliably in image 0" in text or "size" in text
