@@ -35,15 +35,7 @@ def test_a_bag_is_tracked_from_the_command_line(tmp_path):
     path = write(tmp_path, messages, "ros1")
     start = tmp_path / "start.json"
     start.write_text(json.dumps({"T_cam_obj": [seq.ground_truth[0][0].tolist()]}))
-    arguments = [
-        "track",
-        str(path),
-        "--model",
-        str(tmp_path / "part.ply"),
-        "--init",
-        str(start),
-        "--no-video",
-    ]
+    arguments = f"track {path} --model {tmp_path / 'part.ply'} --init {start} --no-video".split()
     code, text = run(*arguments, "--out", str(tmp_path / "a"))
     assert code == 1
     assert "--depth-topic: " in text

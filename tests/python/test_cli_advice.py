@@ -46,15 +46,6 @@ def save(tmp_path, factor=1.0, faces=ALL):
     return str(path)
 
 
-def test_a_model_150_m_long_names_file_and_unit(scene, tmp_path, capsys):
-    model = save(tmp_path, 150 / 0.12)
-    line = told(scene, tmp_path, capsys, "--model", model)
-    assert "--model" in line
-    assert model in line
-    assert "150 m" in line
-    assert "--unit mm" in line
-
-
 def test_a_unit_that_makes_a_speck_is_refused(scene, tmp_path, capsys):
     assert "0.00012 m" in told(scene, tmp_path, capsys, "--model", save(tmp_path), "--unit", "mm")
 

@@ -38,9 +38,6 @@ symmetry = "none"
 """
 
 
-TIMES = {"seconds"}  # differ from run to run
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Three small recordings, one of which cannot be read, a model and a plan."""
@@ -59,17 +56,10 @@ def made(tmp_path_factory):
 
 
 def started(made, out, *options):
-    command = [
-        sys.executable,
-        "-m",
-        "sdftrack",
-        "batch",
-        str(made / "plan.toml"),
-        "--out",
-        str(out),
-        *options,
-    ]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = ["-m", "sdftrack", "batch", str(made / "plan.toml"), "--out", str(out), *options]
+    return subprocess.Popen(
+        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
 
 
 def rows_of(out):

@@ -7,6 +7,7 @@ import time
 import cv2
 import numpy as np
 import pytest
+import test_webcam
 from live_scene import CAMERA, Page, recorded
 
 import sdftrack as st
@@ -46,27 +47,10 @@ def box_option(mask):
     return "box:" + ",".join(str(v) for v in box_of(mask))
 
 
-class Capture:
-    """The part of cv2.VideoCapture that the driver uses, showing the frames of a sequence, then ended by Ctrl-C."""
+class Capture(test_webcam.Capture):
+    """Shows the frames of a sequence, then is ended by Ctrl-C."""
 
-    opened, frames, unplugged, shown = True, (), (), 0
-
-    def __init__(self, device):
-        self.values = {
-            cv2.CAP_PROP_FRAME_WIDTH: 320.0,
-            cv2.CAP_PROP_FRAME_HEIGHT: 240.0,
-            cv2.CAP_PROP_FPS: 30.0,
-        }
-
-    def isOpened(self):
-        return self.opened
-
-    def get(self, what):
-        return self.values[what]
-
-    def set(self, what, value):
-        self.values[what] = float(value)
-        return True
+    size, frames, away, shown = (320, 240), (), (), 0
 
     def grab(self):
         time.sleep(0.02)
@@ -74,13 +58,10 @@ class Capture:
         if mine.shown == len(mine.frames):
             raise KeyboardInterrupt
         mine.shown += 1
-        return mine.shown - 1 not in mine.unplugged
+        return mine.shown - 1 not in mine.away
 
     def retrieve(self):
         return True, np.ascontiguousarray(self.frames[self.shown - 1].color[..., ::-1])
-
-    def release(self):
-        pass
 
 
 @pytest.fixture
@@ -207,7 +188,7 @@ def test_a_box_on_the_page_starts_the_outline_and_starts_it_again(webcam, silhou
 
 
 def test_an_unplugged_webcam_gives_bad_frames_and_the_outline_goes_on(webcam, silhouettes, tmp_path):
-    webcam.unplugged = range(12, 20)
+    webcam.away = range(12, 20)
     out = tmp_path / "out"
     assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q") == 0
     rows = rows_of(out)

@@ -366,39 +366,21 @@ def test_a_video_of_another_program_is_refused(tmp_path):
 
 
 def test_commands_write_videos_and_images_again(tmp_path, capsys):
-    out = tmp_path / "synthetic"
-    assert run(["synth", "--frames", "3", "--color", "video", "--out", str(out), "-q"]) == 0
-    assert (out / "color.mkv").is_file()
-    with st.open_sequence(out) as seq:
+    synthetic, recorded, images = (tmp_path / name for name in ("synthetic", "recorded", "images"))
+    assert run(f"synth --frames 3 --color video --out {synthetic} -q".split()) == 0
+    assert (synthetic / "color.mkv").is_file()
+    with st.open_sequence(synthetic) as seq:
         assert all(frame.color is not None for frame in seq)
     saved(tmp_path / "0", 12)
-    recorded = tmp_path / "1"
-    assert (
-        run(
-            [
-                "record",
-                f"replay:{tmp_path / '0'}",
-                "--fps",
-                "200",
-                "--color",
-                "video",
-                "--out",
-                str(recorded),
-                "-q",
-            ]
-        )
-        == 0
-    )
-    with st.open_sequence(recorded) as seq:
-        assert_numbered(seq)
-    images = ["convert", str(recorded), "--color", "jpg", "--out", str(tmp_path / "2"), "-q"]
-    assert run(images) == 0
-    assert not (tmp_path / "2" / "color.mkv").exists()
-    with st.open_sequence(tmp_path / "2") as seq:
-        assert_numbered(seq)
-    assert run(["convert", str(tmp_path / "2"), "--out", str(recorded), "--overwrite", "-q"]) == 0
+    assert run(f"record replay:{tmp_path / '0'} --fps 200 --color video --out {recorded} -q".split()) == 0
+    assert run(f"convert {recorded} --color jpg --out {images} -q".split()) == 0
+    assert not (images / "color.mkv").exists()
+    for folder in (recorded, images):
+        with st.open_sequence(folder) as seq:
+            assert_numbered(seq)
+    assert run(f"convert {images} --out {recorded} --overwrite -q".split()) == 0
     assert not (recorded / "color.mkv").exists()
-    assert run(["convert", str(tmp_path / "2"), "--color", "avi", "--out", str(tmp_path / "3"), "-q"]) == 2
+    assert run(f"convert {images} --color avi --out {tmp_path / '3'} -q".split()) == 2
 
 
 @pytest.mark.skipif(not (DATA / "k1" / "rgb").is_dir(), reason="needs the recording k1 in SDFTRACK_DATA")

@@ -12,10 +12,12 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tracking_fakes
 
 import sdftrack as st
 from sdftrack._internal.rotations import rotation
@@ -42,27 +44,16 @@ def frame(i=0, timestamp=None):
 def result(i=0, status=("ok", "ok"), seed=0):
     """A result with poses and covariances that no permutation of their numbers leaves as they are."""
     random = np.random.default_rng([seed, i])
-    poses = np.stack(
-        [st.geometry.pose(random.normal(size=3), [0.1 * k, -0.2, 0.6 + 0.01 * i]) for k in (0, 1)]
-    )
+    poses = [st.geometry.pose(random.normal(size=3), [0.1 * k, -0.2, 0.6 + 0.01 * i]) for k in (0, 1)]
     roots = random.normal(size=(2, 6, 6)) * [1, 2, 3, 4, 5, 6]
-    covariances = 1e-6 * roots @ np.swapaxes(roots, 1, 2)
-    confidence = np.array([0.9, 0.8])
-    for k, word in enumerate(status):
-        if word in ("lost", "bad_frame"):
-            covariances[k], confidence[k] = np.nan, 0
-    return st.TrackResult(
-        poses=poses,
-        status=[st.Status(word) for word in status],
+    gone = np.array([word in ("lost", "bad_frame") for word in status])
+    return replace(
+        tracking_fakes.result(poses, status, i),
         reason=["" if word == "ok" else f"it is {word}" for word in status],
-        confidence=confidence,
-        covariances=covariances,
+        confidence=np.where(gone, 0, [0.9, 0.8]),
+        covariances=np.where(gone[:, None, None], np.nan, 1e-6 * roots @ np.swapaxes(roots, 1, 2)),
         twists=np.full((2, 6), np.nan) if i == 0 else random.normal(size=(2, 6)),
-        inliers=np.array([0.9, 0.8]),
-        runner_up=np.full(2, np.nan),
-        energy=0.1,
         timestamp=100 + i / 30,
-        index=i,
     )
 
 
@@ -209,31 +200,23 @@ def test_a_client_that_vanishes_is_forgotten_with_its_threads(server):
         assert received[-1] == 1
 
 
-def test_closing_delivers_what_waits_and_ends_the_threads():
+def test_closing_delivers_what_waits_ends_the_threads_and_does_not_wait_long_for_a_stalled_client():
     before = threading.active_count()
     stream = open_stream("ws://localhost:0", NAMES, CAMERA)
-    with client(stream) as connection:
-        for i in range(5):
+    raw = stalled(stream)
+    with client(stream, max_queue=None) as connection:
+        for i in range(300):
             stream.send(frame(i), result(i))
+            time.sleep(0.0005)
+        start = time.monotonic()
         stream.close()
-        assert [json.loads(text)["index"] for text in connection] == [0, 1, 2, 3, 4]
+        assert time.monotonic() - start < 5
+        assert [json.loads(text)["index"] for text in connection] == list(range(300))
+    raw.close()
     assert eventually(lambda: threading.active_count() == before)
     with pytest.raises(ValueError, match="send: expected an open stream"):
         stream.send(frame(), result())
     stream.close()
-
-
-def test_closing_does_not_wait_long_for_a_stalled_client():
-    stream = open_stream("ws://localhost:0", NAMES, CAMERA)
-    raw = stalled(stream)
-    for i in range(300):
-        stream.send(frame(i), result(i))
-        time.sleep(0.0005)
-    start = time.monotonic()
-    stream.close()
-    assert time.monotonic() - start < 5
-    assert not stream._thread.is_alive()
-    raw.close()
 
 
 def test_a_page_of_an_origin_that_is_admitted_reads_the_stream(server):
@@ -381,7 +364,7 @@ def test_an_unknown_covariance_is_large_not_certain_in_the_bag_that_rosbags_open
     covariances = result().covariances.copy()
     covariances[0] = np.nan
     with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
-        stream.send(frame(), st.TrackResult(**{**vars(result()), "covariances": covariances}))
+        stream.send(frame(), replace(result(), covariances=covariances))
     with AnyReader([bag]) as reader:
         (message,) = [
             reader.deserialize(data, c.msgtype) for c, _, data in reader.messages() if "box" in c.topic
@@ -437,21 +420,17 @@ def test_a_full_disk_ends_the_file_but_not_the_tracking(bag):
     assert len(read_mcap(bag.with_suffix(".part.mcap"))) > 150
 
 
-def test_a_frame_without_a_time_has_that_of_sending(bag):
-    before = time.time_ns()
-    with open_stream(f"mcap:{bag}", NAMES, CAMERA) as stream:
-        stream.send(st.Frame(np.full((4, 4), 0.5, np.float32)), result())
-    assert before - 10**6 <= read_mcap(bag)[0][1] <= time.time_ns() + 10**6
-
-
-def test_an_existing_file_is_kept_unless_told_otherwise(bag):
+def test_an_existing_file_is_kept_unless_told_otherwise_and_a_frame_without_a_time_has_that_of_sending(bag):
     bag.write_text("mine")
     with pytest.raises(FileExistsError, match="expected a new file, got a file that exists; move it or pass"):
         open_stream(f"mcap:{bag}", NAMES, CAMERA)
     assert bag.read_text() == "mine"
+    before = time.time_ns()
     with open_stream(f"mcap:{bag}", NAMES, CAMERA, overwrite=True) as stream:
-        stream.send(frame(), result())
-    assert len(read_mcap(bag)) == 4
+        stream.send(frame().replace(timestamp=None), result())
+    rows = read_mcap(bag)
+    assert len(rows) == 4
+    assert before - 10**6 <= rows[0][1] <= time.time_ns() + 10**6
 
 
 # -- all of them

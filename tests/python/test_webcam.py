@@ -18,15 +18,15 @@ CAMERA = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
 class Capture:
     """The part of cv2.VideoCapture that the driver uses; images are numbered by their blue channel."""
 
-    opened = True
+    opened, size = True, (64, 48)
     fixed_fps = None
     instances: list = []  # noqa: RUF012  (of each test, see `capture`)
 
     def __init__(self, device):
         self.device, self.count, self.released, self.unplugged = device, 0, False, False
         self.values = {
-            cv2.CAP_PROP_FRAME_WIDTH: 64.0,
-            cv2.CAP_PROP_FRAME_HEIGHT: 48.0,
+            cv2.CAP_PROP_FRAME_WIDTH: float(self.size[0]),
+            cv2.CAP_PROP_FRAME_HEIGHT: float(self.size[1]),
             cv2.CAP_PROP_FPS: 30.0,
         }
         self.instances.append(self)
