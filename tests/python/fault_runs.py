@@ -113,12 +113,14 @@ def _run(
     os._exit(code)
 
 
-def with_ctrl_c(arguments: list[str], ready: Callable[[], object]) -> tuple[int, str]:
-    """Exit code and errors of a command that gets Ctrl-C as soon as something is ready."""
+def stopped(
+    arguments: list[str], ready: Callable[[], object], by: signal.Signals = signal.SIGINT
+) -> tuple[int, str]:
+    """Exit code and errors of a command that gets Ctrl-C, or another signal, as soon as something is ready."""
     command = [sys.executable, "-m", "sdftrack", *arguments]
     child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     end = time.monotonic() + WAIT_S
     while not ready() and child.poll() is None and time.monotonic() < end:
         time.sleep(0.02)
-    child.send_signal(signal.SIGINT)
+    child.send_signal(by)
     return child.wait(timeout=WAIT_S), child.communicate()[1]

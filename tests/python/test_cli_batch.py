@@ -10,10 +10,10 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from fault_runs import stopped
 
 import sdftrack as st
 from sdftrack.batch.plan import read_plan
@@ -180,12 +180,8 @@ class TestWholeRun:
 @pytest.mark.slow
 def test_a_killed_run_goes_on(made, batch, tmp_path):
     out = tmp_path / "out"
-    first = started(made, out, "--jobs", "1")
-    deadline = time.monotonic() + 120
-    while not list(out.glob("track/*/*/report.json")) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    first.send_signal(signal.SIGKILL)
-    first.communicate()
+    words = ["batch", str(made / "plan.toml"), "--out", str(out), "--jobs", "1"]
+    stopped(words, lambda: list(out.glob("track/*/*/report.json")), by=signal.SIGKILL)
     second = started(made, out, "--jobs", "1")
     second.communicate(timeout=300)
     assert second.returncode == 1

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from fault_runs import with_ctrl_c
+from fault_runs import stopped
 from live_scene import CAMERA, Page, recorded
 
 import sdftrack as st
@@ -281,8 +281,6 @@ def test_ctrl_c_is_a_clean_end(scene, tmp_path):
     out = tmp_path / "out"
     arguments = ["live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer", *known(scene)]
     part = out / ".frames.part"
-    code, err = with_ctrl_c(
-        [*arguments, "--out", str(out)], lambda: part.is_file() and part.stat().st_size > 0
-    )
+    code, err = stopped([*arguments, "--out", str(out)], lambda: part.is_file() and part.stat().st_size > 0)
     assert code == 0, err
     assert 1 <= len(report_of(out)) < FRAMES

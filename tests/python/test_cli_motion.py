@@ -128,10 +128,6 @@ def test_a_gap_has_only_times_in_the_smoothed_movement(command, tmp_path):
     assert end == pytest.approx(3.9, abs=0.05)
 
 
-def test_a_file_for_another_program_can_be_measured_again(measured, command):
-    assert objects(command(measured / "trajectory.c3d"))[0]["repetitions"]["count"] == 3
-
-
 def test_what_is_printed_names_every_average(recorded, tmp_path, capsys):
     assert run(["motion", str(recorded / "monday.csv"), *FEW[:2], "--out", str(tmp_path / "o")]) == 0
     text = capsys.readouterr().out
@@ -383,13 +379,6 @@ def test_an_object_that_is_lost_throughout_exits_with_3(command, tmp_path):
         r.status[:] = [st.Status.LOST]
     folder = write_folder(tmp_path / "lost", lost, TIMES)
     assert "cup: lost in all frames" in command(folder, code=3)
-
-
-def test_an_object_that_rests_has_no_repetitions_and_a_report(command, tmp_path):
-    motion.save(tmp_path / "rest.csv", noisy(TIMES, reaches(TIMES, ()), name="cup"))
-    content = command(tmp_path / "rest.csv")
-    assert objects(content)[0]["repetitions"]["count"] == 0
-    assert "No repetition in 10.0 s" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_a_result_is_not_replaced_by_what_is_measured_of_it(recorded, tmp_path, capsys):

@@ -5,13 +5,10 @@ import errno
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
-from fault_runs import with_ctrl_c
+from fault_runs import stopped
 
 import sdftrack as st
 from sdftrack._internal import files
@@ -139,12 +136,8 @@ def test_convert_continues_after_it_was_killed(tmp_path):
     st.save_sequence(tmp_path / "0", sensor_sequence(300))
     arguments = ["convert", str(tmp_path / "0"), "--to", "tum", "--out", str(tmp_path / "1"), "-q"]
     journal = tmp_path / "1" / ".frames.jsonl"
-    child = subprocess.Popen([sys.executable, "-m", "sdftrack", *arguments])
-    end = time.monotonic() + 60
-    while time.monotonic() < end and not (journal.is_file() and journal.read_bytes().count(b"\n") > 5):
-        time.sleep(0.005)
-    child.send_signal(signal.SIGKILL)
-    child.wait()
+    begun = lambda: journal.is_file() and journal.read_bytes().count(b"\n") > 5  # noqa: E731
+    stopped(arguments, begun, by=signal.SIGKILL)
     assert not (tmp_path / "1" / "depth.txt").exists()
     assert run([*arguments]) == 1  # not without being told to
     assert run([*arguments, "--resume"]) == 0
@@ -232,7 +225,7 @@ def test_ctrl_c_ends_a_recording_well(tmp_path):
     st.save_sequence(tmp_path / "0", sensor_sequence())
     out = tmp_path / "1"
     journal = out / ".frames.jsonl"
-    code, err = with_ctrl_c(
+    code, err = stopped(
         ["record", f"replay:{tmp_path / '0'}", "--fps", "2", "--out", str(out)],
         lambda: journal.is_file() and journal.read_bytes().count(b"\n") > 1,  # its header, and a frame
     )

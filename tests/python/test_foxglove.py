@@ -18,12 +18,12 @@ from test_streams import (
     NAMES,
     ROUNDING,
     SEND_S,
-    eventually,
     frame,
     median_of_send,
     numbers_of,
     result,
 )
+from viewer_scene import wait_until
 
 import sdftrack as st
 from sdftrack.live.streams import open_stream
@@ -83,7 +83,7 @@ def client(stream, **options):
     with connect(url_of(stream), subprotocols=["foxglove.sdk.v1"], **options) as connection:
         made = Client(connection)
         channels = stream._receiver._channels.values()
-        assert eventually(lambda: all(channel.has_sinks() for channel in channels))
+        wait_until(lambda: all(channel.has_sinks() for channel in channels))
         yield made
 
 
@@ -126,7 +126,7 @@ def test_who_comes_later_learns_the_camera_within_a_second(server, monkeypatch):
         with client(server) as made:
             server.send(frame(), result())
             assert made.receive()[0] == "/sdftrack/camera_info"
-        assert eventually(lambda: not server._receiver.subscribed)
+        wait_until(lambda: not server._receiver.subscribed)
         time.sleep(0.06)
 
 
@@ -145,7 +145,7 @@ def test_an_object_added_later_gets_a_topic(server):
 
 def test_without_a_client_nothing_is_sent(server):
     server.send(frame(), result())
-    assert eventually(lambda: not server._packets)
+    wait_until(lambda: not server._packets)
     assert (server.sent, server.dropped) == (0, 0)
 
 
@@ -174,7 +174,7 @@ with open_stream("foxglove://127.0.0.1:0", NAMES, CAMERA) as stream:
             made.connection.socket.shutdown(socket.SHUT_RDWR)
             raise InterruptedError
     except InterruptedError:
-        assert eventually(lambda: not stream._receiver.subscribed)
+        wait_until(lambda: not stream._receiver.subscribed)
     stream.send(frame(), result())
     with client(stream) as made:
         stream.send(frame(1), result(1))
@@ -200,7 +200,7 @@ def test_closing_delivers_what_waits_ends_the_connection_and_frees_the_port(capf
         assert sum(made.receive()[0] == "/tf" for _ in range(16)) == 5
         with pytest.raises(Exception, match=r"received 1005|no close frame"):
             made.receive()
-    assert eventually(lambda: threading.active_count() < before)
+    wait_until(lambda: threading.active_count() < before)
     with socket.create_server(("127.0.0.1", port)):
         pass
     assert capfd.readouterr() == ("", "")

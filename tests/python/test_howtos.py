@@ -14,12 +14,12 @@ import cv2
 import howto_fakes
 import numpy as np
 import pytest
+from test_docs import CODE
 
 import sdftrack as st
 from sdftrack.cli.app import run
 
 HOWTOS = Path(__file__).resolve().parents[2] / "docs" / "howto"
-BLOCK = re.compile(r"^```(python|bash)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CAMERA = st.Camera(420.0, 420.0, 319.5, 239.5, 640, 480)
 
 
@@ -51,7 +51,7 @@ def page(recorded, tmp_path, monkeypatch):
             assert old in text
             text = text.replace(old, new)
         names = {"__name__": "howto"}
-        for language, code in BLOCK.findall(text):
+        for language, code in CODE.findall(text):
             if language == "python":
                 exec(compile(code, name, "exec"), names)
                 continue

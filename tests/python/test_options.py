@@ -61,19 +61,6 @@ def test_what_is_generated_is_up_to_date():
     assert generator().outdated() == []
 
 
-def test_a_file_without_its_marks_is_named():
-    with pytest.raises(ValueError, match=r"a\.md: expected the lines 'begin' and 'end'"):
-        generator().with_region("begin\n", "begin", "end", [], "a.md")
-
-
-def test_the_tables_of_the_documents_hold_every_option_with_its_default():
-    text = (ROOT / "docs" / "options.md").read_text(encoding="utf-8")
-    for table in TABLES:
-        rows = text.split(f"<!-- options: {table} -->")[1].split("<!-- options: end -->")[0]
-        names = re.findall(r"^\| `(\w+)` \|", rows, re.MULTILINE)
-        assert names == list(schema_of(table))
-
-
 @pytest.mark.parametrize(
     ("page", "table"),
     [

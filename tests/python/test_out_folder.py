@@ -12,12 +12,12 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tracking_fakes import CAMERA, frame, pose, result
+from viewer_scene import wait_until
 
 import sdftrack as st
 from sdftrack._internal import files
@@ -46,13 +46,6 @@ time.sleep(60)
 
 def names_in(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
-
-
-def wait_for(condition: Callable[[], object]) -> None:
-    end = time.monotonic() + WAIT_S
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.002)
 
 
 def holder(folder: Path) -> subprocess.Popen[str]:
@@ -227,7 +220,7 @@ def test_of_two_runs_into_one_folder_each_is_refused_or_whole(sequence: Path, tm
         out, more = tmp_path / str(i), ["--overwrite"] * (i % 2)
         first = tracking(sequence, out, *more)
         if i % 4 > 1:  # while the first one writes; else both begin together
-            wait_for(lambda out=out: (out / ".overlay.mp4.part").exists() or (out / "report.json").exists())
+            wait_until(lambda out=out: (out / ".overlay.mp4.part").exists() or (out / "report.json").exists())
         second = tracking(sequence, out, *more)
         errors = {child: child.communicate(timeout=WAIT_S)[1] for child in (first, second)}
         assert 0 in (first.returncode, second.returncode), errors

@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tracking_fakes
+from test_docs import code_blocks
+from viewer_scene import wait_until
 
 import sdftrack as st
 from sdftrack._internal.rotations import rotation
@@ -32,6 +34,7 @@ ROUNDING = 1e-9  # of poses through a quaternion and back, m and 1
 FLOAT32 = 1e-7  # OSC's numbers have 24 bits
 SEND_S = 50e-6  # median time of `send`
 DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = DOCS / "howto" / "stream.md"
 SCHEMA = DOCS / "reference" / "stream.schema.json"
 
 
@@ -63,16 +66,6 @@ def pose_of(position, quaternion):
     return T
 
 
-def eventually(condition, seconds=60.0):
-    """Whether it becomes true within so many seconds."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.005)
-    return False
-
-
 def median_of_send(stream, count=400):
     took = []
     for i in range(count):
@@ -100,7 +93,7 @@ def client(stream, **options):
 
     before = stream._receiver.clients
     with connect(stream.address, **options) as connection:
-        assert eventually(lambda: stream._receiver.clients > before)
+        wait_until(lambda: stream._receiver.clients > before)
         yield connection
 
 
@@ -115,7 +108,7 @@ def stalled(stream):
         f"GET / HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
     )
-    assert eventually(lambda: stream._receiver.clients > before)
+    wait_until(lambda: stream._receiver.clients > before)
     return raw
 
 
@@ -189,8 +182,8 @@ def test_a_client_that_vanishes_is_forgotten_with_its_threads(server):
     reset = b"\1\0\0\0\0\0\0\0"  # as of a killed program
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
     raw.close()
-    assert eventually(lambda: server._receiver.clients == 0)
-    assert eventually(lambda: threading.active_count() == before)
+    wait_until(lambda: server._receiver.clients == 0)
+    wait_until(lambda: threading.active_count() == before)
     server.send(frame(), result())  # may reach the next client, if that is faster than the thread
     with client(server) as connection:
         server.send(frame(1), result(1))
@@ -213,7 +206,7 @@ def test_closing_delivers_what_waits_ends_the_threads_and_does_not_wait_long_for
         assert time.monotonic() - start < 5
         assert [json.loads(text)["index"] for text in connection] == list(range(300))
     raw.close()
-    assert eventually(lambda: threading.active_count() == before)
+    wait_until(lambda: threading.active_count() == before)
     with pytest.raises(ValueError, match="send: expected an open stream"):
         stream.send(frame(), result())
     stream.close()
@@ -223,7 +216,7 @@ def test_a_page_of_an_origin_that_is_admitted_reads_the_stream(server):
     for origin in ("http://localhost:8000", "http://127.0.0.1"):
         with client(server, origin=origin):
             pass
-        assert eventually(lambda: not server._receiver.clients)  # the next one is counted from 0
+        wait_until(lambda: not server._receiver.clients)  # the next one is counted from 0
     admits = open_stream("ws://localhost:0", NAMES, CAMERA, origins=["null"])
     with admits as stream, client(stream, origin="null") as connection:
         stream.send(frame(), result())
@@ -260,7 +253,7 @@ def test_osc_receives_pose_status_and_confidence(osc):
     with open_stream(f"osc://127.0.0.1:{port}", NAMES, CAMERA) as stream:
         for i, one in enumerate(sent):
             stream.send(frame(i), one)
-        assert eventually(lambda: len(received.get("/sdftrack/duck/confidence", ())) == 2)
+        wait_until(lambda: len(received.get("/sdftrack/duck/confidence", ())) == 2)
     assert set(received) == {
         f"/sdftrack/{n}/{what}" for n in ("box_1", "duck") for what in ("pose", "status", "confidence")
     }
@@ -565,11 +558,6 @@ def test_names_and_addresses():
 # -- the page docs/howto/stream.md
 
 
-def blocks(language):
-    text = (DOCS / "howto" / "stream.md").read_text(encoding="utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-
-
 def free_port():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         return taken.getsockname()[1]
@@ -585,7 +573,7 @@ def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
     )
     st.Mesh(1000 * mesh.vertices, mesh.faces, mesh.colors).save("part.ply")
     port = str(free_port())
-    tracks, reads, _ = (code.replace("8765", port) for code in blocks("python"))
+    tracks, reads, _ = (code.replace("8765", port) for code in code_blocks(PAGE, "python"))
     tracks = tracks.replace('"replay:recording"', '"replay:recording", fps=4, waiting=12')
     names, failed = {}, []
     tracks, reads = (compile(code, "stream.md", "exec") for code in (tracks, reads))
@@ -602,7 +590,7 @@ def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
 
     thread = threading.Thread(target=run)
     thread.start()
-    assert eventually(lambda: failed or listens(), 60)
+    wait_until(lambda: failed or listens(), 60)
     assert failed == []
     exec(reads, {})
     thread.join(60)
@@ -618,7 +606,7 @@ def test_the_recovery_of_the_page_completes_a_part(bag, monkeypatch):
             stream.send(frame(i), result(i))
     data = bag.read_bytes()
     Path("poses.part.mcap").write_bytes(data[: len(data) // 2])
-    exec(compile(blocks("python")[2], "stream.md", "exec"), {})
+    exec(compile(code_blocks(PAGE, "python")[2], "stream.md", "exec"), {})
     poses = [m for topic, _, m in read_mcap(Path("recovered.mcap")) if topic == "/sdftrack/duck/pose"]
     assert 20 < len(poses) < 80
     for i, message in enumerate(poses):
@@ -628,7 +616,7 @@ def test_the_recovery_of_the_page_completes_a_part(bag, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("chromium"), reason="needs the browser chromium")
 def test_the_web_page_shows_the_poses_in_a_browser(server, tmp_path):
-    (page,) = blocks("html")
+    (page,) = code_blocks(PAGE, "html")
     # The picture keeps the browser from printing the page before the first messages.
     page = page.replace("ws://localhost:8765", server.address) + '<img src="/slow">'
 
