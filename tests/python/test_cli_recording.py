@@ -19,6 +19,7 @@ from sdftrack.io.writers.base import DepthUnits
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
 LAYOUTS = list(WRITERS)
+CUBE = st.SDF.box((0.1, 0.1, 0.1), voxels=16).to_mesh()
 
 
 def sensor_sequence(n=6, units_per_m=1000, seed=0):
@@ -34,7 +35,7 @@ def sensor_sequence(n=6, units_per_m=1000, seed=0):
         for i in range(n)
     ]
     poses = np.stack([st.geometry.pose(rng.uniform(-1, 1, 3), rng.uniform(-2, 2, 3)) for _ in range(n)])
-    return st.Sequence(frames, CAMERA, poses)
+    return st.Sequence(frames, CAMERA, poses, {1: CUBE})
 
 
 def same(a, b, exact_color=True):
@@ -43,6 +44,7 @@ def same(a, b, exact_color=True):
         np.testing.assert_array_equal(x.depth, y.depth)
         if exact_color:
             np.testing.assert_array_equal(x.color, y.color)
+        assert (y.error, y.index) == ("", i)
         assert x.timestamp == pytest.approx(y.timestamp, abs=1e-6)
         for k, T in a.ground_truth.get(i, {}).items():
             np.testing.assert_allclose(b.ground_truth[i][k], T, atol=1e-9, rtol=0)
@@ -72,6 +74,7 @@ def test_sequences_go_through_two_layouts_and_come_back(tmp_path, there, back, u
     with st.open_sequence(tmp_path / "1") as read:
         assert read.layout == ("ros2" if back == "mcap" else back)
         same(seq, read)
+        np.testing.assert_allclose(np.ptp(read.models[read.objects[0]].vertices, axis=0), 0.1, rtol=1e-6)
 
 
 def test_metres_do_not_depend_on_the_unit_of_the_file():
@@ -288,13 +291,12 @@ def test_mcap_holds_both_cameras_models_and_any_depth(tmp_path):
     poses = {
         i: {k: st.geometry.pose([0.1, 0.2 * k, 0.3], [0.1, 0.2, 1.0 + i]) for k in range(2)} for i in (0, 2)
     }
-    cube = st.SDF.box((0.1, 0.1, 0.1), voxels=16).to_mesh()
-    seq = st.Sequence(frames, camera, poses, {7: cube, 3: cube}, objects=[7, 3])
+    seq = st.Sequence(frames, camera, poses, {7: CUBE, 3: CUBE}, objects=[7, 3])
     st.save_sequence(tmp_path / "s", seq, layout="mcap")
     with st.open_sequence(tmp_path / "s") as read:
         assert read.objects == [7, 3]
         assert sorted(read.models) == [3, 7]
-        np.testing.assert_allclose(read.models[7].vertices, cube.vertices, atol=1e-6)
+        np.testing.assert_allclose(read.models[7].vertices, CUBE.vertices, atol=1e-6)
         assert sorted(read.ground_truth) == [0, 2]
         for i, (a, b) in enumerate(zip(seq, read, strict=True)):
             np.testing.assert_array_equal(a.depth, b.depth)

@@ -44,28 +44,6 @@ def _sequence(n: int = 4, objects: int = 1) -> st.Sequence:
     return st.Sequence([_frame(i) for i in range(n)], CAMERA, truth, {5: CUBE})
 
 
-@pytest.mark.parametrize("layout", ["bop", "tum", "open3d"])
-def test_a_saved_sequence_comes_back(tmp_path, layout):
-    whole = _sequence()
-    st.save_sequence(tmp_path / "s", whole, layout=layout)
-    with st.open_sequence(tmp_path / "s") as seq:
-        assert seq.layout == layout
-        assert len(seq) == 4
-        assert seq.camera == st.RGBDCamera(CAMERA)
-        for i, frame in enumerate(seq):
-            assert frame.error == ""
-            assert frame.index == i
-            np.testing.assert_allclose(frame.depth, whole[i].depth, atol=1.01 * HALF_UNIT_M[layout])
-            np.testing.assert_array_equal(frame.depth == 0, whole[i].depth == 0)
-            np.testing.assert_array_equal(frame.color, whole[i].color)
-            assert_pose_close(seq.ground_truth[i][0], _pose(i), POSE_TOLERANCE, POSE_TOLERANCE)
-            if layout == "tum":
-                assert frame.timestamp == pytest.approx(10 + i / 30, abs=1e-6)
-        model = seq.models[seq.objects[0]]
-        np.testing.assert_allclose(np.ptp(model.vertices, axis=0), 0.1, rtol=1e-6)
-    assert [p.name for p in tmp_path.iterdir()] == ["s"]
-
-
 def test_bop_holds_several_objects_masks_and_cameras(tmp_path):
     masks = {k: np.arange(64)[None, :] // 32 == np.full((48, 1), k) for k in range(2)}
     half = st.Camera(50.0, 50.0, 30.0, 20.0, 64, 48)
@@ -75,14 +53,14 @@ def test_bop_holds_several_objects_masks_and_cameras(tmp_path):
         frames,
         CAMERA,
         truth,
-        {3: CUBE},
-        objects=[3, 7],
+        {7: CUBE},
+        objects=[7, 7],
         ids=[4, 9],
         masks=lambda i: masks if i == 0 else {1: masks[1]},
     )
     st.save_sequence(tmp_path / "s", whole)
     seq = st.open_sequence(tmp_path / "s")
-    assert seq.objects == [3, 7]
+    assert seq.objects == [7, 7]
     assert seq.ids == [4, 9]
     assert seq[0].camera is None
     assert seq[1].camera == half
@@ -568,18 +546,6 @@ def test_a_time_is_known_over_a_frame_without_depth(tmp_path):
     frames = [_frame(0), st.Frame.unreadable("lost", timestamp=10.1), _frame(0)]
     with pytest.raises(ValueError, match="timestamp: expected times that increase"):
         st.save_sequence(tmp_path / "s", st.Sequence(frames, CAMERA), layout="tum")
-
-
-def test_objects_that_look_alike_keep_their_numbers(tmp_path):
-    truth = {0: {1: _pose(0, 1)}, 1: {0: _pose(1), 1: _pose(1, 1)}, 2: {0: _pose(2)}}
-    whole = st.Sequence([_frame(i) for i in range(3)], CAMERA, truth, objects=[7, 7])
-    st.save_sequence(tmp_path / "s", whole)
-    seq = st.open_sequence(tmp_path / "s")
-    assert seq.objects == [7, 7]
-    assert {i: sorted(poses) for i, poses in seq.ground_truth.items()} == {0: [1], 1: [0, 1], 2: [0]}
-    for i, poses in truth.items():
-        for k, T in poses.items():
-            assert_pose_close(seq.ground_truth[i][k], T, POSE_TOLERANCE, POSE_TOLERANCE)
 
 
 @pytest.mark.parametrize(

@@ -106,17 +106,6 @@ def test_an_error_of_the_driver_is_raised_where_frames_are_asked_for():
             live.next()
 
 
-def test_an_unplugged_camera_gives_bad_frames_until_it_is_back():
-    frames = sequence()
-    source = Steps(frames[0], CameraLost("no frame for 1 s"), frames[1])
-    source.gate.release(4)
-    with LiveCamera(source, waiting=10) as live:
-        first, missing, back = list(live)
-    assert first.error == ""
-    assert number(back) == 1
-    assert missing.error == "steps: no frame for 1 s"
-
-
 def test_nothing_is_read_from_a_camera_that_could_not_be_opened_again(monkeypatch):
     monkeypatch.setattr("sdftrack.live.camera.RETRY_S", 0.001)
     calls = []

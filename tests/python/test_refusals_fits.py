@@ -9,10 +9,6 @@ from refusals import assert_refused, refused
 from tracking_scene import CAMERA, POSE, box_mesh, depth_of
 
 import sdftrack as st
-from experiments.synth.ball import ball_scene
-from experiments.synth.covers import hide
-from experiments.synth.gait import gait
-from experiments.synth.room import corner
 from sdftrack import _core
 from sdftrack.calibration.ball_color import checked_color
 from sdftrack.synth import Cover, Grip, leave_and_return
@@ -327,20 +323,6 @@ def synthetic(**change):
     (lambda: leave_and_return(0), ValueError, "first"),
     (lambda: leave_and_return(apart_m=5.0), ValueError, "apart_m"),
     (lambda: st.synth.Hand(0.9), ValueError, "0.8"),
-    (lambda: corner(n=0), ValueError, "n: expected a number"),
-    (lambda: corner(reach_m=-1), ValueError, "reach_m: expected"),
-    (lambda: corner(distance_m=(2, 1)), ValueError, "distance_m: expected"),
-    (lambda: corner(poses=I4), ValueError, r"poses: expected shape \(n, 4, 4\)"),
-    (lambda: corner(poses=I4[None]), ValueError, "inside the room"),
-    (lambda: ball_scene(n=0), ValueError, "^n: expected"),
-    (lambda: ball_scene(n=5, radius_m=0), ValueError, "^radius_m: expected"),
-    (lambda: ball_scene(n=5, path=np.zeros((3, 3))), ValueError, "^path: expected"),
-    (lambda: ball_scene(n=5, noise="fog"), ValueError, "^noise: expected"),
-    (lambda: hide(depth_of() < 1, 0.5, "cloud"), ValueError, "by: expected"),
-    (lambda: hide(depth_of() < 1, 1.5), ValueError, "share: expected"),
-    (lambda: hide(NOTHING, 0.5), ValueError, "something inside"),
-    (lambda: gait("horse"), ValueError, "kind: expected"),
-    (lambda: gait("cat", 0), ValueError, "n: expected"),
 )
 def test_what_cannot_be_synthesised_says_why(call, error, words):
     assert_refused(call, error, words)

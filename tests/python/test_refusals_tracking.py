@@ -9,7 +9,6 @@ from refusals import assert_refused, refused
 from tracking_scene import CAMERA, POSE, SIZE_M, box_mesh, depth_of, frame_of, wall_frame
 
 import sdftrack as st
-from sdftrack import _core
 
 EMPTY, FULL = np.zeros(CAMERA.shape, bool), np.ones(CAMERA.shape, bool)
 COLOR_ALONE = st.Frame(None, np.zeros((*CAMERA.shape, 3), np.uint8))
@@ -182,15 +181,6 @@ def fits(**change):
     (lambda: fits(no_such=1), TypeError, "no_such"),
 )
 def test_fits_of_poses_that_cannot_be_say_why(call, error, words):
-    assert_refused(call, error, words)
-
-
-@refused(
-    (lambda: _core.seed_rotation(-5, 0), ValueError, "expected k >= 0 and n >= 1"),
-    (lambda: _core.outline_offset(np.zeros(9, np.float32), 17), ValueError, r"reach: expected 1\.\.16"),
-    (lambda: _core.outline_offset(np.zeros(9, np.float32), 8), ValueError, "chance"),
-)
-def test_the_core_refuses_what_it_cannot_use(call, error, words):
     assert_refused(call, error, words)
 
 
