@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Evidence about voxels, the distance between inside and outside, the evolution of a level set."""
 
-import hashlib
-
 import numpy as np
 import pytest
 from levelset_scene import (
@@ -164,25 +162,6 @@ def test_a_ball_seen_from_all_round_without_noise_is_right_to_a_tenth_of_a_voxel
     deep = away < 6 * voxel_m  # where the distance has its ridge, which nodes of 4 voxels cut off
     assert far[~deep].max() < 2.5  # measured 1.8, at the corners
     assert far[deep].max() < 4  # measured 3.6
-
-
-def digest(threads):
-    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, np.full(SHAPE, 0.1, np.float32), threads=threads, **NOISE)
-    out = hashlib.sha256()
-    for T, depth, mask in views(6):
-        fuse(core, CAMERA, T, depth, mask)
-        for values in (core.log_ratio, core.weight, core.phi):
-            out.update(np.array(values).tobytes())
-    for printed in (False, True):
-        options = _core.EvolveOptions()
-        options.printed = printed
-        phi = _core.evolve(np.array(core.phi), np.array(core.log_ratio), VOXEL_M, 5, options, threads)
-        out.update(phi.tobytes())
-    return out.hexdigest()
-
-
-def test_the_bits_are_the_same_for_any_number_of_threads():
-    assert len({digest(threads) for threads in (1, 2, 5)}) == 1
 
 
 # ---- st.levelset ----

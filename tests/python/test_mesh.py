@@ -94,12 +94,6 @@ def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_wal
     assert ((normals * rays).sum(axis=-1) < 0).all()
 
 
-def test_the_image_does_not_depend_on_threads():
-    mesh, cam, T = box_mesh(colors=True), camera(), pose()
-    for one, many in zip(mesh.raycast(cam, T, threads=1), mesh.raycast(cam, T, threads=5), strict=True):
-        np.testing.assert_array_equal(one, many)
-
-
 def test_the_closest_point_is_as_near_as_the_nearest_of_all_triangles():
     igl = pytest.importorskip("igl")
     mesh = box_mesh()

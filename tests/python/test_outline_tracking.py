@@ -210,10 +210,3 @@ def test_colour_of_another_moment_is_measured(delay_s):
     assert found.delay_s == pytest.approx(delay_s, abs=min(3 * found.sd_s, 0.004))
     assert found.significant is (delay_s != 0)
     assert ("earlier" in str(found)) == (found.delay_s < 0)
-
-
-def test_the_same_bits_for_any_number_of_threads():
-    frames, poses = scene(8)
-    one, *_ = follow(frames, poses, [4])
-    two, *_ = follow(frames, poses, [4], threads=2)
-    assert np.array_equal(one, two)

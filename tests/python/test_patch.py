@@ -141,15 +141,6 @@ def test_the_top_of_a_low_thing_is_not_pulled_onto_the_table():
     assert fit.inliers > 0.95
 
 
-def test_frames_of_one_sheet_give_one_size_that_is_better_known():
-    _, truth = scene("held")
-    frames = [st.Frame(Kinect()(truth.depth, truth.cosine, np.random.default_rng(s))) for s in range(4)]
-    fit = st.fit_primitive(frames, "plane", camera=CAMERA, mask=truth.mask)
-    assert len(fit.per_frame) == 4
-    assert np.abs(measure_patch(fit, truth)[0]).max() < 0.01
-    assert (np.diag(fit.covariance)[6:] < np.diag(fit.per_frame[0].covariance)[6:]).all()
-
-
 def test_auto_looks_for_solids_alone_and_calls_a_sheet_a_box():
     frame, truth = scene("held", Gaussian(NOISE_M))
     fit = st.fit_primitive(frame, camera=CAMERA, mask=truth.mask)

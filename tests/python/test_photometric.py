@@ -289,10 +289,3 @@ def test_an_unknown_can_is_seen_to_turn_by_what_it_has_shown(can):
     assert errors[True] < 2
     assert errors[False] > 30
     assert star.shape.colors is not None
-
-
-def test_the_same_bits_for_any_number_of_threads(can):
-    plain, mesh, sequence, frames = can
-    shape = plain.colored(mesh)
-    a, b = (follow(shape, sequence, frames[:8], threads=threads) for threads in (1, 2))
-    assert a.errors == b.errors

@@ -240,13 +240,6 @@ def test_the_printed_way_extends_the_patch_as_it_is():
     assert mask[on_object].mean() > 0.9
 
 
-def test_threads_do_not_change_a_bit():
-    frame, camera = grazing_floor()[:2]
-    one, many = (st.remove_plane(frame, camera, threads=t) for t in (1, 4))
-    np.testing.assert_array_equal(one[0], many[0])
-    np.testing.assert_array_equal(one[1][0], many[1][0])
-
-
 def standing_box():
     """Pose of a box of 120 x 90 x 60 mm that stands on the table, and the box."""
     y = -NORMAL

@@ -327,11 +327,6 @@ def test_auto_names_the_kind_of_noisy_points_with_outliers(kind):
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), rtol=0.01)
 
 
-def test_a_ball_is_a_ball_and_not_an_ellipsoid_that_fits_as_well():
-    fit = st.fit_primitive(moved(cloud("sphere", noise=NOISE_M), POSE))
-    assert fit.scores["sphere"] > 10 * fit.scores["ellipsoid"]
-
-
 def test_the_end_of_a_can_that_is_out_of_sight_has_no_variance_to_trust():
     points = cloud("cylinder", noise=NOISE_M)
     seen = points[(points[:, 0] < -0.01) & (np.abs(points[:, 2]) < 0.04)]  # of its side alone, without an end
@@ -355,14 +350,6 @@ def test_a_start_and_a_fit_as_the_start_lead_to_the_same():
     for other in (two, three):
         assert other.kind == "cylinder"
         np.testing.assert_allclose(list(other.size.values()), list(one.size.values()), rtol=2e-3)
-
-
-def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads():
-    points = moved(cloud("box", noise=NOISE_M), POSE)
-    one, two = (st.fit_primitive(points, "auto", seed=5, threads=t) for t in (1, 2))
-    assert one.size == two.size
-    np.testing.assert_array_equal(one.T_cam_obj, two.T_cam_obj)
-    assert one.scores == two.scores
 
 
 def test_the_printed_form_finds_the_same_solid():

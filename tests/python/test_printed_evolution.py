@@ -91,14 +91,6 @@ def test_a_first_shape_goes_with_the_printed_evolution_alone():
         core.grown([1, 0, 0], [0, 0, 0])
 
 
-def test_the_bits_are_the_same_for_any_number_of_threads():
-    fields = []
-    for threads in (1, 3):
-        star, _ = scene.begun(2, voxels=48, threads=threads, evolution="printed")
-        fields.append(star.shape.values)
-    np.testing.assert_array_equal(*fields)
-
-
 @pytest.mark.slow
 def test_an_unknown_body_is_tracked_and_reconstructed_as_printed(tmp_path):
     seq = scene.sequence()

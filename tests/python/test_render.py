@@ -68,12 +68,6 @@ def test_the_volume_and_its_mesh_look_alike():
     assert np.array_equal(sdf.silhouette(cam, T), by_sdf > 0)
 
 
-def test_the_image_does_not_depend_on_threads():
-    sdf = SDF.box((0.1, 0.06, 0.08), voxels=40)
-    for one, many in zip(sdf.render(camera(), pose(), 1), sdf.render(camera(), pose(), 5), strict=True):
-        np.testing.assert_array_equal(one, many)
-
-
 def test_what_is_behind_or_beside_the_camera_is_not_seen():
     sdf = SDF.sphere(0.05, voxels=30)
     for t in ((0, 0, -0.5), (3, 0, 0.5), (0, 0, 0)):

@@ -88,12 +88,6 @@ def test_sweeping_agrees_with_its_twin():
     assert np.array_equal(swept[known], u[known])
 
 
-def test_a_mesh_gives_the_same_bits_for_any_number_of_threads():
-    one, many = (SDF.from_mesh(box_arrays(), voxels=40, threads=n) for n in (1, 7))
-    assert one == many
-    assert np.array_equal(one.redistanced(threads=1).values, one.redistanced(threads=5).values)
-
-
 MESHES = [
     f"meshes/{n}.ply"
     for n in ("bunny", "lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue", "spot")

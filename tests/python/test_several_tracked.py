@@ -68,14 +68,6 @@ def test_objects_far_from_each_other_are_fitted_as_if_alone_to_the_bit(box):
         np.testing.assert_array_equal(together.covariances[k], alone.covariance)
 
 
-def test_the_number_of_threads_does_not_change_a_bit(box):
-    poses = [POSE, beside(0.001)]
-    frame = both(poses)
-    one, two = (st.Tracker([box, box], CAMERA, threads=n).start(frame, poses=poses) for n in (1, 2))
-    np.testing.assert_array_equal(one.poses, two.poses)
-    np.testing.assert_array_equal(one.covariances, two.covariances)
-
-
 def test_memberships_are_the_twins_weights_and_add_up_to_one(box):
     poses = [POSE, beside(0.001)]
     tracker = st.Tracker([box, box], CAMERA, threads=1, membership=True)

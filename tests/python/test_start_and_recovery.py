@@ -192,19 +192,6 @@ def test_recover_leaves_the_followed_objects_as_they_are(body):
     assert tracker.recover(st.Frame(moved)) is after  # nothing is lost: nothing to do
 
 
-def test_the_search_has_the_same_bits_on_any_number_of_threads(body):
-    def run(threads):
-        tracker = st.Tracker(body, CAMERA, threads=threads)
-        results = [tracker.start(shot(body, POSE)[0], masks=shot(body, POSE)[1])]
-        results += [tracker.track(wall_frame())]
-        results += [tracker.track(shot(body, ELSEWHERE, seed=i)[0]) for i in range(4)]
-        return [(r.poses, r.covariances, r.confidence, r.runner_up, r.status) for r in results]
-
-    for one, two in zip(run(1), run(3), strict=True):
-        for a, b in zip(one, two, strict=True):
-            np.testing.assert_array_equal(a, b)
-
-
 # --- motion
 
 

@@ -126,11 +126,6 @@ def test_a_picture_of_plain_tiles_is_cut_along_their_borders():
     assert metrics.achievable_accuracy(labels, tile) == 1.0
 
 
-def test_a_constant_image_is_cut_into_equal_squares():
-    labels = st.superpixels.slic(np.full((64, 96, 3), 99, np.uint8), n_segments=24)
-    np.testing.assert_array_equal(np.bincount(labels.ravel())[1:], np.full(24, 256))
-
-
 @pytest.mark.parametrize("threads", [2, 3, 7, 16])
 def test_labels_do_not_depend_on_the_number_of_threads(threads):
     for options in ({}, {"mask": DISC}, {"distance": "thesis"}):
@@ -180,11 +175,6 @@ def test_every_segment_is_one_piece_of_at_least_the_smallest_size(
         assert (labels == k).sum() >= smallest or int(k) not in neighbors
 
 
-def test_without_connectivity_labels_are_contiguous_all_the_same():
-    labels = st.superpixels.slic(IMAGE, 60, enforce_connectivity=False, start_label=5)
-    np.testing.assert_array_equal(np.unique(labels), np.arange(5, labels.max() + 1))
-
-
 def test_views_and_read_only_arrays_work_as_copies_do():
     wanted = st.superpixels.slic(IMAGE[::-1, ::2].copy(), 30)
     np.testing.assert_array_equal(st.superpixels.slic(IMAGE[::-1, ::2], 30), wanted)
@@ -194,12 +184,6 @@ def test_views_and_read_only_arrays_work_as_copies_do():
     np.testing.assert_array_equal(
         st.superpixels.slic(np.asfortranarray(IMAGE), 30), st.superpixels.slic(IMAGE, 30)
     )
-
-
-def test_floats_of_either_size_and_bytes_give_the_same():
-    wanted = st.superpixels.slic(IMAGE, 30)
-    for dtype in (np.float32, np.float64):
-        np.testing.assert_array_equal(st.superpixels.slic((IMAGE / 255).astype(dtype), 30), wanted)
 
 
 def test_depth_cuts_where_colours_do_not():

@@ -157,18 +157,6 @@ def test_a_frames_own_camera_goes_before_the_trackers(box):
     assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)  # and back
 
 
-def test_the_result_has_the_same_bits_for_any_number_of_threads(box):
-    frames = [frame_of(shifted(POSE, 0.002 * i, 0, 0), seed=i) for i in range(3)]
-    results = []
-    for threads in (1, 2):
-        tracker = st.Tracker(box, CAMERA, threads=threads)
-        results.append([tracker.start(frames[0], poses=[POSE]), *map(tracker.track, frames[1:])])
-    for one, two in zip(*results, strict=True):
-        np.testing.assert_array_equal(one.poses, two.poses)
-        np.testing.assert_array_equal(one.covariances, two.covariances)
-        assert one.steps == two.steps
-
-
 def test_depth_and_frame_may_be_given_alike(box):
     results = []
     for next_frame in (

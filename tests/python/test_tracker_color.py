@@ -205,11 +205,3 @@ def test_colour_is_asked_for_by_mode_rgbd(box):
         tracker.track(without)
     assert tracker.track(pair(1)).index == 1  # the refused frame was none
     assert tracker.track(st.Frame.unreadable("torn")).status[0] == "bad_frame"
-
-
-@pytest.mark.parametrize("mode", ["auto", "rgbd"])
-def test_results_have_the_same_bits_for_any_number_of_threads(box, mode):
-    frames = [pair(i) for i in range(4)]
-    one, three = (followed(st.Tracker(box, CAMERA, mode=mode, threads=n), frames) for n in (1, 3))
-    for a, b in zip(one, three, strict=True):
-        np.testing.assert_array_equal(a.poses, b.poses)
