@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -124,17 +125,19 @@ def test_yuv_images(tmp_path, encoding):
 
 
 @pytest.mark.parametrize("kind", ["ros1", "db3", "protobuf", "json"])
-@pytest.mark.parametrize("text", ["16UC1; png compressed", "png", "mono16; png compressed "])
-def test_depth_as_png(tmp_path, text, kind):
-    frame = opened(tmp_path, [depth_file(png(UNITS), text)], kind)
+@pytest.mark.parametrize(
+    ("depth", "color"),
+    [
+        ("16UC1; png compressed", "rgb8; png compressed bgr8"),
+        ("png", "png"),
+        ("mono16; png compressed ", "png"),
+    ],
+)
+def test_images_as_png(tmp_path, depth, color, kind):
+    colored = compressed(COLOR_TOPIC, T0_NS, DEPTH_FRAME, png(RGB[..., ::-1]), color)
+    frame = opened(tmp_path, [depth_file(png(UNITS), depth), colored], kind)
     np.testing.assert_array_equal(frame.depth, METRES)
-
-
-@pytest.mark.parametrize("kind", ["ros1", "db3", "protobuf", "json"])
-@pytest.mark.parametrize("text", ["rgb8; png compressed bgr8", "png"])
-def test_colour_as_png(tmp_path, text, kind):
-    message = compressed(COLOR_TOPIC, T0_NS, DEPTH_FRAME, png(RGB[..., ::-1]), text)
-    np.testing.assert_array_equal(opened(tmp_path, [depth_image(), message], kind).color, RGB)
+    np.testing.assert_array_equal(frame.color, RGB)
 
 
 def test_colour_as_jpeg(tmp_path):
@@ -151,12 +154,6 @@ def header(a: float = 0.0, b: float = 0.0) -> bytes:
     return struct.pack("<iff", 0, a, b)
 
 
-@pytest.mark.parametrize("text", ["16UC1; compressedDepth", "16UC1; compressedDepth png"])
-def test_compressed_depth_of_16_bits(tmp_path, text):
-    message = depth_file(header() + png(UNITS), text, f"{DEPTH_TOPIC}/compressedDepth")
-    np.testing.assert_array_equal(opened(tmp_path, [message], "ros1").depth, METRES)
-
-
 def quantised(metres: np.ndarray, z0: float = 100.0, most: float = 10.0) -> tuple[bytes, np.ndarray]:
     """As the transport's encoder: a / depth + b in 16 bits."""
     a = z0 * (z0 + 1)
@@ -164,15 +161,6 @@ def quantised(metres: np.ndarray, z0: float = 100.0, most: float = 10.0) -> tupl
     with np.errstate(divide="ignore"):
         units = np.where(metres > 0, a / metres + b, 0)
     return header(a, b), np.clip(units, 0, 65535).astype(np.uint16)
-
-
-def test_compressed_depth_of_32_bits(tmp_path):
-    start, units = quantised(METRES)
-    message = depth_file(start + png(units), "32FC1; compressedDepth png", f"{DEPTH_TOPIC}/compressedDepth")
-    depth = opened(tmp_path, [message]).depth
-    np.testing.assert_array_equal(depth == 0, METRES == 0)
-    # One step of the quantisation at depth z is z^2 / a.
-    assert (np.abs(depth - METRES) <= METRES**2 / 10_000 + 1e-6).all()
 
 
 def rvl(units: np.ndarray) -> bytes:
@@ -205,16 +193,24 @@ def rvl(units: np.ndarray) -> bytes:
     return struct.pack("<II", units.shape[1], units.shape[0]) + struct.pack(f"<{len(words)}I", *words)
 
 
-@pytest.mark.parametrize("depth", ["16UC1", "32FC1"])
-def test_compressed_depth_by_rvl(tmp_path, depth):
-    start, units = (header(), UNITS) if depth == "16UC1" else quantised(METRES)
-    message = depth_file(
-        start + rvl(units), f"{depth}; compressedDepth rvl", f"{DEPTH_TOPIC}/compressedDepth"
-    )
-    found = opened(tmp_path, [message]).depth
-    if depth == "16UC1":
+@pytest.mark.parametrize(
+    ("encoding", "text", "encoded"),
+    [
+        ("16UC1", "16UC1; compressedDepth", png),
+        ("16UC1", "16UC1; compressedDepth png", png),
+        ("32FC1", "32FC1; compressedDepth png", png),
+        ("16UC1", "16UC1; compressedDepth rvl", rvl),
+        ("32FC1", "32FC1; compressedDepth rvl", rvl),
+    ],
+)
+def test_compressed_depth(tmp_path, encoding, text, encoded):
+    start, units = (header(), UNITS) if encoding == "16UC1" else quantised(METRES)
+    message = depth_file(start + encoded(units), text, f"{DEPTH_TOPIC}/compressedDepth")
+    found = opened(tmp_path, [message], "ros1").depth
+    np.testing.assert_array_equal(found == 0, METRES == 0)
+    if encoding == "16UC1":
         np.testing.assert_array_equal(found, METRES)
-    else:
+    else:  # one step of the quantisation at depth z is z^2 / a
         assert (np.abs(found - METRES) <= METRES**2 / 10_000 + 1e-6).all()
 
 
@@ -243,30 +239,23 @@ def test_a_damaged_rvl_image_is_an_error_or_an_image(seed):
         (depth_image(UNITS[:20]), "48 x 20 pixels, but the camera has 48 x 36"),
         (depth_image(data=np.zeros(0, np.uint8)), "got 0 bytes"),
         (depth_image(encoding="16UC7"), "expected depth encoded as"),
+        (image(COLOR_TOPIC, T0_NS, DEPTH_FRAME, RGB[:10], "rgb8"), "48 x 10 pixels"),
     ],
 )
 def test_a_bad_image_in_the_middle_is_one_bad_frame(tmp_path, bad, reason):
-    from dataclasses import replace
-
-    messages = [replace(depth_image(), stamp=T0_NS + i * 10**7) for i in range(4)]
-    messages[2] = replace(bad, stamp=messages[2].stamp)
+    stamps = [T0_NS + i * 10**7 for i in range(4)]
+    whole = {DEPTH_TOPIC: depth_image(), COLOR_TOPIC: image(COLOR_TOPIC, T0_NS, DEPTH_FRAME, RGB, "rgb8")}
+    messages = [
+        replace(bad if (topic, i) == (bad.topic, 2) else message, stamp=stamp)
+        for topic, message in whole.items()
+        for i, stamp in enumerate(stamps)
+    ]
     with st.open_sequence(write(tmp_path, [INFO, *messages], "ros1")) as seq:
         assert [frame.error == "" for frame in seq] == [True, True, False, True]
         assert reason in seq[2].error
-        assert DEPTH_TOPIC in seq[2].error
-        assert seq[2].timestamp == pytest.approx(1e-9 * messages[2].stamp, abs=1e-6)
+        assert bad.topic in seq[2].error
+        assert seq[2].timestamp == pytest.approx(1e-9 * stamps[2], abs=1e-6)
         assert seq[2].index == 2
-
-
-def test_a_bad_colour_image_is_a_bad_frame(tmp_path):
-    from dataclasses import replace
-
-    depth = [replace(depth_image(), stamp=T0_NS + i * 10**7) for i in range(3)]
-    color = [image(COLOR_TOPIC, m.stamp, DEPTH_FRAME, RGB, "rgb8") for m in depth]
-    color[1] = image(COLOR_TOPIC, depth[1].stamp, DEPTH_FRAME, RGB[:10], "rgb8")
-    with st.open_sequence(write(tmp_path, [INFO, *depth, *color], "db3")) as seq:
-        assert [frame.error == "" for frame in seq] == [True, False, True]
-        assert "48 x 10 pixels" in seq[1].error
 
 
 def test_depth_in_a_wrong_unit_shows_when_the_bag_is_opened(tmp_path):

@@ -292,15 +292,6 @@ def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, tmp_path, 
     assert "warning" not in capsys.readouterr().err
 
 
-@pytest.mark.filterwarnings("default")
-def test_guessed_intrinsics_are_one_warning_that_names_the_option(webcam, scene, tmp_path, capsys):
-    assert known(scene, tmp_path / "out", "--no-viewer", "-q") in (0, 3)
-    (line,) = [text for text in capsys.readouterr().err.splitlines() if "warning" in text]
-    assert (
-        "a horizontal field of view of 60 degrees is assumed; pass --intrinsics for poses in metres" in line
-    )
-
-
 def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, page, tmp_path):
     """Without depth there is no search: the object is moved as it was at the start into the box."""
     webcam.frames += webcam.frames[::-1]  # some are gone before the shape is loaded
