@@ -185,16 +185,6 @@ def test_a_pose_that_is_no_rotation_is_named_by_file_and_line(tmp_path, q):
         trajectories.read_tum(path)
 
 
-def test_a_mesh_with_a_wrong_index_is_named(tmp_path):
-    path = tmp_path / "a.ply"
-    path.write_text(
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n"
-    )
-    with pytest.raises(ValueError, match=r"a\.ply"):
-        st.Mesh.load(path)
-
-
 def test_many_points_at_one_place_are_a_model_too():
     """A tree of them was never finished."""
     same = np.broadcast_to(np.array([0.1, 0.2, 0.3]), (70_000, 3))
