@@ -11,7 +11,6 @@ import struct
 import subprocess
 import sys
 from dataclasses import dataclass, field
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -21,8 +20,8 @@ import sdftrack as st
 from sdftrack.live.streams import open_stream
 from sdftrack.viz.viewer import Record, Viewer
 
+psutil = pytest.importorskip("psutil")
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
-pytestmark = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="finds ports through /proc")
 
 ADMITTED = {101, 200}
 MOST = 400  # bytes of a refusal; a page or an image has thousands
@@ -32,24 +31,8 @@ KEY = "dGhlIHNhbXBsZSBub25jZQ=="
 
 def ports_of(pid: int) -> set[tuple[str, int]]:
     """(address, port) of each listening TCP socket of a process, of both versions of IP."""
-    inodes = set()
-    for link in Path(f"/proc/{pid}/fd").iterdir():
-        with contextlib.suppress(OSError):  # closed meanwhile
-            inodes.update(re.findall(r"socket:\[(\d+)\]", os.readlink(link)))
-    found = set()
-    for table in ("tcp", "tcp6"):
-        for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
-            words = line.split()
-            if words[3] == "0A" and words[9] in inodes:
-                address, port = words[1].split(":")
-                found.add((_address(address), int(port, 16)))
-    return found
-
-
-def _address(text: str) -> str:
-    """An address of /proc: words of the processor's byte order."""
-    packed = b"".join(struct.pack("=I", int(text[i : i + 8], 16)) for i in range(0, len(text), 8))
-    return socket.inet_ntop(socket.AF_INET if len(packed) == 4 else socket.AF_INET6, packed)
+    sockets = psutil.Process(pid).net_connections(kind="tcp")
+    return {tuple(one.laddr) for one in sockets if one.status == psutil.CONN_LISTEN}
 
 
 @dataclass
