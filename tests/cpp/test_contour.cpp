@@ -234,45 +234,6 @@ struct DiscImage {
 
 std::vector<float> copy_of(std::span<const float> values) { return {values.begin(), values.end()}; }
 
-TEST(ContourPhases, a_frame_without_a_memory_is_both_phases) {
-  const DiscImage first(48), next(51);
-  contour::ContourTracker whole{contour::ContourOptions{}}, parts{contour::ContourOptions{}};
-  const contour::ContourFrame start = whole.start(first.view(), first.mask.data());
-  EXPECT_EQ(start.report.status, contour::ContourStatus::kOk);
-  EXPECT_EQ(start.mask.size(), first.mask.size());
-  parts.start(first.view(), first.mask.data());
-  const contour::ContourFrame frame = whole.track(next.view());
-  const contour::ContourObservation seen = parts.observe(next.view());
-  EXPECT_EQ(seen.report.confidence, frame.report.confidence);
-  const contour::ContourFrame finished = parts.finish(contour::ShapeJudgement::kNone);
-  EXPECT_EQ(copy_of(finished.shape.phi), copy_of(frame.shape.phi));
-  EXPECT_EQ(finished.shape.warp, frame.shape.warp);
-  EXPECT_TRUE(std::equal(frame.mask.begin(), frame.mask.end(), finished.mask.begin()));
-  std::size_t right = 0;
-  for (std::size_t i = 0; i < next.mask.size(); ++i) right += (frame.mask[i] != 0) == (next.mask[i] != 0);
-  EXPECT_GT(right, next.mask.size() * 99 / 100);
-}
-
-TEST(ContourPhases, a_recovered_silhouette_replaces_the_shape_unless_it_is_empty) {
-  const DiscImage image(48);
-  contour::ContourTracker tracker{contour::ContourOptions{}}, other{contour::ContourOptions{}};
-  for (contour::ContourTracker* const t : {&tracker, &other}) {
-    t->start(image.view(), image.mask.data());
-    t->observe(image.view());
-  }
-  const auto cells = tracker.grid().phi.size();
-  const std::vector<unsigned char> nothing(cells, 0);
-  std::vector<unsigned char> half(cells, 0);
-  const auto nx = static_cast<std::size_t>(tracker.grid().nx);
-  for (std::size_t i = 0; i < cells; ++i) half[i] = tracker.grid().phi[i] < 0 && i % nx < nx / 2;
-  const auto area = [](const contour::ContourFrame& frame) {
-    return std::count(frame.mask.begin(), frame.mask.end(), 1);
-  };
-  const auto whole = area(tracker.finish(contour::ShapeJudgement::kOccluded, nothing.data()));
-  const auto left = area(other.finish(contour::ShapeJudgement::kOccluded, half.data()));
-  EXPECT_NEAR(static_cast<double>(left) / static_cast<double>(whole), 0.5, 0.05);
-}
-
 TEST(ContourPhases, an_occluded_or_a_novel_shape_changes_no_colours) {
   const DiscImage first(48);
   DiscImage dark(48);

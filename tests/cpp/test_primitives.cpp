@@ -196,16 +196,5 @@ TEST(Primitives, readings_before_and_behind_a_patch_are_as_far_from_it) {
   for (int j = 0; j < 3; ++j) EXPECT_NEAR(before.J[j], behind.J[j], 1e-12);
 }
 
-TEST(Primitives, sizes_have_their_place_behind_the_pose) {
-  const optim::Unknowns unknowns{1, false, false, 2};
-  EXPECT_EQ(unknowns.size(), 8);
-  EXPECT_EQ(optim::unit_of(unknowns, 7), optim::Unit::kLogScale);
-  optim::State x;
-  x.T_obj_cam = {Rigidd{}}, x.log_size = {0.0, 1.0};
-  Eigen::VectorXd delta = Eigen::VectorXd::Zero(8);
-  delta[7] = 0.25;
-  EXPECT_EQ(optim::retract(unknowns, x, delta).log_size[1], 1.25);
-}
-
 }  // namespace
 }  // namespace sdftrack

@@ -25,21 +25,9 @@ TEST(Rigid, an_mrp_is_the_tangent_of_a_quarter_of_the_angle) {
   }
 }
 
-TEST(Rigid, log_undoes_exp) {
-  for (const Vec3d& w : kRotations) EXPECT_LT(norm(rotation_log(rotation_exp(w)) - w), 1e-7);
-}
-
 TEST(Rigid, mrp_of_a_rotation_gives_the_rotation_back) {
   for (const Vec3d& w : kRotations)
     expect_near(rotation_from_mrp(mrp_from_rotation(rotation_exp(w))), rotation_exp(w), 1e-12);
-}
-
-TEST(Rigid, inverse_undoes_and_composition_chains) {
-  const Rigidd T_a_b{rotation_exp(Vec3d{0.1, 0.2, 0.3}), {1, 2, 3}},
-      T_b_c{rotation_exp(Vec3d{-1, 0.5, 0}), {0, 1, -1}};
-  const Vec3d p_c{0.3, -0.2, 0.9};
-  EXPECT_LT(norm((T_a_b * T_b_c) * p_c - T_a_b * (T_b_c * p_c)), 1e-14);
-  EXPECT_LT(norm(inverse(T_a_b) * (T_a_b * p_c) - p_c), 1e-14);
 }
 
 TEST(Rigid, an_increment_moves_a_point_by_v_plus_w_cross_p) {

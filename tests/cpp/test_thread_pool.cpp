@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/parallel.h"
 #include "base/thread_pool.h"
 
 #ifdef __GLIBC__
@@ -129,19 +128,6 @@ TEST(ThreadPool, idle_threads_sleep) {
   const std::clock_t begin = std::clock();
   std::this_thread::sleep_for(milliseconds(200));
   EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 0.05);
-}
-
-TEST(ParallelFor, a_sum_in_chunk_order_has_the_same_bits_on_any_number_of_threads) {
-  const auto sum = [](int threads) {
-    std::vector<double> parts(257);
-    parallel_for(parts.size(), threads, [&](std::size_t i) {
-      for (int k = 1; k < 100; ++k) parts[i] += 1.0 / static_cast<double>(k * (i + 1));
-    });
-    double total = 0;
-    for (const double part : parts) total += part;
-    return total;
-  };
-  for (const int threads : {0, 2, 3, 8, 1000}) EXPECT_EQ(sum(threads), sum(1));
 }
 
 #ifdef __GLIBC__

@@ -26,19 +26,6 @@ struct Verdicts : PartsFixture {
   }
 };
 
-TEST(Verdict, who_is_lost_has_the_last_good_pose_and_none_before_the_first) {
-  Verdicts v;
-  v.add(kPose);
-  v.verdict.start({std::nullopt});
-  EXPECT_TRUE(std::isnan(v.conclude({answer(kPose, tracking::Status::kLost)}, 0).objects[0].T_cam_obj.t.x));
-  v.conclude({answer(kPose)}, 1);
-  const Rigidd other = pose_at({0.1, 0, 0.5});
-  for (const tracking::Status status : {tracking::Status::kLost, tracking::Status::kBadFrame})
-    EXPECT_EQ(v.conclude({answer(other, status)}, 2).objects[0].T_cam_obj.t.x, 0);
-  v.verdict.set_pose(0, other);
-  EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kLost)}, 2).objects[0].T_cam_obj.t.x, 0.1);
-}
-
 TEST(Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) {
   Verdicts v;
   v.add(kPose);
@@ -94,18 +81,6 @@ TEST(Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_l
             "no cylinder found there; give a mask of it, or a frame in which it stands alone on the table");
   EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kBadFrame)}, 0).objects[0].trust.status,
             tracking::Status::kBadFrame);
-}
-
-TEST(Verdict, a_sequence_that_was_kept_elsewhere_goes_on) {
-  Verdicts v;
-  v.add(kPose);
-  v.verdict.resume(7, 1.0, {true}, {kPose});
-  EXPECT_FALSE(v.verdict.has_result());
-  v.verdict.next_frame();
-  const tracking::FrameResult& result = v.conclude({answer(pose_at({0.01, 0, 0.5}))}, 1.5);
-  EXPECT_EQ(result.index, 8);
-  EXPECT_NEAR(result.objects[0].twist[0], 0.02, 1e-12);
-  EXPECT_TRUE(v.verdict.has_result());
 }
 
 TEST(Sentence, arguments_stand_in_it_and_names_where_they_are_known) {

@@ -11,17 +11,13 @@ from experiments.calibration.convergence import within_from
 from experiments.common.pose_sets import half_turns, off_pose
 from experiments.common.sweeps import TRUTH, box_mesh, swept, values_of
 from experiments.common.truth import default_camera, motion, noisy, render_truth
-from experiments.contour.splits import split_name
 from experiments.reconstruction.carried_camera import aligned, around, carried
-from experiments.reconstruction.fusion import camera_path
 from experiments.reconstruction.known_and_unknown import share_seen
 from experiments.reconstruction.parts import evidence
 from experiments.reconstruction.reach import aligned_error
 from experiments.reconstruction.seen_part import sampled
 from sdftrack import geometry
 from sdftrack.synth.duck import duck_mesh
-
-SMALL = st.Camera(262.0, 262.0, 159.5, 119.5, 320, 240)
 
 
 @pytest.fixture(scope="module")
@@ -122,16 +118,6 @@ def test_paths_are_compared_after_their_centres_are_laid_upon_each_other(duck):
     np.testing.assert_allclose(aligned(moved, path), path, atol=1e-9)
 
 
-def test_the_whole_scene_is_followed_where_open3d_is_there(duck):
-    pytest.importorskip("open3d")
-    poses = carried(duck, 4)
-    seq = st.synth.sequence([duck, around(duck)], 4, np.stack([poses, poses], 1), 0.001, camera=SMALL)
-    found = geometry.inverse(poses[0]) @ camera_path(seq, 4)
-    metres, radians = st.metrics.pose_error(geometry.inverse(found), poses)
-    assert metres.max() < 0.015  # its model is young
-    assert radians.max() < np.deg2rad(1.0)
-
-
 def test_alignment_finds_the_motion_between_two_like_shapes():
     shape = st.SDF.box((0.10, 0.07, 0.05), voxels=80)
     points, _ = sampled(shape.to_mesh(), 4000)
@@ -149,8 +135,3 @@ def test_both_forms_of_the_evidence_agree_far_from_the_reading():
     np.testing.assert_allclose(evidence(d, 8.0, 1.0), evidence(d, 8.0, None), atol=1e-6)
     assert evidence(np.array([-1e-3]), 8.0, None)[0] < 0.001  # the printed one is sure at once
     assert evidence(np.array([-1e-3]), 8.0, 1.0)[0] == pytest.approx(0.5, abs=1e-3)
-
-
-def test_the_splits_are_named_as_in_the_text():
-    names = ["10 -> 1-9", "9-10 -> 1-8", "8-10 -> 1-7", "3-10 -> 1-2", "2-10 -> 1"]
-    assert [split_name(n) for n in (1, 2, 3, 8, 9)] == names

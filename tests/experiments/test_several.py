@@ -8,13 +8,13 @@ import pytest
 
 import sdftrack as st
 from experiments.several.growth import growth
-from experiments.several.identity import Tracked, swapped, swaps, track
+from experiments.several.identity import Tracked, swapped, swaps
 from experiments.several.judged import judge, measure, total
 from experiments.several.look_alikes import relative_motion
 from experiments.several.shuffle import hands
 from experiments.synth import contact as paths
 from experiments.synth import several as scenes
-from experiments.synth.contact import Solid, deepest, first_contact, gap
+from experiments.synth.contact import Solid, deepest, gap
 from experiments.synth.staged import Scene
 from sdftrack import geometry
 from sdftrack.synth.duck import duck_mesh
@@ -66,11 +66,6 @@ def test_copies_at_one_pose_are_as_deep_in_each_other_as_they_are_thick(ball):
     )
 
 
-def test_balls_come_to_rest_at_the_wanted_gap(ball):
-    s = first_contact(ball, [np.eye(4)], np.eye(3), np.zeros(3), np.array([-1.0, 0, 0]), 0.5, 0.001)
-    assert s == pytest.approx(2 * RADIUS_M + 0.001, abs=BALL_ATOL_M)
-
-
 CASES = {
     "meetings": lambda duck: scenes.meetings(*duck, 40, 1, noise=None),
     "push": lambda duck: scenes.push(*duck, 40, 0, noise=None),
@@ -110,14 +105,6 @@ def test_labels_agree_with_the_depth(met, duck):
         assert ((other == 0) | (other >= depth[own])).all()
         # The silhouette alone is counted at half the size.
         assert met.share[i, k] == pytest.approx(own.sum() / (alone[k] > 0).sum(), abs=0.03)
-
-
-def test_colours_carry_five_grey_levels(duck):
-    plain = scenes.row(*duck, 1, 1, noise=None, color=True)
-    back = np.s_[:40, :40]
-    a, b = plain[0].color[back].astype(float), plain.seq[0].color[back].astype(float)
-    assert (a - b).std() == pytest.approx(np.sqrt(21), rel=0.1)
-    assert plain.labels(0).max() == 0
 
 
 def test_a_pair_that_is_pushed_is_shown_overlapping(duck):
@@ -211,8 +198,3 @@ def test_growth_finds_line_and_exponent():
     fit = growth(counts, [1.0 + 2.0 * c for c in counts])
     assert (fit["fixed_ms"], fit["ms_per_object"], fit["residual_ms"]) == pytest.approx((1, 2, 0), abs=1e-9)
     assert growth(counts, [0.3 * c**1.2 for c in counts])["exponent"] == pytest.approx(1.2)
-
-
-def test_an_unknown_way_is_named(ball):
-    with pytest.raises(ValueError, match=r"way: expected one of joint, .*got 'both'"):
-        track([ball.sdf], None, [], [], "both", {})

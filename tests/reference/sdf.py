@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Signed distances in plain numpy: every point against every triangle. Slow and obvious."""
+"""Distances on a grid in plain numpy: swept voxel by voxel, sampled point by point. Slow and obvious."""
 
 from __future__ import annotations
 
@@ -9,37 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-
-
-def triangle_distance(points: Array, a: Array, b: Array, c: Array) -> Array:
-    """Distance of (N, 3) points to one triangle: to its plane over the triangle, else to its nearest edge."""
-    n = np.cross(b - a, c - a)
-    n = n / np.linalg.norm(n)
-    over = np.ones(len(points), bool)
-    edges = np.full(len(points), np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        over &= (points - p) @ np.cross(n, q - p) >= 0
-        s = np.clip((points - p) @ (q - p) / ((q - p) @ (q - p)), 0, 1)
-        edges = np.minimum(edges, np.linalg.norm(points - p - s[:, None] * (q - p), axis=1))
-    return np.where(over, np.abs((points - a) @ n), edges)
-
-
-def winding_number(points: Array, vertices: Array, faces: Array) -> Array:
-    """Sum of solid angles over 4 pi (van Oosterom and Strackee, 1983): 1 inside, 0 outside."""
-    total = np.zeros(len(points))
-    for face in faces:
-        a, b, c = (vertices[i] - points for i in face)
-        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-        volume = (a * np.cross(b, c)).sum(axis=1)
-        rest = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        total += 2 * np.arctan2(volume, rest)
-    return total / (4 * np.pi)
-
-
-def mesh_distance(points: Array, vertices: Array, faces: Array) -> Array:
-    """Signed distance (m) of (N, 3) points to a closed mesh, negative inside."""
-    distance = np.min([triangle_distance(points, *vertices[face]) for face in faces], axis=0)
-    return np.where(winding_number(points, vertices, faces) > 0.5, -distance, distance)
 
 
 def fast_sweep(known: Array, u: Array, h: float, rounds: int = 2) -> Array:
