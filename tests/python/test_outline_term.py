@@ -9,11 +9,7 @@ from tracking_scene import CAMERA, POSE, box_mesh, increment
 
 import sdftrack as st
 from reference.appearance import smoothed
-from reference.outline import (
-    local_color_chances,
-    outline_cost,
-    outline_residuals,
-)
+from reference.outline import outline_cost, outline_residuals
 from sdftrack import _core, geometry
 
 OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
@@ -167,19 +163,29 @@ def test_what_is_hidden_or_without_contrast_says_nothing():
     assert seen[:, 3].min() > 150
 
 
-def test_local_colours_are_those_of_the_twin():
-    random = np.random.default_rng(3)
-    n, m = 400, 60
-    points, asked = random.normal(size=(n, 3)), random.normal(size=(m, 3))
-    palette = random.integers(0, 4096, 6)
-    bins, asked_bins = random.choice(palette, n), random.choice(palette, m)
-    is_object, frames = random.random(n) < 0.5, np.sort(random.integers(0, 4, n))
-    counts = random.integers(0, 50, (2, 4096)).astype(np.float32)
+def test_local_colours_are_counted_place_by_place_and_older_frames_less():
+    """Of 512 coarse colours by the pixels of a place, and of the whole object as if 15 pixels had shown it."""
+    rng = np.random.default_rng(3)
+    counts = rng.integers(1, 50, (2, 4096)).astype(np.float32)
     whole = [4096 * smoothed(c / c.sum()) for c in counts.astype(float)]
-    want = local_color_chances(whole, points, is_object, bins, frames, 0.2, asked, asked_bins)
+    here, beside = [1.0, 0.1, -0.2], [-1.0, 0.1, -0.2]
+    own, other = 0x8A3, 0x35C  # of different coarse bins
+    seen = [(True, own, 0)] * 10 + [(False, other, 0)] * 20 + [(True, own, 1)] * 6 + [(True, other, 1)] * 2
+    is_object, bins, frames = (list(column) for column in zip(*seen, strict=True))
+    points = np.array([here] * len(seen)) + rng.uniform(-0.05, 0.05, (len(seen), 3))
     got = _core.local_color_chances(
-        (counts[0], counts[1]), points, is_object.tolist(), bins.tolist(), frames.tolist(), 0.2, asked,
-        asked_bins.tolist(),
+        (counts[0], counts[1]), points, is_object, bins, frames, 0.2, np.array([here, here, beside, beside]),
+        [own, other, own, other],
     )  # fmt: skip
+    # Of the first frame 0.8 counts, for a second one has seen the place.
+    of_object = {own: 0.8 * 10 + 6, other: 2.0}
+    of_rest = {own: 0.0, other: 0.8 * 20}
+    want = []
+    for place, color in ((1, own), (1, other), (0, own), (0, other)):
+        f, b = (
+            (512 * place * found[color] + 15 * whole[side][color]) / (place * sum(found.values()) + 15)
+            for side, found in enumerate((of_object, of_rest))
+        )
+        want.append(f / (f + b))
     assert got == pytest.approx(want, rel=1e-4)
-    assert np.ptp(want) > 0.3  # places differ
+    assert want[0] > 0.9 > 0.2 > want[1]

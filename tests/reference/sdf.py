@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Distances on a grid in plain numpy: swept voxel by voxel, sampled point by point. Slow and obvious."""
+"""The trilinear interpolant of a volume, point by point. Slow and obvious."""
 
 from __future__ import annotations
 
@@ -9,46 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-
-
-def fast_sweep(known: Array, u: Array, h: float, rounds: int = 2) -> Array:
-    """Solve |grad u| = 1 on a grid [z, y, x] from the values where `known`, voxel by voxel (Zhao, 2005)."""
-    u = np.where(known, u, 1e30).astype(np.float64)
-    sizes = u.shape
-    for _ in range(rounds):
-        for order in np.ndindex(2, 2, 2):
-            ranges = [
-                range(n) if flag else range(n - 1, -1, -1) for n, flag in zip(sizes, order, strict=True)
-            ]
-            for z in ranges[0]:
-                for y in ranges[1]:
-                    for x in ranges[2]:
-                        if not known[z, y, x]:
-                            u[z, y, x] = min(u[z, y, x], _godunov(_neighbours(u, (z, y, x)), h))
-    return u
-
-
-def _neighbours(u: Array, at: tuple[int, int, int]) -> list[float]:
-    out = []
-    for axis in range(3):
-        sides = []
-        for step in (-1, 1):
-            i = list(at)
-            i[axis] += step
-            if 0 <= i[axis] < u.shape[axis]:
-                sides.append(u[tuple(i)])
-        out.append(min(sides))
-    return sorted(out)
-
-
-def _godunov(a: list[float], h: float) -> float:
-    """Smallest x with sum of max(x - a_i, 0)^2 = h^2, a sorted."""
-    for k in (1, 2, 3):
-        mean, square = sum(a[:k]) / k, sum((v - sum(a[:k]) / k) ** 2 for v in a[:k])
-        x = mean + np.sqrt(max(0.0, (h * h - square) / k))
-        if k == 3 or x <= a[k]:
-            return float(x)
-    raise AssertionError
 
 
 def sample(values: Array, voxel_size: float, origin: Array, point: Array) -> tuple[float, Array]:
