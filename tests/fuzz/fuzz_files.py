@@ -7,6 +7,7 @@ import json
 import random
 import re
 import struct
+import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -277,3 +278,9 @@ def _memory(what: str, reset: bool = False) -> int:
             return next(1024 * int(line.split()[1]) for line in file if line.startswith(what))
     except (OSError, StopIteration):  # elsewhere than on Linux
         return 0
+
+
+def beside() -> None:
+    """What the other tests write and make can be imported."""
+    tests = Path(__file__).resolve().parents[1]
+    sys.path += [folder for folder in (str(tests / "python"), str(tests)) if folder not in sys.path]

@@ -3,29 +3,22 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from fuzz_datasets import contents, read, sequence
-from fuzz_files import file_case, folder_case
+from fuzz_files import beside, file_case, folder_case
 from fuzz_targets import Case, Target, any_of
 
 import sdftrack as st
 
-TESTS = Path(__file__).resolve().parents[1]
 BAGS = ("rosbags", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "lz4", "zstandard")
 SMALL = st.Camera(16.0, 16.0, 7.5, 5.5, 16, 12)
 
 
-def _beside() -> None:
-    """The writers of bags and recordings are those of the other tests."""
-    sys.path += [folder for folder in (str(TESTS / "python"), str(TESTS)) if folder not in sys.path]
-
-
 def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
     def make(folder: Path) -> Case:
-        _beside()
+        beside()
         import bag_writers
 
         cases = []

@@ -12,14 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_files import changed_value, file_case, mutated
+from fuzz_files import beside, changed_value, file_case, mutated
 from fuzz_targets import Case, Target, finite
 from fuzz_values import nasty_array
 
 import sdftrack as st
-
-CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
-POSE = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.4])
 
 
 def crafted(rng: random.Random, name: str, data: bytes) -> bytes:
@@ -86,70 +83,41 @@ def _sdf(folder: Path) -> Case:
     return _case(folder, seeds, st.SDF.load, finite)
 
 
-def _lwpr(folder: Path) -> Case:
-    rng = np.random.default_rng(0)
-    x = rng.random((60, 2))
-    model = st.LWPR(init_D=50.0, threads=1).fit(x, np.sin(3 * x[:, :1]) + x[:, 1:])
-
-    def load(path: Path) -> Any:
-        loaded = st.LWPR.load(path)
-        used(lambda: loaded.predict(np.full((3, loaded.n_inputs or 2), 0.4)))
-
-    return _case(folder, {"a.lwpr": _saved(folder, "s.lwpr", model)}, load)
+def _flat(camera: Any) -> st.Frame:
+    return st.Frame(np.full(getattr(camera, "depth", camera).shape, 0.6, np.float32))
 
 
-def _memories(folder: Path) -> Case:
-    memory = st.contour.ShapeMemory(n_harmonics=4, size=24, capacity=8)
-    y, x = np.mgrid[:40, :40]
-    for a in range(6):
-        memory.learn(np.hypot((x - 20) * (1 + 0.1 * a), y - 20) < 12)
-    mask = np.hypot(x - 20, y - 20) < 11
-
-    def load(path: Path) -> Any:
-        loaded = st.contour.ShapeMemory.load(path)
-        used(lambda: loaded.assess(mask))
-        used(lambda: loaded.learn(mask))
-
-    return _case(folder, {"a.memory": _saved(folder, "s.memory", memory)}, load)
+MASK = np.hypot(*(np.mgrid[:64, :64] - 32)) < 20
+USES = {
+    "tracker": lambda loaded: loaded.track(_flat(loaded.camera)),
+    "reconstructor": lambda loaded: loaded.track(_flat(loaded.camera)),
+    "memory": lambda loaded: loaded.learn(MASK),
+    "model": lambda loaded: loaded.predict(np.full((3, loaded.n_inputs or 2), 0.4)),
+}
 
 
-def _frame() -> st.Frame:
-    depth = st.SDF.box([0.12, 0.09, 0.06], voxels=24).render(CAMERA, POSE, 1)[0]
-    return st.Frame(np.where(depth > 0, depth, 1.2).astype(np.float32))
+def _of(name: str) -> Callable[[Path], Case]:
+    """Of an object of the tests of saved files."""
 
+    def make(folder: Path) -> Case:
+        beside()
+        import test_saved_files
 
-def _trackers(folder: Path) -> Case:
-    frame = _frame()
-    tracker = st.Tracker(
-        [st.SDF.box([0.12, 0.09, 0.06], voxels=16), st.SDF.sphere(0.03, voxels=12)], CAMERA, threads=1
-    )
-    tracker.start(frame, poses=[POSE, st.geometry.pose([0, 0, 0], [0.1, 0, 0.5])])
-    tracker.track(frame)
+        saved = test_saved_files.SAVED[name]
 
-    def load(path: Path) -> Any:
-        loaded = st.Tracker.load(path)
-        return used(lambda: loaded.track(frame))
+        def load(path: Path) -> Any:
+            loaded = saved.load(path)
+            return used(lambda: USES[name](loaded))
 
-    return _case(folder, {"a.tracker": _saved(folder, "s.tracker", tracker)}, load, finite)
+        return _case(folder, {f"a.{name}": _saved(folder, "made", saved.make())}, load, finite)
 
-
-def _reconstructors(folder: Path) -> Case:
-    frame = _frame()
-    star = st.Reconstructor(CAMERA, voxels=24, threads=1)
-    star.start(frame, mask=np.asarray(frame.depth) < 1)
-    star.track(frame)
-
-    def load(path: Path) -> Any:
-        loaded = st.Reconstructor.load(path)
-        return used(lambda: loaded.track(frame))
-
-    return _case(folder, {"a.star": _saved(folder, "s.star", star)}, load, finite)
+    return make
 
 
 TARGETS = (
     Target("saved_sdf", _sdf, weight=0.6),
-    Target("saved_lwpr", _lwpr, weight=0.5),
-    Target("saved_memory", _memories, weight=0.4),
-    Target("saved_tracker", _trackers, weight=0.3),
-    Target("saved_reconstructor", _reconstructors, weight=0.2),
+    Target("saved_lwpr", _of("model"), weight=0.5),
+    Target("saved_memory", _of("memory"), weight=0.4),
+    Target("saved_tracker", _of("tracker"), weight=0.3),
+    Target("saved_reconstructor", _of("reconstructor"), weight=0.2),
 )

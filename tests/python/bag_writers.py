@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import sdftrack as st
 
@@ -83,16 +84,9 @@ def info(
 def transform(
     parent: str, child: str, T: np.ndarray, stamp: int = T0_NS, topic: str = "/tf_static"
 ) -> Message:
-    """T_parent_child, by its quaternion (a rotation by less than half a turn)."""
-    w = np.sqrt(1 + np.trace(T[:3, :3])) / 2
-    x, y, z = (
-        (T[2, 1] - T[1, 2]) / (4 * w),
-        (T[0, 2] - T[2, 0]) / (4 * w),
-        (T[1, 0] - T[0, 1]) / (4 * w),
-    )
-    return Message(
-        topic, TRANSFORM, stamp, parent, {"child": child, "t": T[:3, 3].tolist(), "q": [x, y, z, w]}
-    )
+    """T_parent_child."""
+    values = {"child": child, "t": T[:3, 3].tolist(), "q": Rotation.from_matrix(T[:3, :3]).as_quat().tolist()}
+    return Message(topic, TRANSFORM, stamp, parent, values)
 
 
 def recording(

@@ -189,15 +189,9 @@ def test_the_colour_camera_and_where_depth_lies_in_it(size, full, crop):
     depth, color = values["CalibrationInformation"]["Cameras"]
     cameras = azure_cameras(values, (640, 576), size)
     p_depth = np.array([0.1, 0.05, 0.8])
-    T_color, T_depth = (
-        np.block(
-            [
-                [np.reshape(one["Rt"]["Rotation"], (3, 3)), np.reshape(one["Rt"]["Translation"], (3, 1))],
-                [np.zeros((1, 3)), np.ones((1, 1))],
-            ]
-        )
-        for one in (color, depth)
-    )
+    T_color, T_depth = np.eye(4), np.eye(4)
+    for T, one in ((T_color, color), (T_depth, depth)):
+        T[:3, :3], T[:3, 3] = np.reshape(one["Rt"]["Rotation"], (3, 3)), one["Rt"]["Translation"]
     p_ref = np.linalg.solve(T_depth, [*p_depth, 1])
     wanted = sdk_project((T_color @ p_ref)[:3], color, full) - crop - 0.5
     np.testing.assert_allclose(cameras.project_to_color(p_depth), wanted, atol=1e-6)
