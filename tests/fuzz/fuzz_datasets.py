@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_files import folder_case
+from fuzz_files import beside, folder_case
 from fuzz_readers import CAMERA, poses
 from fuzz_targets import Case, Target
 
@@ -56,15 +56,11 @@ def _saved(layout: str) -> Any:
 
 
 def _k1(folder: Path) -> Case:
-    st.save_sequence(folder / "source", sequence(), layout="bop")
-    files = contents(folder / "source")
-    K = {"fx": 60, "fy": 61, "cx": 31, "cy": 23}
-    camera = {"K_depth": K, "K_color": K, "image_size": [64, 48], "color_size": [64, 48], "depth_scale_m": 0.0001,
-              "depth_to_color_Pq": {"P": np.eye(3).tolist(), "q": [0, 0, 0]}}  # fmt: skip
-    truth = {"frames": {str(i): {"1": {"T_cam_obj": T.tolist()}} for i, T in enumerate(poses(3))}}
-    kept = {name: data for name, data in files.items() if name.startswith(("depth/", "rgb/"))}
-    more = {"camera.json": json.dumps(camera).encode(), "poses_init.json": json.dumps(truth).encode()}
-    return folder_case(folder, {**kept, **more}, read)
+    beside()
+    import test_datasets
+
+    test_datasets.write_k1(folder / "source", (64, 48), mapping=True)
+    return folder_case(folder, contents(folder / "source"), read)
 
 
 def _results(folder: Path) -> Case:

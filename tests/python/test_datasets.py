@@ -326,7 +326,7 @@ def test_tum_images_are_joined_by_time(tmp_path):
     np.testing.assert_array_equal(seq[1].color, _sequence()[1].color)
 
 
-def _write_k1(root: Path, color_size: tuple[int, int], mapping: bool) -> None:
+def write_k1(root: Path, color_size: tuple[int, int], mapping: bool) -> None:
     for name in ("depth", "rgb", "mask"):
         (root / name).mkdir(parents=True)
     K = {"fx": 60.0, "fy": 61.0, "cx": 31.0, "cy": 23.5}
@@ -378,7 +378,7 @@ def test_a_time_that_is_no_number_is_refused(tmp_path, word):
 
 
 def test_k1_has_its_mapping_masks_and_two_objects_of_one_mesh(tmp_path):
-    _write_k1(tmp_path / "s", (80, 60), mapping=True)
+    write_k1(tmp_path / "s", (80, 60), mapping=True)
     seq = st.open_sequence(tmp_path / "s")
     assert seq.layout == "k1"
     assert seq.camera.projective[1].tolist() == [1, 0, 0]
@@ -397,11 +397,11 @@ def test_k1_has_its_mapping_masks_and_two_objects_of_one_mesh(tmp_path):
 
 
 def test_k1_colour_of_another_size_needs_a_mapping(tmp_path):
-    _write_k1(tmp_path / "a", (80, 60), mapping=False)
+    write_k1(tmp_path / "a", (80, 60), mapping=False)
     with pytest.warns(UserWarning, match="80 x 60"):
         seq = st.open_sequence(tmp_path / "a")
     assert seq[0].color is None
-    _write_k1(tmp_path / "b", (64, 48), mapping=False)
+    write_k1(tmp_path / "b", (64, 48), mapping=False)
     seq = st.open_sequence(tmp_path / "b")
     assert seq.camera.aligned
     assert seq[0].color is not None

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fault_commands import FRAMES, inputs
 from tracking_fakes import CAMERA, frame, pose, result
 from viewer_scene import wait_until
 
@@ -30,7 +31,6 @@ pytest.importorskip("fcntl", reason="there are no locks on this system")
 
 OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
 BUSY = r"out: expected a folder that no other run writes into, got .*, used by"
-FRAMES = 8
 PAIRS = 20
 WAIT_S = 60.0
 
@@ -184,13 +184,7 @@ def test_two_saved_sequences_of_one_name_are_one_of_them(tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("data")
-    camera = st.Camera(130.0, 130.0, 79.5, 59.5, 160, 120)
-    mesh = st.SDF.box((0.12, 0.09, 0.06), voxels=40).to_mesh()
-    path = st.synth.random_walk(step_m=0.002, step_rad=0.01)
-    seq = st.synth.sequence(mesh, FRAMES, path, 0.001, seed=2, camera=camera, threads=1)
-    st.save_sequence(folder / "seq", seq)
-    return folder / "seq"
+    return inputs(tmp_path_factory.getbasetemp()) / "seq"
 
 
 def tracking(

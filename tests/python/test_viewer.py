@@ -47,6 +47,12 @@ def get(viewer, path="/"):
         return answer.status, answer.read()
 
 
+def told(*statuses, pose=np.eye(4), reason=""):  # noqa: B008  (not changed)
+    """A result as a report states it."""
+    about = {"pose": pose.tolist(), "reason": reason, "confidence": 0.25}
+    return result_of({"objects": [{**about, "status": status} for status in statuses]})
+
+
 # -- What is drawn, and when
 
 
@@ -85,9 +91,7 @@ def test_the_newest_frame_is_drawn_once_a_page_opens(viewer, monkeypatch):
 
 def test_frames_without_result_lost_objects_and_bad_frames_are_shown(viewer, monkeypatch):
     sequence, _, results = scene()
-    lost = result_of(
-        {"objects": [{"pose": results[0].pose.tolist(), "status": "lost", "reason": "gone", "confidence": 0}]}
-    )
+    lost = told("lost", pose=results[0].pose, reason="gone")
     bad = st.Frame.unreadable("unplugged")
     with watched(viewer, monkeypatch):
         shown = (
@@ -129,14 +133,7 @@ def viewer_of_two():
 def test_a_grown_mesh_replaces_the_model_of_one_of_two(viewer_of_two, monkeypatch):
     sequence, _, results = scene()
     viewer = viewer_of_two
-    two = result_of(
-        {
-            "objects": [
-                {"pose": results[0].pose.tolist(), "status": "ok", "reason": "", "confidence": 0.5}
-                for _ in range(2)
-            ]
-        }
-    )
+    two = told("ok", "ok", pose=results[0].pose)
     grown = st.SDF.box([0.05, 0.05, 0.05], voxels=16).to_mesh()
     viewer.set_mesh(0, grown)
     with watched(viewer, monkeypatch):
@@ -194,7 +191,7 @@ def test_drawing_keeps_to_its_rate_and_takes_the_newest():
 
 def test_errors_of_arguments_name_them(viewer):
     sequence, sdf, _ = scene()
-    two = result_of({"objects": [{"pose": None, "status": "lost", "reason": "", "confidence": 0}] * 2})
+    two = told("lost", "lost")
     with pytest.raises(ValueError, match="result: expected at most 1 objects"):
         viewer.show(sequence[0], two)
     with pytest.raises(ValueError, match="names: expected 1, one per shape, got 2"):
@@ -244,9 +241,7 @@ def test_a_trail_is_interrupted_where_the_object_was_lost():
 
 
 def test_texts_are_escaped_and_unknown_numbers_left_out():
-    result = result_of(
-        {"objects": [{"pose": np.eye(4).tolist(), "status": "weak", "reason": "a < b", "confidence": 0.25}]}
-    )
+    result = told("weak", reason="a < b")
     text = lines_html(result, ["<script>"], ["click on <the part>"])
     assert "<div>click on &lt;the part&gt;</div>" in text
     assert "&lt;script&gt;" in text
