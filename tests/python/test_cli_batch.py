@@ -150,16 +150,6 @@ class TestWholeRun:
         assert "refused" in text
         assert "scene_camera.json" in text
 
-    def test_a_second_run_does_nothing_again(self, batch, made, capsys):
-        before = {p: p.stat().st_mtime_ns for p in batch[0].rglob("*.json*")}
-        table = (batch[0] / "summary.csv").read_text()
-        assert run(["batch", str(made / "plan.toml"), "--out", str(batch[0]), "--jobs", "1"]) == 1
-        assert (batch[0] / "summary.csv").read_text() == table
-        before = {p: t for p, t in before.items() if p.name != "items.jsonl"}
-        assert before == {
-            p: p.stat().st_mtime_ns for p in batch[0].rglob("*.json*") if p.name != "items.jsonl"
-        }
-
     def test_other_options_for_the_same_results_are_refused(self, batch, made, capsys):
         other = made / "other.toml"
         other.write_text(PLAN.replace("no_video = true", 'no_video = true\nmode = "depth"'))
@@ -227,14 +217,6 @@ class TestCall:
         assert "nowhere" in result.reason
         assert result.reason in Path(what.log).read_text()
         assert not list((tmp_path / "out").iterdir())
-
-    def test_a_folder_of_somebody_else_is_not_touched(self, made, tmp_path):
-        what = self.what(made, tmp_path)
-        (tmp_path / "out" / "a").mkdir(parents=True)
-        (tmp_path / "out" / "a" / "thesis.txt").write_text("mine")
-        with pytest.raises(ValueError, match=r"expected results of an earlier batch, got another folder"):
-            call(what)
-        assert (tmp_path / "out" / "a" / "thesis.txt").read_text() == "mine"
 
     def test_recordings_and_models_at_addresses(self, made, tmp_path):
         place = made.as_uri()
