@@ -104,16 +104,3 @@ def printed_distance(kind: str, size: dict[str, float], points: Array, step: flo
     slopes = [distance(unit_kind, unit, y + a) - distance(unit_kind, unit, y - a) for a in axes]
     gradient = np.column_stack(slopes) / (2 * step)
     return np.asarray(distance(unit_kind, unit, y) / np.linalg.norm(gradient / S, axis=1))
-
-
-def ray_residual(kind: str, size: dict[str, float], T_obj_cam: Array, p_cam: Array) -> float:
-    """Depth difference (m) between a measurement and the first intersection of its ray with the solid; nan: none."""
-    ray = p_cam / p_cam[2]
-    z = np.linspace(p_cam[2] - 0.05, p_cam[2] + 0.05, 801)
-    phi = distance(kind, size, (z[:, None] * ray) @ T_obj_cam[:3, :3].T + T_obj_cam[:3, 3])
-    inside = np.flatnonzero(phi < 0)
-    if not len(inside) or inside[0] == 0:
-        return float("nan")
-    k = inside[0]
-    hit = z[k - 1] + (z[k] - z[k - 1]) * phi[k - 1] / (phi[k - 1] - phi[k])
-    return float(hit - p_cam[2])
