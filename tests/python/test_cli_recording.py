@@ -113,7 +113,7 @@ def test_an_interrupted_recording_is_continued(tmp_path):
     seq = sensor_sequence()
     for layout in LAYOUTS:
         folder = tmp_path / layout
-        folder.mkdir()
+        (folder / "mine").mkdir(parents=True)
         contents = Contents(seq.camera, seq.objects, seq.models)
         with WRITERS[layout](folder, contents) as writer:
             for i in range(3):
@@ -132,6 +132,7 @@ def test_an_interrupted_recording_is_continued(tmp_path):
             writer.finish()
         with st.open_sequence(folder) as read:
             same(seq, read)
+        assert (folder / "mine").is_dir()  # no folder of the writer, although it is empty
         assert not list(folder.glob(".*"))
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -105,9 +106,9 @@ class LayoutWriter(ClosedByWith):
         if self._video is not None:
             self._video.finish()
         self.write_index(self.journal.entries())
-        for inside in self.folder.iterdir():
-            if inside.is_dir() and not any(inside.iterdir()):
-                inside.rmdir()
+        for name in self.folders:
+            with contextlib.suppress(OSError):  # it holds files
+                (self.folder / name).rmdir()
         if last is not None:
             last()
         self.journal.remove()
