@@ -195,8 +195,8 @@ class ContourFiles:
         rows = self.rows[1:] or self.rows
         return float(sum(row["iou"] for row in rows) / len(rows))
 
-    def _plot(self, path: Path) -> None:
-        from sdftrack.viz.plots import figure, save_figure
+    def _plot(self) -> Any:
+        from sdftrack.viz.plots import figure
 
         fig, axis = figure(size=(8.0, 3.2))
         numbers = [row["frame"] for row in self.rows]
@@ -207,7 +207,7 @@ class ContourFiles:
                 axis.axvspan(row["frame"] - 0.5, row["frame"] + 0.5, color="#d1495b", alpha=0.15, linewidth=0)
         axis.set(xlabel="frame", ylim=(0, 1.02))
         axis.legend(loc="lower left")
-        save_figure(fig, path)
+        return fig
 
     def summary(self, source: Path) -> str:
         """Lines for the terminal."""

@@ -138,8 +138,8 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     plots = write_plots(
         folder,
         {
-            "errors.png": lambda path: plot_run(path, *errors, results),
-            "sdf_slices.png": lambda path: plot_sdf_slices(path, sdf),
+            "errors.png": lambda: plot_run(*errors, results),
+            "sdf_slices.png": lambda: plot_sdf_slices(sdf),
         },
     )
     title = f"a hand-held duck, {job.frames} frames of 640 x 480, by depth alone"

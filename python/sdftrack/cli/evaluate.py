@@ -63,8 +63,8 @@ def _write(job: Evaluate, out: Path, title: str, scores: list[Any]) -> None:
     write_plots(
         out,
         {
-            "errors.png": lambda path: plot_errors(scores, path),
-            "trajectory.png": lambda path: plot_trajectories(scores, path),
+            "errors.png": lambda: plot_errors(scores),
+            "trajectory.png": lambda: plot_trajectories(scores),
         },
     )
     about = {"version": __version__, "results": str(job.directory), "sequence": job.seq}

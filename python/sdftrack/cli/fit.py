@@ -130,7 +130,7 @@ def _fit_cloud(job: Fit) -> None:
     found = st.fit_primitive(points, job.kind, **options)
     _write(job, found, {"cloud": str(job.source), "kind": job.kind, "points": len(points), **options})
     metres = points * unit_scale(job.unit)
-    write_plots(job.folder, {"fit.png": lambda path: plot_cloud(path, metres, found)})
+    write_plots(job.folder, {"fit.png": lambda: plot_cloud(metres, found)})
     _tell(job, found)
 
 

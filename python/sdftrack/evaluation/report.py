@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,9 +207,9 @@ def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
     return rows
 
 
-def plot_errors(scores: list[ObjectScore], path: Path) -> None:
+def plot_errors(scores: list[ObjectScore]) -> Any:
     """Translation and rotation error over the images, one curve per object."""
-    from sdftrack.viz.plots import figure, save_figure
+    from sdftrack.viz.plots import figure
 
     fig, axes = figure(2, 1, size=(8.0, 5.0), sharex=True)
     for score in scores:
@@ -223,12 +222,12 @@ def plot_errors(scores: list[ObjectScore], path: Path) -> None:
     for a in axes:
         a.set_ylim(bottom=0)
     axes[0].legend()
-    save_figure(fig, path)
+    return fig
 
 
-def plot_trajectories(scores: list[ObjectScore], path: Path) -> None:
+def plot_trajectories(scores: list[ObjectScore]) -> Any:
     """Position over the images, truth as a dashed line."""
-    from sdftrack.viz.plots import figure, save_figure
+    from sdftrack.viz.plots import figure
 
     fig, axes = figure(3, 1, size=(8.0, 6.0), sharex=True)
     for score in scores:
@@ -238,4 +237,4 @@ def plot_trajectories(scores: list[ObjectScore], path: Path) -> None:
             a.set_ylabel(f"{'xyz'[j]} (mm)")
     axes[0].legend(title="dashed: truth")
     axes[-1].set_xlabel("image")
-    save_figure(fig, path)
+    return fig

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.viz.plots import COLORS, figure, save_figure
+from sdftrack.viz.plots import COLORS, figure
 
 Array = NDArray[np.float64]
 STATUS_SHADE = {"weak": "#f2c14e", "lost": "#d1495b", "bad_frame": "#9aa0a6"}
@@ -43,7 +43,7 @@ def strip(pictures: Sequence[NDArray[np.uint8]], columns: int = 3, scale: float 
     return out
 
 
-def plot_sdf_slices(path: Path, sdf: Any) -> None:
+def plot_sdf_slices(sdf: Any) -> Any:
     """Three slices through the centre of a volume: distance in colours, the surface as a line."""
     values, h = np.asarray(sdf.values), 1e3 * sdf.voxel_size
     low = 1e3 * np.asarray(sdf.origin)
@@ -72,12 +72,10 @@ def plot_sdf_slices(path: Path, sdf: Any) -> None:
         a.set_xlabel(across)
         a.set_ylabel(up)
     fig.colorbar(shown, ax=list(axes), label="signed distance (mm), negative inside", shrink=0.85)
-    save_figure(fig, path)
+    return fig
 
 
-def plot_run(
-    path: Path, translation_m: Array, rotation_rad: Array, results: Sequence[Any], k: int = 0
-) -> None:
+def plot_run(translation_m: Array, rotation_rad: Array, results: Sequence[Any], k: int = 0) -> Any:
     """Errors over the frames with the tracker's own 2-sigma, confidence, and weak or lost frames."""
     fig, axes = figure(3, 1, size=(9.0, 7.0), sharex=True, height_ratios=[3, 3, 2])
     frames = np.arange(len(results))
@@ -103,4 +101,4 @@ def plot_run(
             shade = STATUS_SHADE.get(str(r.status[k]))
             if shade is not None:
                 a.axvspan(i - 0.5, i + 0.5, color=shade, alpha=0.25, linewidth=0)
-    save_figure(fig, path)
+    return fig

@@ -40,8 +40,8 @@ def save_figure(fig: Any, path: Path) -> None:
         fig.savefig(temporary, format="png")
 
 
-def write_plots(folder: Path, plots: Mapping[str, Callable[[Path], None]]) -> list[str]:
-    """Plots of a command, by name and by what writes one to a path; returns the names of those written.
+def write_plots(folder: Path, plots: Mapping[str, Callable[[], Any]]) -> list[str]:
+    """Plots of a command, by name and by what makes the figure; returns the names of those written.
 
     Without Matplotlib none is: a warning says how to install it, and plots of an earlier run are removed.
     """
@@ -52,6 +52,6 @@ def write_plots(folder: Path, plots: Mapping[str, Callable[[Path], None]]) -> li
             (folder / name).unlink(missing_ok=True)
         warnings.warn(f"no {', '.join(plots)}: {error}", RuntimeWarning, stacklevel=2)
         return []
-    for name, write in plots.items():
-        write(folder / name)
+    for name, make in plots.items():
+        save_figure(make(), folder / name)
     return list(plots)

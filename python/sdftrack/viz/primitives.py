@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,9 +77,9 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
     return picture
 
 
-def plot_cloud(path: Path, points: NDArray[Any], fit: PrimitiveFit) -> None:
+def plot_cloud(points: NDArray[Any], fit: PrimitiveFit) -> Any:
     """Three views of the point cloud in the primitive's frame, with its wireframe."""
-    from sdftrack.viz.plots import figure, save_figure
+    from sdftrack.viz.plots import figure
 
     T = np.linalg.inv(fit.T_cam_obj)
     local = 1e3 * _moved(points[:: max(1, len(points) // CLOUD_POINTS)], T)
@@ -94,4 +93,4 @@ def plot_cloud(path: Path, points: NDArray[Any], fit: PrimitiveFit) -> None:
         axis.set_ylabel(f"{'xyz'[j]} (mm)")
     lengths = ", ".join(f"{name} {1e3 * value:.1f} mm" for name, value in fit.size.items())
     fig.suptitle(f"{fit.kind}: {lengths}; rms {1e3 * fit.rms:.1f} mm, {fit.status.value}")
-    save_figure(fig, path)
+    return fig

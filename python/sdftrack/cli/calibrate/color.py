@@ -118,16 +118,16 @@ def _depth_scale(path: Path) -> float:
 def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
     from sdftrack._internal.files import write_json
     from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
-    from sdftrack.viz.plots import save_figure, write_plots
+    from sdftrack.viz.plots import write_plots
 
     write_json(out / "camera.json", result.camera_dict(depth_scale_m))
     write_json(out / "result.json", {"settings": settings, **result.to_dict()})
     write_plots(
         out,
         {
-            "residuals.png": lambda path: save_figure(plot_residuals(result, before), path),
-            "coverage.png": lambda path: save_figure(plot_coverage(result), path),
-            "path.png": lambda path: save_figure(plot_path(result), path),
+            "residuals.png": lambda: plot_residuals(result, before),
+            "coverage.png": lambda: plot_coverage(result),
+            "path.png": lambda: plot_path(result),
         },
     )
 

@@ -60,7 +60,7 @@ def depth(job: Depth) -> None:
     out = job.file()
     import sdftrack as st
     from sdftrack.calibration.plots import plot_depth_errors
-    from sdftrack.viz.plots import save_figure, write_plots
+    from sdftrack.viz.plots import write_plots
 
     with contextlib.ExitStack() as stack:
         opened = [stack.enter_context(st.open_sequence(path, **job.opening)) for path in job.seqs]
@@ -75,7 +75,7 @@ def depth(job: Depth) -> None:
                 progress=lambda done: tell(done, len(source), "frames"),
             )
     result.sensor.save(out)
-    plot = {out.with_suffix(".png").name: lambda path: save_figure(plot_depth_errors(result), path)}
+    plot = {out.with_suffix(".png").name: lambda: plot_depth_errors(result)}
     written = [str(out), *write_plots(out.parent, plot)]
     if not job.quiet:
         _show(result, ", ".join(written))

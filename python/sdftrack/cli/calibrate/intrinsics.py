@@ -157,7 +157,7 @@ def _place(inits: list[Init], target: Target, frames: Selected, folder: Path) ->
 def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
     from sdftrack._internal.files import write_json
     from sdftrack.calibration.plots import plot_coverage, plot_estimates, plot_residuals
-    from sdftrack.viz.plots import save_figure, write_plots
+    from sdftrack.viz.plots import write_plots
 
     before, after = misfits
     residuals = {"first_guess": before.to_dict(), "calibrated": after.to_dict()}
@@ -167,9 +167,9 @@ def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_id
     write_plots(
         out,
         {
-            "coverage.png": lambda path: save_figure(plot_coverage(result), path),
-            "estimates.png": lambda path: save_figure(plot_estimates(result), path),
-            "residuals.png": lambda path: save_figure(plot_residuals(before, after, result), path),
+            "coverage.png": lambda: plot_coverage(result),
+            "estimates.png": lambda: plot_estimates(result),
+            "residuals.png": lambda: plot_residuals(before, after, result),
         },
     )
 

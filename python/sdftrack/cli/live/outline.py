@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -118,24 +119,12 @@ class OutlineFollower(Follower):
         return self._told(frame)
 
     def _told(self, frame: Any) -> Any:
-        import numpy as np
-
-        from sdftrack.results import TrackResult
+        from sdftrack.io.report_file import result_of
 
         now = self.outline
-        return TrackResult(
-            poses=np.full((1, 4, 4), np.nan),
-            status=[now.status],
-            reason=[now.reason],
-            confidence=np.array([now.confidence]),
-            covariances=np.full((1, 6, 6), np.nan),
-            twists=np.full((1, 6), np.nan),
-            inliers=np.full(1, np.nan),
-            runner_up=np.full(1, np.nan),
-            energy=math.nan,
-            timestamp=frame.timestamp,
-            index=frame.index or 0,
-        )
+        row = {"pose": None, "status": now.status, "reason": now.reason, "confidence": now.confidence}
+        result = result_of({"objects": [row], "timestamp": frame.timestamp})
+        return dataclasses.replace(result, index=frame.index or 0)
 
 
 class OutlineFiles:
