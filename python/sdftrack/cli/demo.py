@@ -49,9 +49,9 @@ class Demo(Common):
 
 def demo(job: Demo) -> None:
     import sdftrack as st
+    from sdftrack.io.frames import write_color
     from sdftrack.io.out_folder import prepare_folder
     from sdftrack.synth.demo_scene import make_scene
-    from sdftrack.viz.pictures import save_picture
     from sdftrack.viz.turntable import four_sides
 
     folder = DEFAULT_OUT if job.out is None else job.out
@@ -85,7 +85,7 @@ def demo(job: Demo) -> None:
         found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, job.frames // 4 + 8), job.threads, job.quiet)
         found.mesh.save(folder / "mesh.ply")
         sides = four_sides(found.mesh, found.pose, threads=job.threads, min_seen=found.min_seen)
-        save_picture(folder / "mesh.png", sides)
+        write_color(folder / "mesh.png", sides)
         recorder.wrote("mesh.ply", "mesh.png")
         recorder.note("reconstruction", found.section())
     _report(job, scene, sdf, results, pictures, found)
@@ -128,13 +128,14 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     import numpy as np
 
     from sdftrack._internal.files import write_text
+    from sdftrack.io.frames import write_color
     from sdftrack.metrics import pose_error
-    from sdftrack.viz.pictures import plot_run, plot_sdf_slices, save_picture, strip
+    from sdftrack.viz.pictures import plot_run, plot_sdf_slices, strip
     from sdftrack.viz.plots import write_plots
 
     folder = job.folder
     errors = pose_error(np.array([r.poses[0] for r in results]), scene.poses)
-    save_picture(folder / "frames.png", strip(pictures))
+    write_color(folder / "frames.png", strip(pictures))
     plots = write_plots(
         folder,
         {

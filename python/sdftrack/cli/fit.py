@@ -263,10 +263,10 @@ def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
 
 
 def _draw(job: Fit, frame: Any, found: Any, camera: Any) -> None:
-    from sdftrack.viz.pictures import save_picture
+    from sdftrack.io.frames import write_color
     from sdftrack.viz.primitives import draw_primitives
 
-    save_picture(job.folder / "fit.png", draw_primitives(frame, [found], camera))
+    write_color(job.folder / "fit.png", draw_primitives(frame, [found], camera))
 
 
 def _tell(job: Fit, found: Any) -> None:

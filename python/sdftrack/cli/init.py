@@ -293,8 +293,8 @@ def save_start_picture(
     """Write the image, with the outlines of the shapes at the poses found."""
     import cv2
 
+    from sdftrack.io.frames import write_color
     from sdftrack.viz.overlay import backdrop
-    from sdftrack.viz.pictures import save_picture
 
     picture = backdrop(frame, camera)
     for k, sdf in enumerate(sdfs):
@@ -306,7 +306,7 @@ def save_start_picture(
         cv2.rectangle(picture, (round(x), round(y)), (round(x + w), round(y + h)), BOX, 1)
     for x, y in selection.clicks:
         cv2.drawMarker(picture, (round(x), round(y)), CLICK, cv2.MARKER_CROSS, 2 * CLICK_PX, 2)
-    save_picture(path, picture)
+    write_color(path, picture)
 
 
 def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any, camera: Any) -> ValueError:

@@ -69,12 +69,12 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
 
     import sdftrack as st
     from sdftrack._internal.files import write_json
-    from sdftrack.viz.pictures import save_picture
+    from sdftrack.io.frames import write_color
 
     segments = int(labels.max())
     files = _save_labels(out, labels, segments)
-    save_picture(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
-    save_picture(out / "mean.png", st.superpixels.mean_colors(picture, labels))
+    write_color(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
+    write_color(out / "mean.png", st.superpixels.mean_colors(picture, labels))
     areas = np.bincount(labels.ravel())[1:]
     write_json(
         out / "result.json",
@@ -93,17 +93,17 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
 
 def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
     """Write labels as 16-bit PNG, and as an array if they do not fit; returns the file names."""
-    import cv2
     import numpy as np
 
     from sdftrack._internal.files import write_whole
+    from sdftrack.io.frames import write_depth_units
 
     if segments > np.iinfo(np.uint16).max:
         write_whole(out / "labels.npy", lambda file: np.save(file, labels))
     else:
         _drop_old_array(out)
     shown = np.minimum(labels, np.iinfo(np.uint16).max).astype(np.uint16)
-    write_whole(out / "labels.png", cv2.imencode(".png", shown)[1].tobytes())
+    write_depth_units(out / "labels.png", shown)
     return ["labels.png", "labels.npy"] if segments > np.iinfo(np.uint16).max else ["labels.png"]
 
 

@@ -81,7 +81,7 @@ def _serve(shown: Any, job: View) -> None:
 
 def _save(viewer: Any, out: Path | None) -> None:
     """Write the shown image for each `Save` that the page asked for."""
-    from sdftrack.viz.pictures import save_picture
+    from sdftrack.io.frames import write_color
     from sdftrack.viz.viewer.requests import Save
 
     for request in viewer.requests():
@@ -90,7 +90,7 @@ def _save(viewer: Any, out: Path | None) -> None:
                 print("not saved: start with --out DIR", flush=True)
                 continue
             path = next(p for n in itertools.count() if not (p := out / f"view_{n:06d}.png").exists())
-            save_picture(path, viewer.picture)
+            write_color(path, viewer.picture)
             print(f"saved {path}", flush=True)
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,19 +13,6 @@ from sdftrack.viz.plots import COLORS, figure
 
 Array = NDArray[np.float64]
 STATUS_SHADE = {"weak": "#f2c14e", "lost": "#d1495b", "bad_frame": "#9aa0a6"}
-
-
-def save_picture(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write an H x W x 3 RGB image as PNG, completely or not at all."""
-    import cv2
-
-    from sdftrack._internal.files import replacing
-
-    good, data = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))
-    if not good:
-        raise ValueError(f"picture: expected uint8 H x W x 3, got {picture.dtype} {picture.shape}")
-    with replacing(path) as temporary:
-        temporary.write_bytes(data.tobytes())
 
 
 def strip(pictures: Sequence[NDArray[np.uint8]], columns: int = 3, scale: float = 0.75) -> NDArray[np.uint8]:

@@ -220,15 +220,15 @@ class Run:
 
     def _keep(self, recorder: Any) -> None:
         """Write the files of the current shape."""
+        from sdftrack.io.frames import write_color
         from sdftrack.reconstruction.quality import seen_part
-        from sdftrack.viz.pictures import save_picture
         from sdftrack.viz.turntable import four_sides
 
         job, out, least = self.job, self.recording.out, self.star.options.min_seen
         mesh = self.star.mesh()
         self.star.shape.cropped().save(out / "shape.npz")
         sides = four_sides(mesh, self.recording.results[0].pose, threads=job.threads, min_seen=least)
-        save_picture(out / "mesh.png", sides)
+        write_color(out / "mesh.png", sides)
         recorder.wrote("shape.npz", "mesh.png")
         self._note(recorder, mesh)
         whole = seen_part(mesh, least) if job.seen_only else mesh
