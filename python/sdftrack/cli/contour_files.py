@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
 import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sdftrack.io.out_folder import OutFolder, refuse_inputs
+from sdftrack.io.out_folder import OutFolder, earlier_files, refuse_inputs
 from sdftrack.io.video import PART
 
 # The names that this command may ever write below DIR.
@@ -48,14 +47,10 @@ def refuse_places(out: Path, inputs: Sequence[tuple[str, Path]]) -> None:
 
 def _written_before(out: Path) -> set[str]:
     """File names, relative to `out`, listed by an earlier run of this command, or by one that was killed."""
-    names: list[Any] = []
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-        report = json.loads((out / "result.json").read_text(encoding="utf-8"))
-        if report["settings"]["command"] == "contour":
-            names += report["settings"]["files"]
+    names = earlier_files(out, "result.json", "contour")
     with contextlib.suppress(OSError, ValueError):
-        names += (out / WRITTEN).read_text(encoding="utf-8").splitlines()
-    return {str(name) for name in names if OWN.fullmatch(str(name))}
+        names |= {*(out / WRITTEN).read_text(encoding="utf-8").splitlines()}
+    return {name for name in names if OWN.fullmatch(name)}
 
 
 def trouble_of(image: Any, last: Any) -> str:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from dataclasses import dataclass, replace
@@ -178,11 +177,9 @@ def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
 
 def _ours(folder: Path) -> bool:
     """Whether an earlier demo wrote this folder."""
-    try:
-        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-        return bool(report["settings"]["command"] == "demo")
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+    from sdftrack.io.out_folder import earlier_files
+
+    return bool(earlier_files(folder, "report.json", "demo"))
 
 
 def _may_replace(sequence: Path) -> bool:

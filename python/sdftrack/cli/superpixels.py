@@ -97,22 +97,12 @@ def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
 
     from sdftrack._internal.files import write_whole
     from sdftrack.io.frames import write_depth_units
+    from sdftrack.io.out_folder import earlier_files
 
     if segments > np.iinfo(np.uint16).max:
         write_whole(out / "labels.npy", lambda file: np.save(file, labels))
-    else:
-        _drop_old_array(out)
+    elif "labels.npy" in earlier_files(out, "result.json", "superpixels"):
+        (out / "labels.npy").unlink(missing_ok=True)
     shown = np.minimum(labels, np.iinfo(np.uint16).max).astype(np.uint16)
     write_depth_units(out / "labels.png", shown)
     return ["labels.png", "labels.npy"] if segments > np.iinfo(np.uint16).max else ["labels.png"]
-
-
-def _drop_old_array(out: Path) -> None:
-    """Remove labels.npy if an earlier run's report lists it."""
-    import contextlib
-    import json
-
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-        old = json.loads((out / "result.json").read_text(encoding="utf-8"))["settings"]
-        if old["command"] == "superpixels" and "labels.npy" in old["files"]:
-            (out / "labels.npy").unlink(missing_ok=True)

@@ -56,7 +56,8 @@ class OutFolder:
         try:
             for part in _check_contents(directory, overwrite):
                 part.unlink(missing_ok=True)
-            self.stale = _reported(directory)
+            # Files of others are in other folders, whatever a report says.
+            self.stale = {name for name in earlier_files(directory, "report.json") if Path(name).name == name}
         except BaseException:
             self.release()
             raise
@@ -108,10 +109,12 @@ def _check_contents(directory: Path, overwrite: bool) -> list[Path]:
     return left
 
 
-def _reported(directory: Path) -> set[str]:
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-        old = json.loads((directory / "report.json").read_text(encoding="utf-8"))["settings"]["files"]
-        return {str(name) for name in old if Path(str(name)).name == str(name)}
+def earlier_files(directory: Path, report: str, command: str | None = None) -> set[str]:
+    """Names of the files that the report of an earlier run, of this command if one is given, lists."""
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        settings = json.loads((directory / report).read_text(encoding="utf-8"))["settings"]
+        if command is None or settings["command"] == command:
+            return {str(name) for name in settings["files"]}
     return set()
 
 
