@@ -3,24 +3,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from sdftrack._internal.files import write_whole
-from sdftrack._internal.validation import whole
-from sdftrack.mesh.files import FORMATS
-
-if TYPE_CHECKING:
-    from sdftrack.mesh.mesh import Mesh
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
 from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.extras import need
+from sdftrack._internal.files import write_whole
+from sdftrack._internal.validation import whole
+from sdftrack.mesh.files import FORMATS
 
 if TYPE_CHECKING:
     from sdftrack.mesh.mesh import Mesh
