@@ -7,7 +7,8 @@ import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from types import SimpleNamespace
+from typing import Any
 
 from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import Usage, argument, option
@@ -160,17 +161,14 @@ def model_of_report(path: Path, k: int) -> Any:
 
     settings = read_results(path)["settings"]
     if settings.get("command") == "reconstruct":
-        return _meshes(path, settings, 1, _NoModels, None)[0] if (path / "mesh.ply").is_file() else None
+        return _meshes(path, settings, 1, _NO_MODELS, None)[0] if (path / "mesh.ply").is_file() else None
     models = settings.get("models", [])
     if k >= len(models) or not Path(models[k]).is_file():
         return None
-    return _meshes(path, {**settings, "models": [models[k]]}, 1, _NoModels, None)[0]
+    return _meshes(path, {**settings, "models": [models[k]]}, 1, _NO_MODELS, None)[0]
 
 
-class _NoModels:
-    """In place of a sequence: it has no models of its own."""
-
-    models: ClassVar[dict[int, Any]] = {}
+_NO_MODELS = SimpleNamespace(models={})  # in place of a sequence: it has none of its own
 
 
 def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:

@@ -9,7 +9,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,6 @@ _ENCODERS = ("libx264", "libopenh264", "h264")
 _ENCODER_OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
 
 
-class _Encoder(Protocol):
-    """Of pictures of one even size, into a file that `finish` completes."""
-
-    def add(self, picture: Picture) -> None: ...
-
-    def finish(self) -> None: ...
-
-    def drop(self) -> None: ...
-
-
 class VideoFile:
     """An MP4: H.264 that browsers play (yuv420p, even size, index first) with PyAV, else MPEG-4 Part 2 (mp4v)."""
 
@@ -43,8 +33,8 @@ class VideoFile:
         self._name = path.name
         self._fps = fps
         self._waiting: list[tuple[Picture, float | None]] = []  # the first picture, until the rate is known
-        self._encoder: _Encoder | None = None
-        self._make: Any = _BrowserVideo
+        self._encoder: _BrowserVideo | _PlainVideo | None = None
+        self._make: type[_BrowserVideo | _PlainVideo] = _BrowserVideo
         try:
             need("av", "video")
         except MissingExtra as error:

@@ -7,6 +7,7 @@ import math
 import time
 import warnings
 from collections import deque
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,8 @@ class RealSense:
         self._serial = info(rs, device, "serial_number")
         sensor, depth = depth_profile(rs, device, *self._wanted)
         found = color_profile(device, depth) if self._color else None
-        self.camera = RGBDCamera.from_realsense(_Streams(depth, found and found[1]))
+        profiles = [depth, *([found[1]] if found else [])]
+        self.camera = RGBDCamera.from_realsense(SimpleNamespace(get_streams=lambda: profiles))
         if self._preset is not None:
             set_preset(rs, sensor, self._preset)
         # The SDK has float32: its shortest decimal, 0.00025, is what the device means and what files say.
@@ -155,16 +157,6 @@ class RealSense:
             )
         pixels = np.asanyarray(depth.get_data())
         return Frame(pixels, _rgb(color), stamp_s, depth_scale=self._scale, check_units=False)
-
-
-class _Streams:
-    """Two stream profiles in the form of a pipeline's profile."""
-
-    def __init__(self, depth: Any, color: Any) -> None:
-        self._profiles = [depth, *([color] if color is not None else [])]
-
-    def get_streams(self) -> list[Any]:
-        return self._profiles
 
 
 def _rgb(color: Any) -> NDArray[np.uint8] | None:
