@@ -48,19 +48,9 @@ def report_html(
     notes: Sequence[str] = (),
     pairs: Mapping[str, Sequence[Pair]] | None = None,
 ) -> str:
-    """The report as one HTML file.
+    """The report as one HTML file; `sessions`, `changes` and `pairs` as of :func:`measures_json`.
 
-    Parameters
-    ----------
-    sessions : dict of str to list of Analysis
-        By name; one Analysis per object.
-    changes : list of Change
-        Of :func:`compare_sessions`.
-    title : str
-    notes : list of str
-        Lines below the title.
-    pairs : dict of str to list of Pair, optional
-        Of :func:`pairs_of`, by session.
+    `notes` are lines below the title.
     """
     without = missing_plots()
     if without:
