@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -59,6 +59,21 @@ class Common:
         if self.out is None:
             raise Usage("expected a folder for the results: --out DIR", "--out")
         return self.out
+
+    def refuse_out(self, names: Iterable[str] = (), inputs: Iterable[tuple[str, Path | None]] = ()) -> Path:
+        """--out, refused before the work if it holds files of others, or if one of `names` there is an input."""
+        from sdftrack.io.out_folder import refuse_folder, refuse_inputs
+
+        refuse_folder(self.folder, self.overwrite)
+        refuse_inputs(self.folder, names, inputs)
+        return self.folder
+
+    def make_out(self) -> Path:
+        """--out, made and held until the end."""
+        from sdftrack.io.out_folder import prepare_folder
+
+        prepare_folder(self.folder, self.overwrite)
+        return self.folder
 
     def on_cpu(self) -> None:
         """For commands that run on the CPU and do not use --config: an invalid one is an error."""

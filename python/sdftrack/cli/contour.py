@@ -74,7 +74,6 @@ def contour(job: Contour) -> None:
             raise Usage("expected --memory with it", name)
     from sdftrack.cli.contour_files import ContourFiles, refuse_places
     from sdftrack.contour import ContourTracker
-    from sdftrack.io.out_folder import refuse_folder
     from sdftrack.io.video import ColorVideo
 
     job.on_cpu()  # a frame is the work of one thread of the CPU
@@ -85,7 +84,7 @@ def contour(job: Contour) -> None:
     shapes, burn_in = job.first_memory() if job.memory else (None, 0)
     video = ColorVideo(job.source)
     truth = _truth(job.masks)
-    refuse_folder(out, job.overwrite)
+    job.refuse_out()
     inputs = [("VIDEO|FOLDER", job.source), ("--mask", job.mask), ("--masks", job.masks)]
     refuse_places(out, [(name, path) for name, path in inputs if path is not None])
     frames = video.frames(job.start, job.stop, job.step)

@@ -49,7 +49,6 @@ class Demo(Common):
 def demo(job: Demo) -> None:
     import sdftrack as st
     from sdftrack.io.frames import write_color
-    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.synth.demo_scene import make_scene
     from sdftrack.viz.turntable import four_sides
 
@@ -60,9 +59,7 @@ def demo(job: Demo) -> None:
         raise FileExistsError(
             f"out: expected no files of others in {folder / SEQUENCE}, which the demo replaces; choose another folder"
         )
-    prepare_folder(
-        folder, job.overwrite
-    )  # a folder that will not do is an error before the work, not after it
+    job.make_out()  # now, not after the work
     if not job.quiet:
         print("making the scene and the duck's signed distances", flush=True)
     scene = make_scene(job.frames, job.seed, job.threads)

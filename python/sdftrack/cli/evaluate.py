@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,36 +29,34 @@ class Evaluate(Layout, Common):
 def evaluate(job: Evaluate) -> None:
     import sdftrack as st
     from sdftrack.evaluation.report import HEAD, compare, table_rows
-    from sdftrack.io.out_folder import refuse_folder
     from sdftrack.io.report_file import read_results
 
     job.on_cpu()
     if job.symmetry != "recorded":
         check_symmetry(job.symmetry)
     report = read_results(job.directory)
-    out = job.directory / "evaluation" if job.out is None else job.out
-    refuse_folder(out, job.overwrite)  # now, not after the work
+    job = replace(job, out=job.out or job.directory / "evaluation")
+    job.refuse_out()
     with st.open_sequence(job.seq, **job.opening) as sequence:
         objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
         known = None if job.symmetry == "recorded" else symmetries_of(job.symmetry, sequence, objects)
         scores = compare(report, sequence, known)
     title = f"{job.directory} against {job.seq}"
-    _write(job, out, title, scores)
+    _write(job, title, scores)
     if not job.quiet:
         show_table(title, HEAD, table_rows(scores))
         for score in scores:
             print(score.told())
-        print(f"written to {out}")
+        print(f"written to {job.out}")
 
 
-def _write(job: Evaluate, out: Path, title: str, scores: list[Any]) -> None:
+def _write(job: Evaluate, title: str, scores: list[Any]) -> None:
     from sdftrack import __version__
     from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
-    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.viz.plots import write_plots
 
-    prepare_folder(out, job.overwrite)
+    out = job.make_out()
     write_text(out / "table.txt", text_table(title, HEAD, table_rows(scores)) + "\n")
     write_plots(
         out,

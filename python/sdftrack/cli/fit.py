@@ -94,16 +94,14 @@ class Fit(Frames, Layout, Common):
 
 
 def fit(job: Fit) -> None:
-    from sdftrack.io.out_folder import refuse_folder, refuse_inputs
-
-    out, source = job.folder, job.source
+    source = job.source
+    _ = job.folder  # there has to be one
     job.on_cpu()
     job.check()
     if not source.exists():
         raise FileNotFoundError(f"SEQ: no such file or folder: {source}")
-    refuse_folder(out, job.overwrite)  # now, not after the work
     inputs = [("SEQ|CLOUD.ply", source), ("--mask", job.mask), ("--camera", job.camera)]
-    refuse_inputs(out, ("result.json", "fit.png", "primitive.ply"), inputs)
+    job.refuse_out(("result.json", "fit.png", "primitive.ply"), inputs)
     window = None if job.box is None else parse_box(job.box)
     alone = _is_depth_image(source)
     cloud = not alone and source.is_file() and source.suffix.lower() in CLOUDS
@@ -251,10 +249,8 @@ def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
     """Create the folder with result.json and primitive.ply."""
     import sdftrack as st
     from sdftrack._internal.files import write_json
-    from sdftrack.io.out_folder import prepare_folder
 
-    out = job.folder
-    prepare_folder(out, job.overwrite)
+    out = job.make_out()
     mesh, T = found.to_mesh(), found.T_cam_obj
     st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")
     settings = {k: v for k, v in about.items() if k != "threads"}

@@ -31,10 +31,8 @@ def info(job: Info) -> None:
         facts["self_test"] = tested
     if job.out is not None:
         from sdftrack._internal.files import write_json
-        from sdftrack.io.out_folder import prepare_folder
 
-        prepare_folder(job.out, job.overwrite)
-        write_json(job.out / "info.json", facts)
+        write_json(job.make_out() / "info.json", facts)
     if not job.quiet:
         width = max(map(len, facts))
         for name, value in facts.items():
@@ -71,9 +69,7 @@ def config(job: Config) -> None:
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(job.config))
     if job.out is not None:
         from sdftrack._internal.files import write_text
-        from sdftrack.io.out_folder import prepare_folder
 
-        prepare_folder(job.out, job.overwrite)
-        write_text(job.out / "config.toml", text)
+        write_text(job.make_out() / "config.toml", text)
     if not job.quiet:
         print(text, end="")

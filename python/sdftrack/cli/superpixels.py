@@ -41,13 +41,11 @@ def superpixels(job: Superpixels) -> None:
     out = job.folder
     import sdftrack as st
     from sdftrack.io.frames import read_color, read_mask
-    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
     job.on_device()
     picture = read_color(job.image, f"IMAGE {job.image}")
     inside = None if job.mask is None else read_mask(job.mask, f"--mask {job.mask}")
-    refuse_folder(out, job.overwrite)
-    refuse_inputs(out, FILES, [("IMAGE", job.image), ("--mask", job.mask)])
+    job.refuse_out(FILES, [("IMAGE", job.image), ("--mask", job.mask)])
     options: dict[str, Any] = {
         "n_segments": job.segments, "compactness": job.compactness, "max_num_iter": job.iterations,
         "color_space": job.color_space, "distance": job.distance,
@@ -55,7 +53,7 @@ def superpixels(job: Superpixels) -> None:
     began = time.perf_counter()
     labels = st.superpixels.slic(picture, **options, mask=inside, threads=job.threads, device=job.device)
     seconds = time.perf_counter() - began
-    prepare_folder(out, job.overwrite)
+    job.make_out()
     settings = {"image": str(job.image), "mask": job.mask and str(job.mask), **options}
     _write(out, picture, labels, settings, seconds)
     if not job.quiet:

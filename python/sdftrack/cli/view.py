@@ -53,9 +53,7 @@ def view(job: View) -> None:
     shown = load_mesh_alone(path, job.unit) if mesh else load_recording(path, job.seq, job.opening, job.unit)
     try:
         if job.out is not None:
-            from sdftrack.io.out_folder import prepare_folder
-
-            prepare_folder(job.out, job.overwrite)
+            job.make_out()
         _serve(shown, job)
     except KeyboardInterrupt:
         pass  # the usual end

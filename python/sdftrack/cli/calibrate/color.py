@@ -61,10 +61,8 @@ def color(job: Color) -> None:
     out, seq, rgb = job.folder, job.seq, job.rgb()
     job.on_cpu()
     import sdftrack as st
-    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
-    refuse_folder(out, job.overwrite)  # now, not after the work
-    refuse_inputs(out, FILES, [("SEQ", seq / "camera.json"), ("--color-camera", job.color_camera)])
+    job.refuse_out(FILES, [("SEQ", seq / "camera.json"), ("--color-camera", job.color_camera)])
     lens = None if job.color_camera is None else st.Camera.load(job.color_camera)
     with _opened(seq, job.opening) as whole, progress_counter(job.quiet) as tell:
         numbers = job.numbers(whole, seq)
@@ -79,7 +77,7 @@ def color(job: Color) -> None:
             threads=job.threads,
             seed=job.seed,
         )
-        prepare_folder(out, job.overwrite)
+        job.make_out()
         settings = {
             "command": "calibrate color",
             "sequence": str(seq),

@@ -77,11 +77,9 @@ def intrinsics(job: Intrinsics) -> None:
     job.on_cpu()
     import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
-    from sdftrack.io.out_folder import prepare_folder, refuse_folder, refuse_inputs
 
-    refuse_folder(out, job.overwrite)  # now, not after the work
     inputs = [("SEQ", seq / "camera.json"), ("--camera", job.camera), ("--model", job.model)]
-    refuse_inputs(out, FILES, inputs)
+    job.refuse_out(FILES, inputs)
     with st.open_sequence(seq, **job.opening) as whole:
         numbers = job.numbers(whole, seq)
         first = _first_guess(job, whole.camera)
@@ -104,7 +102,7 @@ def intrinsics(job: Intrinsics) -> None:
             "residual": job.residual,
             "max_pixels": job.max_pixels,
         }
-        prepare_folder(out, job.overwrite)
+        job.make_out()
         _write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
     if not job.quiet:
         _show(result, misfits, first, len(numbers), out)

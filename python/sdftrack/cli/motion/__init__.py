@@ -118,17 +118,14 @@ class Motion(Common):
 def motion(job: Motion) -> None:
     from sdftrack.cli.motion.inputs import AllLost, load_sessions, read_spans
     from sdftrack.cli.motion.run import OUTPUTS, measure
-    from sdftrack.io.out_folder import refuse_folder, refuse_inputs
 
     job.check()
     exports, _, _ = job.exports, job.up_camera(), job.point_obj()
     job.on_cpu()
     options = job.options()
     spans = None if job.repetitions is None else (job.repetitions, read_spans(job.repetitions))
-    out = job.folder
-    refuse_folder(out, job.overwrite)
     inputs = [("RESULT", path) for path in job.results if path.is_file()]
-    refuse_inputs(out, [*OUTPUTS, *(f"trajectory.{e}" for e in exports)], inputs)
+    job.refuse_out([*OUTPUTS, *(f"trajectory.{e}" for e in exports)], inputs)
     try:
         sessions = load_sessions(job)
     except AllLost as error:

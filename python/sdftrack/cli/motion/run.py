@@ -43,12 +43,11 @@ def _write(
     job: Motion,
 ) -> None:
     from sdftrack._internal.files import write_json, write_text
-    from sdftrack.io.out_folder import prepare_folder
     from sdftrack.motion import report
 
     out, changes = job.folder, report.compare_sessions(analyses)
     pairs = {name: report.pairs_of(each) for name, each in analyses.items()}
-    prepare_folder(out, job.overwrite)
+    job.make_out()
     values = report.measures_json(analyses, changes, settings, notes=notes, pairs=pairs)
     write_json(out / "measures.json", values)
     write_text(out / "measures.csv", report.measures_csv(analyses))
