@@ -15,7 +15,7 @@ from typing import Any
 from sdftrack.cli.common import above_zero
 from sdftrack.cli.options import argument, option
 from sdftrack.cli.progress import progress
-from sdftrack.cli.recording import Item, Recording, items_of, warn_of_color, write_all
+from sdftrack.cli.recording import Item, Recording, items_of, write_all
 from sdftrack.cli.sources import CameraSize, Frames, Layout
 
 WAITING = 60  # frames that may wait for the disk: 2 s
@@ -43,7 +43,6 @@ def record(job: Record) -> None:
     job.on_cpu()
     with job.opened(job.source, WAITING) as camera:
         with job.writer(Contents(camera.camera)) as writer:
-            warn_of_color(camera.camera, writer)
             if not job.quiet:
                 print(f"recording {camera.name}; end with Ctrl-C", file=sys.stderr, flush=True)
             items = itertools.islice(_items(camera, job), job.frames)
@@ -86,6 +85,5 @@ def convert(job: Convert) -> None:
             raise ValueError(f"--out: expected another folder than the sequence {job.seq}, got the same")
         part = whole[job.part]
         with job.writer(Contents(part.camera, part.objects, part.models)) as writer:
-            warn_of_color(part.camera, writer)
             items = items_of(part, writer.count, job.seq.name, job.quiet)
             write_all(writer, items, str(job.seq), "convert", job.quiet)

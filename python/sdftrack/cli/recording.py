@@ -48,8 +48,11 @@ class Recording(Common):
     )
 
     def writer(self, contents: Any) -> Any:
-        """A `LayoutWriter` for --out."""
-        return opened(self.folder, contents, self.to, self.color, self.resume, self.overwrite)
+        """A `LayoutWriter` for --out, with a warning of what the layout omits of colour."""
+        writer = opened(self.folder, contents, self.to, self.color, self.resume, self.overwrite)
+        if lost := writer.lost_of_color(contents.camera):
+            warnings.warn(lost, stacklevel=2)
+        return writer
 
 
 class Item(NamedTuple):
@@ -99,13 +102,6 @@ def _fitting(contents: Any) -> str:
     if camera.T_color_depth is not None and find_spec("mcap") and find_spec("rosbags"):
         return "mcap"
     return "tum" if camera.depth.distortion else "bop"
-
-
-def warn_of_color(camera: Any, writer: Any) -> None:
-    """Warn of what the layout omits of colour."""
-    lost = writer.lost_of_color(camera)
-    if lost:
-        warnings.warn(lost, stacklevel=2)
 
 
 def _hold(out: Path) -> None:
