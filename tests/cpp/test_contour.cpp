@@ -132,23 +132,6 @@ TEST(TemplateScores, are_sums_of_products_whatever_the_length) {
   }
 }
 
-TEST(GridWarp, an_increment_and_its_opposite_cancel) {
-  const contour::GridWarp warp{{1.1, -0.2, 0.3, 0.9}, {40, 30}};
-  const double delta[4] = {0.1, 0.2, 3, -2};
-  const contour::GridWarp there = contour::moved<4>(warp, delta);
-  // The point X of the old grid is M X + m of the new one: both lie at the same place in the image.
-  const double c = std::exp(0.1) * std::cos(0.2), s = std::exp(0.1) * std::sin(0.2), x = 7, y = -4;
-  double u0, v0, u1, v1;
-  warp.to_image(x, y, &u0, &v0);
-  there.to_image(c * x - s * y + 3, s * x + c * y - 2, &u1, &v1);
-  EXPECT_NEAR(u0, u1, 1e-12);
-  EXPECT_NEAR(v0, v1, 1e-12);
-  const contour::GridWarp back = warp.inverse();
-  back.to_image(u0, v0, &u1, &v1);
-  EXPECT_NEAR(u1, x, 1e-12);
-  EXPECT_NEAR(v1, y, 1e-12);
-}
-
 TEST(Pieces, a_speck_goes_and_a_ring_stays_one) {
   contour::ContourGrid grid = disc(60, 40, 20, 20, 12);
   for (int y = 0; y < grid.ny; ++y)

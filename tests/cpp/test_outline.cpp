@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "tracking/trust/covariance.h"
 #include "tracking/trust/outline.h"
 #include "tracking/trust/silhouette_colors.h"
 #include "volume_fixture.h"
@@ -67,15 +65,6 @@ TEST(Outline, what_is_hidden_or_not_read_says_nothing) {
   const tracking::Outline o = scene.outline();
   EXPECT_GE(o.unknown, 10);
   EXPECT_EQ(o.unknown + o.ends, 24);
-}
-
-TEST(Covariance, a_prior_in_camera_axes_and_its_increment_say_the_same) {
-  tracking::Matrix6d half = tracking::Matrix6d::Random();
-  const tracking::Matrix6d camera = half * half.transpose() + 0.1 * tracking::Matrix6d::Identity();
-  const Rigidd T{rotation_exp(Vec3d{0.3, -0.5, 0.9}), {0.1, 0.2, 0.7}};
-  const Vec3d origin{0.02, -0.03, 0.01};
-  const tracking::Matrix6d increment = tracking::increment_information(camera, T, origin).inverse();
-  EXPECT_LT((tracking::camera_covariance(increment, T, origin) - camera).norm(), 1e-10 * camera.norm());
 }
 
 // A red ball, a hand that covers its right half, a blue wall.

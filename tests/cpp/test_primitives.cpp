@@ -10,11 +10,6 @@
 namespace sdftrack {
 namespace {
 
-constexpr double kStep = 1e-6;      // m, of central differences
-constexpr double kSlopeTol = 1e-6;  // their error for curvatures of a few mm
-
-// Where steps end, they are within 2e-5 m of the surface, on radii of 3 cm and more.
-constexpr double kMeetingTol_m = 1e-6, kMeetingSlopeTol = 1e-9;
 constexpr double kClearanceTol_m = 2e-6;  // a secant that would gain less is the last
 
 const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {
@@ -49,42 +44,6 @@ TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
   }
 }
 
-// Balls and ellipsoids have ways of their own; solids without such ways are met step by step.
-template <primitives::PrimitiveKind kKind>
-void expect_to_be_met_as_by_steps() {
-  using Solid = primitives::SolidTraits<kKind>;
-  const auto& size = kSize[static_cast<int>(kKind)];
-  const auto sample = [&](const Vec3d& p) { return Solid::sample(p, size); };
-  int met = 0;
-  for (int i = 1; i < 400; ++i) {
-    // Near the surface on the side towards the camera, or anywhere.
-    const Vec3d d = point(i), on = -std::copysign((sample(d).phi_m < 0 ? 2.0 : 0.5), d.z) * d;
-    const Vec3d p = i % 4 == 0 ? d : on - sample(on).phi_m * sample(on).grad + 0.1 * point(i + 7);
-    const Vec3d way = Vec3d{0, 0, 1} + 2.0 * point(i + 1000);
-    const primitives::RayMeeting<double> own = Solid::meet(p, way, size),
-                                         steps = primitives::meet(p, way, sample);
-    if (steps.factor == 1 || own.factor == 1) {
-      // At the limits of both, five steps are too few or lead elsewhere.
-      EXPECT_TRUE(own.factor != 1 || own.m == sample(p).phi_m);
-      continue;
-    }
-    ++met;
-    EXPECT_NEAR(own.m, steps.m, kMeetingTol_m) << i;
-    const sdf::SolidSample<double> there = sample(p + own.m * way);
-    EXPECT_NEAR(there.phi_m, 0, 1e-12) << i;
-    EXPECT_NEAR(own.factor, -1 / dot(there.grad, way), kMeetingSlopeTol) << i;
-    EXPECT_NEAR(norm(own.at.s.grad - there.grad), 0, kMeetingSlopeTol) << i;
-    for (int j = 0; j < primitives::size_count(kKind); ++j)
-      EXPECT_NEAR(own.at.s.size[j], there.size[j], kMeetingSlopeTol) << i;
-  }
-  EXPECT_GT(met, 80);
-}
-
-TEST(Solids, balls_and_ellipsoids_are_met_where_steps_along_the_ray_meet_them) {
-  expect_to_be_met_as_by_steps<primitives::PrimitiveKind::kSphere>();
-  expect_to_be_met_as_by_steps<primitives::PrimitiveKind::kEllipsoid>();
-}
-
 template <primitives::PrimitiveKind kKind>
 void expect_the_least_distance(const double (&size)[sdf::kMaxSizes], double deepest_m) {
   for (int i = 1; i < 200; ++i) {
@@ -114,22 +73,6 @@ TEST(Solids, the_clearance_of_balls_and_ellipsoids_is_the_least_distance_along_t
   expect_the_least_distance<kSphere>(kSize[static_cast<int>(kSphere)], 1);
   expect_the_least_distance<kEllipsoid>(kSize[static_cast<int>(kEllipsoid)], 0.007);
   expect_the_least_distance<kEllipsoid>({0.15, 0.12, 0.003}, 0.0006);
-}
-
-TEST(Solids, reach_as_far_as_their_axes_say_and_touch_there) {
-  for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {
-    const auto kind = static_cast<primitives::PrimitiveKind>(k);
-    const primitives::PrimitiveSize size{kSize[k][0], kSize[k][1], kSize[k][2]};
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double sign : {1.0, -1.0}) {
-        const Vec3d v{sign * (axis == 0), sign * (axis == 1), sign * (axis == 2)};
-        const primitives::Reach reach = primitives::reach_of(kind, v, size);
-        const primitives::SolidAxis& own = primitives::facts(kind).axes[static_cast<std::size_t>(axis)];
-        const double half = own.size < 0 ? 0 : own.half * size[static_cast<std::size_t>(own.size)];
-        EXPECT_NEAR(reach.reach_m, half, 1e-15) << "kind " << k << " axis " << axis;
-        EXPECT_NEAR(phi(kind, reach.at, kSize[k]), 0, 1e-12);
-      }
-  }
 }
 
 // A ball of 50 mm, 0.5 m ahead, whose readings err by 2 mm; those of a block of pixels by the same.

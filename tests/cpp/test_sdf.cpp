@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "sdf/bvh.h"
-#include "sdf/primitives.h"
 
 namespace sdftrack {
 namespace {
@@ -78,11 +77,6 @@ TEST(Bvh, many_equal_triangles_do_not_make_it_deep) {
   soup.faces.assign(5000, {0, 1, 2});
   EXPECT_NEAR(sdf::Bvh(soup.view()).closest({0.2, 0.2, 2}).distance2, 4, 1e-12);
   EXPECT_THROW(sdf::Bvh(sdf::MeshView{}), std::invalid_argument);
-}
-
-TEST(Primitives, the_centre_of_an_ellipsoid_is_its_shortest_axis_deep) {
-  EXPECT_NEAR(sdf::ellipsoid_distance({0, 0, 0}, {3, 1, 2}), -1, 1e-8);
-  EXPECT_NEAR(sdf::ellipsoid_distance({4, 0, 0}, {3, 1, 2}), 1, 1e-8);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <random>
 
 #include "base/views.h"
 #include "volume_fixture.h"
@@ -11,17 +10,6 @@ namespace sdftrack {
 namespace {
 
 const Volume kBall = make_volume(24, 0.1, [](Vec3d p) { return norm(p) - 0.06; });
-
-TEST(SampleSdf, the_field_goes_on_outside_the_box_without_a_cliff) {
-  const SdfView sdf = kBall.view();
-  double inside, outside;
-  Vec3d g;
-  sample(sdf, Vec3d{0.1 - 1e-9, 0.02, 0.03}, &inside, &g);
-  sample(sdf, Vec3d{0.1 + 1e-9, 0.02, 0.03}, &outside, &g);
-  EXPECT_NEAR(inside, outside, 1e-8);
-  sample(sdf, Vec3d{1.1, 0.02, 0.03}, &outside, &g);
-  EXPECT_NEAR(outside, inside + 1.0, 1e-6);
-}
 
 TEST(SampleSdf, a_point_that_is_not_finite_reads_nothing_outside_the_volume) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
