@@ -15,7 +15,6 @@ struct Sequence {
   tracking::Vector6d bias = tracking::Vector6d::Zero();
   double noise = 0;  // sds
   double speed = 1;
-  int far_off = 0;  // each such frame
 };
 
 tracking::ColorDelay::Estimate estimate_of(const Sequence& s, int frames = 200) {
@@ -34,7 +33,6 @@ tracking::ColorDelay::Estimate estimate_of(const Sequence& s, int frames = 200) 
     apart.covariance = sd.cwiseAbs2().asDiagonal();
     apart.way = s.bias + kDelay_s * velocity_at(i * kStep_s);
     for (int k = 0; k < 6; ++k) apart.way[k] += s.noise * sd[k] * normal(random);
-    if (s.far_off > 0 && i % s.far_off == 0) apart.way[0] += 0.05;
     delay.observe(apart, velocity_at((i - 0.5) * kStep_s));  // since the frame before
   }
   return delay.estimate();
@@ -46,14 +44,6 @@ TEST(ColorDelay, exact_ways_give_the_delay_whatever_the_bias) {
   const auto found = estimate_of(s);
   EXPECT_NEAR(found.delay_s, kDelay_s, 1e-4);
   EXPECT_EQ(found.frames, 199);  // the last one waits for the next
-}
-
-TEST(ColorDelay, noise_and_frames_that_are_far_off_leave_it_within_three_sd) {
-  Sequence s;
-  s.noise = 1, s.far_off = 9;
-  const auto found = estimate_of(s);
-  EXPECT_LT(found.sd_s, 0.002);
-  EXPECT_LT(std::abs(found.delay_s - kDelay_s), 3 * found.sd_s);
 }
 
 TEST(ColorDelay, without_a_motion_nothing_is_known) {

@@ -56,43 +56,6 @@ std::vector<Vec3d> some_points() {
   return points;
 }
 
-TEST(Field, the_columns_of_one_object_are_derivatives) {
-  for (const Vec3d& p : some_points())
-    expect_columns(energies::SingleObject<double>{kBox.view(), kPose}, p,
-                   [](energies::SingleObject<double> f, Vec3d point, int j, double* h) {
-                     f.T_obj_cam = moved(f.T_obj_cam, j, *h);
-                     return std::pair{f, point};
-                   });
-}
-
-TEST(Field, the_column_of_the_size_is_a_derivative) {
-  for (const Vec3d& p : some_points())
-    expect_columns(energies::ScaledObject<double>{kBox.view(), kPose, 1.1}, p,
-                   [](energies::ScaledObject<double> f, Vec3d point, int j, double* h) {
-                     if (j < 6)
-                       f.T_obj_cam = moved(f.T_obj_cam, j, *h);
-                     else
-                       f.scale *= std::exp(*h);
-                     return std::pair{f, point};
-                   });
-}
-
-TEST(Field, the_columns_of_the_intrinsics_are_derivatives) {
-  using F = energies::WithIntrinsics<energies::SingleObject<double>>;
-  for (const Vec3d& p : some_points())
-    expect_columns(F{{kBox.view(), kPose}, kCamera}, p, [](F f, Vec3d point, int j, double* h) {
-      if (j < 6) {
-        f.field.T_obj_cam = moved(f.field.T_obj_cam, j, *h);
-        return std::pair{f, point};
-      }
-      const Vec2d u = project(kCamera, point);  // the pixel stays, its ray moves
-      *h *= 1e3;                                // pixels, not metres
-      Intrinsics<double> K = kCamera;
-      (j == 6 ? K.fx : j == 7 ? K.fy : j == 8 ? K.cx : K.cy) += *h;
-      return std::pair{f, point.z * ray(K, u.x, u.y)};
-    });
-}
-
 template <int K>
 energies::SoftMin<K, double> touching_boxes(double sharpness_per_m) {
   energies::SoftMin<K, double> field;
@@ -159,25 +122,6 @@ TEST(Penalty, slope_and_second_derivative_are_derivatives_of_the_cost) {
       EXPECT_NEAR((penalty(r + h, noise).slope - penalty(r - h, noise).slope) / (2 * h),
                   penalty.second_derivative(r, noise), 20);
     }
-}
-
-TEST(Penalty, without_a_floor_it_is_the_printed_logistic_density) {
-  const energies::DepthLogistic<double> penalty{0.002, 0.0};
-  for (const double phi : {-0.01, -0.001, 0.0, 0.0003, 0.02}) {
-    const double e = std::exp(phi / 0.002);
-    const double density = e / ((e + 1) * (e + 1));  // Eq. 3.11 but for a constant factor
-    EXPECT_NEAR(penalty(phi, 1.0).cost, -std::log(4 * density), 1e-9);
-  }
-}
-
-TEST(Penalty, the_irls_curvature_is_slope_over_residual_and_finite_at_zero) {
-  const energies::DepthLogistic<double> penalty{0.002, 0.1};
-  const energies::Curve<double> c = penalty(0.003, 1.0);
-  EXPECT_NEAR(c.curvature, c.slope / 0.003, 1e-9 * c.curvature);
-  EXPECT_NEAR(penalty(0.0, 1.0).curvature, 0.9 / (2 * 0.002 * 0.002), 1.0);
-  EXPECT_EQ(
-      (energies::DepthLogistic<double>{0.002, 0.0, energies::Curvature::kPrinted}(0.003, 1.0).curvature),
-      std::pow(energies::DepthLogistic<double>{0.002, 0.0}(0.003, 1.0).slope, 2));
 }
 
 TEST(Penalty, behind_the_surface_it_may_have_another_floor) {
@@ -247,65 +191,6 @@ TEST(ColorPenalty, the_printed_form_is_the_sum_of_its_two_terms) {
   }
   EXPECT_LT(printed(0.003, 1.0, 0.3).slope, 0) << "a background pixel in front pushes away";
   EXPECT_EQ(printed(0.003, 1.0, 0.5).slope, 0) << "and one that may be either does not pull at all";
-}
-
-// A synthetic frame of the box: exact hits by marching, moved by a known error.
-struct BoxFrame {
-  energies::PixelSet pixels;
-  optim::State x{{kPose}, kCamera, {}};
-
-  explicit BoxFrame(double noise_m) {
-    std::mt19937 random(7);
-    std::normal_distribution<double> noise;
-    for (int v = 60; v < 180; v += 2)
-      for (int u = 90; u < 240; u += 2) {
-        const Vec3d r = ray(kCamera, static_cast<double>(u), static_cast<double>(v));
-        double z = 0.3, phi = 1;
-        Vec3d g;
-        for (int k = 0; k < 200 && z < 0.8; ++k) {
-          sample(kBox.view(), kPose * (z * r), &phi, &g);
-          if (phi < 1e-7) break;
-          z += 0.9 * phi / norm(r);
-        }
-        if (phi < 1e-6) pixels.push(u, v, static_cast<float>(z + noise_m * noise(random)), 1.0f);
-      }
-  }
-};
-
-energies::SdfEnergyOptions stateless(energies::Residual residual) {
-  energies::SdfEnergyOptions options;
-  options.residual = residual;
-  options.warm_hits = false;
-  return options;
-}
-
-TEST(RayHit, without_noise_every_residual_is_zero_at_the_truth) {
-  BoxFrame frame(0);
-  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(energies::Residual::kRayHit));
-  energy.classify(frame.x, 8);
-  energies::PixelReadings r;
-  energy.read(frame.x, &r);
-  int hits = 0;
-  for (std::size_t i = 0; i < r.hit.size(); ++i)
-    if (r.hit[i]) {
-      ++hits;
-      EXPECT_LT(std::abs(r.residual_m[i]), 1e-5);
-    }
-  EXPECT_GT(hits, static_cast<int>(r.hit.size() * 8 / 10));
-}
-
-TEST(RayHit, the_residual_of_a_reading_in_front_of_a_wall_is_its_depth_error) {
-  // A box seen at 60 degrees: 2 mm along the ray, whatever the incidence.
-  BoxFrame frame(0);
-  for (float& z : frame.pixels.depth_m) z -= 0.002f;
-  energies::SdfEnergy energy(kBox.view(), &frame.pixels, stateless(energies::Residual::kRayHit));
-  energy.classify(frame.x, 8);
-  energies::PixelReadings r;
-  energy.read(frame.x, &r);
-  int near = 0, hits = 0;
-  for (std::size_t i = 0; i < r.hit.size(); ++i)
-    if (r.hit[i]) ++hits, near += std::abs(r.residual_m[i] - 0.002f) < 1e-5f;
-  EXPECT_GT(near, hits * 95 / 100);  // the rest hit another face near an edge
 }
 
 TEST(DistanceTransform, equals_the_brute_force_distance) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <utility>
 
 #include "energies/term_ops.h"
 #include "term_fixture.h"
@@ -60,28 +59,6 @@ void expect_the_same_bits() {
   TEST(TermOps, name##_has_the_same_bits_on_every_instruction_set) { expect_the_same_bits<field, penalty>(); }
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
-
-// What the loops sum is what their pixels give one by one, in double.
-TEST(TermOps, the_sums_are_those_of_the_pixels) {
-  constexpr int kCount = 700;
-  energies::PixelSet pixels = some_pixels(kCount), others = pixels;
-  const auto term_of = [](energies::PixelSet* set) {
-    return energies::Term<energies::SingleObject<float>, energies::DepthLogistic<float>>{
-        {kBox.view(), kPose}, {0.003f, 0.1f}, kCamera, set->view(), energies::Residual::kSlope, true, 1};
-  };
-  energies::Sums<double, 6> slow;
-  for (int i = 0; i < kCount; ++i) slow.add(term_of(&others).linearize(i));
-  for (const Isa isa : supported_isas()) {
-    const auto fast =
-        energies::ops_for<energies::SingleObject<float>, energies::DepthLogistic<float>>(isa).linearize(
-            term_of(&pixels), 0, kCount);
-    EXPECT_EQ(fast.count, kCount);
-    EXPECT_NEAR(fast.cost, slow.cost, 1e-6 * slow.cost);
-    for (int k = 0; k < 21; ++k) EXPECT_NEAR(fast.hessian[k], slow.hessian[k], 1e-5 * (1 + slow.hessian[0]));
-    for (int a = 0; a < 6; ++a)
-      EXPECT_NEAR(fast.gradient[a], slow.gradient[a], 1e-4 * (1 + std::abs(slow.gradient[a])));
-  }
-}
 
 }  // namespace
 }  // namespace sdftrack
