@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Colours: the way from depth to colour pixels, what hides them, histograms and posteriors.
+// Colours: the way from depth to colour pixels, histograms.
 #include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "appearance/color_map.h"
 #include "appearance/color_model.h"
-#include "appearance/color_sight.h"
 
 namespace sdftrack {
 namespace {
 
 const Camera kDepth{{590, 585, 320, 240}, 640, 480, {}};
-const Rigidd kColorFromDepth{rotation_exp(Vec3d{0.01, -0.02, 0.005}), {0.025, -0.001, 0.003}};
 
 void expect_pixel(const appearance::ColorMap& map, Vec2d u, double depth, Vec2d expected) {
   int x = -1, y = -1;
@@ -43,19 +41,6 @@ TEST(ColorMap, a_pixel_outside_the_colour_image_is_not_found) {
   EXPECT_FALSE(behind.find({320, 240}, 1, &x, &y, &z));
 }
 
-TEST(ColorSight, what_lies_behind_a_reading_of_its_cell_is_hidden) {
-  appearance::ColorSight sight;
-  sight.clear(100, 100, 200, 160, 2);
-  sight.add(120, 120, 0.5f);
-  EXPECT_FALSE(sight.sees(121, 121, 0.6f));
-  EXPECT_TRUE(sight.sees(121, 121, 0.505f));  // the slope of a surface
-  EXPECT_TRUE(sight.sees(121, 121, 0.4f));
-  EXPECT_TRUE(sight.sees(130, 121, 0.6f));
-  EXPECT_TRUE(sight.sees(10, 10, 0.6f)) << "nothing is known outside";
-  sight.clear(100, 100, 200, 160, 2);
-  EXPECT_TRUE(sight.sees(121, 121, 0.6f));
-}
-
 double sum(const std::vector<float>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
 
 TEST(ColorModel, smoothing_keeps_the_sum_also_in_the_corners_of_the_cube) {
@@ -72,26 +57,6 @@ appearance::ColorCounts counts_of(int object_bin, int background_bin) {
   appearance::ColorCounts counts;
   for (int i = 0; i < 100; ++i) counts.add_object(object_bin), counts.add_background(background_bin);
   return counts;
-}
-
-TEST(ColorModel, a_colour_of_the_object_proves_much_but_not_all_and_an_unknown_one_nothing) {
-  const unsigned char red[3] = {200, 20, 20}, blue[3] = {20, 20, 200}, green[3] = {20, 200, 20};
-  appearance::ColorModel model(0.7f);
-  model.update(counts_of(appearance::color_bin(red), appearance::color_bin(blue)), 0.05, 0.3);
-  const auto posterior = [&](const unsigned char* c) {
-    return model.posterior()[static_cast<std::size_t>(appearance::color_bin(c))];
-  };
-  EXPECT_FLOAT_EQ(posterior(red), 0.98f);
-  EXPECT_FLOAT_EQ(posterior(blue), 0.02f);
-  EXPECT_NEAR(posterior(green), 0.7, 1e-6);
-  EXPECT_LT(model.overlap(), 0.05);
-}
-
-TEST(ColorModel, equal_histograms_say_nothing_and_overlap_wholly) {
-  appearance::ColorModel model;
-  model.update(counts_of(77, 77), 1, 1);
-  for (const float p : model.posterior()) EXPECT_NEAR(p, 0.7, 1e-6);
-  EXPECT_NEAR(model.overlap(), 1, 1e-4);
 }
 
 TEST(ColorModel, too_few_pixels_of_the_object_make_no_model_and_later_change_none) {

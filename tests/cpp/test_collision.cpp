@@ -84,39 +84,6 @@ TEST(Collision, the_order_of_the_objects_does_not_matter_to_contact) {
   EXPECT_NEAR(energy.cost(x), other.cost(reversed), 1e-12 * energy.cost(x));
 }
 
-// Two balls that are pulled 30 mm into one another, each by priors as strong, 14 mm away, as 750 pixels whose
-// logistic cost of s = 1 mm is linear there.
-double depth_after_a_pull(tracking::Collision kind) {
-  const optim::State x =
-      at({{rotation_exp(Vec3d{0, 0, 0}), {0, 0, 0.5}}, {rotation_exp(Vec3d{0, 0, 0}), {0.062, 0, 0.5}}});
-  const optim::State wanted =
-      at({{rotation_exp(Vec3d{0, 0, 0}), {0, 0, 0.5}}, {rotation_exp(Vec3d{0, 0, 0}), {0.03, 0, 0.5}}});
-  const double sd_m = std::sqrt(0.014 * 0.001 / 750);
-  optim::PosePrior a({1, false, false}, 0, wanted.T_obj_cam[0], optim::PosePrior::isotropic(sd_m, 0.1));
-  optim::PosePrior b({1, false, false}, 0, wanted.T_obj_cam[1], optim::PosePrior::isotropic(sd_m, 0.1));
-  optim::State now = x;
-  for (int stage = 0; stage < 40; ++stage) {
-    tracking::CollisionEnergy collision({kind});
-    collision.prepare({&kBall, &kBall}, {750, 750}, now, 0.02);
-    optim::GroupEnergy group;
-    group.clear(2);
-    const int first = 0, second = 1;
-    group.add(&a, 1, &first, 1);
-    group.add(&b, 1, &second, 1);
-    group.add(&collision);
-    now = optim::minimize(group, now, {}).x;
-  }
-  return 2 * kRadius_m - norm(inverse(now.T_obj_cam[0]).t - inverse(now.T_obj_cam[1]).t);
-}
-
-TEST(Collision, contact_holds_balls_apart_that_data_pull_together) {
-  EXPECT_LT(depth_after_a_pull(tracking::Collision::kContact), 0.001);
-}
-
-TEST(Collision, the_printed_form_does_not) {
-  EXPECT_GT(depth_after_a_pull(tracking::Collision::kPrinted), 0.02);
-}
-
 // A term of some objects enters the whole where they stand.
 TEST(GroupEnergy, is_the_sum_of_its_terms_over_their_own_objects) {
   const optim::State x = three_in_one_another();

@@ -67,22 +67,6 @@ TEST(Verdict, two_in_one_place_are_both_doubted_once) {
   EXPECT_EQ(result.objects[2].trust.status, tracking::Status::kLost);
 }
 
-TEST(Verdict, a_primitive_not_found_yet_is_lost_whatever_its_placeholder_looks_like) {
-  Verdicts v;
-  v.add(kPose);
-  v.objects[0].unfound = "cylinder";
-  v.verdict.start({std::nullopt});
-  const tracking::ObjectResult& result = v.conclude({answer(kPose)}, 0).objects[0];
-  EXPECT_EQ(result.trust.status, tracking::Status::kLost);
-  EXPECT_EQ(result.trust.confidence, 0);
-  EXPECT_TRUE(std::isnan(result.covariance(0, 0)));
-  EXPECT_TRUE(std::isnan(result.T_cam_obj.t.x));
-  EXPECT_EQ(tracking::sentence(result.trust.reason),
-            "no cylinder found there; give a mask of it, or a frame in which it stands alone on the table");
-  EXPECT_EQ(v.conclude({answer(kPose, tracking::Status::kBadFrame)}, 0).objects[0].trust.status,
-            tracking::Status::kBadFrame);
-}
-
 TEST(Sentence, arguments_stand_in_it_and_names_where_they_are_known) {
   EXPECT_EQ(tracking::sentence({}), "");
   EXPECT_EQ(tracking::sentence(tracking::reason_with_percent(tracking::ReasonCode::kHidden, 41)),
