@@ -10,8 +10,7 @@ import matplotlib
 import numpy as np
 from PIL import Image
 
-from sdftrack.viz.pictures import STATUS_SHADE
-from sdftrack.viz.plots import COLORS
+from sdftrack.viz.plots import COLORS, STATUS_SHADE
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

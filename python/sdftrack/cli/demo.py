@@ -126,8 +126,7 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     from sdftrack._internal.files import write_text
     from sdftrack.io.frames import write_color
     from sdftrack.metrics import pose_error
-    from sdftrack.viz.pictures import plot_run, plot_sdf_slices, strip
-    from sdftrack.viz.plots import write_plots
+    from sdftrack.viz.plots import plot_run, plot_sdf_slices, strip, write_plots
 
     folder = job.folder
     errors = pose_error(np.array([r.poses[0] for r in results]), scene.poses)
