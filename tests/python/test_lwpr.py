@@ -247,25 +247,6 @@ def test_the_search_leaves_out_no_field(n):
     np.testing.assert_allclose(model.predict(places)[known], expected, rtol=1e-7, atol=1e-7)
 
 
-def test_many_threads_may_predict_at_once():
-    x, y = samples(2, 3000)
-    model = st.LWPR(init_D=50, threads=1).update(x, y)
-    expected = model.predict(x)
-    wrong = []
-
-    def ask():
-        for _ in range(20):
-            if not np.array_equal(model.predict(x), expected):
-                wrong.append(True)
-
-    threads = [threading.Thread(target=ask) for _ in range(4)]
-    for t in threads:
-        t.start()
-    for t in threads:
-        t.join()
-    assert wrong == []
-
-
 def test_an_update_beside_anything_else_is_refused_and_nothing_is_damaged():
     x, y = samples(2, 60_000)
     model = st.LWPR(init_D=300, threads=1).update(x[:100], y[:100])

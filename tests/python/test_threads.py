@@ -83,10 +83,12 @@ def test_the_interpreter_ends_while_threads_are_inside_the_core(daemon):
 
 
 STORM = 64
+PLACES = np.random.default_rng(0).uniform(-1, 1, (1000, 2))
+SHARED = st.LWPR(init_D=50, threads=1).update(PLACES, np.sin(3 * PLACES[:, 0]))
 
 
 def test_a_storm_of_threads_gives_the_bits_of_one():
-    """Each makes a volume, a tracker and superpixels of its own and follows an object, all at once."""
+    """Each follows an object with a tracker of its own, cuts a picture and asks a model that all share, all at once."""
     begin, found = threading.Barrier(STORM), [b""] * STORM
 
     def follow(n: int) -> bytes:
@@ -94,7 +96,8 @@ def test_a_storm_of_threads_gives_the_bits_of_one():
         tracker = st.Tracker(own, CAMERA, threads=1 + n % 4)
         poses = [tracker.start(st.Frame(depth_of()), poses=[POSE]).poses]
         poses += [tracker.track(st.Frame(depth_of(seed=k))).poses for k in range(3)]
-        return np.stack(poses).tobytes() + st.superpixels.slic(IMAGE, 200, threads=1 + n % 3).tobytes()
+        labels = st.superpixels.slic(IMAGE, 200, threads=1 + n % 3)
+        return np.stack(poses).tobytes() + labels.tobytes() + SHARED.predict(PLACES).tobytes()
 
     def run(n: int) -> None:
         begin.wait()
