@@ -15,12 +15,28 @@ import fuzz_objects
 import numpy as np
 import pytest
 from fuzz_batches import run_batches
-from fuzz_corpus import CORPUS, READERS
+from fuzz_datasets import read
 from fuzz_surfaces import TARGETS
 from fuzz_targets import Target, Unclear, finite, outcome_of, rng_of
 from fuzz_values import nasty_array
 from run import plan, table
 
+import sdftrack as st
+from sdftrack.io import frames, trajectories
+
+CORPUS = Path(__file__).resolve().parent / "corpus"  # READER/NAME, files that once failed
+READERS = {
+    "camera": st.Camera.load,
+    "color": frames.read_color,
+    "depth": frames.read_depth_units,
+    "log": trajectories.read_log,
+    "mesh": st.Mesh.load,
+    "motion": st.motion.load,
+    "options": st.TrackerOptions.from_file,
+    "sdf": st.SDF.load,
+    "sequence": read,
+    "tum": trajectories.read_tum,
+}
 SHORT_RUN = 9_000  # cases; a long one: python tests/fuzz/run.py --cases 1000000
 CALLS = {
     f"{module.__name__}.{group}": getattr(module, group)

@@ -173,22 +173,16 @@ def test_a_replay_by_its_address(tmp_path):
         ("realsens:", {}, ValueError, '"replay:" \\(a recorded sequence\\).*realsens:'),
         ("replay:/no/such/folder", {}, FileNotFoundError, "no such folder"),
         (3, {}, TypeError, "address: expected a text"),
+        ("replay:seq", {"waiting": 0}, ValueError, "waiting: expected a number of frames, at least 1, got 0"),
+        ("replay:seq", {"width": 640, "height": 480}, ValueError, "has 16 x 12, got 640 x 480"),
+        ("replay:seq", {"fps": -1}, ValueError, "fps: expected frames per second above 0, got -1"),
     ],
 )
-def test_bad_addresses_are_refused(address, options, error, words):
+def test_bad_addresses_and_options_are_refused(tmp_path, monkeypatch, address, options, error, words):
+    monkeypatch.chdir(tmp_path)
+    st.save_sequence("seq", sequence(3), layout="open3d")
     with pytest.raises(error, match=words):
         open_camera(address, **options)
-
-
-def test_bad_options_are_refused(tmp_path):
-    st.save_sequence(tmp_path / "seq", sequence(3), layout="open3d")
-    address = f"replay:{tmp_path / 'seq'}"
-    with pytest.raises(ValueError, match="waiting: expected a number of frames, at least 1, got 0"):
-        open_camera(address, waiting=0)
-    with pytest.raises(ValueError, match="has 16 x 12, got 640 x 480"):
-        open_camera(address, width=640, height=480)
-    with pytest.raises(ValueError, match="fps: expected frames per second above 0, got -1"):
-        open_camera(address, fps=-1)
 
 
 def test_the_age_of_a_frame_on_the_computers_clock():
