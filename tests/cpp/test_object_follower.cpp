@@ -38,15 +38,5 @@ TEST(ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
   EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, tracking::Status::kOk);
 }
 
-TEST(ObjectFollower, a_prior_serves_one_frame) {
-  PartsFixture parts;
-  parts.add(kPose);
-  parts.objects[0].prior = 1e12 * tracking::Matrix6d::Identity();
-  parts.open({moved(kPose, {0.002, 0, 0})}, 0);
-  parts.follower.follow(&parts.context, &parts.objects[0]);
-  EXPECT_LT(norm(parts.pose_of(0).t - kPose.t), 1e-4);
-  EXPECT_FALSE(parts.objects[0].prior);
-}
-
 }  // namespace
 }  // namespace sdftrack

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -46,16 +45,6 @@ using AllOptions = testing::Types<tracking::TrackerOptions, contour::ContourOpti
                                   reconstruction::ReconstructionOptions>;
 TYPED_TEST_SUITE(OptionSchema, AllOptions);
 
-TYPED_TEST(OptionSchema, the_defaults_are_within_their_bounds) { EXPECT_EQ(refusal(TypeParam{}), ""); }
-
-TYPED_TEST(OptionSchema, every_option_has_a_name_of_its_own_and_a_meaning) {
-  std::set<std::string> names;
-  for (const OptionDescription& option : describe_options(TypeParam{})) {
-    EXPECT_TRUE(names.insert(option.name).second) << option.name;
-    EXPECT_GT(option.meaning.size(), 5u) << option.name;
-  }
-}
-
 TYPED_TEST(OptionSchema, every_line_stands_for_a_member_of_its_own) {
   std::set<const void*> members;
   TypeParam options;
@@ -71,27 +60,11 @@ TEST(Options, every_member_of_the_plain_structs_is_described) {
   EXPECT_EQ(describe_options(lwpr::LwprOptions{}).size(), member_count<lwpr::LwprOptions>());
 }
 
-TEST(Options, ends_lie_in_a_range_unless_it_is_open_there) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(lies_in(from_to(1, 2), 1) && lies_in(from_to(1, 2), 2));
-  EXPECT_FALSE(lies_in(above(1), 1) || lies_in(from_to(1, 2).below(2), 2));
-  EXPECT_FALSE(lies_in(either(1, 3), 2) || lies_in(OptionRange{}, nan));
-}
-
 TEST(Options, a_float_is_shown_and_compared_with_its_fewest_digits) {
   EXPECT_EQ(decimal_of(0.05f), 0.05);
   contour::ContourOptions contour;
   contour.softness = 0.3f;  // the bound itself, no float
   EXPECT_EQ(refusal(contour), "");
-}
-
-TEST(Options, bounds_between_options_are_checked_too) {
-  lwpr::LwprOptions lwpr;
-  lwpr.w_prune = 0.1;
-  EXPECT_THROW(lwpr::check_lwpr_options(lwpr), std::invalid_argument);
-  lwpr = {};
-  lwpr.w_cutoff = 0.5;
-  EXPECT_THROW(lwpr::check_lwpr_options(lwpr), std::invalid_argument);
 }
 
 }  // namespace

@@ -69,25 +69,6 @@ def test_evidence_and_its_sums_are_those_of_the_twin(printed, max_weight):
     )
 
 
-def test_pixels_without_a_reading_say_nothing():
-    T = looking_from([0, 0, 1], 0.3)
-    depth, mask = ball_depth(CAMERA, T)
-    for nothing in (np.nan, 0.0, np.inf, -1.0):
-        core = reconstruction(SHAPE, VOXEL_M, ORIGIN)
-        fuse(core, CAMERA, T, np.full_like(depth, nothing), mask)
-        assert not core.weight.any()
-        assert not core.log_ratio.any()
-        core = reconstruction(SHAPE, VOXEL_M, ORIGIN)
-        patched = depth.copy()
-        patched[30:40, 30:50] = nothing
-        fuse(core, CAMERA, T, patched, mask)
-        u, v = np.moveaxis(CAMERA.project(in_camera(T).reshape(-1, 3)), -1, 0)
-        hidden = ((u > 29.5) & (u < 49.5) & (v > 29.5) & (v < 39.5)).reshape(SHAPE)
-        assert hidden.any()
-        assert not core.weight[hidden].any()
-        assert core.weight[~hidden].any()
-
-
 # ---- 2. fusing ----
 
 

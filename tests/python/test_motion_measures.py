@@ -283,13 +283,6 @@ class TestUndefined:
         still = movement(t, np.outer(drift_mps * t, WAY), np.full((len(t), 3), drift_mps) * WAY)
         assert np.isnan(value(name, still))
 
-    @pytest.mark.parametrize(
-        "name", ["path_length", "range_x", "reach", "range_angle", "peak_speed", "max_tilt"]
-    )
-    def test_where_nothing_moves_ranges_are_zero(self, name):
-        t = times()
-        assert value(name, movement(t, np.ones((len(t), 3)))) == 0
-
     @pytest.mark.parametrize("name", motion.DEFINITIONS)
     def test_a_gap_in_the_repetition_makes_every_measure_undefined(self, name):
         samples, context = there_and_back()
