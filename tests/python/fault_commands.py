@@ -87,7 +87,7 @@ def make_inputs(made: Path) -> None:
     path = st.synth.random_walk(step_m=0.002, step_rad=0.01)
     seq = st.synth.sequence(mesh, FRAMES, path, 0.001, seed=2, camera=CAMERA, threads=1)
     st.save_sequence(made / "seq", seq)
-    walk = st.synth.sequence(mesh, 6, path, 0.001, seed=2, camera=CAMERA, threads=1)  # as many as it wants
+    walk = st.synth.sequence(mesh, 12, path, 0.001, seed=2, camera=CAMERA, threads=1)  # as many as it wants
     st.save_sequence(made / "walk", walk)
     tracked = ["track", str(made / "seq"), "--model", str(made / "box.ply"), "--init", "gt", "--voxels", "24"]
     assert run([*tracked, "--out", str(made / "tracked"), "-q", "--no-video"]) == 0
