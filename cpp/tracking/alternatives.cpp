@@ -19,6 +19,7 @@ constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
 constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
 constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
+constexpr double kApart_m = 0.015;  // of the outline's pose from that of depth that misfits
 
 double log_odds(double chance) {
   const double p = std::clamp(chance, kLeastChance, 1 - kLeastChance);
@@ -69,6 +70,13 @@ std::vector<Rigidd> turned(FrameContext* context, ObjectFollower* follower, cons
   return all;
 }
 
+// The log odds of a fit to the outline against another one.
+double outline_odds(const Fitted& fitted, const Fitted& other) {
+  const OutlineNoise& noise = fitted.memory.outline;
+  return (other.cost - fitted.cost) * pixel_count(fitted) /
+         (noise.factor * noise.factor * std::max(1.0, noise.shared_lines));
+}
+
 // The alternative's pose becomes the object's, and the object's an alternative.
 void exchange(std::size_t i, TrackedObject* object) {
   const Rigidd back = inverse(object->alternatives[i].motion);
@@ -109,10 +117,34 @@ void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObje
   follower->give_back(std::move(own->steps));
 }
 
+Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,
+                       const std::vector<unsigned char>& mask, const Rigidd& T_cam_obj,
+                       TrackedObject* object) {
+  follower->learn_colors_at_start(context, mask, T_cam_obj, object);
+  std::optional<Fitted> best = follower->fit_outline(context, *object, T_cam_obj);
+  if (!best) return T_cam_obj;
+  std::vector<Fitted> others;
+  for (const Alternative& a : object->alternatives) {
+    std::optional<Fitted> other = follower->fit_outline(context, *object, T_cam_obj * a.motion);
+    if (!other) continue;
+    if (!mask.empty() && other->cost < best->cost) std::swap(*best, *other);
+    others.push_back(std::move(*other));
+  }
+  object->alternatives.clear();
+  for (const Fitted& other : others)
+    if (mask.empty() || outline_odds(*best, other) < kDecided)
+      object->alternatives.push_back({inverse(best->T_cam_obj) * other.T_cam_obj, 0});
+  object->memory.outline = best->memory.outline;
+  object->memory.outline.depth_excess = kMaxExcess;
+  object->memory.outline.apart_m = kApart_m;
+  return best->T_cam_obj;
+}
+
 void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,
                           ObjectResult* result) {
   std::vector<Alternative>& all = object->alternatives;
   if (all.empty() || !is_followed(result->trust.status) || is_frame_fault(context->fault())) return;
+  if (object->by_mask_alone) return;  // depth that misfits cannot tell two poses apart
   const std::size_t i = object->compared++ % all.size();
   const Rigidd T = object->T_cam_obj;
   std::optional<Fitted> other = follower->fit_finely(*context, *object, T * all[i].motion);

@@ -18,6 +18,13 @@ void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObje
 void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,
                           ObjectResult* result);
 
+// At a start where depth misfits and colours are there: the pose by the outline, near the one that depth has
+// found or near one of its alternatives, which then stand relative to it. With a mask, whose colours favour
+// none of them, the outline decides between them. From there on depth counts little, until the two agree.
+Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,
+                       const std::vector<unsigned char>& mask, const Rigidd& T_cam_obj,
+                       TrackedObject* object);
+
 // What is said of an object whose alternatives have not all been refuted.
 void doubt_ambiguous(const TrackedObject& object, ObjectResult* result);
 

@@ -117,8 +117,10 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
   if (wide && better(*wide)) best = polished(*context, frame, object, neighbors, *wide);
 
-  // A given prior says where it is: nothing is searched for against it.
-  if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior) return best;
+  // A given prior says where it is: nothing is searched for against it. Nor is a search, which is by depth
+  // alone, set against the outline where depth is known to misfit.
+  if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior || object.by_mask_alone)
+    return best;
   if (best && object.memory.search_pause > 0) {
     best->memory.search_pause = object.memory.search_pause - 1;
     return best;

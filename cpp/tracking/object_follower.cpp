@@ -139,7 +139,8 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     const double time_s = context.frame().time_s;
     if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
     keep(fitted, trust, time_s, object);
-    fitted.covariance += object->size.covariance(fitted.T_cam_obj, *object->shape);
+    fitted.covariance += object->size.covariance(fitted.T_cam_obj, *object->shape) +
+                         fitted.memory.outline.way * fitted.memory.outline.way.transpose();
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
     result.trust = trust;

@@ -37,6 +37,14 @@ class ObjectFollower {
   void learn_colors(FrameContext* context, TrackedObject* object);
   // Those inside and around its silhouette at its pose, whatever the readings are there.
   void learn_silhouette(const FrameContext& context, TrackedObject* object);
+  // At a start: the colours in a mask of the depth image, which do not depend on the pose that depth has
+  // found; without one, those of the measurements near its surface.
+  void learn_colors_at_start(const FrameContext& context, const std::vector<unsigned char>& mask,
+                             const Rigidd& T_cam_obj, TrackedObject* object);
+  // The pose that the outline in the colour image has near T_cam_obj (centred), which is by depth that
+  // misfits. None where too little of the outline stands out.
+  std::optional<Fitted> fit_outline(const FrameContext& context, const TrackedObject& object,
+                                    const Rigidd& T_cam_obj);
   // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj);

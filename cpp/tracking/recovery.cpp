@@ -29,6 +29,12 @@ bool speaks_for(const Trust& trust, double prior_log_odds) {
   return trust.evidence > (1 - trust.evidence) * std::exp(prior_log_odds);
 }
 
+// Whether the residuals may be all that speaks against it.
+bool misfits(const Trust& trust) {
+  return trust.status == Status::kLost ||
+         (trust.status == Status::kWeak && trust.reason.code == ReasonCode::kPoorFit);
+}
+
 // Within the mask, if there is one.
 bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned char>& mask) {
   for (std::size_t i = 0; i < mask.size(); ++i)
@@ -53,7 +59,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
     return result_without_pose(*object, {empty ? ReasonCode::kNoReadingInMask : ReasonCode::kNothingFound},
                                Status::kLost);
   }
-  if ((query.mask || query.box) && found->trust.status == Status::kLost &&
+  if ((query.mask || query.box) && misfits(found->trust) &&
       evidence_share(but_for_residuals(evidence_of(found->fitted, options_)), 0) >= options_.lost_evidence)
     *off_by_residuals = found->fitted.T_cam_obj;
   Trust trust = found->trust;

@@ -207,6 +207,8 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   // Somebody says that it is there, and its outline agrees: that depth errs more than is stated is no other
   // explanation of the frame.
   object->lost_frames = 0;
+  if (options_.outline && context_.frame().color && !object->colors.known())
+    off_by_residuals = pose_by_outline(context_, &follower_, hint.mask, *off_by_residuals, object);
   ObjectResult believed = begin_at_pose(object, *off_by_residuals);
   believed.runner_up = found.runner_up;
   prepend(found.steps, &believed.steps);

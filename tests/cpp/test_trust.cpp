@@ -5,6 +5,7 @@
 #include <random>
 
 #include "tracking/fit/local_noise.h"
+#include "tracking/fit/outline_noise.h"
 #include "tracking/trust/open_directions.h"
 #include "tracking/trust/size.h"
 #include "tracking/trust/trust.h"
@@ -195,6 +196,19 @@ TEST(SizeTest, an_outline_of_the_right_size_contradicts_depth) {
   tracking::SizeTest small;
   small.depth.observe({-0.03, 1e-6, 4e-4, {}}, R);  // 3 % by a sensor that may bend by 2 %
   EXPECT_TRUE(small.other_size().empty());
+}
+
+TEST(Disagreement, what_only_one_of_two_knows_is_no_way_between_them) {
+  tracking::Disagreement apart;
+  apart.way << 0.005, 0.005, 0, 0, 0, 0;
+  apart.covariance.diagonal() << 1e-8, 1e-2, 1e-8, 1e-6, 1e-6, 1e-6;  // y is known to 10 cm
+  apart.apart_m = 0.005;
+  const tracking::Vector6d unit = tracking::Vector6d::Ones();
+  EXPECT_EQ(apart.sure_way(unit), tracking::Vector6d::Zero());  // not surely apart
+  apart.excess = 3;
+  const tracking::Vector6d sure = apart.sure_way(unit);
+  EXPECT_NEAR(sure[0], 0.005, 1e-5);
+  EXPECT_LT(std::abs(sure[1]), 2e-5);
 }
 
 TEST(LocalNoise, it_is_the_sd_of_the_readings_of_a_slanted_plane_whatever_the_stride) {

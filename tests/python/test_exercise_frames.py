@@ -142,7 +142,7 @@ def test_the_command_takes_a_model_of_ones_own(tmp_path):
         (["exercise", "--object", "cup", "--model", "CAN"], 2, "--object"),
         (["exercise", "--model", "CAN", "--model", "CAN"], 1, "expected 1"),
         (["--kind", "reach"], 2, "--kind"),
-        (["dance"], 2, "scene"),
+        (["dance"], 2, "dance"),
     ],
 )
 def test_wrong_options_are_one_line_and_leave_nothing(tmp_path, capsys, words, code, message):

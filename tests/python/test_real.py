@@ -98,18 +98,19 @@ def test_the_time_of_a_frame_is_that_of_a_live_camera(ycb):
     assert np.median(seconds) < 1 / 30  # even on a loaded machine; tests/bench measures
 
 
-def test_a_bottle_before_a_time_of_flight_camera_is_found_in_its_mask(data_dir):
-    """Somebody says that it is there, and where it ends is right: that its depth is off is no other explanation."""
+@pytest.mark.parametrize("voxels", [100, 150])
+def test_a_bottle_before_a_time_of_flight_camera_is_found_in_its_mask(data_dir, voxels):
+    """Depth is off as a whole: the pose is that of the outline, so what depth has against it is the sensor's."""
     with st.open_sequence(folder(data_dir, "mustard0")) as seq:
         mesh, mask, truth = seq.models[1], seq.masks(0)[0], seq.ground_truth
         points = mesh.vertices[:: len(mesh.vertices) // 500]
-        tracker = st.Tracker(st.SDF.from_mesh(mesh, voxels=200), seq.camera, threads=1)
-        assert tracker.start(seq[0], masks=mask).status[0] == "weak"
+        tracker = st.Tracker(st.SDF.from_mesh(mesh, voxels=voxels), seq.camera, threads=1)
+        assert tracker.start(seq[0], masks=mask).status[0] in ("ok", "weak")
         results = [tracker.track(seq[i]) for i in range(1, 60)]
         for i, result in enumerate(results, 1):
             assert result.status[0] in ("ok", "weak"), i
-            assert metrics.adds(result.pose, truth[i][0], points) < 0.012, i
-        assert sum(r.ok for r in results) > 45  # once the outline has said that its size is the model's
+            assert metrics.adds(result.pose, truth[i][0], points) < 0.010, i
+        assert sum(r.ok for r in results) > 53
         elsewhere = np.roll(mask, -150, axis=1)  # of the table
         assert tracker.start(seq[0], masks=elsewhere).status[0] in ("lost", "weak")
 

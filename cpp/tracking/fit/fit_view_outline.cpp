@@ -110,6 +110,8 @@ void FitView::compare_with_outline(const optim::State& x, double area_px,
   kept.depth_excess *= std::pow(now.excess / kept.depth_excess, kExcessFollows);
   kept.depth_off_m += kExcessFollows * (now.off_m - kept.depth_off_m);
   kept.apart_m += kExcessFollows * (now.apart_m - kept.apart_m);
+  kept.way = optim::camera_by_increment(inverse(x.T_obj_cam[0]), -target_->shape.centre_obj) *
+             now.sure_way(comparable_units(target_->shape));
 }
 
 // Depth that bends an object's face into another pose shows nothing of it in its residuals.

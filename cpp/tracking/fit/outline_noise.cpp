@@ -15,7 +15,7 @@ constexpr double kPieces = 12;  // of an outline, which err apart at best
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
 constexpr int kRounds = 3;
-constexpr double kMaxExcess = 10, kUnknowns = 6;
+constexpr double kUnknowns = 6;
 constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
 constexpr int kBisections = 10;
 
@@ -92,6 +92,13 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
   const auto moves_m = [&](const Vector6d& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
   found.excess = std::exp(0.5 * (low + high)), found.off_m = moves_m(left), found.apart_m = moves_m(apart);
   return found;
+}
+
+// As large in each direction as the whole way is, before the two have spoken.
+Vector6d Disagreement::sure_way(const Vector6d& unit) const {
+  if (!(excess > 1)) return Vector6d::Zero();
+  const Matrix6d spread = (apart_m * apart_m * unit.cwiseAbs2()).asDiagonal();
+  return spread * optim::solve_symmetric<6, 1>(spread + covariance, way);
 }
 
 }  // namespace sdftrack::tracking

@@ -9,6 +9,8 @@
 
 namespace sdftrack::tracking {
 
+constexpr double kMaxExcess = 10;  // of depth_excess
+
 struct OutlineNoise {
   double factor = 0;        // size of the lines' residuals over their stated sd; 0: not measured
   double shared_lines = 0;  // how many neighbouring lines share one error
@@ -18,11 +20,14 @@ struct OutlineNoise {
   // By how much readings of depth are off, as one sd, if the outline is right: 0 while the two agree.
   double depth_off_m = 0;
   double apart_m = 0;  // of the poses that either would have alone, rms over the surface; likewise
+  // What of that way is no chance, in camera axes about the caller's origin (m, rad): either may be wrong by
+  // it.
+  Vector6d way = Vector6d::Zero();
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [f, shared, excess, off_m, apart] = self;
-    archive(f, shared, excess, off_m, apart);
+    auto& [f, shared, excess, off_m, apart, open] = self;
+    archive(f, shared, excess, off_m, apart, open);
   }
 };
 
@@ -56,6 +61,10 @@ struct Disagreement {
   double apart_m = 0;               // rms over it of the whole way from the outline's pose to that of depth
   Vector6d way = Vector6d::Zero();  // that way, an increment of T_obj_cam; surely apart or not
   Matrix6d covariance = Matrix6d::Zero();  // of it
+
+  // The part of the way that chance does not explain, where the two are surely apart. unit: of the directions
+  // (comparable_units).
+  Vector6d sure_way(const Vector6d& unit) const;
 };
 Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);
 

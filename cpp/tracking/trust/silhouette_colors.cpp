@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/pixel_ray.h"
 #include "base/to_int.h"
 #include "frame/passage.h"
 #include "tracking/trust/color_projection.h"
@@ -23,7 +24,46 @@ bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p
   return z == 0 || (z > p.z - kInFront_m && z < p.z + kBehind_m);
 }
 
+// The smallest rectangle that contains the mask.
+frame::Rect box_of(const std::vector<unsigned char>& mask, int width, int height) {
+  frame::Rect box{width, height, 0, 0};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)])
+        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
+  return box;
+}
+
 }  // namespace
+
+void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera,
+                       const std::vector<unsigned char>& mask, double z_m, double around_px, int budget,
+                       appearance::ColorCounts* counts) {
+  counts->clear();
+  frame::Rect box = box_of(mask, camera.width, camera.height);
+  if (box.empty()) return;
+  const int around = to_int(around_px);
+  box = {std::max(0, box.x0 - around), std::max(0, box.y0 - around), std::min(camera.width, box.x1 + around),
+         std::min(camera.height, box.y1 + around)};
+  const energies::ColorProjection view = color_projection(camera, frame.color->map);
+  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const int step = std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
+  const LensRays rays(camera);
+  for (int y = box.y0; y < box.y1; y += step)
+    for (int x = box.x0; x < box.x1; x += step) {
+      const auto i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
+      const auto read_m = static_cast<double>(frame.depth_m.data[i]);
+      Vec2d c;
+      if (!view.place((read_m > 0 ? read_m : z_m) * rays.at(x, y), &c)) continue;
+      if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
+      const int bin = appearance::color_bin(frame.color->at(to_int(c.x + 0.5), to_int(c.y + 0.5)));
+      if (mask[i])
+        counts->add_object(bin, 1);
+      else
+        counts->add_background(bin);
+    }
+}
 
 void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj, double around_px, int budget,

@@ -20,16 +20,35 @@ constexpr double kMaxGap_m = 0.03;
 // these, the pixels that show it are judged in their place.
 constexpr int kMinExpected = 40;
 constexpr double kMaxRays = 4000;
+constexpr int kStep_px = 3;  // as far as a step of depth is washed out
+
+// Whether the measurement z at p, a point of the surface, lies between the surface and what is beyond its
+// edge, as those of time-of-flight cameras do at a step: it is of neither.
+bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, const Vec3d& p_cam, double z,
+                      double margin_m) {
+  const Vec2d px = camera.project_point(p_cam);
+  bool on_surface = false, farther = false;
+  for (const int dy : {-kStep_px, 0, kStep_px})
+    for (const int dx : {-kStep_px, 0, kStep_px}) {
+      const int x = to_int(px.x + 0.5) + dx, y = to_int(px.y + 0.5) + dy;
+      if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) continue;
+      const double beside = frame.depth_m(x, y);
+      on_surface |= std::abs(beside - p_cam.z) < margin_m;
+      farther |= beside > z + margin_m;
+    }
+  return on_surface && farther;
+}
 
 // Counts what is read where the camera should see a point of the surface.
 class Count {
  public:
   Count(const frame::DepthFrame& frame, const Camera& camera, const DepthError& error,
-        const Neighbors& others)
+        const Neighbors& others, bool excuse_steps)
       : frame_(frame),
         camera_(camera),
         error_(error),
         others_(others),
+        excuse_steps_(excuse_steps),
         tolerance_m_(error.tolerance(kTolerance_m, kTolerancePerNoise)) {}
 
   // facing: cosine of the incidence.
@@ -40,6 +59,10 @@ class Count {
     // A reading that is nearer to another object's surface is that object's, and hides this one.
     const bool known = !others_.empty() && z > 0 && beyond < tolerance_m_ &&
                        on_one_of(others_, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance_m_));
+    if (excuse_steps_ && beyond > tolerance_m_ && mixes_two_depths(frame_, camera_, p_cam, z, tolerance_m_)) {
+      ++seen_.missing;
+      return;
+    }
     const bool hidden = known || (z > 0 && beyond < -tolerance_m_);
     if (z > 0 && beyond > -kFinger_m && !known) ++gaps_, gap_sum_m_ += std::min(std::abs(beyond), kMaxGap_m);
     if (!(z > 0))
@@ -64,6 +87,7 @@ class Count {
   const Camera& camera_;
   const DepthError& error_;
   const Neighbors& others_;
+  bool excuse_steps_;
   double tolerance_m_;
   Visibility seen_;
   int gaps_ = 0;
@@ -87,11 +111,7 @@ Visibility compare_visible_pixels(const Camera& camera, const frame::Shape& shap
   return count.result();
 }
 
-}  // namespace
-
-Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
-                                   const frame::Shape& shape, const Rigidd& T_cam_obj,
-                                   const DepthError& error, int points, const Neighbors& others) {
+Visibility compare_points(const frame::Shape& shape, const Rigidd& T_cam_obj, int points, Count count) {
   const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
   const frame::SightTerm<float> term{shape.sdf,
                                      shape.coarse(),
@@ -102,7 +122,6 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
                                      {shape.normals.data(), n, stride}};
   const frame::PointOps& ops = frame::point_ops_for(used_isa());
   frame::Sights sights;
-  Count count(frame, camera, error, others);
   for (int first = 0; first < term.points_obj.count(); first += frame::kPointsAtOnce) {
     ops.sights(term, first, &sights);
     for (int k = 0; k < sights.count; ++k)
@@ -112,13 +131,20 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
   return count.result();
 }
 
+}  // namespace
+
+Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera& camera,
+                                   const frame::Shape& shape, const Rigidd& T_cam_obj,
+                                   const DepthError& error, int points, const Neighbors& others) {
+  return compare_points(shape, T_cam_obj, points, Count(frame, camera, error, others, false));
+}
+
 Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                            const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others) {
-  const Visibility seen =
-      compare_visible_surface(frame, camera, shape, T_cam_obj, error, kTrustPoints, others);
+  const Count count(frame, camera, error, others, true);
+  const Visibility seen = compare_points(shape, T_cam_obj, kTrustPoints, count);
   if (seen.expected >= kMinExpected || shape.seen.amount || !(T_cam_obj.t.z > 0)) return seen;
-  const Visibility by_pixels =
-      compare_visible_pixels(camera, shape, T_cam_obj, Count(frame, camera, error, others));
+  const Visibility by_pixels = compare_visible_pixels(camera, shape, T_cam_obj, count);
   return by_pixels.expected > seen.expected ? by_pixels : seen;
 }
 

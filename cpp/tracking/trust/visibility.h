@@ -56,8 +56,9 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
                                    const frame::Shape& shape, const Rigidd& T_cam_obj,
                                    const DepthError& error, int points, const Neighbors& others = {});
 
-// The same by kTrustPoints, or by the pixels that show the surface where hardly a point of it faces the
-// camera (a long thin object seen end on).
+// The same by kTrustPoints, where a measurement that mixes the two sides of a depth step counts as missing,
+// or by the pixels that show the surface where hardly a point of it faces the camera (a long thin object seen
+// end on).
 Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                            const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others);
 

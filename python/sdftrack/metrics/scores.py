@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import numbers, whole
 
 Array = NDArray[np.float64]
-FAR_M = 1e15  # no length in metres
+FAR_M = 1e15  # no length in metres; its square is a number
 
 
 def pose_error(T: ArrayLike, T_gt: ArrayLike) -> tuple[Any, Any]:
@@ -198,8 +198,18 @@ def _nearest_in(points: Array) -> Callable[[Array], Array]:
     """The function that gives, for each of (N, 3) points, the distance to the nearest of `points`."""
     from scipy.spatial import KDTree
 
-    tree = KDTree(points)
-    return lambda queries: np.asarray(tree.query(queries)[0])
+    tree, centre = KDTree(points), points.mean(axis=0)
+
+    def nearest(queries: Array) -> Array:
+        # From the centre: for those that are NaN, or so far away that it is all one.
+        away = queries - centre
+        distance: Array = np.hypot(np.hypot(away[:, 0], away[:, 1]), away[:, 2])
+        near = np.abs(away).max(axis=1) < FAR_M
+        if near.any():
+            distance[near] = tree.query(queries[near])[0]
+        return distance
+
+    return nearest
 
 
 def _surface_points(shape: Any, samples: int, seed: int) -> Array:
