@@ -105,8 +105,7 @@ py::tuple PyTracker::revisit(const PyFrame& frame) {
     const std::vector<tracking::ObjectResult>& results = tracker_->revisit(f);
     for (std::size_t k = 0; k < results.size(); ++k) {
       write_matrix(results[k].T_cam_obj, to + 16 * k);
-      is_sure[k] = results[k].trust.status == tracking::Status::kOk ||
-                   results[k].trust.reason.code == tracking::ReasonCode::kOpenDirections;
+      is_sure[k] = results[k].sure_where_determined();
     }
   });
   return py::make_tuple(poses, sure);

@@ -63,7 +63,7 @@ class PyTracker {
   void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
   // In the last frame: nothing but open directions is against its pose.
-  bool is_undetermined(int k) const;
+  bool is_sure(int k);
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }

@@ -127,10 +127,12 @@ void PyTracker::mark_unfound(int k, const std::string& kind) {
   tracker_->mark_unfound(k, kind);
 }
 
-bool PyTracker::is_undetermined(int k) const {
+bool PyTracker::is_sure(int k) {
+  const Busy busy(&busy_, "tracker");
+  check_object(k);
   const auto& results = tracker_->last_result().objects;
   const auto i = static_cast<std::size_t>(k);
-  return i < results.size() && results[i].trust.reason.code == tracking::ReasonCode::kOpenDirections;
+  return i < results.size() && results[i].sure_where_determined();
 }
 
 py::array_t<double> PyTracker::best() {

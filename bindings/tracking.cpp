@@ -29,7 +29,7 @@ void bind_tracking(py::module_& m) {
       .def("replace_shapes", &PyTracker::replace_shapes, py::arg("shapes"), py::arg("poses"))
       .def("set_symmetries", &PyTracker::set_symmetries, py::arg("k"), py::arg("motions"))
       .def("mark_unfound", &PyTracker::mark_unfound, py::arg("k"), py::arg("kind"))
-      .def("is_undetermined", &PyTracker::is_undetermined, py::arg("k"))
+      .def("is_sure", &PyTracker::is_sure, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("frame"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
            py::arg("boxes"), py::arg("colors") = py::none())

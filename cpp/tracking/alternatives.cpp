@@ -48,11 +48,9 @@ double shared_px(const TrackedObject& object) {
 // alike from two sides, and what a search finds.
 std::vector<Rigidd> turned(FrameContext* context, ObjectFollower* follower, const TrackedObject& object) {
   const frame::Moments& m = object.shape->moments;
-  Eigen::Matrix3d spread;
-  spread << m.square.r0.x, m.square.r0.y, m.square.r0.z, m.square.r1.x, m.square.r1.y, m.square.r1.z,
-      m.square.r2.x, m.square.r2.y, m.square.r2.z;
   const Eigen::Vector3d mean(m.mean.x, m.mean.y, m.mean.z);
-  const optim::Eigenpairs<3> axes = optim::eigenpairs(Eigen::Matrix3d(spread - mean * mean.transpose()));
+  const optim::Eigenpairs<3> axes =
+      optim::eigenpairs(Eigen::Matrix3d(square_of(m) - mean * mean.transpose()));
   std::vector<Rigidd> all;
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d a = std::numbers::pi * axes.vectors.col(i);

@@ -27,6 +27,12 @@ struct ObjectResult {
   bool color_used = false;
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
 
+  // Ok, but for directions that the frame does not determine: along these, any pose is as good.
+  bool sure_where_determined() const {
+    return trust.status == Status::kOk ||
+           (trust.status == Status::kWeak && trust.reason.code == ReasonCode::kOpenDirections);
+  }
+
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [T, sd, said, rates, value, shared, second, trials, colored, chance] = self;

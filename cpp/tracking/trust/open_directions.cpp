@@ -26,9 +26,7 @@ Eigen::Vector3d to_eigen(const Vec3d& v) { return {v.x, v.y, v.z}; }
 // Mean of D^T D over the surface, D = [I, -[p]x] the displacement of a point p by (v, w).
 Matrix6d surface_metric(const frame::Shape& shape) {
   const Eigen::Vector3d mean = to_eigen(shape.moments.mean);
-  Eigen::Matrix3d square;
-  square << to_eigen(shape.moments.square.r0), to_eigen(shape.moments.square.r1),
-      to_eigen(shape.moments.square.r2);  // symmetric: rows are columns
+  const Eigen::Matrix3d square = square_of(shape.moments);
   Matrix6d M = Matrix6d::Identity();
   Eigen::Matrix3d cross;
   cross << 0, -mean.z(), mean.y(), mean.z(), 0, -mean.x(), -mean.y(), mean.x(), 0;
@@ -70,6 +68,13 @@ std::string shown(const Eigen::Vector3d& v) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d square_of(const frame::Moments& moments) {
+  Eigen::Matrix3d square;
+  square << to_eigen(moments.square.r0), to_eigen(moments.square.r1),
+      to_eigen(moments.square.r2);  // symmetric: rows are columns
+  return square;
+}
 
 OpenDirections::OpenDirections(const Matrix6d& covariance, const Rigidd& T_cam_obj,
                                const frame::Shape& shape) {

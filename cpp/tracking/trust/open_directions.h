@@ -10,6 +10,9 @@
 
 namespace sdftrack::tracking {
 
+// Mean of p p^T.
+Eigen::Matrix3d square_of(const frame::Moments& moments);
+
 // A motion of the object, as an increment (v, w) of T_obj_cam of the centred frame.
 struct OpenDirection {
   Vector6d increment;  // moves the surface by 1 m, root mean square

@@ -298,9 +298,8 @@ class Reconstructor:
         # The thesis does not judge its poses: every frame that could be tracked adds to the shape.
         # Along what cannot be observed, any pose adds the same.
         sure = (
-            result.status[0] is Status.OK
+            TrackerInterface(tracker).is_sure(0)
             or (self._printed and result.status[0] is Status.WEAK)
-            or TrackerInterface(tracker).is_undetermined(0)
         )
         fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
         return self._finished(result, result.poses[0], begin, fused=fused)

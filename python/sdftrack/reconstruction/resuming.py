@@ -130,7 +130,7 @@ def begin_with(
 
 def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
     """Directions that the frame alone leaves open are no objection: other poses are compared here."""
-    if not TrackerInterface(tracker).is_undetermined(0):
+    if not TrackerInterface(tracker).is_sure(0):
         return result
     return replace(result, status=[Status.OK], reason=[""])
 

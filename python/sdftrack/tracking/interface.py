@@ -88,9 +88,9 @@ class TrackerInterface:
         """Mark object k as a placeholder for a primitive of this kind not found yet; "": it was found."""
         self._tracker._core.mark_unfound(k, kind)
 
-    def is_undetermined(self, k: int) -> bool:
-        """Whether object k is weak in the last frame only because directions of its pose are not determined."""
-        return bool(self._tracker._core.is_undetermined(k))
+    def is_sure(self, k: int) -> bool:
+        """Whether object k is ok in the last frame, but for directions of its pose that are not determined."""
+        return bool(self._tracker._core.is_sure(k))
 
     # -- starts
 
