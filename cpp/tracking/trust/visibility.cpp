@@ -141,7 +141,8 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
 
 Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                            const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others) {
-  const Count count(frame, camera, error, others, true);
+  // What is known of a growing shape ends anywhere, not at steps of the depth.
+  const Count count(frame, camera, error, others, !shape.seen.amount);
   const Visibility seen = compare_points(shape, T_cam_obj, kTrustPoints, count);
   if (seen.expected >= kMinExpected || shape.seen.amount || !(T_cam_obj.t.z > 0)) return seen;
   const Visibility by_pixels = compare_visible_pixels(camera, shape, T_cam_obj, count);

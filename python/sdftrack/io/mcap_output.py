@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -117,7 +118,7 @@ def copy_whole(path: Path, output: McapOutput, last_topic: str, count: int) -> N
                         latched=bool(channel.metadata.get("offered_qos_profiles")),
                     )
                     found += channel.topic == last_topic
-        except (McapError, EOFError, ValueError, KeyError) as error:
+        except (McapError, EOFError, ValueError, KeyError, struct.error) as error:
             if found < count:
                 raise ValueError(f"{path}: expected {count} whole frames, got {found} ({error})") from None
     if found < count:

@@ -297,10 +297,7 @@ class Reconstructor:
         self._index += 1
         # The thesis does not judge its poses: every frame that could be tracked adds to the shape.
         # Along what cannot be observed, any pose adds the same.
-        sure = (
-            TrackerInterface(tracker).is_sure(0)
-            or (self._printed and result.status[0] is Status.WEAK)
-        )
+        sure = TrackerInterface(tracker).is_sure(0) or (self._printed and result.status[0] is Status.WEAK)
         fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
         return self._finished(result, result.poses[0], begin, fused=fused)
 

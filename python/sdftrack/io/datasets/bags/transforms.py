@@ -6,6 +6,7 @@ from a sequence (transforms on /ground_truth, attachments).
 from __future__ import annotations
 
 import re
+import struct
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -118,5 +119,5 @@ def _attachments(path: Path) -> list[tuple[str, bytes]]:
     with path.open("rb") as file:
         try:
             return [(a.name, a.data) for a in make_reader(file).iter_attachments()]
-        except (McapError, EOFError, ValueError):
+        except (McapError, EOFError, ValueError, struct.error):
             return []  # an interrupted recording has no index of them
