@@ -24,6 +24,19 @@ constexpr double kBarely = 0.1;  // confidence of a start anywhere that is no fi
 // It is on trial for at most so many frames: as long as nothing but the search's own odds is against it.
 constexpr int kTrialFrames = 5;
 
+// Something hides where it was, so it is likely there still: what is found elsewhere must be the more
+// convincing (log odds).
+constexpr double kHides = 0.5, kStillThere = 3;  // kHides: of the surface that should be seen
+
+bool may_still_be_there(const FrameContext& context, const TrackedObject& object, const Rigidd& found,
+                        const TrackerOptions& options) {
+  if (norm(found.t - object.T_cam_obj.t) < 0.5 * object.shape->diameter_m) return false;
+  const Visibility seen =
+      compare_visible_surface(context.frame(), context.camera(), *object.shape, object.T_cam_obj,
+                              DepthError{options.noise_m}, kTrustPoints);
+  return seen.nearer > kHides * seen.expected;
+}
+
 // Whether the evidence of the frame alone is for it.
 bool speaks_for(const Trust& trust, double prior_log_odds) {
   return trust.evidence > (1 - trust.evidence) * std::exp(prior_log_odds);
@@ -90,6 +103,9 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
   std::optional<Found> found =
       follower_->search(context, context->frame(), *object, query, std::log(options_.search_odds));
   if (!found || found->trust.status != Status::kOk || found->trust.confidence < kSure) return lost;
+  if (may_still_be_there(*context, *object, found->fitted.T_cam_obj, options_) &&
+      judge(found->fitted, options_, std::log(options_.search_odds) - kStillThere).confidence < kSure)
+    return lost;
 
   const Rigidd last = object->T_cam_obj;
   object->motion.reset();  // what it was before it was lost says nothing of how it moves here

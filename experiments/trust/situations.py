@@ -20,7 +20,7 @@ from experiments.trust import depth_faults
 __all__ = ["situations"]
 
 HALVES = {"chosen on": ("lm_driller", "bunny", "spot"), "reported": ("lm_cat", "lm_duck", "lm_ape", "lm_can")}
-SEEDS = {"chosen on": (11, 12), "reported": (21, 22, 23)}
+SEEDS = {"chosen on": (11,), "reported": (21, 22, 23)}
 FRAMES = 48
 WRONG_M, WRONG_RAD, WRONG_SD = 0.010, np.radians(5), 5.0
 CONTAINED_SD = 1.94  # 99.9 % of errors of six axes are smaller, as a root mean square
@@ -135,7 +135,9 @@ def _by_mask(frame: Any, masks: Any) -> dict[str, Any]:
 
 
 def _by_click(frame: Any, masks: Any) -> dict[str, Any]:
-    v, u = np.argwhere(masks[0])[len(np.argwhere(masks[0])) // 2]
+    """The pixel of the mask nearest to its middle."""
+    pixels = np.argwhere(np.asarray(masks[0]) > 0)
+    v, u = pixels[np.argmin(np.linalg.norm(pixels - pixels.mean(0), axis=1))]
     return {"clicks": [(float(u), float(v))]}
 
 
@@ -176,7 +178,7 @@ def _named() -> dict[str, Any]:
 @experiment(
     "trust.situations",
     needs=["meshes"],
-    chosen_on="lm_driller, bunny, spot, seeds 11 and 12",
+    chosen_on="lm_driller, bunny, spot, seed 11",
     reported_on="lm_cat, lm_duck, lm_ape, lm_can, seeds 21 to 23",
     short={"only": ("plain", "T7"), "frames": 4, "most": 1},
 )

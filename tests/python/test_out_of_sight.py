@@ -119,3 +119,26 @@ def test_an_object_is_back_as_soon_as_a_third_of_it_is_seen(seed):
     off_m, off_rad = st.metrics.pose_error(result.pose, T)
     assert off_m < 0.005
     assert off_rad < np.radians(3)
+
+
+@pytest.mark.parametrize("seed", [2, 5, 6])
+def test_what_stands_elsewhere_while_its_place_is_hidden_is_not_taken_for_it(seed):
+    """Boxes of other sizes stand behind a box that a board hides: it is lost until the board has gone."""
+    box = st.SDF.box((0.06, 0.09, 0.14), voxels=64)
+    T = np.eye(4)
+    T[:3, :3] = [[1, 0, 0], [0, -0.34, -0.94], [0, 0.94, -0.34]]
+    T[:3, 3] = 0, 0, 0.6
+    scene = st.synth.sequence(
+        box,
+        30,
+        trajectory=np.tile(T, (30, 1, 1)),
+        noise=0.001,
+        clutter="objects",
+        occluder=st.synth.Cover(12, 12),
+        color=False,
+        seed=seed,
+    )
+    tracker = st.Tracker(box, scene.camera, threads=1)
+    results = [tracker.start(scene[0], poses=[T])] + [tracker.track(scene[i]) for i in range(1, 30)]
+    assert all(r.status[0] == "lost" for r in results[13:24])
+    assert all(np.linalg.norm(r.pose[:3, 3] - T[:3, 3]) < 0.005 for r in results[25:])
