@@ -32,7 +32,7 @@ std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const C
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t i =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-      const float z = frame.depth_m.data[i];
+      const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
       float phi = 0;
       Vec3f slope;

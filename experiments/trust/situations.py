@@ -20,8 +20,8 @@ from experiments.trust import depth_faults
 __all__ = ["situations"]
 
 HALVES = {"chosen on": ("lm_driller", "bunny", "spot"), "reported": ("lm_cat", "lm_duck", "lm_ape", "lm_can")}
-SEEDS = {"chosen on": (11,), "reported": (21, 22, 23)}
-FRAMES = 48
+SEEDS = {"chosen on": (11,), "reported": (21, 22)}
+FRAMES = 36
 WRONG_M, WRONG_RAD, WRONG_SD = 0.010, np.radians(5), 5.0
 CONTAINED_SD = 1.94  # 99.9 % of errors of six axes are smaller, as a root mean square
 COLUMNS = {
@@ -179,7 +179,7 @@ def _named() -> dict[str, Any]:
     "trust.situations",
     needs=["meshes"],
     chosen_on="lm_driller, bunny, spot, seed 11",
-    reported_on="lm_cat, lm_duck, lm_ape, lm_can, seeds 21 to 23",
+    reported_on="lm_cat, lm_duck, lm_ape, lm_can, seeds 21 and 22",
     short={"only": ("plain", "T7"), "frames": 4, "most": 1},
 )
 def situations(

@@ -53,7 +53,7 @@ void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera,
     for (int x = box.x0; x < box.x1; x += step) {
       const auto i =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-      const auto read_m = static_cast<double>(frame.depth_m.data[i]);
+      const auto read_m = static_cast<double>(frame.depth_m(x, y));
       Vec2d c;
       if (!view.place((read_m > 0 ? read_m : z_m) * rays.at(x, y), &c)) continue;
       if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
