@@ -16,6 +16,7 @@ from experiments.common.protocol import load_mesh, say
 from experiments.registry import experiment
 from experiments.table import Table, cells
 from experiments.trust import depth_faults
+from experiments.trust.coverage import error_vector
 
 __all__ = ["situations"]
 
@@ -46,7 +47,6 @@ class Run:
     mesh: Any  # that is seen
     model: Any  # that the tracker has
     seed: int
-    frames: int
     trajectory: Any = field(default_factory=lambda: st.synth.random_walk(step_m=0.004, step_rad=0.03))
     noise: Any = 0.001
     occluder: Any = None
@@ -56,7 +56,6 @@ class Run:
         None  # poses T_cam_obj of all frames, in the place of the trajectory
     )
     start: Callable[[Any, Any], dict[str, Any]] | None = None  # keywords of `start`; default: the true pose
-    camera: Any = None  # that the tracker is given, where it is not the true one
 
 
 @dataclass(frozen=True)
@@ -237,7 +236,7 @@ def _summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _tracked(situation: Situation, mesh: Any, seed: int, frames: int, threads: int) -> dict[str, Any]:
-    run = situation.of(Run(mesh, mesh, seed, frames))
+    run = situation.of(Run(mesh, mesh, seed))
     sequence = st.synth.sequence(
         run.mesh,
         frames,
@@ -247,8 +246,9 @@ def _tracked(situation: Situation, mesh: Any, seed: int, frames: int, threads: i
         clutter="objects",
         seed=seed,
     )
-    camera = run.camera or sequence.camera
-    tracker = st.Tracker(st.SDF.from_mesh(run.model, voxels=100), camera, threads=threads, **run.options)
+    tracker = st.Tracker(
+        st.SDF.from_mesh(run.model, voxels=100), sequence.camera, threads=threads, **run.options
+    )
     status, wrong, missed = [], [], []
     for i, frame in enumerate(run.seen(sequence)):
         truth = sequence.ground_truth[i][0]
@@ -267,12 +267,8 @@ def _tracked(situation: Situation, mesh: Any, seed: int, frames: int, threads: i
 
 def _errors(result: Any, truth: Any) -> tuple[float, float, float]:
     """Metres, radians and standard deviations (root mean square over the six axes)."""
-    from scipy.spatial.transform import Rotation
-
-    turn = Rotation.from_matrix(truth[:3, :3] @ result.pose[:3, :3].T).as_rotvec()
-    shift = truth[:3, 3] - result.pose[:3, 3]
-    d = np.concatenate([shift, turn])
+    d = error_vector(result.pose, truth)
+    off_m, off_rad = float(np.linalg.norm(d[:3])), float(np.linalg.norm(d[3:]))
     if not np.all(np.isfinite(result.covariance)):
-        return float(np.linalg.norm(shift)), float(np.linalg.norm(turn)), float("nan")
-    sd = float(np.sqrt(d @ np.linalg.solve(result.covariance, d) / 6))
-    return float(np.linalg.norm(shift)), float(np.linalg.norm(turn)), sd
+        return off_m, off_rad, float("nan")
+    return off_m, off_rad, float(np.sqrt(d @ np.linalg.solve(result.covariance, d) / 6))
