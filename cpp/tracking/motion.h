@@ -44,6 +44,8 @@ class ConstantVelocity {
   bool knows_time() const { return knows_velocity() && per_second_; }
   Vec3d velocity() const { return v_; }
   Vec3d turn_rate() const { return w_; }
+  // Of one frame, in the unit of the velocities, for the next observation.
+  double frame_interval(double time_s) const { return elapsed(time_s) / static_cast<double>(frames_); }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;
 

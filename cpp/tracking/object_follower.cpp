@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "tracking/options/sensor_noise.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -138,8 +140,9 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   } else {
     const double time_s = context.frame().time_s;
     if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
+    fitted.covariance += lag_covariance(fitted, time_s, *object);
     keep(fitted, trust, time_s, object);
-    fitted.covariance += object->size.covariance(fitted.T_cam_obj, *object->shape) +
+    fitted.covariance += fitted.by_distance + object->size.covariance(fitted.T_cam_obj, *object->shape) +
                          fitted.memory.outline.way * fitted.memory.outline.way.transpose();
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
@@ -147,7 +150,8 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     result.runner_up = kUnknown;
   }
   result.cost = fitted.cost;
-  result.systematic_m = fitted.systematic_m;
+  result.systematic_m =
+      std::hypot(fitted.systematic_m, distance_error_m(options_, fitted.T_cam_obj.t.z));
   result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;
@@ -166,6 +170,19 @@ Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& 
   // Two witnesses: where the outline is the model's, what depth has against it is the sensor's own error.
   if (object.by_mask_alone && object.size.outline_agrees()) evidence = but_for_residuals(evidence);
   return judge(evidence, fitted.covariance, options_, object.prior_log_odds, vouched);
+}
+
+// Of a sensor of which nothing is stated, depth may be of a moment before: the pose is behind by a part of the
+// motion since the last frame.
+Matrix6d ObjectFollower::lag_covariance(const Fitted& fitted, double time_s,
+                                        const TrackedObject& object) const {
+  if (!is_unstated(options_) || !object.followed() || !(object.usual_share > 0)) return Matrix6d::Zero();
+  const Rigidd before = uncentred(object.T_cam_obj, *object.shape),
+               now = uncentred(fitted.T_cam_obj, *object.shape);
+  const Vec3d v = now.t - before.t, w = rotation_log(now.R * transpose(before.R));
+  const Vector6d motion{{v.x, v.y, v.z, w.x, w.y, w.z}};
+  const double frame_s = object.motion.knows_time() ? object.motion.frame_interval(time_s) : 0;
+  return object.color_delay.lag2_frames(frame_s) * motion * motion.transpose();
 }
 
 // The readings are of a moment before: since then the object has gone on, nobody knows how far.

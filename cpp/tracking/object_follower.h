@@ -90,6 +90,7 @@ class ObjectFollower {
   Attempt fine_attempt(const TrackedObject& object, const Rigidd& T_cam_obj) const;
   Attempt narrow_attempt(const Rigidd& T_cam_obj) const;
   Attempt wide_attempt(const TrackedObject& object, const Rigidd& expected, double time_s) const;
+  Matrix6d lag_covariance(const Fitted& fitted, double time_s, const TrackedObject& object) const;
   void move_on(double time_s, const TrackedObject& object, Fitted* fitted) const;
   void keep(const Fitted& fitted, const Trust& trust, double time_s, TrackedObject* object) const;
 

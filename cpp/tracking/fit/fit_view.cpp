@@ -215,14 +215,16 @@ energies::EnergySummary FitView::by_form(const optim::State& x, energies::Energy
 // What an error of the sensor that no residual shows in full makes of the pose.
 void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
   fitted->systematic_m = systematic_m;
+  const double distance_m = distance_error_m(options_, fitted->T_cam_obj.t.z);
   BiasResponse response;
-  if (systematic_m > 0 && measured_.known && measured_.sums.inliers > 0)
+  if (systematic_m + distance_m > 0 && measured_.known && measured_.sums.inliers > 0)
     response =
         bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
                       measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
             .moved(optim::camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
   fitted->covariance += systematic_covariance(response, systematic_m,
                                               options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
+  if (distance_m > 0) fitted->by_distance = distance_covariance(response, distance_m, fitted->T_cam_obj.t);
 }
 
 void FitView::examine(Fitted* fitted) {
@@ -256,12 +258,13 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
   const double own = std::max(local, kMinNoise_m / stated_m);
-  const double told_m = sensor_systematic_m(options_, fitted->T_cam_obj.t.z);
+  const double told_m =
+      std::min(sensor_systematic_m(options_, fitted->T_cam_obj.t.z), most_systematic_m(options_));
   double& learnt_m = fitted->memory.systematic_m;
   if (before.learns_systematic && local > 0)
     learnt_m = std::clamp(
         std::sqrt(std::max(0.0, measured * measured - std::pow(kSharedPerLocal * own, 2))) * stated_m,
-        options_.systematic_m, std::max(options_.systematic_m, options_.max_systematic_m));
+        options_.systematic_m, most_systematic_m(options_));
   const double systematic_m = std::max(learnt_m, told_m);
   // What the outline says that depth is off by is no fault of the pose.
   const double shared_m =

@@ -52,4 +52,13 @@ ColorDelay::Estimate ColorDelay::estimate() const {
   return {solution()[6], std::sqrt(kShared * excess * covariance(6, 6)), frames_};
 }
 
+double ColorDelay::lag2_frames(double frame_s) const {
+  const Estimate found = estimate();
+  const double expected = 1 / (kLag_frames * kLag_frames);
+  if (found.frames == 0 || !(frame_s > 0)) return 1 / expected;
+  const double measured = std::pow(frame_s / found.sd_s, 2);
+  const double mean = measured / (expected + measured) * found.delay_s / frame_s;
+  return mean * mean + 1 / (expected + measured);
+}
+
 }  // namespace sdftrack::tracking

@@ -25,6 +25,8 @@ struct PosesApart {
 // Over a sequence the two poses are apart by  way = bias + delay velocity + noise,  bias constant (the sensor
 // errs in the same way all the time): seven unknowns by weighted least squares, of which the delay is told as
 // soon as the velocity has changed. A frame that is far off counts less (Cauchy).
+constexpr double kLag_frames = 0.5;  // sd of the lag of a depth camera of which nothing is stated
+
 class ColorDelay {
  public:
   void forget() { *this = {}; }
@@ -38,6 +40,9 @@ class ColorDelay {
     int frames = 0;  // 0: nothing is known
   };
   Estimate estimate() const;
+  // Mean square of the lag of the depth images behind the colour images, in frames of frame_s each (0: unknown):
+  // of what the estimate and an expectation of kLag_frames leave open. Filters over time make depth late.
+  double lag2_frames(double frame_s) const;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {

@@ -13,6 +13,8 @@ constexpr int kBudget = 500;           // pixels
 constexpr float kGrazing = 0.17f;      // d phi / d z along the ray below which its hit says nothing
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
+constexpr double kBends = 0.4;  // over an object, of an error of the distance
+
 constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
 
 }  // namespace
@@ -85,6 +87,14 @@ Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m
   C += std::pow(kPatchShare * systematic_m, 2) * response.patches;
   C.topLeftCorner<2, 2>().diagonal().array() +=
       lateral_m * lateral_m + std::pow(kLateralShare * systematic_m, 2);
+  return C;
+}
+
+Matrix6d distance_covariance(const BiasResponse& response, double error_m, const Vec3d& centre_cam) {
+  Matrix6d C = systematic_covariance(response, kBends * error_m, 0);
+  const Vec3d along = (error_m / norm(centre_cam)) * centre_cam;
+  const Eigen::Vector3d shift(along.x, along.y, along.z);
+  C.topLeftCorner<3, 3>() += shift * shift.transpose();
   return C;
 }
 

@@ -59,4 +59,7 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
 // lateral_m across the ray, which moves it as it is.
 Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m);
 
+// The same of an error of sd error_m of the distance of an object at centre_cam, which bends over it by less.
+Matrix6d distance_covariance(const BiasResponse& response, double error_m, const Vec3d& centre_cam);
+
 }  // namespace sdftrack::tracking
