@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Volumes, calibration, planes, contours and shapes. Changing these numbers breaks comparisons."""
+"""Volumes, calibration, planes, contours, shapes and movements. Changing these numbers breaks comparisons."""
 
 import itertools
 from collections.abc import Callable
@@ -154,3 +154,16 @@ benchmark("shape_memory/assess_remembered", lambda: asking("remembered"), unit="
 benchmark("shape_memory/assess_printed", lambda: asking("printed"), unit="frame")
 benchmark("shape_memory/learn_250", learning, LEARN, "frame")
 benchmark("shape_memory/harmonics", harmonics, unit="frame")
+
+
+# A cup that is carried away and back for a minute at 30 Hz: the smoother, and the measures of 200 samples.
+def analyzing() -> Callable[[], object]:
+    made = st.synth.exercise("reach", seed=7, repetitions=10)
+    poses, rng = made.poses(), np.random.default_rng(7)
+    poses[:, :3, 3] += rng.normal(0, 0.001, (len(poses), 3))
+    covariances = np.tile(np.diag(np.repeat([1e-3, 5e-3], 3) ** 2), (len(poses), 1, 1))
+    cup = st.motion.Trajectory(made.times_s, poses, covariances, name="cup")
+    return lambda: st.motion.analyze(cup, up=made.up)
+
+
+benchmark("motion/analyze_60_s", analyzing, unit="recording")

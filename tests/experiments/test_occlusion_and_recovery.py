@@ -6,10 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import sdftrack as st
 from experiments.common.pose_errors import Errors
 from experiments.common.tracked_scene import Run
-from experiments.tracking import occlusion, recovery
+from experiments.tracking import recovery
 from sdftrack.synth.duck import duck_mesh
 
 
@@ -41,17 +40,3 @@ def test_a_trial_is_judged_by_the_truth():
     unseen = _run(["ok"] * 5 + ["lost", "lost", "ok", "ok"] + ["ok"] * 3)
     assert recovery.judge(unseen, 5, 4).false_frames == 2
     assert recovery.judge(_run(["ok", "lost", "ok"] + ["lost"] * 3, [2]), 3, 1).lost_before == 2
-
-
-def test_the_hand_closes_around_the_object(meshes):
-    seq = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, grow=2)
-    bare = occlusion.scene(st.Mesh.load(meshes / "meshes" / "duck.ply"), 3, 0, share=0)
-    shares = [1 - seq.masks(i)[0].sum() / bare.masks(i)[0].sum() for i in range(3)]
-    np.testing.assert_allclose(shares, [0, 0.3, 0.6], atol=0.02)
-
-
-def test_a_row_is_kept_only_within_all_limits():
-    row = {"lost": 0, "wrong": 0, "mean_mm": 0.4, "mean_deg": 0.4, "max_mm": 1.4, "max_deg": 1.4}
-    assert occlusion.kept(row)
-    for change in ({"lost": 1}, {"wrong": 1}, {"mean_mm": 0.6}, {"max_deg": 1.6}):
-        assert not occlusion.kept({**row, **change})

@@ -48,3 +48,17 @@ def test_points_in_two_clusters_have_an_answer_or_a_clear_error():
     points[20:, 0] += 0.1
     for kind in KINDS:
         assert st.fit_primitive(points, kind).kind == kind
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_ellipsoid_that_grows_without_end_is_lost(seed):
+    rng = np.random.default_rng(seed)
+    sheet = np.c_[rng.uniform(-0.1, 0.1, (600, 2)), rng.normal(0.8, 0.002, 600)]
+    fit = st.fit_primitive(sheet, "ellipsoid")
+    assert not np.isnan(fit.covariance).any()
+    if max(fit.size.values()) < 100:
+        assert np.isinf(fit.covariance).any()  # a sheet bounds no ellipsoid
+    else:
+        assert fit.status == st.Status.LOST
+        assert "diverged" in fit.reason
+        assert np.isinf(np.diag(fit.covariance)).all()

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A record holds every table of an experiment with the run that measured it, and a file is never half written."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -55,19 +53,6 @@ def test_a_run_replaces_that_with_the_same_settings_and_no_other(tmp_path):
     assert measured(tmp_path) == [("b-2", "2.0", "two"), ("a", "3.0", "one")]
     record.save("fall", {"way": "two"}, [table("B", "4.0")], 1.0, folder=tmp_path)
     assert measured(tmp_path) == [("a", "3.0", "one"), ("b-2", "4.0", "two")]
-
-
-def test_tables_of_one_title_keep_apart(tmp_path):
-    for _ in range(2):
-        record.save("fall", {"way": "one"}, [table("A", "1.0"), table("A", "2.0")], 1.0, folder=tmp_path)
-        assert measured(tmp_path) == [("a", "1.0", "one"), ("a-2", "2.0", "one")]
-
-
-def test_a_row_is_one_line_of_the_file_whatever_its_cells_hold(tmp_path):
-    cells = ['a "quoted", [bracketed]', "back\\slash | bar"]
-    path = record.save("fall", {}, [table() | {"rows": [cells, ["b", "-"]]}], 1.0, folder=tmp_path)
-    assert record.load("fall", tmp_path)["tables"][0]["rows"] == [cells, ["b", "-"]]
-    assert json.dumps(cells) in [line.strip().rstrip(",") for line in path.read_text().splitlines()]
 
 
 def test_a_record_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):

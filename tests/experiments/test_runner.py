@@ -13,7 +13,7 @@ import pytest
 from experiments import registry, targets
 from experiments.__main__ import main, run
 from experiments.data import MissingError, check
-from experiments.options import NO_SETTINGS, Settings, parse_settings
+from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import Experiment, UnknownExperimentError, all_experiments, experiment, find
 from experiments.table import Table
 from experiments.targets import Target, judge, targets_of
@@ -107,15 +107,6 @@ def test_options_come_from_the_signature_and_the_record_has_all_that_a_reader_ne
     assert record["tables"][0]["numbers"] == {"a": 1.5}
 
 
-def test_help_has_the_text_of_the_docstring(tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        run(STONES, ["--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    assert "--n N stones of each kind, at least one (default: 3)" in said
-    assert "--ground {sand,rock} where they end (default: sand)" in said
-    assert "names, comma separated (default: granite)" in said
-
-
 def test_a_short_run_takes_the_short_options_and_records_nothing_unasked(tmp_path, capsys):
     (tmp_path / "quarry").mkdir()
     run(STONES, ["--data", str(tmp_path)], short=True)
@@ -133,27 +124,9 @@ def test_wrong_options_are_refused(given, said, tmp_path, capsys):
     assert said in capsys.readouterr().err
 
 
-def test_settings_are_literals_or_text():
-    assert parse_settings(["a=1", "b=0.5", "c=true", "d=printed"]) == {
-        "a": 1,
-        "b": 0.5,
-        "c": True,
-        "d": "printed",
-    }
-    with pytest.raises(ValueError, match="NAME=VALUE"):
-        parse_settings(["oops"])
-
-
 def test_columns_of_one_name_are_refused():
     with pytest.raises(ValueError, match="columns of 'falls': expected no two alike, got max twice"):
         Table("falls", ["stone", "max", "max"])
-
-
-def test_the_list_names_all_with_their_data(capsys):
-    assert main(["list", "--long"]) == 0
-    printed = capsys.readouterr().out
-    assert "several.meetings" in printed
-    assert "reported on" in printed
 
 
 def test_targets_are_met_or_missed_by_rows():

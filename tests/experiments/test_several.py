@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.several.growth import growth
 from experiments.several.identity import Tracked, swapped, swaps
 from experiments.several.judged import judge, measure, total
-from experiments.several.look_alikes import relative_motion
 from experiments.several.shuffle import hands
 from experiments.synth import contact as paths
 from experiments.synth import several as scenes
@@ -107,35 +105,6 @@ def test_labels_agree_with_the_depth(met, duck):
         assert met.share[i, k] == pytest.approx(own.sum() / (alone[k] > 0).sum(), abs=0.03)
 
 
-def test_a_pair_that_is_pushed_is_shown_overlapping(duck):
-    scene, bare = (scenes.push(*duck, 60, 0, push_m=m, noise=None) for m in (0.004, 0.0))
-    np.testing.assert_array_equal(scene.poses, bare.poses)
-    off = []
-    for i in (0, 50):  # from nothing to all of it
-        both = (scene.labels(i) >= 0) & (bare.labels(i) >= 0)
-        off.append(float(np.abs(scene[i].depth - bare[i].depth)[both].max()))
-    assert off[0] == 0
-    assert off[1] > 0.001
-
-
-def test_what_is_hidden_comes_out_elsewhere(duck):
-    scene = scenes.hidden(*duck, seed=3, after=3, noise=None)
-    first, back = scenes.FIRST, scenes.FIRST + scenes.AWAY
-    assert (scene.share[first:back, 0] == 0).all()
-    assert (scene.share[[first - 1, back], 0] > 0.3).all()
-    assert scene.gaps.min() > 0
-    moved = np.linalg.norm(np.diff(duck[1].place(scene.poses[[first, back], 0]), axis=0))
-    assert 0.03 < moved < 0.18  # 50 to 150 mm, and the slow path of both
-
-
-def test_still_objects_are_still_and_the_measure_says_so(duck):
-    scene = scenes.still_pair(*duck, 5, noise=None)
-    np.testing.assert_allclose(relative_motion(scene.poses), 0, atol=1e-6)
-    shaken = scene.poses.copy()
-    shaken[::2, 1, 0, 3] += 0.002
-    assert 0.0005 < relative_motion(shaken)[0].max() < 0.002
-
-
 # --- identity ------------------------------------------------------------------------------------------------
 
 
@@ -191,10 +160,3 @@ def test_measures_leave_out_what_is_hidden(ball):
     assert row["deepest_mm"] == pytest.approx(0, abs=1e3 * BALL_ATOL_M)
     assert row["hz"] == pytest.approx(1000)
     assert judge(scene, _said(poses, status), 5, 10) == (2, False)
-
-
-def test_growth_finds_line_and_exponent():
-    counts = [1, 2, 4, 8]
-    fit = growth(counts, [1.0 + 2.0 * c for c in counts])
-    assert (fit["fixed_ms"], fit["ms_per_object"], fit["residual_ms"]) == pytest.approx((1, 2, 0), abs=1e-9)
-    assert growth(counts, [0.3 * c**1.2 for c in counts])["exponent"] == pytest.approx(1.2)

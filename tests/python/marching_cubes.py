@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Marching cubes, cell by cell and slowly: what the core computes, without blocks, tables and numbers."""
 
-import itertools
-
 import numpy as np
 
-CORNERS = [np.array(c[::-1]) for c in itertools.product((0, 1), repeat=3)]  # x is fastest
 # A face's corners counter-clockwise seen from outside, of a cell whose corners are at 0 and 1.
 FACES = []
 for axis in range(3):

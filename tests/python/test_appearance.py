@@ -323,15 +323,6 @@ def test_a_mask_without_depth_is_refused(shape, depth, color):
         counted(shape, np.where(mask, 0, depth).astype(np.float32), color, TRUTH, mask)
 
 
-def test_an_energy_with_colour_needs_a_colour_image_and_only_the_pose(shape, depth, color):
-    with pytest.raises(ValueError, match=r"frame: expected a colour image for penalty='rgbd'"):
-        st.Energy(shape, CAMERA, st.Frame(depth), START, penalty="rgbd")
-    with pytest.raises(ValueError, match=r"unknowns: expected \('pose',\)"):
-        rgbd_energy(shape, depth, color, unknowns=("pose", "scale"))
-    with pytest.raises(ValueError, match=r"penalty: expected 'depth' or 'rgbd'"):
-        st.Energy(shape, CAMERA, st.Frame(depth, color), START, penalty="color")
-
-
 def test_a_pose_that_shows_too_little_of_the_object_makes_no_histogram(shape, depth, color):
     behind = geometry.pose(t_m=[0, 0, 0.5])  # the wall is near it, but nowhere on it
     with pytest.raises(ValueError, match=r"color: too few pixels of the object"):

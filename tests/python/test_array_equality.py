@@ -8,7 +8,6 @@ import pickle
 import numpy as np
 import pytest
 
-import sdftrack as st
 from sdftrack.calibration.color_result import ColorCalibration
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame
 from sdftrack.calibration.observability import Observability
@@ -39,12 +38,3 @@ def test_a_result_equals_its_copies_and_nothing_else(record):
     for field in dataclasses.fields(record):
         assert a != filled(record, field.name), field.name
     assert a != "something else"
-
-
-def test_a_fitted_sphere_equals_its_pickle():
-    rng = np.random.default_rng(0)
-    way = rng.normal(size=(400, 3))
-    points = 0.05 * way / np.linalg.norm(way, axis=1, keepdims=True) + [0.0, 0.0, 0.6]
-    fit = st.fit_primitive(points, "sphere")
-    assert pickle.loads(pickle.dumps(fit)) == fit
-    assert fit != st.fit_primitive(points[:-20], "sphere")

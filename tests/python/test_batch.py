@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 import os
-import pickle
 
 import batch_functions as functions
-import numpy as np
 import pytest
 
 import sdftrack as st
@@ -84,10 +82,6 @@ class TestBadInput:
     def test_no_items(self):
         assert batch.map(functions.square, []) == []
 
-    def test_no_function(self):
-        with pytest.raises(TypeError, match=r"function: expected a function, got int"):
-            batch.map(3, [1])
-
     @pytest.mark.parametrize("scheduler", ["nonsense", "tcp://:8786", "http:/x"])
     def test_no_address(self, scheduler):
         with pytest.raises(ValueError, match=r"scheduler: expected an address such as tcp://node1:8786"):
@@ -108,23 +102,3 @@ class TestBadInput:
         assert workers_for(3, None, 1) == 3
         assert workers_for(0, None, 10**4) == 1
         assert workers_for(0, None, 1) == len(os.sched_getaffinity(0)) or workers_for(0, None, 1) >= 1
-
-
-def test_sequences_frames_and_results_can_be_sent_to_another_process(tmp_path):
-    st.save_sequence(tmp_path / "seq", rendered(2))
-    opened = st.open_sequence(tmp_path / "seq")
-    for sequence in (rendered(2), opened, opened[::-1], rendered(3)[1:]):
-        again = pickle.loads(pickle.dumps(sequence))
-        assert (len(again), again.name, again.layout) == (2, sequence.name, sequence.layout)
-        assert again.camera == sequence.camera
-        np.testing.assert_array_equal(again[1].depth, sequence[1].depth)
-        np.testing.assert_array_equal(again.ground_truth[1][0], sequence.ground_truth[1][0])
-        assert again.masks(0).keys() == sequence.masks(0).keys()
-    sequence = opened
-    tracker = st.Tracker(st.SDF.sphere(0.06, voxels=32), sequence.camera, threads=1)
-    result = tracker.start(sequence[0], poses=[sequence.ground_truth[0][0]])
-    again = pickle.loads(pickle.dumps((tracker, result)))
-    np.testing.assert_array_equal(again[1].poses, result.poses)
-    followed = again[0].track(sequence[1])
-    assert followed.status[0] in ("ok", "weak")
-    np.testing.assert_allclose(followed.poses[0, :3, 3], sequence.ground_truth[1][0][:3, 3], atol=2e-3)

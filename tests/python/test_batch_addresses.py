@@ -111,15 +111,6 @@ class TestLocal:
         with pytest.raises(FileNotFoundError, match=r"^sequences: nothing matches c$"):
             expanded("c", tmp_path)
 
-    def test_a_path_is_itself(self, tmp_path):
-        with fetched(str(tmp_path)) as path:
-            assert path == tmp_path
-
-    def test_a_file_address(self, tmp_path):
-        (tmp_path / "x.txt").write_text("hello")
-        with fetched(f"file://{tmp_path}/x.txt") as path:
-            assert path.read_text() == "hello"
-
 
 def test_a_web_server(tmp_path):
     (tmp_path / "run").mkdir()
@@ -145,33 +136,6 @@ def test_a_web_server(tmp_path):
     finally:
         server.shutdown()
         server.server_close()
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default")  # of the server and of boto
-def test_an_s3_server(tmp_path, monkeypatch):
-    moto = pytest.importorskip("moto.server")
-    pytest.importorskip("s3fs")
-    server = moto.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-    server.start()
-    for key, value in {
-        "AWS_ENDPOINT_URL": "http://{}:{}".format(*server.get_host_and_port()),
-        "AWS_ACCESS_KEY_ID": "key", "AWS_SECRET_ACCESS_KEY": "secret", "AWS_DEFAULT_REGION": "us-east-1",
-    }.items():  # fmt: skip
-        monkeypatch.setenv(key, value)
-    try:
-        fs = fsspec.filesystem("s3", skip_instance_cache=True)
-        fs.mkdir("lab")
-        for name, content in FILES.items():
-            fs.pipe(f"lab/{name}", content)
-        found = expanded("s3://lab/run_*", tmp_path)
-        assert found == ["s3://lab/run_1", "s3://lab/run_2"]
-        with fetched(found[0], tmp_path / "cache") as folder:
-            assert content_below(folder) == {k[6:]: v for k, v in FILES.items() if k.startswith("run_1/")}
-        with pytest.raises(OSError, match=r"^s3://other: "), fetched("s3://other"):
-            pass
-    finally:
-        server.stop()
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.common.bound import expected_length, pose_bound, pose_information
-from experiments.common.pose_errors import swing_and_turn
-from experiments.common.truth import motion
+from experiments.common.bound import pose_bound, pose_information
 
 SIGMA_M = 1e-3
-MONTE_CARLO_RTOL = 0.02  # 20,000 draws: 0.5 % in the mean, four times that
 
 
 def plane_image(normal, d_m, n=41):
@@ -73,32 +70,3 @@ def test_information_is_the_slope_of_rendered_depth():
     usable = keep & (z > 0)
     information, _ = pose_information(z * usable, n, rays, origin)
     np.testing.assert_allclose(information, J[usable].T @ J[usable], rtol=1e-5, atol=1e-6)
-
-
-def test_expected_length_agrees_with_drawing():
-    rng = np.random.default_rng(0)
-    A = rng.normal(size=(3, 3)) * [0.1, 1.0, 3.0]
-    drawn = np.linalg.norm(rng.normal(size=(20_000, 3)) @ A.T, axis=1).mean()
-    assert expected_length(A @ A.T) == pytest.approx(drawn, rel=MONTE_CARLO_RTOL)
-
-
-def test_motion_advances_by_the_asked_steps_and_stays_in_view():
-    T = motion(100, 0.005, np.deg2rad(1.5), seed=3, centre=np.array([0.0, 0.05, 0.0]))
-    centre = T[:, :3, :3] @ [0.0, 0.05, 0.0] + T[:, :3, 3]
-    steps = np.linalg.norm(np.diff(centre, axis=0), axis=1)
-    assert steps.max() <= 0.005 + 1e-9
-    assert np.median(steps) > 0.00495  # a chord is a little shorter than its arc
-    angles = [
-        np.arccos((np.trace(a.T @ b) - 1) / 2) for a, b in zip(T[:-1, :3, :3], T[1:, :3, :3], strict=True)
-    ]
-    np.testing.assert_allclose(angles, np.deg2rad(1.5), atol=1e-7)
-    assert np.all(np.abs(centre - [0, 0, 0.8]) < 0.11)
-
-
-def test_swing_and_turn_are_apart():
-    from experiments.common.truth import _exp
-
-    axis = np.array([0.0, 0.0, 2.0])
-    swing, turn = swing_and_turn(_exp(np.array([0.1, 0.0, 0.0])) @ _exp(np.array([0.0, 0.0, 0.7])), axis)
-    assert (swing, turn) == pytest.approx((0.1, 0.7))
-    assert swing_and_turn(_exp(np.array([0.0, 0.0, 3.1])), axis) == pytest.approx((0.0, 3.1), abs=1e-7)

@@ -128,13 +128,6 @@ def test_info_prints_what_the_function_returns(capsys, tmp_path):
         assert name in text
 
 
-def test_cuda_without_it_is_an_error_that_says_what_is_missing(capsys):
-    if st.cuda_available():
-        pytest.skip("this machine has CUDA")
-    assert run(["info", "--device", "cuda"]) == 1
-    assert "CUDA" in error_line(capsys)
-
-
 @pytest.mark.filterwarnings("default")
 def test_a_warning_is_one_line_without_the_place_in_the_code(monkeypatch, capsys):
     import warnings
@@ -278,16 +271,6 @@ def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, t
 def test_sequences_of_like_names_get_folders_of_different_names():
     names = [p.name for p in folder_each([Path(p) for p in ("a_1", "x/a", "y/a", "z/b")], Path("out"))]
     assert names == ["a_1", "a", "a_2", "b"]
-
-
-def test_the_output_folder_must_be_new_or_empty(recording, tmp_path, capsys):
-    root, model, _ = recording
-    (tmp_path / "mine.txt").write_text("keep")
-    common = f"track {root} --model {model} --out {tmp_path} -q --stop 2 --no-video".split()
-    assert run([*common, *VOXELS]) == 1
-    assert "new or empty" in error_line(capsys)
-    assert run([*common, *VOXELS, "--overwrite"]) == 0
-    assert (tmp_path / "mine.txt").read_text() == "keep"
 
 
 @pytest.mark.slow

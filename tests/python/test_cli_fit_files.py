@@ -15,57 +15,11 @@ def ball(scale=1.0):
     return scale * (0.05 * v / np.linalg.norm(v, axis=1, keepdims=True) + [0, 0, 1])
 
 
-def ply(lines):
-    head = "".join(f"property float {c}\n" for c in "xyz")
-    rows = "\n".join(" ".join(f"{c:.6f}" for c in p) for p in ball()[:lines])
-    return f"ply\nformat ascii 1.0\nelement vertex {COUNT}\n{head}end_header\n{rows}\n"
-
-
-def written(folder, name):
-    path = folder / name
-    if name == "object.npy":
-        np.save(path, np.array([{}], object), allow_pickle=True)
-    elif name == "torn.npy":
-        np.save(folder / "whole.npy", ball())
-        path.write_bytes((folder / "whole.npy").read_bytes()[:300])
-    elif name == "flat.npy":
-        np.save(path, ball().ravel())
-    else:
-        texts = {"empty.npy": "", "empty.xyz": "", "empty.ply": "", "words.xyz": "hello world foo\n"}
-        texts |= {"two.xyz": "1 2\n", "torn.ply": ply(200)}
-        path.write_text(texts[name])
-    return path
-
-
 def test_a_folder_with_files_is_refused_before_the_work(tmp_path, capsys):
     cloud = tmp_path / "cloud.ply"
     cloud.write_text("nothing that could be read")
     assert run(["fit", str(cloud), "--out", str(tmp_path)]) == 1
     assert "expected a new or empty folder" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("empty.npy", "not a readable .npy file"),
-        ("object.npy", "not a readable .npy file"),
-        ("torn.npy", "not a readable .npy file"),
-        ("flat.npy", r"expected points x, y, z of shape (N, 3)"),
-        ("empty.xyz", "expected points, got none"),
-        ("words.xyz", "line 1: expected x y z, got 'hello world foo'"),
-        ("two.xyz", "line 1: expected x y z"),
-        ("empty.ply", "empty.ply"),
-        ("torn.ply", "truncated: its header states 400 lines of data, found 200"),
-    ],
-)
-def test_a_file_that_is_no_whole_cloud_is_named_in_one_line(tmp_path, capsys, name, why):
-    path = written(tmp_path, name)
-    assert run(["fit", str(path), "--kind", "sphere", "--out", str(tmp_path / "out")]) == 1
-    line = capsys.readouterr().err
-    assert line.count("\n") == 1
-    assert str(path) in line
-    assert why in line
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("separator", [",", ", ", ";", "\t"])

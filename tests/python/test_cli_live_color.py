@@ -243,26 +243,6 @@ def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, c
     assert not (tmp_path / "out").exists()
 
 
-def test_a_full_disk_ends_the_run_with_one_line_and_leaves_masks(
-    webcam, silhouettes, tmp_path, monkeypatch, capsys
-):
-    from sdftrack.cli.contour_files import ContourFiles
-
-    add = ContourFiles.add
-
-    def full(self, number, *about):
-        if number == 5:
-            raise OSError(28, "No space left on device")
-        add(self, number, *about)
-
-    monkeypatch.setattr(ContourFiles, "add", full)
-    out = tmp_path / "out"
-    assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q") == 1
-    assert capsys.readouterr().err == "sdftrack: error: No space left on device\n"
-    assert len(rows_of(out)) == 5
-    assert "No space left" in json.loads((out / "result.json").read_text())["stopped"]
-
-
 # -- known shapes
 
 
@@ -306,14 +286,6 @@ def test_a_known_shape_is_started_again_by_a_box(webcam, scene, silhouettes, pag
     assert str(results[20].status[0]) == "weak"
     errors = [st.metrics.pose_error(results[-1].pose, scene[0].ground_truth[i][0])[0] for i in range(FRAMES)]
     assert min(errors) < FARTHEST_M
-
-
-def test_a_click_starts_a_known_shape_as_at_first(webcam, scene, page, tmp_path):
-    webcam.frames += webcam.frames[::-1]
-    made = page({10: [Click(0, 3.0, 3.0)]})
-    assert known(scene, tmp_path / "out", "--intrinsics", str(scene[1] / "cam.json")) == 0
-    assert made.said.count("duck: started") == 1
-    assert str(made.shown[-1][1].status[0]) == "weak"
 
 
 def test_mode_rgb_goes_on_after_frames_without_colour(scene, rgbd, tmp_path):

@@ -19,7 +19,6 @@ import sdftrack as st
 from experiments.synth.table_scene import table_scene
 from sdftrack import motion
 from sdftrack.cli.app import run
-from sdftrack.cli.motion.inputs import read_cues
 
 FEW = ["--measures", "path_length,peak_speed", "--quiet"]  # what takes time is left out
 UP = ["--up", "0,-1,0"]
@@ -128,14 +127,6 @@ def test_a_gap_has_only_times_in_the_smoothed_movement(command, tmp_path):
     assert end == pytest.approx(3.9, abs=0.05)
 
 
-def test_what_is_printed_names_every_average(recorded, tmp_path, capsys):
-    assert run(["motion", str(recorded / "monday.csv"), *FEW[:2], "--out", str(tmp_path / "o")]) == 0
-    text = capsys.readouterr().out
-    assert "monday, cup: 3 repetitions (3 to 3) in 10.0 s" in text
-    assert "peak_speed_move" in text
-    assert str(tmp_path / "o" / "report.html") in text
-
-
 # -- Which poses
 
 
@@ -143,14 +134,6 @@ def test_a_result_folder_is_measured(command, tmp_path):
     trajectory = cup()
     folder = write_folder(tmp_path / "result", results_of(trajectory), trajectory.times_s)
     assert objects(command(folder))[0]["repetitions"]["count"] == 3
-
-
-def test_a_tum_file_is_measured_with_other_times_and_its_name(command, tmp_path):
-    q = Rotation.from_matrix(cup().poses[:, :3, :3]).as_quat()
-    rows = np.column_stack([TIMES, cup().poses[:, :3, 3], q])
-    np.savetxt(tmp_path / "trajectory_0.txt", rows)
-    content = command(tmp_path / "trajectory_0.txt", "--fps", 60)
-    assert objects(content)[0]["duration_s"] == pytest.approx(299 / 60)
 
 
 def test_a_file_without_times_asks_for_the_frame_rate(command, tmp_path):
@@ -202,16 +185,6 @@ def test_max_gap_bridges_what_would_be_a_gap(command, tmp_path):
 
 
 # -- Two objects
-
-
-def test_of_two_objects_each_and_both_together_are_measured(command):
-    content = command("hands.csv")
-    assert [o["object"] for o in objects(content)] == ["left", "right"]
-    (pair,) = content["sessions"][0]["pairs"]
-    values = {m["name"]: m for m in pair["measures"]}
-    assert values["pair_lag"]["low"] < 0.1 < values["pair_lag"]["high"]
-    assert values["pair_lag"]["value"] == pytest.approx(0.1, abs=0.02)
-    assert values["pair_distance"]["value"] < 0.05
 
 
 def test_two_objects_of_different_length_are_compared_in_their_common_time(command, tmp_path):
@@ -282,11 +255,6 @@ def test_signals_may_come_from_a_file(command, tmp_path, name):
     assert [r["cue_s"] for r in objects(content)[0]["each"]] == [0.6, 3.5, None]
 
 
-def test_there_may_be_more_signals_than_a_name_of_a_file_has_letters():
-    times = [0.5 + k for k in range(100)]
-    assert read_cues(",".join(map(str, times))) == times
-
-
 def test_the_axis_decides_what_upright_is(command):
     tilts = [
         objects(command("monday.csv", *UP, "--axis", axis, "--measures", "mean_tilt"))[0]["averages"][0][
@@ -327,13 +295,6 @@ def test_sessions_are_compared_in_their_order_and_by_their_names(command, tmp_pa
         "repetitions_1.json",
         "repetitions_2.json",
     }
-
-
-def test_the_same_file_twice_shows_no_change(command):
-    content = command(["monday.csv", "monday.csv"])
-    assert [s["name"] for s in content["sessions"]] == ["monday", "monday (2)"]
-    assert content["changes"]
-    assert not any(c["shown"] for c in content["changes"])
 
 
 # -- The table

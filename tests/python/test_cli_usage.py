@@ -114,6 +114,26 @@ TABLE = """
 2 | fit seq --box 1,2,3 -o o | --box: expected x,y,w,h
 2 | fit seq --box 0,0,0,0 -o o | --box
 2 | fit seq --kind torus -o o | --kind: expected one of auto, sphere
+2 | fit empty.png -o o | give its intrinsics by --camera FILE or --intrinsics
+2 | fit empty.png -o o --intrinsics 500,500,3 | expected fx,fy,cx,cy in pixels
+2 | fit empty.png -o o --intrinsics 500,500,3,3 --camera c.json | got both
+1 | fit depth.png -o o --camera nowhere.json | no such camera file
+2 | fit depth.png -o o --intrinsics 500,500,3,3 --unit mm | expected --depth-scale
+2 | fit depth.png -o o --intrinsics 500,500,3,3 --depth-scale 0 | above 0
+1 | fit empty.png -o o --intrinsics 500,500,3,3 | expected 16-bit depth in one channel
+1 | fit cube.npy -o o --intrinsics 500,500,3,3 | expected depth (H, W) or points (N, 3)
+2 | fit clouds/primitive.ply -o o --intrinsics 500,500,3,3 | expected a depth image
+2 | fit clouds/primitive.ply -o o --mask empty.png | got a cloud
+2 | fit clouds/primitive.ply -o o --frame 1 --start 1 | --frame
+1 | fit empty.npy -o o | not a readable .npy file
+1 | fit objects.npy -o o | not a readable .npy file
+1 | fit torn.npy -o o | not a readable .npy file
+1 | fit flat.npy -o o | expected points x, y, z of shape (N, 3)
+1 | fit empty.xyz -o o | expected points, got none
+1 | fit words.xyz -o o | line 1: expected x y z, got 'hello world foo'
+1 | fit two.xyz -o o | line 1: expected x y z
+1 | fit empty.ply -o o | empty.ply
+1 | fit torn.ply -o o | truncated: its header states 400 lines of data, found 200
 1 | fit clouds/primitive.ply -o clouds --overwrite | expected no file that would be replaced
 2 | contour rgb -o o | expected --box or --mask, got none
 2 | contour rgb -o o --box 1,2,3,4 --mask m.png | expected --box or --mask, got both
@@ -133,7 +153,9 @@ TABLE = """
 1 | contour rgb -o o --box 1,2,30,40 --config contours.toml | did you mean [contour]?
 2 | superpixels text.png -o o --segments 0 | --segments
 2 | superpixels text.png -o o --compactness 0 | --compactness: expected a number above 0 and up to 4000
-1 | superpixels text.png -o o | text.png
+2 | superpixels text.png -o o --color-space hsv | --color-space
+1 | superpixels nothing.png -o o | IMAGE nothing.png: the file is missing
+1 | superpixels text.png -o o | IMAGE text.png: not a readable image
 1 | superpixels images/mean.png --segments 40 -o images --overwrite | IMAGE: expected no file that would be replaced
 2 | motion cup.csv -o o --measures beauty | path_length
 2 | motion cup.csv -o o --up 1,2 | --up
@@ -164,6 +186,14 @@ TABLE = """
 2 | synth --noise loud -o o | standard deviation in metres
 2 | synth --kind reach -o o | the scene 'sequence' does not use this option
 2 | synth exercise --motion orbit -o o | the scene 'exercise' does not use this option
+2 | synth exercise --kind jump -o o | --kind
+2 | synth exercise --repetitions 0 -o o | --repetitions
+2 | synth exercise --fps -3 -o o | --fps
+2 | synth exercise --object piano -o o | --object
+2 | synth exercise --around touching -o o | --around
+2 | synth exercise --object cup --model m.ply -o o | --object
+1 | synth exercise --model m.ply --model m.ply -o o | expected 1
+2 | synth dance -o o | dance
 1 | synth --model /nowhere.ply -o o | nowhere.ply
 1 | view /nowhere | no such folder or file
 2 | view seq --seconds -1 | --seconds
@@ -211,6 +241,19 @@ POSES = {
     "late": [[1, 3], [8, 99]], "back": [[3, 1]], "over": [[1, 4], [3, 5]], "list": [],
 }  # fmt: skip
 
+CLOUDS = {
+    "empty.npy": "",
+    "empty.xyz": "",
+    "empty.ply": "",
+    "words.xyz": "hello world foo\n",
+    "two.xyz": "1 2\n",
+}
+PLY = (
+    "ply\nformat ascii 1.0\nelement vertex 400\n"
+    + "".join(f"property float {c}\n" for c in "xyz")
+    + "end_header\n"
+)
+
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
@@ -236,8 +279,16 @@ def data(tmp_path_factory):
     (root / "k1" / "camera.json").write_text("{}")
     cv2.imwrite(str(root / "small.png"), np.full((7, 9), 255, np.uint8))
     cv2.imwrite(str(root / "empty.png"), np.zeros((120, 160), np.uint8))
+    cv2.imwrite(str(root / "depth.png"), np.full((120, 160), 800, np.uint16))
     for name in ("text.png", "film.mp4"):
         (root / name).write_text("neither")
+    points = np.random.default_rng(0).normal(size=(400, 3))
+    for name, array in (("cube", np.zeros((4, 5, 6))), ("flat", points.ravel()), ("objects", np.array([{}]))):
+        np.save(root / f"{name}.npy", array, allow_pickle=True)
+    (root / "torn.npy").write_bytes((root / "flat.npy").read_bytes()[:300])
+    torn = "".join(f"{x:.6f} {y:.6f} {z:.6f}\n" for x, y, z in points[:200])
+    for name, text in {**CLOUDS, "torn.ply": f"{PLY}{torn}"}.items():
+        (root / name).write_text(text)
     st.Camera(600.0, 600.0, 300.0, 200.0, 640, 480).save(root / "large.json")
     for name, text in OPTIONS.items():
         (root / f"{name}.toml").write_text(f"{text}\n")

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from sdftrack import motion
 from sdftrack._internal.csv_cells import cell_text, text_cell
 from sdftrack.batch.summary import write_summary
-from sdftrack.cli.app import run
 
 HOSTILE = [
     "=cmd|' /C calc'!A0", '=HYPERLINK("http://evil.example.com","a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1",
@@ -63,25 +62,6 @@ def test_trajectories_keep_hostile_names_and_frames(tmp_path):
         np.testing.assert_array_equal(a.times_s, b.times_s)
         np.testing.assert_allclose(a.poses, b.poses, atol=1e-12)  # through a quaternion
     assert (np.stack([t.poses for t in back])[..., :3, 3] < 0).any()  # negative numbers stay numbers
-
-
-def test_measures_of_hostile_names_are_text_and_numbers_are_numbers(tmp_path):
-    names = HOSTILE[:4]
-    motion.save(tmp_path / "-monday.csv", [cup(name, seed) for seed, name in enumerate(names)])
-    out = tmp_path / "out"
-    files = [str(tmp_path / "-monday.csv"), "--up", "0,-1,0", "--measures", "path_length", "--quiet"]
-    assert run(["motion", *files, "--out", str(out)]) == 0
-    for name in ("measures.csv", "trajectory_smoothed.csv"):
-        text = (out / name).read_bytes().decode()
-        no_formulas(text)
-        head, *rows = cells(text)
-        assert {cell_text(row[head.index("object")]) for row in rows} == set(names)
-        assert {cell_text(row[head.index("session")]) for row in rows} <= {"-monday"}
-    x = head.index("y_m")
-    assert min(float(row[x]) for row in rows if row[x]) < 0
-    # The table of repetitions is a list of corrected ones for the same command.
-    again = [*files, "--repetitions", str(out / "measures.csv"), "--out", str(tmp_path / "again")]
-    assert run(["motion", *again]) == 0
 
 
 def test_the_summary_of_a_batch_has_hostile_text_as_text(tmp_path):

@@ -10,8 +10,7 @@ import pytest
 from measured_memory import peak_bytes
 
 import sdftrack as st
-from sdftrack._internal.rotations import quaternion, rotation
-from sdftrack.io import datasets, trajectories
+from sdftrack.io import datasets
 from sdftrack.io import frames as image_io
 from sdftrack.io.datasets import tum
 from sdftrack.testing import assert_pose_close
@@ -448,25 +447,6 @@ def test_redwood_files_are_paired_in_order(tmp_path):
     assert seq[1].depth[0, 0] == pytest.approx(0.901)
     assert seq[1].color.max() == 1
     assert seq.camera.depth == st.Camera(525, 525, 319.5, 239.5, 640, 480)
-
-
-def test_quaternions_and_rotations_agree():
-    rng = np.random.default_rng(0)
-    for angle in (0.0, 1e-9, 0.5, 3.0, np.pi):
-        axis = rng.normal(size=3)
-        R = st.geometry.pose(angle * axis / np.linalg.norm(axis))[:3, :3]
-        q = quaternion(R)
-        assert np.linalg.norm(q) == pytest.approx(1, abs=1e-12)
-        np.testing.assert_allclose(rotation(-3 * q), R, atol=1e-12)
-
-
-def test_trajectory_files_say_which_line_is_wrong(tmp_path):
-    (tmp_path / "t.txt").write_text("# time\n1 0 0 0 0 0 0 1\n2 0 0 0\n")
-    with pytest.raises(ValueError, match="line 3"):
-        trajectories.read_tum(tmp_path / "t.txt")
-    (tmp_path / "t.log").write_text("0 0 1\n1 0 0 0\n")
-    with pytest.raises(ValueError, match="four rows"):
-        trajectories.read_log(tmp_path / "t.log")
 
 
 # Recorded data; the numbers are those of the data's own notes.

@@ -128,29 +128,3 @@ def test_the_command_takes_a_model_of_ones_own(tmp_path):
     words = ["synth", "exercise", "--model", str(tmp_path / "can.ply"), "--frames", "1", "-q"]
     assert run([*words, "--out", str(tmp_path / "s")]) == 0
     assert st.synth.load_exercise(tmp_path / "s").arguments["origin_m"] == pytest.approx(0.055)
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "message"),
-    [
-        (["exercise", "--kind", "jump"], 2, "--kind"),
-        (["exercise", "--repetitions", "0"], 2, "--repetitions"),
-        (["exercise", "--fps", "-3"], 2, "--fps"),
-        (["exercise", "--object", "piano"], 2, "--object"),
-        (["exercise", "--motion", "orbit"], 2, "--motion"),
-        (["exercise", "--around", "touching"], 2, "--around"),
-        (["exercise", "--object", "cup", "--model", "CAN"], 2, "--object"),
-        (["exercise", "--model", "CAN", "--model", "CAN"], 1, "expected 1"),
-        (["--kind", "reach"], 2, "--kind"),
-        (["dance"], 2, "dance"),
-    ],
-)
-def test_wrong_options_are_one_line_and_leave_nothing(tmp_path, capsys, words, code, message):
-    can = tmp_path / "can.ply"
-    st.synth.can_mesh(40, 20).save(can)
-    words = [str(can) if w == "CAN" else w for w in words]
-    assert run(["synth", *words, "--out", str(tmp_path / "out")]) == code
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert message in err
-    assert not (tmp_path / "out").exists()

@@ -228,11 +228,6 @@ def test_fields_are_records_that_cannot_be_written(model):
     assert st.LWPR().fields == []
 
 
-def test_the_repr_is_one_short_line(model):
-    assert repr(model).startswith("LWPR(n_in=2, n_out=2, 400 samples, fields: ")
-    assert len(repr(model)) < 100
-
-
 # scikit-learn's interface
 
 

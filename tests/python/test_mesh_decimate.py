@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -115,11 +113,3 @@ def test_an_open_mesh_stays_open_where_it_was():
 def test_few_faces_come_back_as_they_are():
     mesh = ball()
     assert mesh.decimated(len(mesh.faces)) is mesh
-
-
-def test_without_the_library_one_line_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "fast_simplification", None)
-    with pytest.raises(
-        ImportError, match=r"fast-simplification is not installed: pip install 'sdftrack\[export\]'"
-    ):
-        ball().decimated(100)

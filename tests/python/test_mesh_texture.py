@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 import trimesh
@@ -90,10 +88,3 @@ def test_a_coarse_mesh_shows_the_colours_of_the_fine_one(tmp_path):
 
     assert wrong(coarse, colors_from=fine) < 10
     assert wrong(coarse) > 40  # 300 faces hold no stripes
-
-
-def test_without_the_library_one_line_names_the_extra(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "xatlas", None)
-    with pytest.raises(ImportError, match=r"xatlas is not installed: pip install 'sdftrack\[export\]'"):
-        painted().save(tmp_path / "b.glb", texture=64)
-    assert not list(tmp_path.iterdir())

@@ -214,11 +214,6 @@ class TestPath:
         shaken = movement(t, trembling[0], samples.velocities_mps[0])
         assert value("path_length", shaken, context) == pytest.approx(2 * FAR_M, rel=1e-6)
 
-    def test_the_reach_of_a_path_that_returns_is_the_farthest_place(self):
-        samples, context = there_and_back()
-        assert value("reach", samples, context) == pytest.approx(FAR_M)
-        assert value("range_x", samples, context) == pytest.approx(0.48 * FAR_M)
-
     def test_the_horizontal_range_does_not_depend_on_where_up_points(self):
         turn = Rotation.from_rotvec([0.3, -1.1, 0.4]).as_matrix()
         samples = reach()
@@ -361,11 +356,6 @@ class TestSmoothness:
                 step(t, 0.0), step(t, 0.9), strict=True)))
         ) == 2  # fmt: skip
 
-    def test_many_profiles_at_once_are_those_one_by_one(self):
-        speeds = np.abs(np.random.default_rng(6).normal(size=(2, 3, 50)))
-        assert motion.sparc(speeds, 100.0).shape == (2, 3)
-        assert motion.sparc(speeds, 100.0)[1, 2] == motion.sparc(speeds[1, 2], 100.0)
-
     def test_zero_and_unknown_speeds_have_no_smoothness(self):
         speeds = np.array([[0.0, 0, 0, 0], [0, 1, np.nan, 0], [0, 1, 1, 0]])
         found = motion.sparc(speeds, 100.0)
@@ -408,29 +398,6 @@ class TestTimeWarping:
         assert motion.mean_dtw_distance(paths) == pytest.approx(0.02)
         assert np.isnan(motion.mean_dtw_distance(paths[:1]))
         assert np.isnan(motion.mean_dtw_distance([]))
-
-
-ONES = np.ones((3, 3))
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: motion.sparc([1.0], 100.0), "speeds: expected shape"),
-        (lambda: motion.sparc([1.0, -1.0], 100.0), "speeds: expected norms"),
-        (lambda: motion.sparc([1.0, 1.0], 0.0), "rate_hz: expected"),
-        (lambda: motion.log_dimensionless_jerk([1.0], 100.0), "velocities: expected shape"),
-        (lambda: motion.log_dimensionless_jerk(np.ones((4, 3)), 100.0, [True]), "within: expected shape"),
-        (lambda: motion.dtw_distance(np.ones((3, 2)), ONES), "a, b: expected points"),
-        (lambda: motion.dtw_distance(np.ones((0, 3)), ONES), "a, b: expected points"),
-        (lambda: motion.dtw_distance(np.ones(3), np.ones(3)), "a, b: expected points"),
-        (lambda: motion.dtw_distance(ONES, ONES, 0.0), "band: expected"),
-        (lambda: motion.dtw_distance(ONES, ONES, 1.5), "band: expected"),
-    ],
-)
-def test_wrong_input_is_told(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
 
 
 class TestTargets:
@@ -498,18 +465,6 @@ class TestTargets:
         assert entries.compute(movement(t, 0 * x + 1), Context(0.0, 3.0)).tolist() == [0]
         gap = movement(t, x, observed=t != 1.0)
         assert np.isnan(entries.compute(gap, Context(0.0, 3.0))).all()
-
-    def test_a_target_that_is_passed_at_a_distance(self):
-        sphere = motion.Sphere(
-            FAR_M * WAY + [0.08, -0.064, 0], 0.05
-        )  # across the way: 0.48 * 0.08 = 0.6 * 0.064
-        names = [d.name for d in definitions_of_target(sphere, 2)]
-        assert names == [f"target2_{n}" for n in ("time", "nearest", "mean", "entries", "error")]
-        inside, nearest, _, entries, _ = (
-            d.compute(reach(), Context(0, 2))[0] for d in definitions_of_target(sphere, 2)
-        )
-        assert inside == entries == 0
-        assert nearest == pytest.approx(np.hypot(0.08, 0.064) - 0.05, abs=1e-6)
 
     def test_text_is_a_target(self, tmp_path):
         sphere = motion.parse_target("sphere:0,0.1,0.8,0.05")

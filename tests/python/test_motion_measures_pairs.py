@@ -91,19 +91,6 @@ class TestSurfaceDistances:
         found = motion.surface_distances(a, b, *ball)
         assert np.isnan(found[0]).tolist() == [False, True, False, True, False]
 
-    @pytest.mark.parametrize(
-        ("points", "message"),
-        [
-            ([0.0, 0, 0], "points_b: expected"),
-            (np.empty((0, 3)), "points_b: expected"),
-            ([[np.nan] * 3], "finite"),
-        ],
-    )
-    def test_points_that_are_none_are_told(self, ball, points, message):
-        a = placed(times(3), np.zeros((1, 3, 3)))
-        with pytest.raises(ValueError, match=message):
-            motion.surface_distances(a, a, ball[0], points)
-
     def test_other_times_are_told(self, ball):
         a, b = placed(times(3), np.zeros((1, 3, 3))), placed(times(3) + 0.1, np.zeros((1, 3, 3)))
         with pytest.raises(ValueError, match="a, b: expected the same number of samples at the same times"):
@@ -152,19 +139,6 @@ class TestContacts:
             assert one.tolist() == slow_settled(row.tolist(), count).tolist()
         starts = [sum(1 for v, _ in groupby(row) if v) for row in found.tolist()]
         assert beginnings(found).sum(axis=1).tolist() == starts
-
-    @pytest.mark.parametrize(
-        ("distances", "t", "more", "message"),
-        [
-            ([0.1, 0.1], [0, 1], {}, "distances_m, times_s: expected"),
-            ([[0.1, 0.1]], [0, 1, 2], {}, "distances_m, times_s: expected"),
-            ([[0.1]], [0], {}, "distances_m, times_s: expected"),
-            ([[0.1, 0.1]], [0, 1], {"min_s": -1}, "min_s: expected 0 or more"),
-        ],
-    )
-    def test_wrong_input_is_told(self, distances, t, more, message):
-        with pytest.raises(ValueError, match=message):
-            motion.contacts(distances, t, **more)
 
 
 class TestSymmetryIndex:

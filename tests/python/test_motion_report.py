@@ -210,14 +210,6 @@ def test_names_are_escaped_wherever_they_stand(with_a_gap):
     assert EVIL in " ".join(checker.text)
 
 
-def test_the_headline_says_how_many_repetitions_in_what_time(cup):
-    text = words(report.report_html({"one": [cup]}))
-    assert "3 repetitions in 11.0 s" in text
-    assert "100 % tracked" in text
-    uncertain = dataclasses.replace(cup, count=(3, 2, 4))
-    assert "3 repetitions (95 % interval: 2 to 4)" in words(report.report_html({"one": [uncertain]}))
-
-
 def test_a_date_is_told_where_the_clock_is_that_of_the_day(cup):
     assert "UTC" not in words(report.report_html({"one": [cup]}))
     assert "2026-05-12 08:00 UTC" in words(report.report_html({"one": [analyzed(start_s=1778572800.0)]}))
@@ -233,30 +225,6 @@ def test_a_measure_that_is_not_determined_has_no_number_but_advice(cup):
     assert "Reach not determined move nearer" in text
     averages = page.split("<h3>Averages</h3>")[1].split("<summary>Each repetition")[0]
     assert "123" not in averages
-
-
-def test_what_has_no_meaning_here_says_what_it_would_take(cup):
-    text = words(report.report_html({"one": [cup]}))
-    assert "Reaction time – no signals to start were given" in text
-    assert "direction of gravity is not known" not in text
-    blind = words(report.report_html({"one": [analyzed(up=None)]}))
-    assert "Range of height" in blind
-    assert "direction of gravity is not known" in blind
-
-
-def test_gaps_are_shown_and_counted(cup, with_a_gap):
-    assert "1 gap without poses, 0.8 s in all" in words(report.report_html({"one": [with_a_gap]}))
-    assert "no poses" in words(report.report_html({"one": [with_a_gap]}))
-    assert "no poses" not in words(report.report_html({"one": [cup]}))
-
-
-def test_sessions_stand_beside_each_other_with_a_verdict(sessions):
-    changes = report.compare_sessions(sessions)
-    text = words(report.report_html(sessions, changes))
-    shown = sum(c.shown for c in changes)
-    assert f"{shown} of {len(changes)} comparisons with May show a change" in text
-    assert text.count("no change that the data show") == len(changes) - shown
-    assert text.count(", changed") == shown
 
 
 def test_many_sessions_are_split_into_tables_that_fit_a_page(cup):

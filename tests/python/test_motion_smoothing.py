@@ -262,8 +262,3 @@ def test_bad_arguments(arguments, message):
     t = np.arange(30) / 30
     with pytest.raises(ValueError, match=message):
         motion.smooth(noisy(t, wandering(t)[0]), **arguments)
-
-
-def test_other_things_than_a_trajectory():
-    with pytest.raises(TypeError, match="trajectory: expected"):
-        motion.smooth(np.eye(4))

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """One schema of options: the same words wherever an option is wrong, and nothing generated is out of date."""
 
-import ast
 import importlib.util
 import inspect
 import re
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -59,27 +57,6 @@ def generator():
 
 def test_what_is_generated_is_up_to_date():
     assert generator().outdated() == []
-
-
-@pytest.mark.parametrize(
-    ("page", "table"),
-    [
-        ("contour.md", "contour"),
-        ("shape_memory.md", "memory"),
-        ("several_objects.md", "tracker"),
-    ],
-)
-def test_defaults_that_other_pages_state_are_those_of_the_schema(page, table):
-    schema = schema_of(table)
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    rows = "\n".join(row for row in text.splitlines() if row.startswith("| `"))
-    stated = re.findall(r"`(\w+)=([^`]+)`", rows) + re.findall(
-        r"^\| `(\w+)` \| (\d[\d.e-]*\d|\d)\b", rows, re.MULTILINE
-    )
-    known = [(name, value) for name, value in stated if name in schema]
-    assert len(known) >= 3
-    for name, value in known:
-        assert ast.literal_eval(value) == schema[name].default, name
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -248,15 +225,6 @@ def test_a_file_of_every_option_is_read_back(tmp_path):
     assert st.TrackerOptions.from_file(path) == tracker
     assert st.ReconstructorOptions.from_file(path) == reconstruct
     assert options_from_file(path) == {**_core.contour_options(), **contour}
-
-
-def test_the_file_of_defaults_sets_every_option_and_says_what_it_is(tmp_path):
-    text = options_as_toml()
-    tables = tomllib.loads(text)
-    for table in ("tracker", "reconstruct", "contour"):
-        for option in schema_of(table).values():
-            assert f"# {option.meaning}" in text
-            assert option.default is None or tables[table][option.name] == option.default
 
 
 def test_a_kind_of_sensor_names_its_errors():

@@ -264,10 +264,3 @@ def test_a_program_that_a_killed_run_has_started_does_not_hold_the_folder(tmp_pa
     finally:
         os.kill(sleeper, signal.SIGKILL)
         child.stdout.close()
-
-
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="only Linux has this folder")
-def test_a_folder_that_cannot_be_written_into_is_named() -> None:
-    for use in (refuse_folder, prepare_folder):
-        with pytest.raises(OSError, match=r"out: cannot write into /proc/self: "):
-            use(Path("/proc/self"), True)

@@ -270,8 +270,3 @@ def test_a_shape_that_grows_is_drawn_as_it_is_now(tmp_path):
         recorder.add(frame(), result([pose()]), shapes=[st.SDF.sphere(0.02, voxels=32)])
     before, after = decoded(tmp_path / "overlay.mp4")
     assert np.abs(before.astype(int) - after).max() > 60
-
-
-def test_the_bop_name_is_a_second_copy(tmp_path):
-    out = record(tmp_path, bop_name="sdftrack_ycbv-test.csv")
-    assert (out / "sdftrack_ycbv-test.csv").read_text() == (out / "poses.csv").read_text()

@@ -145,16 +145,6 @@ def test_samples_that_are_none_say_why(call, error, words):
     assert_refused(call, error, words)
 
 
-@pytest.mark.parametrize("count", [60, 600])
-def test_a_nan_among_the_samples_changes_nothing(count):
-    x = np.random.default_rng(0).random((count + 40, 2))
-    learnt = st.LWPR().update(x[:count], x[:count, 0])
-    before = learnt.copy()
-    x[-1, 0] = np.nan
-    assert_refused(lambda: learnt.update(x[count:], np.ones(40)), ValueError, "sample")
-    assert learnt == before
-
-
 DISC = np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - 40)) < 30
 FLOATS = np.random.default_rng(0).random((HEIGHT, WIDTH, 3))
 HUGE = np.broadcast_to(np.uint8(7), (2**16, 2**15))

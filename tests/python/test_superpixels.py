@@ -314,19 +314,3 @@ def test_the_command_deletes_no_array_of_others(tmp_path):
         == 0
     )
     assert (out / "labels.npy").read_bytes() == b"mine"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "says"),
-    [
-        (["nothing.png", "--out", "x"], 1, "IMAGE nothing.png: the file is missing"),
-        (["README.md", "--out", "x"], 1, "IMAGE README.md: not a readable image"),
-        (["README.md", "--segments", "0", "--out", "x"], 2, "--segments"),
-        (["README.md", "--color-space", "hsv", "--out", "x"], 2, "--color-space"),
-    ],
-)
-def test_the_command_refuses_what_it_cannot_use(arguments, code, says, capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "README.md").write_text("no picture")
-    assert run(["superpixels", *arguments]) == code
-    assert says in capsys.readouterr().err

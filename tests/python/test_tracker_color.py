@@ -118,11 +118,6 @@ def test_auto_without_colour_images_and_depth_mode_with_them_are_the_same(box):
         np.testing.assert_array_equal(a.poses, b.poses)
 
 
-def test_depth_mode_does_not_look_at_the_colour_image(box):
-    tracker = st.Tracker(box, CAMERA, mode="depth")
-    assert tracker.start(st.Frame(pair(0).depth, np.zeros((5, 5, 3), np.uint8)), poses=POSE).ok
-
-
 def test_colours_that_say_nothing_change_nothing(box):
     frames = [pair(i, front=GREEN, back=GREEN, noise=0.0) for i in range(4)]
     by_color = followed(st.Tracker(box, CAMERA, mode="rgbd"), frames)

@@ -244,46 +244,6 @@ def test_switches_and_the_button_become_requests(page):
         assert viewer.requests() == [Save()]
 
 
-def test_the_slider_moves_the_frame(page):
-    sequence, sdf, results = scene()
-    with st.view(sequence, results, sdf, port=0) as viewer:
-        opened(viewer, page)
-        until(page, lambda: viewer._drawer.drawn > 0)
-        thumbs = page.get_by_role("slider")
-        thumbs.nth(thumbs.count() - 1).focus()
-        for _ in range(3):
-            page.keyboard.press("ArrowRight")
-        expected = st.draw(sequence[3], results[3], sdf, CAMERA, names=["object 0"])
-        until(page, lambda: np.array_equal(viewer.picture, expected))
-
-
-def test_a_second_page_works_and_a_closed_one_loses_nothing(browser, page):
-    sequence, sdf, results = scene()
-    with Viewer(sdf, CAMERA, port=0) as viewer:
-        opened(viewer, page)
-        shown(viewer, page, marked(sequence[0], (40, 200)), results[0])
-        second = browser.new_page(viewport={"width": 1280, "height": 720})
-        second.goto(viewer.url)
-        until(second, lambda: viewer.pages == 2)
-        marks(second, 1)
-        second.mouse.click(*marks(second, 1)[0])
-        until(second, lambda: viewer._requests)
-        assert isinstance(viewer.requests()[0], Click)
-        second.close()
-        until(page, lambda: viewer.pages == 1)
-        page.goto("about:blank")
-        until(page, lambda: viewer.pages == 0)
-        drawn = viewer._drawer.drawn
-        for i in range(6):
-            viewer.show(marked(sequence[i], (40, 200)), results[i])
-        page.wait_for_timeout(300)
-        assert viewer._drawer.drawn == drawn  # nobody looked
-        opened(viewer, page)
-        until(page, lambda: viewer._drawer.drawn > drawn)
-        marks(page, 1)
-        assert len(viewer._history.confidences(1)[0]) == 7
-
-
 def test_a_page_that_stays_open_does_not_grow(page):
     sequence, sdf, results = scene()
     with Viewer(sdf, CAMERA, port=0, max_hz=100) as viewer:
