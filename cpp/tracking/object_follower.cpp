@@ -150,8 +150,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     result.runner_up = kUnknown;
   }
   result.cost = fitted.cost;
-  result.systematic_m =
-      std::hypot(fitted.systematic_m, distance_error_m(options_, fitted.T_cam_obj.t.z));
+  result.systematic_m = std::hypot(fitted.systematic_m, distance_error_m(options_, fitted.T_cam_obj.t.z));
   result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;
@@ -172,8 +171,8 @@ Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& 
   return judge(evidence, fitted.covariance, options_, object.prior_log_odds, vouched);
 }
 
-// Of a sensor of which nothing is stated, depth may be of a moment before: the pose is behind by a part of the
-// motion since the last frame.
+// Of a sensor of which nothing is stated, depth may be of a moment before: the pose is behind by a part of
+// the motion since the last frame.
 Matrix6d ObjectFollower::lag_covariance(const Fitted& fitted, double time_s,
                                         const TrackedObject& object) const {
   if (!is_unstated(options_) || !object.followed() || !(object.usual_share > 0)) return Matrix6d::Zero();

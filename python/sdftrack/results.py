@@ -156,8 +156,8 @@ class TrackResult:
         Name of the sensor model used for the covariances. "" if none was given: the noise is then estimated in every
         frame, and the systematic error in frames with a given pose.
     systematic : (M,) float64 or None
-        Sd (m) assumed for the depth error shared by all measurements of an object; 0 if unknown: the covariance then
-        accounts for noise alone (docs/sensors.md).
+        Sd (m) assumed for the depth error shared by all measurements of an object (docs/sensors.md); of a sensor of
+        which nothing is stated that of a stereo camera; 0: the covariance accounts for noise alone.
     """
 
     poses: NDArray[np.float64]

@@ -17,7 +17,7 @@ struct Sequence {
   double speed = 1;
 };
 
-tracking::ColorDelay::Estimate estimate_of(const Sequence& s, int frames = 200) {
+tracking::ColorDelay delay_of(const Sequence& s, int frames = 200) {
   tracking::Vector6d sd;
   sd << 0.0005, 0.0005, 0.005, 0.02, 0.02, 0.01;
   std::mt19937 random(1);
@@ -35,7 +35,11 @@ tracking::ColorDelay::Estimate estimate_of(const Sequence& s, int frames = 200) 
     for (int k = 0; k < 6; ++k) apart.way[k] += s.noise * sd[k] * normal(random);
     delay.observe(apart, velocity_at((i - 0.5) * kStep_s));  // since the frame before
   }
-  return delay.estimate();
+  return delay;
+}
+
+tracking::ColorDelay::Estimate estimate_of(const Sequence& s, int frames = 200) {
+  return delay_of(s, frames).estimate();
 }
 
 TEST(ColorDelay, exact_ways_give_the_delay_whatever_the_bias) {
@@ -51,6 +55,14 @@ TEST(ColorDelay, without_a_motion_nothing_is_known) {
   s.noise = 1, s.speed = 0;
   EXPECT_GT(estimate_of(s).sd_s, 0.05);
   EXPECT_EQ(estimate_of(s, 5).frames, 0);
+}
+
+TEST(ColorDelay, the_lag_is_half_a_frame_until_it_is_measured) {
+  Sequence s;
+  s.bias << 0.004, -0.002, 0.01, 0.02, 0, -0.03;
+  EXPECT_EQ(delay_of(s, 5).lag2_frames(kStep_s), 0.25);
+  EXPECT_EQ(delay_of(s).lag2_frames(0), 0.25);  // no times
+  EXPECT_NEAR(delay_of(s).lag2_frames(kStep_s), std::pow(kDelay_s / kStep_s, 2), 0.05);
 }
 
 }  // namespace

@@ -45,9 +45,9 @@ def test_a_tracker_takes_the_model_and_says_so(box):
     named = st.Tracker(box, CAMERA, threads=1, sensor="azure_kinect", noise_m=0.0012)
     a, b = (t.start(frame, poses=POSE) for t in (plain, named))
     assert (a.sensor, b.sensor) == ("", "azure_kinect")
-    assert a.systematic.tolist() == [0.0]
+    assert a.systematic[0] == pytest.approx(0.002 + 0.004 * a.pose[2, 3] ** 2, rel=0.1)  # nothing is stated
     assert b.systematic.tolist() == [0.005]
-    assert b.covariance[2, 2] > 0.9 * 0.005**2 > a.covariance[2, 2]
+    assert b.covariance[2, 2] > 0.9 * 0.005**2 > 0.8 * a.systematic[0] ** 2
     assert named.options.noise_m == 0.0012  # a single option goes before the sensor
     again = pickle.loads(pickle.dumps(named))
     assert (again.sensor, again.options) == (named.sensor, named.options)
@@ -66,6 +66,12 @@ def test_the_bias_is_taken_out_of_the_depth(box):
     assert st.SensorModel("none").corrected(z) is z
     result = st.Tracker(box, CAMERA, threads=1, sensor=sensor).start(st.Frame(z), poses=POSE)
     np.testing.assert_allclose(result.pose[:3, 3], POSE[:3, 3], atol=5e-4)
+
+
+def test_the_presets_keep_to_the_makers_bounds():
+    d400 = PRESETS["realsense_d400"]
+    assert 2 * d400.systematic(2.0) == pytest.approx(0.02 * 2.0, rel=0.15)
+    assert d400.systematic(0.5) == pytest.approx(0.003, rel=0.1)
 
 
 def test_distance_widens_what_is_shared(box):

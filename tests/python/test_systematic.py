@@ -108,19 +108,41 @@ def test_the_ellipsoid_holds_the_truth_under_random_biases_of_the_model(box, sd)
     assert 0.85 <= inside / draws <= 1.0
 
 
-@pytest.mark.parametrize("sigma", [0.0003, 0.001, 0.003])
-def test_white_noise_alone_adds_nothing(box, sigma):
+def test_a_sensor_of_which_nothing_is_stated_may_err_in_distance_and_be_late(box):
+    """2 mm + 4 mm/m^2 Z^2 along the ray, bent by 0.4 of it over the object, and half a frame's motion: reported only."""
     rng = np.random.default_rng(1)
-    for _ in range(5):
-        T = geometry.pose(rng.normal(0, 1, 3), [0, 0, 0.7])
-        frame = st.Frame(noisy(box.render(CAMERA, T)[0], rng, sigma))
-        tracker = st.Tracker(box, CAMERA, threads=1)
-        results = [tracker.start(frame, poses=T), tracker.track(frame)]
-        without = st.Tracker(box, CAMERA, threads=1, max_systematic_m=0.0)
-        same = [without.start(frame, poses=T), without.track(frame)]
-        for a, b in zip(results, same, strict=True):
-            assert a.systematic.tolist() == [0.0]
-            np.testing.assert_array_equal(a.covariance, b.covariance)
+    for _ in range(3):
+        T = geometry.pose(rng.normal(0, 1, 3), [0.05, 0.02, 0.7])
+        moved = T.copy()
+        moved[:3, 3] += [0.003, -0.004, 0.006]
+        frames = [st.Frame(noisy(box.render(CAMERA, pose)[0], rng, 0.001)) for pose in (T, moved)]
+
+        def tracked(frames=frames, T=T, **options):
+            tracker = st.Tracker(box, CAMERA, threads=1, **options)
+            return [tracker.start(frames[0], poses=T), tracker.track(frames[1])]
+
+        centre = T[:3, 3] + T[:3, :3] @ box_centre(box)
+        error_m = 0.002 + 0.004 * centre[2] ** 2
+        none = tracked(max_systematic_m=0.0)
+        bent = tracked(max_systematic_m=0.0, systematic_m=0.4 * error_m)
+        unstated = tracked()
+        assert [r.systematic[0] for r in none] == [0, 0]
+        assert unstated[0].systematic[0] == pytest.approx(error_m, rel=0.02)
+        for a, b in zip(unstated, none, strict=True):
+            np.testing.assert_array_equal(a.pose, b.pose)
+        shift = np.zeros(6)
+        shift[:3] = error_m * centre / np.linalg.norm(centre)
+        expected = bent[0].covariance + np.outer(shift, shift)
+        np.testing.assert_allclose(unstated[0].covariance, expected, rtol=0.05, atol=2e-8)
+        late = np.zeros(6)
+        late[:3] = unstated[1].pose[:3, 3] - unstated[0].pose[:3, 3]
+        more = unstated[1].covariance - unstated[0].covariance
+        np.testing.assert_allclose(more[:3, :3], 0.25 * np.outer(late, late)[:3, :3], atol=1.5e-6)
+
+
+def box_centre(box):
+    inside = np.argwhere(box.values < 0)[:, ::-1]
+    return box.origin + box.voxel_size * (inside.min(0) + inside.max(0)) / 2
 
 
 def test_what_residuals_share_beyond_the_noise_widens_the_covariance(box):

@@ -34,7 +34,7 @@ void visit_options(Options& o, Visit& f) {
   f("noise_per_m", o.noise_per_m, kNonNegative, "1/m", "see noise_m");
   f("adapt_noise", o.adapt_noise, kTrueOrFalse, "", "rescale sigma(Z) in every frame by the residuals");
   f("systematic_m", o.systematic_m, kNonNegative, "m", "sd of the depth error shared by neighbouring pixels (stereo, time of flight); 0: estimated at a given pose");
-  f("max_systematic_m", o.max_systematic_m, kNonNegative, "m", "upper bound of the estimated systematic_m");
+  f("max_systematic_m", o.max_systematic_m, kNonNegative, "m", "upper bound of the estimated systematic_m; 0: the sensor has no such error");
   f("systematic_per_m", o.systematic_per_m, kNonNegative, "1/m", "the systematic error grows with distance: systematic_m + systematic_per_m Z^2");
   f("lateral_px", o.lateral_px, kNonNegative, "px", "standard deviation of the lateral offset of the depth image from its intrinsics; widens the covariance");
   f("correlation_area_px", o.correlation_area_px, kNonNegative, "px", "number of pixels that share one error; widens the covariance; 0: estimated");

@@ -23,7 +23,8 @@ inline double most_systematic_m(const TrackerOptions& options) {
   return std::max(options.systematic_m, options.max_systematic_m);
 }
 
-// Whether the options state nothing of errors that readings share. max_systematic_m 0 states that there are none.
+// Whether the options state nothing of errors that readings share. max_systematic_m 0 states that there are
+// none.
 inline bool is_unstated(const TrackerOptions& options) {
   return !(options.systematic_m > 0 || options.systematic_per_m > 0) && options.max_systematic_m > 0;
 }

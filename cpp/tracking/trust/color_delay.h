@@ -40,8 +40,9 @@ class ColorDelay {
     int frames = 0;  // 0: nothing is known
   };
   Estimate estimate() const;
-  // Mean square of the lag of the depth images behind the colour images, in frames of frame_s each (0: unknown):
-  // of what the estimate and an expectation of kLag_frames leave open. Filters over time make depth late.
+  // Mean square of the lag of the depth images behind the colour images, in frames of frame_s each (0:
+  // unknown): of what the estimate and an expectation of kLag_frames leave open. Filters over time make depth
+  // late.
   double lag2_frames(double frame_s) const;
 
   template <class Archive, class Self>

@@ -255,7 +255,9 @@ class _Run:
             show_summary(self.folder, names, self.results, self.truths, ids, self.out, symmetries)
             delay = self.tracker.color_delay
             if delay and delay.significant:
-                print(f"{delay}: the two images of a frame are not simultaneous")
+                print(
+                    f"{delay}: the two images of a frame are not simultaneous, or the depth camera filters over time"
+                )
             if selection and "lost" in map(str, self.results[0].status):
                 print(f"the regions selected as objects in the first frame: {self.out / NAME}")
         return list(lost_throughout(self.folder, names, self.results, [i.kind for i in self.job.inits()]))
