@@ -10,8 +10,8 @@ import sys
 import time
 from pathlib import Path
 
-from fuzz_surfaces import TARGETS
 from fuzz_targets import outcome_of
+from run import TARGETS
 
 MOST_BYTES = 6_000_000_000  # of address space beyond what is taken at the start: more is a MemoryError
 

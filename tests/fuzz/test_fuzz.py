@@ -16,10 +16,9 @@ import numpy as np
 import pytest
 from fuzz_batches import run_batches
 from fuzz_datasets import read
-from fuzz_surfaces import TARGETS
 from fuzz_targets import Target, Unclear, finite, outcome_of, rng_of
 from fuzz_values import nasty_array
-from run import plan, table
+from run import TARGETS, plan, table
 
 import sdftrack as st
 from sdftrack.io import frames, trajectories

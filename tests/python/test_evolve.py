@@ -151,11 +151,6 @@ def test_the_shape_that_the_evidence_denies_vanishes():
     assert (out > 0).all()
 
 
-def test_no_steps_change_nothing():
-    phi = in_m(ball(12, 4.2))
-    np.testing.assert_array_equal(st.levelset.evolve(phi, phi, 0, VOXEL_M), phi)
-
-
 def test_the_defaults_are_the_cores():
     o, given = _core.EvolveOptions(), st.levelset.evolve.__kwdefaults__
     assert (o.sigma_h, o.sigma_phi, o.dt) == (given["sigma_h"], given["sigma_phi"], given["dt"])

@@ -3,7 +3,6 @@ import copy
 import pickle
 
 import numpy as np
-import pytest
 
 import sdftrack as st
 
@@ -43,21 +42,10 @@ def test_pixels_without_a_value_become_zero():
     assert np.isnan(depth[0, 0])  # the caller's image is left as it was
 
 
-def test_the_unit_check_can_be_left_out():
-    assert st.Frame(100 * DEPTH, check_units=False).depth[0, 0] == pytest.approx(80)
-    assert not st.Frame(np.zeros((12, 16), np.float32)).depth.any()  # and passes where there is no depth
-
-
 def test_bgr_is_stored_as_rgb():
     frame = st.Frame(DEPTH, COLOR, color_order="bgr")
     np.testing.assert_array_equal(frame.color, COLOR[..., ::-1])
     assert frame.color.flags.c_contiguous
-
-
-def test_colour_alone_is_a_frame():
-    frame = st.Frame(None, COLOR)
-    assert frame.depth is None
-    assert frame.shape == (12, 16)
 
 
 def test_masks_select_the_object():

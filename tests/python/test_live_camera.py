@@ -160,13 +160,6 @@ def test_a_replay_that_loops_starts_again():
         assert [number(live.next()) for _ in range(7)] == [0, 1, 2, 0, 1, 2, 0]
 
 
-def test_a_replay_by_its_address(tmp_path):
-    st.save_sequence(tmp_path / "seq", sequence(3), layout="open3d")
-    with open_camera(f"replay:{tmp_path / 'seq'}", fps=200, waiting=3) as live:
-        assert live.camera.depth == CAMERA
-        assert len(list(live)) == 3
-
-
 @pytest.mark.parametrize(
     ("address", "options", "error", "words"),
     [

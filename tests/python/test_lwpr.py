@@ -10,7 +10,6 @@ from gpu_marks import on_gpu
 import sdftrack as st
 from experiments.synth.functions import surface_data
 from reference import lwpr as plain
-from sdftrack import _core
 from sdftrack.contour import lwpr_data
 
 # Sums run in another order in the core, some 600 samples long; the traces forget what they differ by.
@@ -273,12 +272,3 @@ def test_the_gpu_predicts_what_the_cpu_does():
     places = np.concatenate([x, 40 + x[:5]])
     cpu, gpu = model.predict(places), model.predict(places, device="cuda")
     np.testing.assert_array_equal(gpu, cpu)
-
-
-def test_defaults_live_in_the_core_alone():
-    twin, core = plain.Options(), _core.LwprOptions()
-    python = {**st.LWPR().get_params(), **lwpr_data.GIVEN}  # where init_D is given
-    for name in ("w_gen", "w_prune", "w_cutoff", "init_alpha", "meta_rate", "penalty", "add_threshold",
-                 "init_lambda", "final_lambda", "tau_lambda", "diagonal", "update_D", "meta"):  # fmt: skip
-        assert getattr(twin, name) == getattr(core, name) == python[name]
-    assert core.init_D == [lwpr_data.GIVEN["init_D"]]

@@ -110,16 +110,6 @@ def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_wal
     assert ((normals * rays).sum(axis=-1) < 0).all()
 
 
-def test_the_closest_point_is_as_near_as_the_nearest_of_all_triangles():
-    igl = pytest.importorskip("igl")
-    mesh = box_mesh()
-    points = np.random.default_rng(0).uniform(-0.1, 0.1, (500, 3))
-    distance, _, closest = mesh._rays.closest(points)
-    truth = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces.astype(np.int64))[0]
-    np.testing.assert_allclose(distance, np.sqrt(truth), atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(points - closest, axis=1), distance, atol=1e-12)
-
-
 def test_how_often_vertices_were_seen_stays_with_them(tmp_path):
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], seen=[0, 1.5, 2])
     mesh.save(tmp_path / "seen.ply")

@@ -70,30 +70,6 @@ def test_the_intervals_hold_the_truth():
     assert min(np.mean(v) for v in inside.values()) >= 0.6, {n: np.mean(v) for n, v in inside.items()}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["reach", "pouring"])
-def test_repetitions_and_their_phases_are_those_of_the_exercise(kind):
-    for seed in range(300, 304):
-        exercise, found = measured_exercise(kind, seed)
-        assert found.count == (3, 3, 3)
-        for (start, end), r, cue in zip(
-            exercise.repetitions, found.repetitions, exercise.cues_s, strict=True
-        ):
-            names = [p.name for p in r.span.phases]
-            assert (names[0], names[-1]) == ("move", "return")
-            if kind == "reach":
-                assert names == ["move", "hold", "return"]
-            # Speeds rise smoothly from zero, so that a movement is seen some tenths of a second after its start.
-            assert start - 0.05 <= r.span.start_s <= start + 0.4
-            assert end - 0.4 <= r.span.end_s <= end + 0.05
-            inner = [p for p in exercise.phases if p[0] == "hold" and start <= p[1] <= end]
-            assert r.span.phases[1].start_s == pytest.approx(inner[0][1], abs=0.4)
-            if kind == "reach":  # what is poured is tilted back on its way to the return
-                assert r.span.phases[-1].start_s == pytest.approx(inner[-1][2], abs=0.4)
-            assert r.cue_s == cue
-            assert r.gap_s == 0
-
-
 class TestOneSession:
     def test_a_straight_reach_has_its_distance_and_speed(self):
         found = measured_session()
@@ -156,14 +132,6 @@ class TestOneSession:
         assert (found.repetitions, found.averages, found.tremors) == ([], {}, [])
         assert np.isnan(found.path_difference_m)
 
-    def test_a_target_has_its_measures(self):
-        zone = motion.Sphere([0.25, 0.1, 0.8], 0.05)
-        found = motion.analyze(session(), targets=[zone], measures=["reach"])
-        assert {"target1_time", "target1_nearest", "target1_mean"} <= set(found.averages)
-        # In the sphere for the hold and the slow ends of both movements, about 0.3 of each.
-        assert found.averages["target1_time"].value == pytest.approx(0.7 + 2 * 0.3 * 0.8, abs=0.15)
-        assert found.averages["target1_nearest"].value == pytest.approx(0, abs=1e-6)
-
 
 class TestDirections:
     @pytest.mark.parametrize(
@@ -186,14 +154,6 @@ class TestDirections:
 
 
 class TestByHand:
-    def test_spans_are_taken_as_they_are(self):
-        spans = [(0.9, 3.4), (4.4, 6.9)]
-        found = motion.analyze(session(), spans_s=spans, up=UP)
-        assert [(r.span.start_s, r.span.end_s) for r in found.repetitions] == spans
-        assert found.count == (2, 2, 2)
-        for r in found.repetitions:
-            assert r.values["reach"].value == pytest.approx(np.hypot(0.25, 0.1), rel=0.03)
-
     def test_a_stretch_in_which_nothing_moves_has_a_range_of_zero(self):
         found = motion.analyze(session(starts_s=()), spans_s=[(2.0, 5.0)], up=UP)
         (r,) = found.repetitions
@@ -348,20 +308,3 @@ class TestErrorsOfTheTracker:
         status = ["lost" if 3.6 < t < 4.2 else "ok" for t in trajectory.times_s]
         found = motion.analyze(dataclasses.replace(trajectory, status=status), measures=["path_length"])
         assert [r.gap_s for r in found.repetitions] == [0, 0, 0]
-
-
-def test_the_tremor_of_a_held_object_is_found():
-    """At 60 Hz: at 30 Hz a tremor of 8 Hz is partly taken for noise from frame to frame."""
-    t = np.arange(20 * 60) / 60
-    held = np.mod(t - 1.3, 6) < 4  # in the three holds
-    x = reaches(t, (0.5, 6.5, 12.5), hold_s=4.0)
-    x[:, 1] += 1e-3 * np.sin(2 * np.pi * 8 * t) * held * (t < 18)
-    trajectory = noisy(t, x, seed=2, sd_m=0.3e-3)
-    found = motion.analyze(trajectory, measures=["reach"])
-    assert len(found.tremors) >= 3  # noise may interrupt a hold
-    for start, end, tremor in found.tremors:
-        assert end - start > 1.3
-        assert tremor.determined
-        assert tremor.frequency_hz == pytest.approx(8, abs=0.8)
-        exact = motion.tremor_of(noisy(t, x, sd_m=1e-7), start + 0.15, end - 0.15, noise_m=0.0)
-        assert tremor.low_m <= exact.rms_m <= tremor.high_m

@@ -149,16 +149,6 @@ def test_the_tracker_goes_on() -> None:
     assert star.track(seq[24]).ok  # and so does the reconstruction, from where it stood
 
 
-def test_a_box_does_in_place_of_a_mask() -> None:
-    seq = scene.sequence()
-    ys, xs = np.nonzero(scene.first_mask(seq))
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
-    box = (xs.min() - 4, ys.min() - 4, np.ptp(xs) + 9, np.ptp(ys) + 9)
-    poses = {0: star.start(seq[0], box=box).pose}
-    poses.update({i: star.track(seq[i]).pose for i in range(1, 12)})
-    assert scene.pose_errors(seq, poses)[:, 0].max() < 0.0015
-
-
 def test_a_known_shape_is_a_guess_where_nothing_was_seen() -> None:
     seq = scene.sequence()
     star = st.Reconstructor(seq.camera, initial=scene.body(), voxels=VOXELS, threads=1)
@@ -205,40 +195,6 @@ def test_a_jump_and_blank_frames_add_nothing() -> None:
     again = [star.track(seq[i]) for i in range(14, 20)]
     assert again[-1].ok
     assert scene.pose_errors(seq, {0: first, 19: again[-1].pose})[1, 0] < 0.0015
-
-
-def assert_same_minimum(one: Any, two: Any) -> None:
-    """One may have seen the object move and begin from its prediction, and the other not.
-
-    Then they end within a part of the standard deviation, in the rough field of a shape of 64 voxels.
-    """
-    metres, radians = st.metrics.pose_error(one.pose, two.pose)
-    sd = np.sqrt(np.diag(two.covariance))
-    assert metres < 0.5 * np.linalg.norm(sd[:3])
-    assert radians < 0.5 * np.linalg.norm(sd[3:])
-
-
-def test_what_is_saved_goes_on_with_shape_and_colours(tmp_path: Any) -> None:
-    seq = scene.sequence()
-    star, _ = scene.begun(8)
-    star.save(tmp_path / "star.rec")
-    other = st.Reconstructor.load(tmp_path / "star.rec")
-    np.testing.assert_array_equal(other.shape.values, star.shape.values)
-    tracker = star.tracker()  # with the colours that were learnt
-    before = tracker.track(seq[8])
-    assert tracker.mode_used == ["rgbd"]
-    for new in (star, other):  # each has a new tracker inside
-        result = new.track(seq[8])
-        assert new._started("track").mode_used == ["rgbd"]
-        assert result.index == 8
-        assert_same_minimum(result, before)
-
-
-def test_the_printed_likelihood_is_selectable() -> None:
-    star, results = scene.begun(12, evidence="printed")
-    assert scene.pose_errors(scene.sequence(), scene.poses_of(results))[:, 0].max() < 0.003
-    smooth, _ = scene.begun(12)
-    assert (smooth.shape.values != star.shape.values).any()
 
 
 def test_a_hand_that_holds_the_object_is_not_part_of_it() -> None:

@@ -188,15 +188,3 @@ def test_an_unregistered_pair_does_as_well_as_an_aligned_one(box):
         assert metres < CLOSE_M
         assert radians < CLOSE_RAD
         assert tracker.mode_used == ["rgbd"]
-
-
-def test_colour_is_asked_for_by_mode_rgbd(box):
-    tracker = st.Tracker(box, CAMERA, mode="rgbd")
-    without = st.Frame(pair(0).depth)
-    with pytest.raises(ValueError, match=r"frame: expected a colour image with mode='rgbd', got none"):
-        tracker.start(without, poses=POSE)
-    tracker.start(pair(0), poses=POSE)
-    with pytest.raises(ValueError, match="expected a colour image"):
-        tracker.track(without)
-    assert tracker.track(pair(1)).index == 1  # the refused frame was none
-    assert tracker.track(st.Frame.unreadable("torn")).status[0] == "bad_frame"

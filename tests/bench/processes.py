@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Time and peak memory of a process that reconstructs: ``python tests/bench/reconstruction.py MESH.ply``.
+"""Time and peak memory of a process that tracks, or one that reconstructs.
 
-One process renders a turntable (640 x 480, RGB-D, 1 mm noise) into files; another reads them frame by frame and
-reconstructs at 200^3 with default options, once for each number of threads. Counted are the first frame (`start`), the
-frames of the last two thirds, and the peak resident set of the whole process (Python, numpy, the frames that it keeps).
+    python tests/bench/processes.py track|reconstruct MESH.ply
+
+Counted is the peak resident set of a whole process (Python, numpy, sdftrack), without optional libraries; what it reads
+is made by another process. `track`: one volume of 200^3 from a file, 640 x 480 frames, one thread. `reconstruct`: a
+turntable (640 x 480, RGB-D, 1 mm noise) frame by frame at 200^3 with default options, once for each number of threads;
+the first frame (`start`), the frames of the last two thirds, and the frames that it keeps.
 """
 
 from __future__ import annotations
@@ -14,6 +17,32 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+MAKE = "import sys, sdftrack as st; st.SDF.from_mesh(st.Mesh.load(sys.argv[1]), voxels=200).save(sys.argv[2])"
+
+TRACK = """
+import json, resource, sys
+import numpy as np
+import sdftrack as st
+def peak_mb():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+figures = {"imports, MB": peak_mb()}
+shape = st.SDF.load(sys.argv[1])
+figures["with the volume, MB"] = peak_mb()
+camera = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+pose = np.eye(4)
+pose[2, 3] = 0.8
+depth, _ = shape.render(camera, pose)
+rng = np.random.default_rng(0)
+tracker = st.Tracker(shape, camera, threads=1)
+for i in range(60):
+    noisy = np.where(depth > 0, depth + rng.normal(0, 0.001, depth.shape), 0).astype(np.float32)
+    result = tracker.track(noisy) if i else tracker.start(st.Frame(noisy), poses=[pose])
+    assert result.ok, result
+figures["while tracking, MB"] = peak_mb()
+figures["optional libraries loaded"] = sorted({"matplotlib", "cv2", "scipy", "trimesh"} & set(sys.modules))
+print(json.dumps(figures))
+"""
 
 RENDER = """
 import sys
@@ -61,21 +90,33 @@ print(json.dumps({
 """
 
 
+def measured(code: str, *arguments: str) -> None:
+    """Run the code and print its figures."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], check=True, capture_output=True, text=True
+    )
+    for name, value in json.loads(done.stdout).items():
+        print(f"  {name:28} {value if isinstance(value, list) else f'{value:.1f}'}", flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("what", choices=("track", "reconstruct"))
     parser.add_argument("mesh", type=Path)
-    parser.add_argument("--frames", type=int, default=300)
+    parser.add_argument("--frames", type=int, default=300, help="to reconstruct from")
     a = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
+        if a.what == "track":
+            volume = str(Path(folder) / "volume.npz")
+            subprocess.run([sys.executable, "-c", MAKE, str(a.mesh), volume], check=True)
+            measured(TRACK, volume)
+            return 0
         subprocess.run([sys.executable, "-c", RENDER, str(a.mesh), folder, str(a.frames)], check=True)
         for threads in (1, 2):
-            command = [sys.executable, "-c", RECONSTRUCT, folder, str(a.frames), str(threads)]
-            done = subprocess.run(command, check=True, capture_output=True, text=True)
-            print(f"{threads} thread{'s' if threads > 1 else ''}", flush=True)
-            for name, value in json.loads(done.stdout).items():
-                print(f"  {name:28} {value if isinstance(value, list) else f'{value:.1f}'}")
+            print(f"threads: {threads}", flush=True)
+            measured(RECONSTRUCT, folder, str(a.frames), str(threads))
     return 0
 
 
