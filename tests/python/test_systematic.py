@@ -109,7 +109,7 @@ def test_the_ellipsoid_holds_the_truth_under_random_biases_of_the_model(box, sd)
 
 
 def test_a_sensor_of_which_nothing_is_stated_may_err_in_distance_and_be_late(box):
-    """2 mm + 4 mm/m^2 Z^2 along the ray, bent by 0.4 of it over the object, and half a frame's motion: reported only."""
+    """2 mm + 4 mm/m^2 Z^2 along the ray, bent by 0.4 of it over the object, half a frame late: reported only."""
     rng = np.random.default_rng(1)
     for _ in range(3):
         T = geometry.pose(rng.normal(0, 1, 3), [0.05, 0.02, 0.7])
