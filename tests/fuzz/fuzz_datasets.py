@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Folders of sequences in each layout, and result folders."""
+"""Folders of sequences in each layout, bags of ROS 1 and ROS 2, Foxglove's mcap, and result folders."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_files import beside, folder_case
+from fuzz_files import beside, file_case, folder_case
 from fuzz_readers import CAMERA, poses
-from fuzz_targets import Case, Target
+from fuzz_targets import Case, Target, any_of
 
 import sdftrack as st
 
+BAGS = ("rosbags", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "lz4", "zstandard")
+SMALL = st.Camera(16.0, 16.0, 7.5, 5.5, 16, 12)
 CUBE = st.SDF.box([0.1, 0.1, 0.1], voxels=9).to_mesh()
 
 
@@ -42,9 +45,9 @@ def read(root: Path) -> Any:
         return frames, seq.masks(0), seq.ground_truth, seq.symmetries
 
 
-def _saved(layout: str) -> Any:
+def _saved(layout: str, camera: st.Camera = CAMERA, frames: int = 3) -> Any:
     def make(folder: Path) -> Case:
-        st.save_sequence(folder / "source", sequence(), layout=layout)
+        st.save_sequence(folder / "source", sequence(camera, frames), layout=layout)
         files = contents(folder / "source")
         if layout == "bop":
             info = {"5": {"diameter": 170, "symmetries_discrete": [np.diag([-1, -1, 1, 1]).ravel().tolist()],
@@ -78,10 +81,33 @@ def _results(folder: Path) -> Case:
     return folder_case(folder, files, lambda root: st.motion.load(root))
 
 
+def _bags(kinds: tuple[str, ...]) -> Callable[[Path], Case]:
+    def make(folder: Path) -> Case:
+        beside()
+        import bag_writers
+
+        cases = []
+        for kind in kinds:
+            sub = folder / kind
+            sub.mkdir()
+            made = bag_writers.write(sub, bag_writers.recording(sequence(SMALL, 2)), kind)
+            if made.is_dir():
+                cases.append(folder_case(sub, contents(made), read))
+            else:
+                (sub / "files").mkdir()
+                cases.append(file_case(sub / "files", {made.name: made.read_bytes()}, read))
+        return any_of(cases)
+
+    return make
+
+
 LAYOUTS = ("bop", "tum", "open3d")
 TARGETS = (
     *(Target(f"folder_{layout}", _saved(layout), weight=0.3) for layout in LAYOUTS),
     Target("folder_k1", _k1, weight=0.3),
     Target("folder_results", _results),
+    Target("bag_ros1", _bags(("ros1", "ros1-lz4", "ros1-bz2")), weight=0.2, needs=BAGS),
+    Target("bag_ros2", _bags(("db3", "db3-zstd")), weight=0.2, needs=BAGS),
+    Target("bag_mcap", _bags(("ros2-mcap", "mcap-loose", "protobuf", "json")), weight=0.3, needs=BAGS),
+    Target("folder_mcap", _saved("mcap", SMALL, 2), weight=0.2, needs=BAGS),
 )
-__all__ = ["TARGETS", "contents", "read", "sequence"]

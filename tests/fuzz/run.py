@@ -22,19 +22,16 @@ import fuzz_arrays
 import fuzz_datasets
 import fuzz_objects
 import fuzz_readers
-import fuzz_recordings
 import fuzz_saved
 from fuzz_batches import Score, run_batches
 from fuzz_targets import Target, outcome_of, rng_of
 
 TARGETS: dict[str, Target] = {
     target.name: target
-    for module in (
-        fuzz_readers, fuzz_saved, fuzz_datasets, fuzz_recordings, fuzz_arrays, fuzz_objects,
-    )
+    for module in (fuzz_readers, fuzz_saved, fuzz_datasets, fuzz_arrays, fuzz_objects)
     for target in module.TARGETS
     if all(find_spec(name) is not None for name in target.needs)
-}  # fmt: skip
+}
 BATCH = 1000  # cases of a process
 
 

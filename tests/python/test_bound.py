@@ -19,15 +19,6 @@ def plane_image(normal, d_m, n=41):
     return d_m / slope, np.broadcast_to(normal, (n, n, 3)), rays
 
 
-def test_a_frontal_plane_gives_the_mean_of_its_pixels_along_the_normal():
-    depth, normals, rays = plane_image(np.array([0.0, 0.0, 1.0]), 1.0)
-    information, pixels = pose_information(depth, normals, rays, np.array([0.0, 0.0, 1.0]))
-    assert pixels == depth.size
-    assert information[2, 2] == pytest.approx(pixels)  # dz/dd_z = 1 for every pixel
-    np.testing.assert_allclose(information[3, 3], np.sum(rays[..., 1] ** 2))  # a tilt lifts by the lever arm
-    np.testing.assert_allclose(information[[0, 1, 5]], 0.0, atol=1e-9)  # sliding and spinning are unseen
-
-
 def test_a_plane_alone_does_not_fix_the_pose():
     depth, normals, rays = plane_image(np.array([0.0, 0.0, 1.0]), 1.0)
     with pytest.raises(ValueError, match="six observable directions"):

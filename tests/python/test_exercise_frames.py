@@ -99,19 +99,7 @@ def test_bad_uses_are_one_clear_line():
 @pytest.mark.parametrize(("kind", "name", "objects"), [("reach", "cup", 1), ("two-handed", "box", 2)])
 def test_the_command_writes_the_sequence_and_its_truth(tmp_path, kind, name, objects):
     out = tmp_path / "s"
-    words = [
-        "synth",
-        "exercise",
-        "--kind",
-        kind,
-        "--object",
-        name,
-        "--repetitions",
-        "2",
-        "--frames",
-        "2",
-        "-q",
-    ]
+    words = f"synth exercise --kind {kind} --object {name} --repetitions 2 --frames 2 -q".split()
     assert run([*words, "--noise", "none", "--seed", "3", "--out", str(out)]) == 0
     seq, made = st.open_sequence(out), st.synth.load_exercise(out)
     assert made.kind == kind.replace("-", "_")

@@ -167,15 +167,7 @@ def test_the_selection_is_drawn_and_the_error_names_the_picture(scene, tmp_path,
     seq = st.Sequence([frame], CAMERA, [T])
     st.save_sequence(tmp_path / "scene", seq, layout="bop")
     box.to_mesh().save(tmp_path / "box.ply")
-    common = [
-        "track",
-        str(tmp_path / "scene"),
-        "--model",
-        str(tmp_path / "box.ply"),
-        "--no-video",
-        "--voxels",
-        "80",
-    ]
+    common = f"track {tmp_path / 'scene'} --model {tmp_path / 'box.ply'} --no-video --voxels 80".split()
     x, y = pixels_of(mask, 1)[0]
     assert run([*common, "--init", f"click:{x},{y}", "--out", str(tmp_path / "a"), "-q"]) == 0
     assert (tmp_path / "a" / "start.png").is_file()

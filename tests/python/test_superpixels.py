@@ -126,13 +126,6 @@ def test_a_picture_of_plain_tiles_is_cut_along_their_borders():
     assert metrics.achievable_accuracy(labels, tile) == 1.0
 
 
-@pytest.mark.parametrize("threads", [2, 3, 7, 16])
-def test_labels_do_not_depend_on_the_number_of_threads(threads):
-    for options in ({}, {"mask": DISC}, {"distance": "thesis"}):
-        one = st.superpixels.slic(IMAGE, 60, threads=1, **options)
-        np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60, threads=threads, **options), one)
-
-
 def test_specks_that_join_across_bands_do_not_depend_on_the_number_of_threads():
     """Pure noise: nearly every region is smaller than the smallest, and all threads choose neighbours at once."""
     noise = np.random.default_rng(6).integers(0, 256, (150, 130, 3), dtype=np.uint8)
@@ -298,19 +291,6 @@ def test_the_command_deletes_no_array_of_others(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "labels.npy").write_bytes(b"mine")
-    assert (
-        run(
-            [
-                "superpixels",
-                str(tmp_path / "image.png"),
-                "--segments",
-                "40",
-                "-q",
-                "--overwrite",
-                "--out",
-                str(out),
-            ]
-        )
-        == 0
-    )
+    words = f"superpixels {tmp_path / 'image.png'} --segments 40 -q --overwrite --out {out}"
+    assert run(words.split()) == 0
     assert (out / "labels.npy").read_bytes() == b"mine"

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""What the experiments count: each measure on a case whose answer is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sdftrack as st
+from experiments.calibration.convergence import within_from
+from experiments.common.pose_errors import Errors
+from experiments.common.pose_sets import half_turns
+from experiments.common.sweeps import TRUTH, values_of
+from experiments.common.tracked_scene import Run
+from experiments.reconstruction.reach import aligned_error
+from experiments.reconstruction.seen_part import sampled
+from experiments.tracking import recovery
+from experiments.trust.confidence import area_under_roc
+from experiments.trust.coverage import coverage
+from sdftrack import geometry
+
+
+def test_turns_of_a_box_leave_it_where_it_is():
+    centre, half = np.array([0.01, -0.02, 0.03]), np.array([0.05, 0.03, 0.05])
+    corners = centre + half * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    turns = half_turns(centre, quarter_axis=1)
+    assert len({np.round(S, 6).tobytes() for S in turns}) == 8
+    for S in turns:
+        moved = corners @ S[:3, :3].T + S[:3, 3]
+        assert sorted(map(tuple, np.round(moved, 6))) == sorted(map(tuple, np.round(corners, 6)))
+
+
+def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within():
+    truth = values_of(TRUTH)
+    running = np.tile(truth, (10, 1))
+    assert within_from(running, 10) == 1
+    running[3, 2] += 2.1  # cx: 2 px are allowed
+    assert within_from(running, 10) == 5
+    assert within_from(running, 13) == 8  # three frames are not in the mean
+    running[9, 0] += 5.8  # fx: 1 % is 5.75 px
+    assert within_from(running, 10) is None
+
+
+def test_alignment_finds_the_motion_between_two_like_shapes():
+    shape = st.SDF.box((0.10, 0.07, 0.05), voxels=80)
+    points, _ = sampled(shape.to_mesh(), 4000)
+    moved = geometry.pose([0.02, -0.01, 0.03], [0.002, 0.001, -0.002])
+    error, T = aligned_error(shape, geometry.transform_points(geometry.inverse(moved), points), np.eye(4))
+    assert error < 1e-4
+    np.testing.assert_allclose(T, moved, atol=2e-4)
+    larger = st.SDF.sphere(0.052, voxels=80)
+    ball, _ = sampled(st.SDF.sphere(0.05, voxels=80).to_mesh(), 4000)
+    assert aligned_error(larger, ball, np.eye(4))[0] == pytest.approx(0.002, abs=1e-4)
+
+
+def test_the_area_under_roc_counts_pairs():
+    score, right = np.array([0.1, 0.4, 0.4, 0.9]), np.array([False, False, True, True])
+    assert area_under_roc(score, right) == pytest.approx((1 + 0.5 + 1 + 1) / 4)
+    assert np.isnan(area_under_roc(score, np.ones(4, bool)))
+
+
+def test_coverage_is_95_percent_of_gaussian_errors():
+    rng = np.random.default_rng(0)
+    L = np.diag([1, 2, 3, 0.1, 0.2, 0.3]) @ (np.eye(6) + 0.3 * rng.normal(size=(6, 6)))
+    errors = rng.normal(size=(4000, 6)) @ L.T
+    c = coverage(errors, np.tile(L @ L.T, (4000, 1, 1)))
+    held = np.array([*c.directions, c.position, c.rotation, c.joint])
+    np.testing.assert_allclose(held, 0.95, atol=0.0104)  # 3 sd of a share of 4,000
+    np.testing.assert_allclose(c.spread, 1, atol=0.034)
+    over_sure = coverage(2 * errors, np.tile(L @ L.T, (4000, 1, 1)))
+    assert over_sure.joint < 0.6
+
+
+def _run(status, off_frames=()):
+    n = len(status)
+    metres = np.full(n, 0.001)
+    metres[list(off_frames)] = 0.5
+    errors = Errors(metres, np.zeros(n), np.zeros((n, 3)), np.zeros(n))
+    return Run(errors, list(status), [0.001] * n)
+
+
+def test_a_trial_is_judged_by_the_truth():
+    good = _run(["ok"] * 5 + ["weak", "lost", "lost", "lost"] + ["lost", "ok", "ok"], [5, 6, 7, 8, 9])
+    assert recovery.judge(good, 5, 4) == recovery.Trial(flagged=2, found=2, false_frames=0, lost_before=0)
+    late = _run(["ok"] * 8 + ["lost"] + ["lost"] * 3, range(5, 12))
+    assert recovery.judge(late, 5, 4) == recovery.Trial(flagged=4, found=None, false_frames=0, lost_before=0)
+    # A wrong place after it was flagged, sure of it: in view again, and before.
+    sure = _run(["ok"] * 5 + ["lost", "lost", "ok", "lost"] + ["ok", "ok", "weak"], [5, 6, 7, 8, 9, 10])
+    assert recovery.judge(sure, 5, 4) == recovery.Trial(flagged=1, found=3, false_frames=3, lost_before=0)
+    # Sure of a pose with nothing to see, however near the truth it is.
+    unseen = _run(["ok"] * 5 + ["lost", "lost", "ok", "ok"] + ["ok"] * 3)
+    assert recovery.judge(unseen, 5, 4).false_frames == 2
+    assert recovery.judge(_run(["ok", "lost", "ok"] + ["lost"] * 3, [2]), 3, 1).lost_before == 2
