@@ -3,29 +3,13 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <atomic>
 #include <optional>
 
-#include "busy.h"
-#include "contour_options.h"
-#include "release_gil.h"
+#include "contour_core.h"
 
 namespace sdftrack::bindings {
 
 namespace {
-
-// What `call` returns, without the interpreter's lock.
-template <class Call>
-auto unlocked(const Call& call) {
-  const ReleaseGil release;
-  return call();
-}
-
-struct ContourCore {
-  contour::ContourTracker tracker;
-  std::atomic<bool> busy{false};
-  ContourCore(const py::dict& options, int device) : tracker(options_from(options), device) {}
-};
 
 constexpr const char* kStatus[] = {"ok", "weak", "lost"};
 

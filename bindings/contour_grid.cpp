@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "contour/shared_colors.h"
-#include "contour/template_scores.h"
 #include "contour_options.h"
 
 namespace sdftrack::bindings {
@@ -103,15 +102,6 @@ py::tuple contour_shared_colors(const py::array& image, const py::array& phi,
   return py::make_tuple(share, to_numpy(std::move(rows), {static_cast<py::ssize_t>(work.parts.size()), 4}));
 }
 
-py::array_t<float> template_scores(const py::array& pictures, const py::array& templates) {
-  const float* a = borrow<float>(pictures, "pictures", {-1, -1});
-  const float* b = borrow<float>(templates, "templates", {-1, pictures.shape(1)});
-  py::array_t<float> out({pictures.shape(0), templates.shape(0)});
-  contour::template_scores(a, static_cast<int>(pictures.shape(0)), b, static_cast<int>(templates.shape(0)),
-                           static_cast<int>(pictures.shape(1)), out.mutable_data());
-  return out;
-}
-
 }  // namespace
 
 void bind_contour_grid(py::module_& m) {
@@ -123,8 +113,6 @@ void bind_contour_grid(py::module_& m) {
   m.def("contour_shared_colors", &contour_shared_colors, py::arg("image"), py::arg("phi"), py::arg("warp"),
         "Share of the outline beside which the colours are the object's; column, row, cells, overlap of each "
         "part.");
-  m.def("contour_template_scores", &template_scores, py::arg("pictures"), py::arg("templates"),
-        "(n, m): the sum of products of each of n pictures with each of m templates.");
   m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
   m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
         py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});

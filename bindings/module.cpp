@@ -14,6 +14,7 @@ void bind_base(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_contour(py::module_& m);
 void bind_contour_grid(py::module_& m);
+void bind_contour_memory(py::module_& m);
 void bind_contour_options(py::module_& m);
 void bind_device(py::module_& m);
 void bind_dlpack(py::module_& m);
@@ -88,6 +89,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_contour_options(m);
   sdftrack::bindings::bind_contour(m);
   sdftrack::bindings::bind_contour_grid(m);
+  sdftrack::bindings::bind_contour_memory(m);
   sdftrack::bindings::bind_superpixels(m);
   sdftrack::bindings::bind_option_schema(m);
   sdftrack::bindings::bind_build(m);

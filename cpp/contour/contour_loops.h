@@ -69,6 +69,25 @@ struct ContourLoops {
       store(samples.sum(load<L>(u0 + i, n), load<L>(v0 + i, n)), sums + i, n);
     });
   }
+
+  // kRows rows at once: b is loaded once for all, and no sum waits for the one before.
+  template <int kRows>
+  static void products_of(const float* rows, const float* b, int length, float* out, int step) {
+    PartialSums<L> sums[kRows];
+    for (int k = 0; k < length; k += kLanes)
+      for (int j = 0; j < PartialSums<L>::N; ++j) {
+        const L right = load<L>(b + k + j * kWidth<L>, kWidth<L>);
+        for (int i = 0; i < kRows; ++i)
+          sums[i].part[j] += load<L>(rows + i * length + k + j * kWidth<L>, kWidth<L>) * right;
+      }
+    for (int i = 0; i < kRows; ++i) out[i * step] = static_cast<float>(sums[i].total());
+  }
+
+  static void products(const float* rows, int count, const float* b, int length, float* out, int step) {
+    int i = 0;
+    for (; i + 4 <= count; i += 4) products_of<4>(rows + i * length, b, length, out + i * step, step);
+    for (; i < count; ++i) products_of<1>(rows + i * length, b, length, out + i * step, step);
+  }
 };
 
 }  // namespace
@@ -77,6 +96,7 @@ struct ContourLoops {
 const ContourOps ContourOps::SDFTRACK_SET = {
     ContourLoops<SDFTRACK_LANES>::linearize<4>, ContourLoops<SDFTRACK_LANES>::linearize<6>,
     ContourLoops<SDFTRACK_LANES>::step,         ContourLoops<SDFTRACK_LANES>::min_square,
-    ContourLoops<SDFTRACK_LANES>::posterior,    ContourLoops<SDFTRACK_LANES>::sums_at};
+    ContourLoops<SDFTRACK_LANES>::posterior,    ContourLoops<SDFTRACK_LANES>::sums_at,
+    ContourLoops<SDFTRACK_LANES>::products};
 
 }  // namespace sdftrack::contour

@@ -19,6 +19,8 @@ struct ContourOps {
   void (*min_square)(const float* row_square, int row, int above, int below, int count, float* least);
   void (*posterior)(const WindowMixture&, int count, float* out);
   void (*sums_at)(const PlacedSamples&, const float* u0, const float* v0, int places, float* sums);
+  // out[i * step]: the sum of products of row i with b; the length is a multiple of 16.
+  void (*products)(const float* rows, int count, const float* b, int length, float* out, int step);
 
   // Defined in contour_*.cpp.
   static const ContourOps baseline, avx2, avx512;

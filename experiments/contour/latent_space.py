@@ -23,8 +23,8 @@ from experiments.progress import step
 from experiments.registry import experiment
 from experiments.synth.gait import gait
 from experiments.table import Table
+from sdftrack import _core
 from sdftrack.contour.dct import block_of, count, series
-from sdftrack.contour.silhouette_library import with_hidden
 from sdftrack.metrics import iou
 
 __all__ = ["by_hidden", "latent_space"]
@@ -119,7 +119,7 @@ def _score(way: Way, learn: Mask, what: list[Case]) -> Score:
         whole = complete(case.seen)
         score.seconds.append(time.thread_time() - began)
         score.plain.append(iou(whole, case.whole))
-        score.kept.append(iou(with_hidden(case.seen, whole)[0], case.whole))
+        score.kept.append(iou(_core.contour_with_hidden(case.seen, whole), case.whole))
     return score
 
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from experiments.contour.shape_baselines import BASELINES
 from experiments.synth.covers import hide
 from experiments.synth.gait import gait
+from sdftrack import _core
 from sdftrack.contour.dct import block_of, harmonic_numbers, series
 from sdftrack.contour.masks import signed_distances
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.silhouette_library import with_hidden
 from sdftrack.metrics import iou
 
 __all__ = [
@@ -156,7 +156,7 @@ def baseline(name: str, masks: Mask, what: list[Case], keep_seen: bool = False) 
 
     def ask(seen: Mask) -> Said:
         expected, error = complete(seen)
-        completed = with_hidden(seen, expected)[0] if keep_seen else expected
+        completed = _core.contour_with_hidden(seen, expected) if keep_seen else expected
         return completed, completed, error, "occluded"
 
     return _answers(ask, what)

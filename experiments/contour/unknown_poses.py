@@ -21,7 +21,6 @@ from experiments.data import has
 from experiments.registry import experiment
 from experiments.synth.gait import gait
 from experiments.table import Table
-from sdftrack.contour.memory import MAX_DOUBT
 from sdftrack.metrics import iou
 
 __all__ = ["unknown_poses"]
@@ -31,6 +30,7 @@ Sets: TypeAlias = dict[str, tuple[Mask, Mask]]  # silhouettes to learn, and to a
 
 SHARES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 DOUBTS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, np.inf)
+MAX_DOUBT = 2.0  # of what `ShapeMemory.recover` adds
 CHOSEN_VIDEOS = ("cows", "camel", "libby", "bmx-trees")
 HELD_OUT_VIDEOS = ("dance-twirl", "drift-straight", "soapbox")
 EVERY = 6  # of the second half of a gait
@@ -57,13 +57,10 @@ class Query:
 
 def _queries(name: str, learn: Mask, ask: Mask) -> list[Query]:
     memory = learnt(learn)
-    shapes = memory.shapes
-    assert shapes is not None
     out = []
     for by in ("bar", "rectangle"):
         for case in cases(ask, SHARES, by):
-            found, seen = shapes.explain(case.seen), iou(case.seen, case.whole)
-            said = memory.judged(case.seen, case.seen, found)
+            said, seen = memory.assess(case.seen), iou(case.seen, case.whole)
             occluded = said.judgement == "occluded"
             completed = iou(said.completed, case.whole) if occluded else seen
             out.append(Query((name, case.share, by), seen, completed, said.doubt if occluded else np.inf))

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DeviceArray', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_shared_colors', 'contour_steps', 'contour_template_scores', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BAND_VOXELS', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DeviceArray', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers', 'zero_mesh']
 class BorrowedArray:
     """
     An array of another library, by its DLPack capsule.
@@ -680,6 +680,24 @@ class MotionModel(enum.Enum):
     adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
+class OcclusionHandler:
+    """
+    Occlusions of a tracked contour, by a memory.
+    """
+    def __getstate__(self) -> bytes:
+        ...
+    def __init__(self) -> None:
+        ...
+    def __setstate__(self, arg0: bytes) -> None:
+        ...
+    def begin(self, tracker: ContourCore, memory: SilhouetteMemory) -> None:
+        """
+        After a start, in which the object is seen as a whole.
+        """
+    def judge(self, tracker: ContourCore, image: numpy.ndarray, burn_in: bool, memory: SilhouetteMemory) -> tuple:
+        """
+        Between observe and finish: the judgement, and the whole silhouette where one is recovered.
+        """
 class PrimitiveEnergyOptions:
     in_double: bool
     rest: Rest
@@ -954,6 +972,33 @@ class ShapeJudgement(enum.Enum):
     novel: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.novel: 3>
     occluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.occluded: 2>
     unoccluded: typing.ClassVar[ShapeJudgement]  # value = <ShapeJudgement.unoccluded: 1>
+class SilhouetteMemory:
+    """
+    Silhouettes that explain others; use contour.ShapeMemory.
+    """
+    def __init__(self, n_harmonics: typing.SupportsInt | typing.SupportsIndex, order: str, size: typing.SupportsInt | typing.SupportsIndex, capacity: typing.SupportsInt | typing.SupportsIndex, spacing: typing.SupportsFloat | typing.SupportsIndex, max_occluders: typing.SupportsInt | typing.SupportsIndex, calibrate_on: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def assess(self, mask: numpy.ndarray) -> dict:
+        ...
+    def learn(self, mask: numpy.ndarray) -> None:
+        ...
+    def restore(self, learnt: typing.SupportsInt | typing.SupportsIndex, calibrated: typing.SupportsInt | typing.SupportsIndex, squares: typing.SupportsFloat | typing.SupportsIndex, kept: numpy.ndarray, unlike: numpy.ndarray, ages: numpy.ndarray, clock: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        What `state` returned.
+        """
+    def state(self) -> dict:
+        """
+        All but the options.
+        """
+    @property
+    def count(self) -> int:
+        ...
+    @property
+    def learnt(self) -> int:
+        ...
+    @property
+    def threshold(self) -> float:
+        ...
 class SingleFitter:
     """
     Objects that are each fitted on their own; see sdftrack.PoseFitter.
@@ -1383,6 +1428,14 @@ def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, re
     ...
 def contour_distance(phi: numpy.ndarray, radius: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     ...
+def contour_harmonic_numbers(n: typing.SupportsInt | typing.SupportsIndex, order: str) -> list[int]:
+    """
+    The harmonic of each coefficient.
+    """
+def contour_harmonics(inside: numpy.ndarray, n: typing.SupportsInt | typing.SupportsIndex, order: str) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Coefficients of a square picture, 1 inside and 0 outside.
+    """
 def contour_options() -> dict:
     """
     The defaults of ContourTracker.
@@ -1393,6 +1446,10 @@ def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.
     """
     Cost, gradient and Gauss-Newton Hessian of a registration.
     """
+def contour_series(coefficients: numpy.ndarray, n: typing.SupportsInt | typing.SupportsIndex, order: str, height: typing.SupportsInt | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, size: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    The cosine series at the pixels of an image.
+    """
 def contour_shared_colors(image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"]) -> tuple:
     """
     Share of the outline beside which the colours are the object's; column, row, cells, overlap of each part.
@@ -1401,9 +1458,9 @@ def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.S
     """
     phi after steps of the evolution.
     """
-def contour_template_scores(pictures: numpy.ndarray, templates: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+def contour_with_hidden(seen: numpy.ndarray, expected: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
     """
-    (n, m): the sum of products of each of n pictures with each of m templates.
+    The seen part and what an occluder hides of the expected silhouette.
     """
 def copy_from_cuda(address: typing.SupportsInt | typing.SupportsIndex, out: numpy.ndarray) -> None:
     """

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "contour/steps_cuda.h"
-#include "contour/template_scores.h"
 #include "contour/tracker.h"
 
 namespace sdftrack {
@@ -116,19 +115,21 @@ TEST(ContourOps, samples_are_summed_at_every_place_to_the_same_bits_in_every_ins
   }
 }
 
-TEST(TemplateScores, are_sums_of_products_whatever_the_length) {
-  for (const int length : {1, 15, 16, 50}) {
-    const auto n = static_cast<std::size_t>(length);
-    const std::vector<float> pictures = posteriors(3 * n), templates = posteriors(2 * n);
-    std::vector<float> out(6);
-    contour::template_scores(pictures.data(), 3, templates.data(), 2, length, out.data());
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 2; ++j) {
-        double sum = 0;
-        for (std::size_t k = 0; k < n; ++k)
-          sum += static_cast<double>(pictures[i * n + k]) * static_cast<double>(templates[j * n + k]);
-        EXPECT_NEAR(static_cast<double>(out[2 * i + j]), sum, 1e-5 * sum);  // of float sums
-      }
+TEST(ContourOps, products_of_rows_have_the_same_bits_in_every_instruction_set) {
+  constexpr std::size_t kRows = 6, kLength = 48;
+  const std::vector<float> rows = posteriors(kRows * kLength), b = posteriors(kLength);
+  std::vector<float> first;
+  for (const Isa isa : supported_isas()) {
+    std::vector<float> out(2 * kRows);
+    for_isa<contour::ContourOps>(isa).products(rows.data(), kRows, b.data(), kLength, out.data(), 2);
+    for (std::size_t i = 0; i < kRows; ++i) {
+      double sum = 0;
+      for (std::size_t k = 0; k < kLength; ++k)
+        sum += static_cast<double>(rows[i * kLength + k]) * static_cast<double>(b[k]);
+      EXPECT_NEAR(static_cast<double>(out[2 * i]), sum, 1e-5 * sum);  // of float sums
+    }
+    if (first.empty()) first = out;
+    EXPECT_EQ(out, first) << isa_name(isa);
   }
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The loop of contour tracker and shape memory: its search, places, motion, and whole videos."""
+"""The loop of contour tracker and shape memory: its colours, and whole videos."""
 
 from itertools import pairwise
 
@@ -11,25 +11,10 @@ from experiments.contour.closed_loop import follow
 from experiments.synth.gait import gait
 from experiments.synth.gait_video import gait_video, occluder
 from sdftrack import _core
-from sdftrack.contour.alignment import FRAME, find
-from sdftrack.contour.placement import (
-    MotionPredictor,
-    Placement,
-    Prediction,
-    placement_of,
-    put_back,
-    seen_from,
-)
 from sdftrack.metrics import iou
 
-# The last step of the search is 1 px of the frame, 1.3 px here, and what is hidden leaves the rest to the prior.
-PLACE_PX = 2.0
-ROUND_TRIP_IOU = 0.95  # two resamplings of a mask of some 30 pixels across
-# Of a smooth path at 2 px a frame: what the damping of the velocity keeps back.
-PATH_PX = 1.0
 GAIN = 0.1  # of the mean overlap with the whole figure while a bar sweeps over it; measured 0.3 and more for these
 NOTHING_LOST = 0.01
-ANYWHERE = Prediction(np.array([80.0, 60.0]), 30.0, 0.2, 0.1)  # predictions that are often far off
 
 
 def test_colours_that_neither_side_has_are_no_evidence():
@@ -47,50 +32,6 @@ def test_colours_that_neither_side_has_are_no_evidence():
     truth = [0.5 if 38 <= a < 46 else float(mask[b, a]) for a, b in zip(u, v, strict=True)]
     assert 0.5 in truth
     np.testing.assert_allclose(posterior[cells[:, 1], cells[:, 0]], truth, atol=0.05)
-
-
-@pytest.mark.parametrize(("move", "hidden"), [((4.0, -3.0, 0.05, 0.0), 0), ((-3.0, 2.0, -0.03, 0.03), 6)])
-def test_a_known_silhouette_is_found_where_it_lies_though_a_part_is_hidden(move, hidden):
-    masks = gait("walker", 60)
-    memory = st.contour.ShapeMemory()
-    for mask in masks:
-        memory.learn(mask)
-    warp, grid = np.array([[1.0, 0, 30], [0, 1, 10], [0, 0, 1]]), (110, 110)
-    there = Placement(ANYWHERE.center_px, ANYWHERE.size_px, np.eye(2)).moved(*move, FRAME)
-    whole = put_back(masks[20], warp, there, grid)
-    signed = np.where(whole, 1, -1).astype(np.float32)
-    x = int(np.nonzero(whole.any(axis=0))[0].mean())
-    signed[:, x : x + hidden] = 0  # colours of neither side
-    shapes = memory.shapes
-    found = find(signed, warp, ANYWHERE, np.eye(2), shapes, shapes.dissimilarity(masks[19]))
-    assert np.linalg.norm(found.placement.center_px - there.center_px) < PLACE_PX
-    assert found.placement.size_px == pytest.approx(there.size_px, rel=0.04)
-    assert iou(put_back(found.phi < 0, warp, found.placement, grid), whole) > 0.8
-
-
-def test_a_mask_comes_back_from_the_frame_of_its_placement():
-    y, x = np.mgrid[:90, :110]
-    mask = np.hypot((x - 50) / 20, (y - 40) / 12) < 1
-    turned = np.array([[0.8, -0.6, 33.0], [0.6, 0.8, -7.0], [0, 0, 1]]) * [[1.5], [1.5], [1]]
-    place = placement_of(mask, turned)
-    np.testing.assert_allclose(place.center_px, (turned @ [50, 40, 1])[:2])
-    assert place.size_px == pytest.approx(1.5 * np.sqrt(mask.sum()))
-    seen = seen_from(mask.astype(np.float32), turned, place, FRAME) > 0.5
-    assert np.sqrt(seen.sum()) == pytest.approx(0.35 * FRAME, rel=0.03)  # the area of `align`
-    assert iou(put_back(seen, turned, place, mask.shape), mask) > ROUND_TRIP_IOU
-
-
-def test_a_steady_path_goes_straight_on_and_a_jump_does_not_change_the_size():
-    motion = MotionPredictor()
-    for t in range(20):
-        motion.add(t, Placement(np.array([10.0 + 2 * t, 50.0 - t]), 30.0, np.eye(2)))
-    there = motion.predict(20)
-    np.testing.assert_allclose(there.center_px, [50, 30], atol=PATH_PX)
-    assert there.size_px == pytest.approx(30)
-    before = there.place_error
-    motion.add(20, Placement(np.array([80.0, 30.0]), 10.0, np.eye(2)), 0.02)  # next to everything is hidden
-    assert motion.predict(21).size_px == pytest.approx(30, rel=0.05)
-    assert motion.predict(21).place_error == before  # what is not sure says nothing of the scatter
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,12 @@ are the n x n block) or u + v + 1 (a diagonal, n harmonics are a triangle).
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack.contour.masks import checked_mask, resampled, signed_distances
 
 Array: TypeAlias = NDArray[np.float64]
@@ -110,13 +110,8 @@ def silhouette(
 
 
 def block_of(inside: NDArray[Any], n: int, order: Order, size: int) -> Array:
-    """`harmonics` of a (size, size) picture of 0 outside and 1 inside, unchecked: for the memory's inner loop."""
-    rows = _basis(n, size, size)
-    block = (
-        rows @ (2.0 * inside - 1.0) @ rows.T
-    )  # (n, n): only the low block is needed, so two thin products do
-    u, v, _ = _layout(n, order)
-    return np.asarray(block[u, v], np.float64)
+    """`harmonics` of a (size, size) picture of 0 outside and 1 inside, unchecked."""
+    return _core.contour_harmonics(np.ascontiguousarray(inside, np.float32), n, order)
 
 
 def series(coefficients: ArrayLike, shape: tuple[int, int], order: Order = "max", size: int = GRID) -> Array:
@@ -126,11 +121,7 @@ def series(coefficients: ArrayLike, shape: tuple[int, int], order: Order = "max"
     """
     c = np.asarray(coefficients)
     n = _harmonics_in(c, order)
-    u, v, _ = _layout(n, order)
-    block = np.zeros((n, n))
-    block[u, v] = c
-    f = _basis(n, shape[0], size).T @ block @ _basis(n, shape[1], size)
-    return np.asarray(f, np.float64)
+    return _core.contour_series(np.ascontiguousarray(c, np.float64), n, order, *shape, size)
 
 
 def count(n: int, order: Order = "max") -> int:
@@ -141,30 +132,7 @@ def count(n: int, order: Order = "max") -> int:
 def harmonic_numbers(n: int, order: Order = "max") -> NDArray[np.int64]:
     """(m,) harmonic, 1 to n, of each coefficient returned by `harmonics`."""
     _check(n, order, max(n, 1))
-    return _layout(n, order)[2].copy()
-
-
-@lru_cache(maxsize=32)
-def _layout(n: int, order: Order) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Frequencies u (rows), v (columns) and harmonic of each coefficient, in the documented order."""
-    found: list[tuple[int, int, int]] = []
-    for k in range(n):
-        if order == "max":
-            found += [(u, k, k + 1) for u in range(k)] + [(k, v, k + 1) for v in range(k, -1, -1)]
-        else:
-            found += [(u, k - u, k + 1) for u in range(k + 1)]
-    u, v, number = np.array(found, np.int64).T
-    return u, v, number
-
-
-@lru_cache(maxsize=64)
-def _basis(n: int, samples: int, size: int) -> Array:
-    """(n, samples): the first n cosines of a grid of `size`, at `samples` equidistant points (Eq. 6.1, 6.2)."""
-    x = (np.arange(samples) + 0.5) / samples
-    rows = np.sqrt(2.0 / size) * np.cos(np.pi * np.arange(n)[:, None] * x)
-    rows[0] = np.sqrt(1.0 / size)
-    rows.setflags(write=False)  # shared by all callers
-    return np.asarray(rows, np.float64)
+    return np.array(_core.contour_harmonic_numbers(n, order), np.int64)
 
 
 def _distances(inside: NDArray[np.bool_], h: int, w: int) -> NDArray[np.float32]:

@@ -10,30 +10,25 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal import saved_file
 from sdftrack._internal.array_equality import same
 from sdftrack._internal.option_schema import schema_of
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuses_unknown
+from sdftrack._internal.validation import whole
 from sdftrack.contour.dct import Order, block_of, series
 from sdftrack.contour.harmonic_regression import HarmonicRegression
 from sdftrack.contour.masks import checked_mask, resampled
 from sdftrack.contour.memory_options import MemoryOptions
-from sdftrack.contour.occluders import count_occluders
 from sdftrack.contour.result import Assessment, Judgement
-from sdftrack.contour.silhouette_library import Explanation, SilhouetteLibrary
 
 Mask: TypeAlias = NDArray[np.bool_]
 Rule: TypeAlias = Literal["remembered", "printed"]
 FILE = saved_file.FileKind("sdftrack.ShapeMemory", 1, "ShapeMemory.save")
 
-FIRST = 5  # silhouettes, from which on the error of the next one is taken for that of a known shape
-MIN_KNOWN = 0.5  # of the details; less is "novel" (Table 6.3: more than half of the units)
-MIN_OUTLINE = 0.2  # of the expected outline; when less of it is seen, all details are hidden
-MAX_OFF_PX = 2.0  # sticking out of what is expected, per contour pixel of a 64 x 64 grid
-MAX_DOUBT = 2.0  # of what would be added; above it the visible part alone may be nearer to the truth
-MAX_RIDDLED = 0.15  # of the inside, neither seen nor in one piece hidden: leaves, slats, holes
-MIN_ERROR = 0.02  # share not seen, up to which a difference is that of two outlines of one shape
+MOST_CLOCK = 2**62  # of a count of silhouettes
+MIN_KNOWN = 0.5  # of the regressions; less is "novel" (Table 6.3: more than half of the units)
 
 
 @refuses_unknown
@@ -105,12 +100,13 @@ class ShapeMemory:
         o = self._options
         self._lock = threading.Lock()
         self._shape: tuple[int, int] | None = None
-        self._learnt = 0
-        self._calibrated, self._squares = 0, 0.0
-        self._shapes: SilhouetteLibrary | None = None
+        self._regressed = 0
+        self._shapes: _core.SilhouetteMemory | None = None
         self._regression: HarmonicRegression | None = None
         if o.rule == "remembered":
-            self._shapes = SilhouetteLibrary(o.n_harmonics, o.order, o.size, o.capacity, o.spacing)
+            self._shapes = _core.SilhouetteMemory(
+                o.n_harmonics, o.order, o.size, o.capacity, o.spacing, o.max_occluders, o.calibrate_on
+            )
         else:
             self._regression = HarmonicRegression(
                 o.n_harmonics, o.n_inputs, o.order, o.w_gen, o.reach, o.settle, o.lwpr
@@ -136,19 +132,11 @@ class ShapeMemory:
         on_grid = self._on_grid(given)
         with SingleThreadGuard(self._lock, "shape memory"):
             if self._shapes is not None:
-                self._learn_shape(self._shapes, on_grid)
+                self._shapes.learn(on_grid)
             elif self._regression is not None:
                 self._regression.learn(self._code(on_grid))
+                self._regressed += 1
             self._shape = given.shape
-            self._learnt += 1
-
-    def _learn_shape(self, shapes: SilhouetteLibrary, on_grid: Mask) -> None:
-        if shapes.count >= FIRST and self._calibrated < self._options.calibrate_on:
-            said = shapes.explain(on_grid)  # before it is kept: the error on a silhouette that is new
-            if not self._is_novel(said, on_grid):
-                self._calibrated += 1
-                self._squares += said.missing**2
-        shapes.add(on_grid)
 
     def observe(self, mask: ArrayLike) -> Assessment:
         """Judge a silhouette and learn it if it is unoccluded, as a tracker does after its first frames."""
@@ -189,38 +177,34 @@ class ShapeMemory:
             Nothing has been learned; another thread is using the memory.
         """
         given = self._checked(mask)
-        if self._learnt == 0:
+        if self.n_learnt == 0:
             raise RuntimeError(
                 "memory: nothing has been learned; call learn(mask) with unoccluded silhouettes first"
             )
         on_grid = self._on_grid(given)
         with SingleThreadGuard(self._lock, "shape memory"):
             if self._shapes is not None:
-                return self.judged(given, on_grid, self._shapes.explain(on_grid))
+                return self._remembered(given, self._shapes.assess(on_grid))
             assert self._regression is not None
             return self._printed(self._regression, given, on_grid)
 
-    def judged(self, given: Mask, on_grid: Mask, said: Explanation, min_piece: float = 0.0) -> Assessment:
-        """Assessment from an explanation of a mask, by rule "remembered".
-
-        `on_grid` is the mask on the memory's grid; hidden pieces smaller than `min_piece` times the largest do not
-        count as occluders.
-        """
+    def judge_frame(
+        self,
+        occlusions: _core.OcclusionHandler,
+        tracker: _core.ContourCore,
+        image: NDArray[np.uint8],
+        burn_in: bool,
+    ) -> tuple[_core.ShapeJudgement, Mask | None]:
+        """For `ContourTracker`: the judgement of the shape that it sees, and the recovered shape, if any."""
         assert self._shapes is not None
-        threshold = self.threshold
-        # Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
-        occluded = said.missing >= threshold and said.hidden.any()
-        judgement: Judgement = "occluded" if occluded else "unoccluded"
-        if self._is_novel(said, on_grid, min_piece):
-            judgement = "novel"
-        recovered = judgement == "occluded" and said.doubt <= MAX_DOUBT
-        completed = given | self._back(said.hidden, given.shape)
-        codes = self._shapes.codes[said.finalists]
-        std = np.sqrt(said.weights @ (codes - said.weights @ codes) ** 2)
+        with SingleThreadGuard(self._lock, "shape memory"):
+            return occlusions.judge(tracker, image, burn_in, self._shapes)
+
+    def _remembered(self, given: Mask, said: dict[str, Any]) -> Assessment:
+        completed = given | self._back(said["hidden"], given.shape)
         return Assessment(
-            judgement, completed if recovered else given, completed, self._code(said.completed),
-            std.astype(np.float64) * bool(said.missing), said.missing, threshold, min(1.0, said.explained),
-            said.doubt,
+            said["judgement"], completed if said["accepted"] else given, completed, said["coefficients"],
+            said["std"], said["error"], said["threshold"], said["known"], said["doubt"],
         )  # fmt: skip
 
     def _printed(self, regression: HarmonicRegression, given: Mask, on_grid: Mask) -> Assessment:
@@ -238,30 +222,20 @@ class ShapeMemory:
             said.error, threshold, said.active,
         )  # fmt: skip
 
-    def _is_novel(self, said: Explanation, on_grid: Mask, min_piece: float = 0.0) -> bool:
-        """Whether too little of the visible part is known, too little is visible, or there are too many occluders."""
-        return bool(
-            said.explained < MIN_KNOWN
-            or said.outline < MIN_OUTLINE
-            or said.riddled > MAX_RIDDLED
-            or said.off_px > MAX_OFF_PX * self._options.size / 64
-            or count_occluders(said.hidden, on_grid, min_piece) > self._options.max_occluders
-        )
-
     # What it is
 
     @property
     def threshold(self) -> float:
         """Error from which a silhouette is "occluded": sqrt(2) times the training error."""
-        if self._regression is not None:
-            return np.sqrt(2) * self._regression.training_error() if self._regression.ready else np.inf
-        rms = np.sqrt(self._squares / self._calibrated) if self._calibrated else 0.0
-        return float(np.sqrt(2) * max(MIN_ERROR, rms))
+        if self._shapes is not None:
+            return self._shapes.threshold
+        assert self._regression is not None
+        return np.sqrt(2) * self._regression.training_error() if self._regression.ready else np.inf
 
     @property
     def n_learnt(self) -> int:
         """Number of silhouettes learned."""
-        return self._learnt
+        return self._shapes.learnt if self._shapes is not None else self._regressed
 
     @property
     def n_kept(self) -> int:
@@ -271,11 +245,13 @@ class ShapeMemory:
     @property
     def shape(self) -> tuple[int, int] | None:
         """(H, W) of all masks; None before the first one."""
+        if self._shape is None and self.n_learnt:  # by a tracker, on the memory's own grid
+            return self._options.size, self._options.size
         return self._shape
 
     @property
-    def shapes(self) -> SilhouetteLibrary | None:
-        """The stored silhouettes, for a tracker; None with ``rule="printed"``. Modified only by `learn`."""
+    def shapes(self) -> _core.SilhouetteMemory | None:
+        """The stored silhouettes, for a tracker; None with ``rule="printed"``."""
         return self._shapes
 
     @property
@@ -287,7 +263,7 @@ class ShapeMemory:
         o = self._options
         what = f"{o.n_harmonics} harmonics" + (f", {o.n_inputs} inputs" if o.rule == "printed" else "")
         kept = f", {self.n_kept} kept" if o.rule == "remembered" else ""
-        return f'ShapeMemory("{o.rule}", {what}, {self._learnt} learnt{kept})'
+        return f'ShapeMemory("{o.rule}", {what}, {self.n_learnt} learnt{kept})'
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ShapeMemory):
@@ -312,30 +288,37 @@ class ShapeMemory:
             return self._state()
 
     def _state(self) -> dict[str, Any]:
-        state: dict[str, Any] = {
-            "options": self._options.to_dict(),
-            "counts": np.array([self._learnt, self._calibrated, *(self._shape or (0, 0))], np.int64),
-            "squares": np.array(self._squares),
-        }
-        engine: Any = self._shapes if self._shapes is not None else self._regression
-        return {**state, **engine.state()}
+        if self._shapes is not None:
+            engine = self._shapes.state()
+        else:
+            assert self._regression is not None
+            engine = {"learnt": self._regressed, "calibrated": 0, "squares": 0.0, **self._regression.state()}
+        counts = [engine.pop("learnt"), engine.pop("calibrated"), *(self.shape or (0, 0))]
+        return {"options": self._options.to_dict(), "counts": np.array(counts, np.int64),
+                **{k: v if isinstance(v, bytes) else np.asarray(v) for k, v in engine.items()}}  # fmt: skip
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._options = MemoryOptions(**state["options"])
         self._start()
         learnt, calibrated, height, width = (int(x) for x in state["counts"])
-        self._learnt, self._calibrated, self._squares = learnt, calibrated, float(state["squares"])
         self._shape = (height, width) if height else None
-        engine: Any = self._shapes if self._shapes is not None else self._regression
-        engine.restore(state)
+        if self._shapes is None:
+            assert self._regression is not None
+            self._regressed = learnt
+            self._regression.restore(state)
+            return
+        clock = whole(int(state["clock"]), "clock", 0, MOST_CLOCK)
+        self._shapes.restore(
+            learnt, calibrated, float(state["squares"]), state["kept"], state["unlike"], state["ages"], clock
+        )
 
     # Between the caller's masks and the memory's grid
 
     def _checked(self, mask: ArrayLike) -> Mask:
         given = checked_mask(mask)
-        if self._shape is not None and given.shape != self._shape:
+        if self.shape is not None and given.shape != self.shape:
             raise ValueError(
-                f"mask: expected the shape of the learned masks, {self._shape}, got {given.shape}; a memory belongs to "
+                f"mask: expected the shape of the learned masks, {self.shape}, got {given.shape}; a memory belongs to "
                 "one grid: resample the mask or make another memory"
             )
         return given

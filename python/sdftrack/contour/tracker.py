@@ -18,7 +18,6 @@ from sdftrack.contour.box_start import first_instability, start_in_box
 from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
-from sdftrack.contour.occlusion_handler import OcclusionHandler
 from sdftrack.contour.options import (
     checked_box,
     checked_image,
@@ -112,7 +111,7 @@ class ContourTracker:
         self._evidence: EvidenceGatherer | None = None
         self._mask: NDArray[np.bool_] = np.zeros((0, 0), bool)
         # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
-        self._occlusions: OcclusionHandler | None = None
+        self._occlusions: _core.OcclusionHandler | None = None
         if isinstance(memory, ShapeMemory) and memory.shapes is not None:
             side = memory.options.size
             if memory.shape not in (None, (side, side)):
@@ -120,7 +119,7 @@ class ContourTracker:
                     f"memory: expected one trained with masks of {side} x {side}, got one of {memory.shape}; train "
                     f"another with st.contour.align(mask, {side})[0]"
                 )
-            self._occlusions = OcclusionHandler(memory)
+            self._occlusions = _core.OcclusionHandler()
 
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
@@ -198,8 +197,9 @@ class ContourTracker:
                 if self._judges:
                     unstable = first_instability(rgb, place, frame.mask, self.options)
             self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
-            if self._occlusions is not None:
-                self._occlusions.begin(frame.phi < 0, frame.warp)
+            shapes = self._memory.shapes if isinstance(self._memory, ShapeMemory) else None
+            if self._occlusions is not None and shapes is not None:
+                self._occlusions.begin(self._core, shapes)
             self._mask = frame.mask
             self._flow = ImageFlow(rgb) if self._judges or self._moves else None
             self._evidence = EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
@@ -263,34 +263,31 @@ class ContourTracker:
         seen = self._core.observe(rgb, *flow or ())
         self._warp = seen.warp
         # Should the memory fail, the frame ends and nothing is learned.
-        judgement: str | None = "novel"
+        judgement = _core.ShapeJudgement.novel
         recovered: NDArray[np.bool_] | None = None
         try:
             judgement, recovered = self._judge(memory, rgb, seen)
         finally:
-            frame = self._core.finish(_core.ShapeJudgement.__members__[judgement or "none"], recovered)
+            frame = self._core.finish(judgement, recovered)
             self._warp = frame.warp
             self._frames += 1
-        return frame, judgement
+        return frame, None if judgement == _core.ShapeJudgement.none else judgement.name
 
     def _judge(
         self, memory: Memory, rgb: NDArray[np.uint8], seen: _core.ContourObservation
-    ) -> tuple[str | None, NDArray[np.bool_] | None]:
+    ) -> tuple[_core.ShapeJudgement, NDArray[np.bool_] | None]:
         """The memory's judgement of the segmented shape, and the recovered shape, if any."""
+        burn_in = self._frames < self._burn_in
+        if self._occlusions is not None and isinstance(memory, ShapeMemory):
+            return memory.judge_frame(self._occlusions, self._core, rgb, burn_in)
         if seen.status == "lost":
-            if self._occlusions is not None:
-                self._occlusions.mark_lost()
-            return None, None
+            return _core.ShapeJudgement.none, None
         mask, sure = seen.phi < 0, seen.status == "ok"
-        if self._frames < self._burn_in:
-            if sure and self._occlusions is not None:
-                self._occlusions.learn(mask, seen.warp)
-            elif sure:
-                memory.learn(mask)
-            return None, None
-        if self._occlusions is None:
+        if not burn_in:
             return _asked(memory, mask, sure)
-        return self._occlusions.judge(mask, seen.warp, sure, lambda: self._core.posterior_on_grid(rgb))
+        if sure:
+            memory.learn(mask)
+        return _core.ShapeJudgement.none, None
 
     def _result(self, frame: _core.ContourFrame, judgement: str | None) -> ContourResult:
         self._warp = frame.warp
@@ -310,7 +307,9 @@ def _with_evidence(result: ContourResult, evidence: Evidence) -> ContourResult:
     return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
 
 
-def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, NDArray[np.bool_] | None]:
+def _asked(
+    memory: Memory, mask: NDArray[np.bool_], sure: bool
+) -> tuple[_core.ShapeJudgement, NDArray[np.bool_] | None]:
     """Query a memory: judgement of a mask on the tracker's grid, and the recovered mask if it is occluded."""
     judgement = str(memory.judge(mask))
     if judgement not in JUDGEMENTS:
@@ -320,10 +319,10 @@ def _asked(memory: Memory, mask: NDArray[np.bool_], sure: bool) -> tuple[str, ND
     if judgement == "unoccluded" and sure:
         memory.learn(mask)
     if judgement != "occluded":
-        return judgement, None
+        return _core.ShapeJudgement[judgement], None
     recovered = np.asarray(memory.recover(mask))
     if recovered.shape != mask.shape:
         raise ValueError(
             f"memory: expected a recovered mask of {mask.shape}, got {recovered.shape} from recover()"
         )
-    return judgement, np.ascontiguousarray(recovered > 0)
+    return _core.ShapeJudgement.occluded, np.ascontiguousarray(recovered > 0)

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// A library of unoccluded silhouettes, and how they explain a partly occluded one (docs/shape_memory.md).
+//
+// An occluder takes pixels away from a silhouette and adds none. A stored silhouette therefore explains an
+// observed one as far as the observed one does not extend beyond it; what it has in excess may be hidden. In
+// contrast to the regression of thesis 6.3.4, no harmonic of the observed silhouette has to be correct.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "contour/memory/cosine_series.h"
+#include "contour/memory/templates.h"
+
+namespace sdftrack::contour {
+
+// The seen part together with the hidden part, and the hidden part alone.
+struct Completion {
+  Mask completed, hidden;
+};
+
+// Slivers along the seen contour are differences between two poses: up to 2 px thick they are ignored, up to
+// 4 px where the visible silhouette extends far beyond the expected one (`off_px` per contour pixel).
+Completion with_hidden(const Mask& seen, const Mask& expected, double off_px);
+Completion with_hidden(const Mask& seen, const Mask& expected);
+
+// The average of some of the stored silhouettes.
+struct Expected {
+  Picture phi;                 // signed distances, pixels, negative inside
+  double beyond_px = 0;        // observed pixels beyond it
+  std::vector<float> weights;  // of the silhouettes that were averaged
+  std::vector<int> finalists;  // their places in the library
+};
+
+// How the stored silhouettes explain an observed one; all shares 0 to 1.
+struct Explanation {
+  Mask completed, hidden;
+  double missing = 0;    // share of the whole that is not visible; slivers count, even if not in `hidden`
+  double riddled = 0;    // share of the expected interior that is neither visible nor explained as hidden
+  double beyond_px = 0;  // area of the observed silhouette beyond the best stored one
+  double off_px = 0;     // the same per pixel of its contour
+  double explained = 0;  // share of the observed contour that lies on the expected one
+  double outline = 0;    // length of that part over the length of the expected contour
+  std::vector<float> weights;
+  std::vector<int> finalists;
+
+  // Whether `hidden` may be a difference between two poses: these stick out as much as they lack, while an
+  // occluder only takes away. Infinite where nothing is hidden.
+  double doubt() const;
+};
+
+class SilhouetteLibrary {
+ public:
+  struct Options {
+    int n_harmonics = 10;  // of the codes by which the nearest silhouettes are found
+    HarmonicOrder order = HarmonicOrder::kMax;
+    int size = 64;          // side of the grid
+    int capacity = 256;     // beyond it, the older of the two most similar silhouettes is replaced
+    double spacing = 0.02;  // symmetric difference over area below which a silhouette is known and not kept
+  };
+  explicit SilhouetteLibrary(const Options& options);
+
+  int count() const { return static_cast<int>(shapes_.size()); }
+  int size() const { return options_.size; }
+  const CosineSeries& series() const { return series_; }
+  const std::vector<float>& code(int place) const { return at(place).code; }
+  Mask mask(int place) const;
+  const std::vector<float>& stored_template(int place, std::size_t stage) const {
+    return at(place).templates[stage];
+  }
+
+  // Keeps a silhouette unless a similar one is kept already.
+  void add(const Mask& mask);
+  // By the stored ones; there must be at least one.
+  Explanation explain(const Mask& mask) const;
+  // By one that is expected. `own_edge`: the outline beside the hidden part is the occluder's and need not be
+  // explained.
+  Explanation explain_by(const Mask& mask, const Expected& expected, bool own_edge = false) const;
+  // Weighted average of signed distances, pixels.
+  Picture average(const std::vector<float>& weights, const std::vector<int>& places) const;
+  // Symmetric difference of each to a mask over its area, from small pictures.
+  std::vector<float> dissimilarity(const Mask& mask) const;
+
+  // What is to be kept of a library, beside the masks; and a library that goes on from it.
+  struct State {
+    std::vector<Mask> masks;
+    std::vector<float> unlike;  // of each to each, by rows
+    std::vector<std::int64_t> ages;
+    std::int64_t clock = 0;
+  };
+  State state() const;
+  void restore(const State& state);
+
+ private:
+  struct Shape {
+    std::vector<float> code;
+    std::vector<std::int16_t> small;  // pixels inside, by square
+    std::vector<signed char> phi;     // in steps
+    float area = 0;
+    std::array<std::vector<float>, 2> templates;  // of stored_stages()
+    std::vector<float> unlike;                    // to the shape at each place
+    std::int64_t age = 0;
+  };
+
+  const Shape& at(int place) const { return shapes_[static_cast<std::size_t>(place)]; }
+  Shape shape_of(const Mask& mask) const;
+  std::vector<float> differences(const Mask& mask) const;
+  std::size_t place_to_reuse() const;
+  std::vector<int> nearest(const Mask& mask, std::vector<float>* beyond_px) const;
+
+  Options options_;
+  CosineSeries series_;
+  std::vector<Shape> shapes_;
+  std::int64_t clock_ = 0;
+};
+
+}  // namespace sdftrack::contour

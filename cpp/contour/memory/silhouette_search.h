@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Matching of stored silhouettes to the colours of an image (docs/shape_memory.md, "In a video").
+//
+// The posterior of the colours is searched, not the tracker's outline, which goes wrong at an occluder before
+// a missing part is detected. Colours of an occluder, which are neither the object's nor the background's,
+// have no effect.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "contour/memory/placement.h"
+#include "contour/memory/silhouette_library.h"
+
+namespace sdftrack::contour {
+
+// The best place, and what is expected there.
+struct Found {
+  Placement placement;
+  Expected expected;  // the average of the likely silhouettes; `beyond_px` is the caller's to measure
+};
+
+// signed_odds: 2 p - 1 on the tracker's grid, which `warp` maps to the image. turn: the tracker's rotation.
+// poses: dissimilarity of each silhouette to the last pose, 0 to 2.
+Found find_silhouette(const Picture& signed_odds, const GridWarp& warp, const Prediction& predicted,
+                      const std::array<double, 4>& turn, const SilhouetteLibrary& library,
+                      const std::vector<float>& poses);
+
+}  // namespace sdftrack::contour
