@@ -11,6 +11,8 @@
 namespace sdftrack::bindings {
 
 void bind_base(py::module_& m);
+void bind_ball(py::module_& m);
+void bind_depth_to_color(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_contour(py::module_& m);
 void bind_contour_grid(py::module_& m);
@@ -86,6 +88,8 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_sdf(m);
   sdftrack::bindings::bind_lens(m);
   sdftrack::bindings::bind_calibration(m);
+  sdftrack::bindings::bind_ball(m);
+  sdftrack::bindings::bind_depth_to_color(m);
   sdftrack::bindings::bind_contour_options(m);
   sdftrack::bindings::bind_contour(m);
   sdftrack::bindings::bind_contour_grid(m);

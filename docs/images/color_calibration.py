@@ -11,9 +11,7 @@ import numpy as np
 
 import sdftrack as st
 from experiments.synth.ball import ball_scene
-from sdftrack.calibration.ball_color import BallColor
-from sdftrack.calibration.ball_in_color import find_outlines
-from sdftrack.calibration.ball_in_depth import search_balls
+from sdftrack import _core
 
 scene = ball_scene(40, noise="kinect", seed=2)
 depth_camera, color_camera = scene.camera.depth, scene.camera.color
@@ -36,16 +34,17 @@ def on_color(camera):
 
 u, v = scene.color_px[i]
 fig, axes = plt.subplots(1, 4, figsize=(13, 3.5), layout="constrained")
-model = BallColor(np.array(scene.color, float))
-outline = find_outlines(frame.color, model.likeness(frame.color), color_camera)[0]
-center = outline.cone(color_camera).center_px
+mask = _core.BallColor(scene.color).mask(frame.color)
+outline = _core.find_outlines(frame.color, mask, color_camera._core)[0]
+center, _ = outline.center(color_camera._core)
 axes[0].imshow(frame.color)
 axes[0].plot(*outline.edges_px.T, ".", color="white", markersize=2)
 axes[0].plot(*center, "+", color="white", markersize=12)
 axes[0].plot(*outline.edges_px.mean(axis=0), "x", color="black", markersize=7)
 axes[0].set(xlim=(u - 45, u + 45), ylim=(v + 45, v - 45))
 axes[0].set_title("colour: edges, centre +, mean of the edges x", fontsize=9)
-ball = min(search_balls(frame.depth, depth_camera, scene.radius_m), key=lambda b: b.center_cam[2])
+finder = _core.BallFinder(depth_camera._core, scene.radius_m)
+ball = min(finder.search(frame.depth), key=lambda b: b.center_cam[2])
 angle = np.linspace(0, 2 * np.pi, 90)
 rim = ball.center_cam + scene.radius_m * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
 axes[1].imshow(np.where(frame.depth > 0, frame.depth, np.nan), cmap="viridis", vmax=2)

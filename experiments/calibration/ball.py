@@ -13,11 +13,10 @@ from experiments.common.protocol import say
 from experiments.registry import experiment
 from experiments.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 from experiments.table import Table
+from sdftrack.calibration.color_maps import ProjectiveMap
 from sdftrack.calibration.color_to_depth import registered, result_of
-from sdftrack.calibration.observe import moving_first, watch
-from sdftrack.calibration.pairs import BallPairs
-from sdftrack.calibration.projective import ProjectiveMap, dlt
-from sdftrack.calibration.robust_fit import fit_map
+from sdftrack.calibration.observe import watch
+from sdftrack.calibration.pairs import BallPairs, fit_pairs
 from sdftrack.calibration.statistics import student_t975
 
 __all__ = ["Row", "color_calibration", "coverage_of_pairs", "judged"]
@@ -63,11 +62,10 @@ def judged(scene: BallScene, both: bool = True) -> dict[str, Row]:
     late = scene.time_offset_s != 0
     ways = {"P, q": None, "camera known": color} if both else {"camera known": color}
     looked = watch(scene.sequence, scene.camera.depth, scene.radius_m, scene.color, None, color, 0, 0, None)
-    moving_first(looked.seen, scene.radius_m)
     rows = {}
     for way, known in ways.items():
-        fit, pairs = registered(looked.seen, looked.color_size, scene.camera.depth, known, late, 0)
-        middles = {s.index: _middle(s.outlines[0]) for s in looked.seen if s.outlines}
+        fit, pairs = registered(looked, scene.camera.depth, known, late, 0)
+        middles = {s.index: _middle(s.outlines[0]) for s in looked.recording.frames if s.outlines}
         raw = np.array([middles[i] for i in pairs.index])
         rows[way] = Row(scene, result_of(fit, pairs, looked.color_size, late), raw)
     return rows
@@ -98,13 +96,15 @@ def coverage_of_pairs(runs: int, n: int = 60, seed: int = 0, noise_px: float = 0
             true_px + noise_px * rng.normal(size=(n, 2)), np.tile(noise_px**2 * np.eye(2), (n, 1, 1)),
             np.full(n, 20.0), np.arange(n) / 15, np.full((n, 2), np.nan), np.ones(n, bool),
         )  # fmt: skip
-        fit = fit_map(dlt(pairs.center_cam, pairs.color_px, depth), pairs)
+        fit = fit_pairs(pairs, depth)
+        if fit is None:  # as the calibration refuses them
+            continue
         t975 = student_t975(fit.freedom)
         P, q = fit.map.Pq()
         G = fit.map.Pq_jacobian()
         sd = np.sqrt(np.diag(G @ fit.covariance @ G.T))
         hits.append(np.abs(np.append(P.ravel(), q) - wanted) < t975 * sd)
-        x, J, _ = fit.map.predict(p[::6])
+        x, J = fit.map.predict(p[::6])
         spread = np.sqrt(np.einsum("nka,ab,nkb->nk", J, fit.covariance, J))
         mapped.append(np.abs(x - true_px[::6]) < t975 * spread)
     return float(np.mean(hits)), float(np.mean(mapped))

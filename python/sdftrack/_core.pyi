@@ -7,7 +7,75 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BAND_VOXELS', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DeviceArray', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MeshCaster', 'MotionModel', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'evolve', 'fast_sweep', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+class BallColor:
+    """
+    Chromaticity model of a ball.
+    """
+    def __init__(self, color: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> None:
+        ...
+    def learn(self, colors: collections.abc.Sequence[numpy.ndarray], camera: Camera, seed: typing.SupportsInt | typing.SupportsIndex) -> None:
+        """
+        Relearns the model inside the outlines found with it.
+        """
+    def mask(self, color: numpy.ndarray) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (h, w) uint8: pixels more likely the ball's than not.
+        """
+    @property
+    def color(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+class BallFinder:
+    """
+    Finds a ball of known radius in depth images.
+    """
+    def __init__(self, camera: Camera, radius_m: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def fit(self, depth: numpy.ndarray, start_cam: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> typing.Any:
+        """
+        A DepthBall near a start (m); None where the measurements are not of a ball.
+        """
+    def search(self, depth: numpy.ndarray) -> list[DepthBall]:
+        """
+        The most completely visible first.
+        """
+class BallOutline:
+    """
+    A ball's outline in a colour image.
+    """
+    def center(self, camera: Camera) -> typing.Any:
+        """
+        Image of the ball's centre (px) and its covariance; None where the edges make no cone.
+        """
+    @property
+    def arc(self) -> float:
+        ...
+    @property
+    def edges_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def radius_px(self) -> float:
+        ...
+    @property
+    def rms_px(self) -> float:
+        ...
+class BallRecording:
+    """
+    The ball in the frames of a recording.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, frame: ObservedFrame) -> None:
+        ...
+    def pairs(self, color: Camera) -> dict:
+        ...
+    def registered(self, color: Camera, known: bool, time_offset: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
+        ...
+    def sort_moving_first(self, radius_m: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def frames(self) -> list[ObservedFrame]:
+        ...
 class BorrowedArray:
     """
     An array of another library, by its DLPack capsule.
@@ -288,6 +356,49 @@ class ContourOptions:
         ...
     @windows.setter
     def windows(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class DepthBall:
+    """
+    A ball in a depth image.
+    """
+    @property
+    def center_cam(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        ...
+    @property
+    def noise_m(self) -> float:
+        ...
+    @property
+    def pixels(self) -> int:
+        ...
+    @property
+    def share(self) -> float:
+        ...
+class DepthToColor:
+    """
+    A map from points of a depth camera to colour pixels.
+    """
+    @staticmethod
+    def projective(M: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 4]"]) -> DepthToColor:
+        ...
+    @staticmethod
+    def rigid(T_color_depth: numpy.ndarray, color: Camera) -> DepthToColor:
+        ...
+    def Pq(self, depth: Camera) -> tuple:
+        """
+        P, q and the derivatives (12, n) of (P row by row, q).
+        """
+    def predict(self, points: numpy.ndarray) -> tuple:
+        """
+        Pixels (N, 2) and derivatives by the unknowns (N, 2, n).
+        """
+    @property
+    def M(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 4]"]:
+        ...
+    @property
+    def T_color_depth(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
 class DeviceArray:
     """
@@ -680,6 +791,24 @@ class MotionModel(enum.Enum):
     adaptive: typing.ClassVar[MotionModel]  # value = <MotionModel.adaptive: 2>
     constant_velocity: typing.ClassVar[MotionModel]  # value = <MotionModel.constant_velocity: 1>
     static: typing.ClassVar[MotionModel]  # value = <MotionModel.static: 0>
+class ObservedFrame:
+    """
+    Candidates of the ball in a frame's two images.
+    """
+    def __init__(self, index: typing.SupportsInt | typing.SupportsIndex, time_s: typing.SupportsFloat | typing.SupportsIndex, balls: collections.abc.Sequence[DepthBall], outlines: collections.abc.Sequence[BallOutline]) -> None:
+        ...
+    @property
+    def balls(self) -> list[DepthBall]:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+    @property
+    def outlines(self) -> list[BallOutline]:
+        ...
+    @property
+    def time_s(self) -> float:
+        ...
 class OcclusionHandler:
     """
     Occlusions of a tracked contour, by a memory.
@@ -1490,12 +1619,20 @@ def cuda_least_capability() -> int:
     """
     The compute capability that the kernels need, as 10 major + minor.
     """
+def decompose_map(M: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 4]"]) -> typing.Any:
+    """
+    K' and T_color_depth of M = K' [R' | t].
+    """
 def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
     """
+def find_outlines(color: numpy.ndarray, mask: numpy.ndarray, camera: Camera, seed: typing.SupportsInt | typing.SupportsIndex = 0, most: typing.SupportsInt | typing.SupportsIndex = 3) -> list[BallOutline]:
+    ...
+def fit_color_map(center_cam: numpy.ndarray, center_covariance: numpy.ndarray, color_px: numpy.ndarray, color_covariance: numpy.ndarray, time_s: numpy.ndarray, color: typing.Any, time_offset: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
+    ...
 def fit_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, mask: typing.Any, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset: typing.SupportsFloat | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex, noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bent: bool = False) -> typing.Any:
     """
     Normal, offset, bend and noise over the law's of a plane refitted to the readings in a mask; None on a line.
@@ -1515,6 +1652,10 @@ def local_color_chances(counts: tuple[numpy.ndarray, numpy.ndarray], points: num
 def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
+    """
+def moving_color(colors: collections.abc.Sequence[numpy.ndarray]) -> BallColor:
+    """
+    The most saturated colour among pixels that change.
     """
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -1632,6 +1773,8 @@ def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> in
     """
     Threads used when `requested` are asked for.
     """
+def too_small_radius_px(mask: numpy.ndarray) -> float:
+    ...
 def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
     """
     Winding number of a closed mesh at every voxel, int8 [z, y, x].
@@ -1640,7 +1783,9 @@ def zero_mesh(phi: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsI
     """
     The zero set by marching cubes -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) int32.
     """
+BALL_BAND_PX: float = 8.0
 BAND_VOXELS: float = 6.0
+MIN_BALL_RADIUS_PX: float = 5.0
 __version__: str = '0.1.0'
 build: dict = {'compiler': 'gcc 12.2.0', 'optimised': True}
 cuda_build: bool = False

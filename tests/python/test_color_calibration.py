@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Depth-to-colour registration: exact pairs, derivatives, intervals, whole recordings, what cannot be registered."""
+"""Depth-to-colour registration: exact pairs, a delay, whole recordings, what cannot be registered."""
 
 from dataclasses import dataclass, replace
 
@@ -9,16 +9,12 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from experiments.synth.ball import ball_path, ball_scene
+from sdftrack.calibration.color_maps import ProjectiveMap
 from sdftrack.calibration.color_to_depth import check_spread
-from sdftrack.calibration.pairs import BallPairs, Path
-from sdftrack.calibration.projective import ProjectiveMap, RigidMap, decompose, dlt, resection
-from sdftrack.calibration.robust_fit import consensus, first_map, fit_map
+from sdftrack.calibration.pairs import BallPairs, fit_pairs
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
-LENS = st.Camera(305.0, 306.0, 161.0, 118.0, 320, 240, (0.1, -0.2, 0.001, -0.001, 0.05))
 EXACT_PX = 1e-6  # double arithmetic through two linear solves
-STEP = 1e-6  # of numerical derivatives, in units of the unknowns' own size
-DERIVATIVE = 2e-4  # px per unit, relative to the largest: central differences, twice through a lens
 HELD_OUT_PX = 0.3  # the target, on images four times as large
 TIME_S = 0.003  # the target
 NOISE_PX = 0.1
@@ -28,13 +24,12 @@ def true_map():
     return ProjectiveMap(COLOR.K @ T_TRUE[:3], DEPTH)
 
 
-def simulated(n=40, noise_px=0.0, seed=0, truth=None, late_s=0.0, path=None):
+def simulated(n=40, noise_px=0.0, seed=0, late_s=0.0):
     """Pairs on the ball's usual path."""
     rng = np.random.default_rng(seed)
-    at = ball_path(seed) if path is None else path
+    at = ball_path(seed)
     t = np.arange(n) / 15
-    truth = true_map() if truth is None else truth
-    px = truth.predict(at(t + late_s))[0] + noise_px * rng.normal(size=(n, 2))
+    px = true_map().predict(at(t + late_s))[0] + noise_px * rng.normal(size=(n, 2))
     spread = np.tile(max(noise_px, 0.01) ** 2 * np.eye(2), (n, 1, 1))
     C = np.tile(1e-12 * np.eye(3), (n, 1, 1))
     nan = np.full((n, 2), np.nan)
@@ -42,8 +37,7 @@ def simulated(n=40, noise_px=0.0, seed=0, truth=None, late_s=0.0, path=None):
 
 
 def test_exact_pairs_give_the_exact_p_and_q():
-    pairs = simulated()
-    fit = fit_map(dlt(pairs.center_cam, pairs.color_px, DEPTH), pairs)
+    fit = fit_pairs(simulated(), DEPTH)
     P, q = fit.map.Pq()
     wanted = COLOR.K @ T_TRUE[:3, :3] @ np.linalg.inv(DEPTH.K), COLOR.K @ T_TRUE[:3, 3]
     assert np.abs(fit.residual_px).max() < EXACT_PX
@@ -51,106 +45,21 @@ def test_exact_pairs_give_the_exact_p_and_q():
     assert np.allclose(q, wanted[1], rtol=1e-6, atol=1e-6)
 
 
-def test_taking_p_and_q_apart_gives_the_camera_and_its_place():
-    K, T = decompose(-3.7 * -true_map().M)
-    assert np.allclose(K, COLOR.K, atol=1e-9)
-    assert np.allclose(T, T_TRUE, atol=1e-12)
-    with pytest.raises(ValueError, match="mirrors"):
-        decompose(-true_map().M)
-
-
-@pytest.mark.parametrize("camera", [COLOR, LENS])
-def test_the_pose_of_a_known_colour_camera_is_found_exactly(camera):
-    truth = RigidMap(T_TRUE, camera, DEPTH)
-    pairs = simulated(truth=truth)
-    start = resection(pairs.center_cam[:5], pairs.color_px[:5], camera, DEPTH)
-    fit = fit_map(start, pairs)
-    assert np.allclose(fit.map.T_color_depth, T_TRUE, atol=1e-8)
-
-
-@pytest.mark.parametrize("x", [true_map(), RigidMap(T_TRUE, LENS, DEPTH)], ids=["projective", "rigid"])
-def test_the_derivatives_of_both_maps_are_those_of_differences(x):
-    p = simulated(12).center_cam
-    _, J, by_point = x.predict(p)
-    for k in range(x.unknowns):
-        step = STEP * x.scales[k] * np.eye(x.unknowns)[k]
-        if isinstance(x, ProjectiveMap):  # without the rescaling, which `moved` adds
-            ends = [ProjectiveMap(x.M + s * step.reshape(3, 4), DEPTH) for s in (1, -1)]
-        else:
-            ends = [x.moved(s * step) for s in (1, -1)]
-        numeric = (ends[0].predict(p)[0] - ends[1].predict(p)[0]) / (2 * STEP)
-        assert np.abs(J[:, :, k] * x.scales[k] - numeric).max() < DERIVATIVE * np.abs(J * x.scales).max()
-    for k, e in enumerate(np.eye(3)):
-        numeric = (x.predict(p + STEP * e)[0] - x.predict(p - STEP * e)[0]) / (2 * STEP)
-        assert np.abs(by_point[:, :, k] - numeric).max() < DERIVATIVE * np.abs(by_point).max()
-
-
-@pytest.mark.parametrize("x", [true_map(), RigidMap(T_TRUE, COLOR, DEPTH)], ids=["projective", "rigid"])
-def test_the_derivatives_of_p_and_q_are_those_of_differences(x):
-    G = x.Pq_jacobian()
-    flat = lambda m: np.append(m.Pq()[0].ravel(), m.Pq()[1])  # noqa: E731
-    for k in range(x.unknowns):
-        step = 1e-6 * np.eye(x.unknowns)[k]
-        numeric = (flat(x.moved(step)) - flat(x.moved(-step))) / 2e-6
-        assert np.abs(G[:, k] - numeric).max() < 1e-5 * max(1.0, np.abs(numeric).max())
-
-
-def test_the_path_ends_at_its_ends_and_is_not_carried_over_gaps():
-    t = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1])
-    path = Path(t, np.column_stack([t, t, 1 + t]))
-    p = path.at(np.array([-0.01, 0.15, 0.5, 0.95, 1.2]))[0]
-    assert np.isfinite(p).all(axis=1).tolist() == [False, True, False, True, False]
-
-
-def test_a_point_that_jumps_aside_is_no_part_of_the_path():
-    at, t = ball_path(4), np.arange(40) / 15
-    c = at(t)
-    c[[7, 20]] += [[0.0, 0.3, 0.1], [0.5, 0.0, 0.0]]
-    assert np.abs(Path.through(t, c).at(t[3:-3])[0] - at(t[3:-3])).max() < 0.002  # two periods are bridged
-
-
-def test_wrong_pairs_are_dropped_and_right_ones_kept():
-    pairs = simulated(60, NOISE_PX, seed=1)
-    wrong = np.arange(0, 60, 4)
-    pairs.color_px[wrong] += np.random.default_rng(0).uniform(20, 60, (len(wrong), 2))
-    x, agree, _ = consensus(
-        lambda chosen: dlt(pairs.center_cam[chosen], pairs.color_px[chosen], DEPTH), pairs, 6, 8.0, 0
-    )
-    fit = fit_map(x, pairs, agree)
-    assert not fit.kept[wrong].any()
-    assert np.count_nonzero(fit.kept) >= 43  # of 45; the test drops one true pair in a thousand
-    clean = true_map().predict(pairs.center_cam)[0]
-    assert np.abs(fit.map.predict(pairs.center_cam)[0] - clean).max() < 3 * NOISE_PX
-
-
 def test_a_late_colour_camera_is_found_with_its_spread():
     for late in (0.021, -0.05):
-        pairs = simulated(60, NOISE_PX, seed=2, late_s=late)
-        start = dlt(pairs.center_cam, pairs.color_px, DEPTH)
-        fit = fit_map(start, pairs, None, Path(pairs.time_s, pairs.center_cam), late + 0.02)
+        fit = fit_pairs(simulated(60, NOISE_PX, seed=2, late_s=late), DEPTH, time_offset=True)
         sd = np.sqrt(fit.covariance[12, 12])
         assert abs(fit.offset_s - late) < TIME_S
         assert abs(fit.offset_s - late) < 4 * sd
         assert sd < TIME_S
 
 
-def test_a_delay_of_several_frames_is_found_from_a_start_at_none():
-    for late in (0.13, -0.13):
-        pairs = simulated(40, NOISE_PX, seed=2, late_s=late)
-        pairs.color_px[5] += 60
-        fit = first_map(pairs, DEPTH, None, True, 6, 0)
-        assert abs(fit.offset_s - late) < TIME_S
-        assert not fit.kept[5]
-
-
 def test_a_thing_that_does_not_shrink_with_the_distance_is_not_the_ball():
     pairs = simulated(12)
     right = replace(pairs, radius_px=20.0 / pairs.center_cam[:, 2])
-    check_spread(right, 4, DEPTH, "frames")
+    check_spread(right, 4, "frames")
     with pytest.raises(ValueError, match=r"not the ball found in colour.*check ball_radius"):
-        check_spread(
-            replace(right, radius_px=right.radius_px[::-1] * np.linspace(0.5, 2, 12)), 4, DEPTH, "frames"
-        )
+        check_spread(replace(right, radius_px=right.radius_px[::-1] * np.linspace(0.5, 2, 12)), 4, "frames")
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from tracking_scene import CAMERA, POSE, box_mesh, depth_of
 
 import sdftrack as st
 from sdftrack import _core
-from sdftrack.calibration.ball_color import checked_color
+from sdftrack.calibration.observe import checked_color
 from sdftrack.synth import Cover, Grip, leave_and_return
 
 NOTHING = np.zeros(CAMERA.shape, bool)

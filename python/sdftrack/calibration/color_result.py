@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.array_equality import Compared
+from sdftrack.calibration.color_maps import ProjectiveMap, RigidMap
 from sdftrack.calibration.pairs import BallPairs
-from sdftrack.calibration.projective import ProjectiveMap, RigidMap
 from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
 

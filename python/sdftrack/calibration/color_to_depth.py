@@ -11,20 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, of_kind, whole
-from sdftrack.calibration.ball_in_color import MIN_RADIUS_PX
+from sdftrack.calibration.color_maps import RigidMap
 from sdftrack.calibration.color_result import ColorCalibration
-from sdftrack.calibration.observe import ObservedFrame, Watch, guessed_camera, moving_first, watch
-from sdftrack.calibration.pair_selection import color_camera_of, pairs_of, path_of, picked
-from sdftrack.calibration.pairs import BallPairs
-from sdftrack.calibration.projective import RigidMap, decompose
-from sdftrack.calibration.robust_fit import Fit, first_map, fit_map
+from sdftrack.calibration.observe import Watch, guessed_camera, watch
+from sdftrack.calibration.pairs import BallPairs, Fit, fit_from, pairs_from
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
 Array = NDArray[np.float64]
-ROUNDS = 6  # of centres under the last colour camera, and maps from them
-SETTLED_PX = 0.003
 UNUSUAL_PX = 1.5
 
 
@@ -104,8 +100,7 @@ def calibrate_color_to_depth(
         given, depth_camera, float(ball_radius), ball_color, mask_fn, color_camera, threads, seed, progress
     )
     check_found(looked, depth_camera, float(ball_radius), mask_fn is not None)
-    moving_first(looked.seen, float(ball_radius))
-    fit, pairs = registered(looked.seen, looked.color_size, depth_camera, color_camera, time_offset, seed)
+    fit, pairs = registered(looked, depth_camera, color_camera, time_offset, seed)
     if progress is not None:
         progress(1.0)
     result = result_of(fit, pairs, looked.color_size, time_offset)
@@ -120,41 +115,26 @@ def calibrate_color_to_depth(
 
 
 def registered(
-    seen: list[ObservedFrame],
-    color_size: tuple[int, int],
-    depth_camera: Camera,
-    color_camera: Camera | None,
-    time_offset: bool,
-    seed: int,
+    looked: Watch, depth_camera: Camera, color_camera: Camera | None, time_offset: bool, seed: int
 ) -> tuple[Fit, BallPairs]:
     """Iterate pairs, mapping, and the colour camera implied by the mapping, until the centres converge."""
-    eye = color_camera or guessed_camera(*color_size)
-    both = [s for s in seen if s.balls and s.outlines]
-    picks = [(0, 0)] * len(both)
-    pairs = pairs_of(both, picks, eye)
+    eye = color_camera or guessed_camera(*looked.color_size)
+    first = pairs_from(looked.recording.pairs(eye._core))
     smallest = 6 if color_camera is None else 4
-    check_spread(pairs, smallest, depth_camera, "frames")
+    check_spread(first, smallest, "frames")
     if time_offset:
-        check_times(seen)
-    fit = first_map(pairs, depth_camera, color_camera, time_offset, smallest, seed)
-    for k in range(ROUNDS):
-        if color_camera is None:
-            eye = color_camera_of(fit.map, color_size, eye)
-        picks, changed = picked(both, picks, fit, eye, time_offset)
-        before, pairs = pairs, pairs_of(both, picks, eye)
-        path = path_of(seen, both, picks, fit) if time_offset else None
-        fit = fit_map(fit.map, pairs, None if changed else fit.kept, path, fit.offset_s)
-        check_kept(fit, len(pairs), time_offset)
-        moved = np.nanmax(np.abs(pairs.color_px - before.color_px))
-        if k > 0 and not changed and (moved < SETTLED_PX):
-            break
-    check_spread(pairs.part(fit.kept), smallest, depth_camera, "frames")
+        check_times(np.array([s.time_s for s in looked.recording.frames]))
+    found = looked.recording.registered(eye._core, color_camera is not None, time_offset, seed)
+    if found is None:
+        raise ValueError(no_map_agrees(len(first), smallest))
+    fit, pairs = fit_from(found[0], depth_camera, color_camera), pairs_from(found[1])
+    check_kept(fit, len(pairs), time_offset)
+    check_spread(pairs.part(fit.kept), smallest, "frames")
     return fit, pairs
 
 
-def check_times(seen: list[ObservedFrame]) -> None:
+def check_times(times: Array) -> None:
     """ValueError unless the frames have increasing timestamps."""
-    times = np.array([s.time_s for s in seen])
     if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
         raise ValueError(
             "time_offset: expected frames with growing timestamps in seconds, got some without or in another order; "
@@ -174,7 +154,7 @@ def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bo
         T, K, T_covariance = x.T_color_depth, x.color.K, fit.covariance[:6, :6]
         camera = RGBDCamera(x.depth, x.color, T_color_depth=T)
     else:
-        K, T = decompose(x.M)
+        K, T = _core.decompose_map(x.M)
         T_covariance = None
         camera = RGBDCamera(x.depth, None, projective=(P, q))
     sd = float(np.sqrt(fit.covariance[n, n])) if time_offset else 0.0
@@ -228,33 +208,34 @@ def check_arguments(
 
 def check_found(looked: Watch, depth: Camera, radius_m: float, masked: bool) -> None:
     """ValueError if the ball was found in no depth image, in no colour image, or never in both."""
-    n = len(looked.seen)
-    if not any(s.balls for s in looked.seen):
+    seen = [(bool(s.balls), bool(s.outlines)) for s in looked.recording.frames]
+    n = len(seen)
+    if not any(in_depth for in_depth, _ in seen):
         near_px = 0.5 * (depth.fx + depth.fy) * radius_m
         raise ValueError(
             f"frames: found no ball of ball_radius={radius_m:g} m in any of {n} depth images; check the radius and "
             f"the depth camera, and keep the ball in view, clear of the background and near "
             f"(its radius is {near_px:.0f} px at 1 m)"
         )
-    if not any(s.outlines for s in looked.seen):
+    if not any(in_color for _, in_color in seen):
         what = "mask_fn" if masked else "ball_color"
         if looked.largest_px > 0:
             raise ValueError(
                 f"frames: the ball is too small in the colour images: a radius of {looked.largest_px:.1f} px at most, "
-                f"{MIN_RADIUS_PX:g} px are needed; move it closer or use a larger ball"
+                f"{_core.MIN_BALL_RADIUS_PX:g} px are needed; move it closer or use a larger ball"
             )
         color = "" if looked.color is None else f" of the colour {tuple(int(c) for c in looked.color)}"
         raise ValueError(
             f"{what}: found no round object{color} in any of {n} colour images; give the ball's colour as the camera "
             "shows it, light it evenly, or give masks of it (from Python: mask_fn)"
         )
-    if not any(s.balls and s.outlines for s in looked.seen):
+    if not any(in_depth and in_color for in_depth, in_color in seen):
         raise ValueError(
             "frames: the ball is never found in depth and in colour in the same frame; keep it in the view of both"
         )
 
 
-def check_spread(pairs: BallPairs, smallest: int, depth: Camera, name: str) -> None:
+def check_spread(pairs: BallPairs, smallest: int, name: str) -> None:
     """ValueError for too few pairs, or pairs in a plane, at one depth or on a line."""
     n = len(pairs)
     if n < smallest:
@@ -300,6 +281,16 @@ def _expect_its_size(pairs: BallPairs, name: str) -> None:
             f"distance: their product varies by {100 * scatter:.0f} %; check ball_radius, that nothing else of that "
             "shape is in view, and that both images are simultaneous"
         )
+
+
+def no_map_agrees(found: int, smallest: int) -> str:
+    """Message: the pairs do not agree with a mapping."""
+    more = f"; with so few pairs a single outlier is fatal, {2 * smallest} pairs tolerate some"
+    return (
+        f"frames: no mapping agrees with {smallest} of the {found} pairs to {_core.BALL_BAND_PX:g} px; is the ball "
+        "found in depth the one found in colour? Check the size (ball_radius) and the colour "
+        f"(ball_color){more if found < smallest + 3 else ''}"
+    )
 
 
 def check_kept(fit: Fit, found: int, time_offset: bool) -> None:

@@ -10,36 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.calibration.ball_color import BallColor, checked_color, moving_color
-from sdftrack.calibration.ball_in_color import MIN_RADIUS_PX, Outline, find_outlines
-from sdftrack.calibration.ball_in_depth import DepthBall, search_balls
+from sdftrack import _core
+from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
 Array = NDArray[np.float64]
 LEARNT_FROM = 20  # frames
-STATIC_SHARE = 0.4  # of the frames in which the same place holds something round
+MIN_SATURATION = 0.25
 FIRST_PASS = 0.2  # of the progress
 
 
 @dataclass(eq=False)
-class ObservedFrame:
-    """Frame `index`: its time (s, NaN: none), candidates in depth and in colour, most likely first."""
-
-    index: int
-    time_s: float
-    balls: list[DepthBall]
-    outlines: list[Outline]
-
-
-@dataclass(eq=False)
 class Watch:
-    """All frames; the ball's colour; (width, height) of the colour images; radius of the largest rejected blob (px)."""
+    """What the frames show of the ball; its colour; (width, height) of colour images; largest blob too small to fit."""
 
-    seen: list[ObservedFrame]
+    recording: _core.BallRecording
     color: Array | None
     color_size: tuple[int, int]
-    largest_px: float
+    largest_px: float  # its radius
 
 
 def watch(
@@ -65,33 +54,38 @@ def watch(
             f"{color_camera.height}; scale it with Camera.scaled"
         )
     eye = color_camera or guessed_camera(w, h)
-    model = None if mask_fn is not None else _model([f.color for f in samples], ball_color, eye, seed)
+    model = None if mask_fn is not None else ball_model([f.color for f in samples], ball_color, eye, seed)
     tell(FIRST_PASS)
 
-    def one(i: int) -> tuple[ObservedFrame, float] | None:
+    finder = _core.BallFinder(depth_camera._core, radius_m)
+
+    def one(i: int) -> tuple[_core.ObservedFrame, float] | None:
         frame = frames[i]
         if not _usable(frame):
             return None
         _check_frame(frame, i, depth_camera, (h, w))
+        color = np.ascontiguousarray(frame.color)
         if mask_fn is not None:
-            likeness = _mask(mask_fn(frame), (h, w), i)
+            mask = _mask(mask_fn(frame), (h, w), i)
         else:
             assert model is not None
-            likeness = model.likeness(frame.color)
-        balls = search_balls(frame.depth, depth_camera, radius_m)
+            mask = model.mask(color)
+        balls = finder.search(np.ascontiguousarray(frame.depth))
+        outlines = _core.find_outlines(color, mask, eye._core, seed)
         time = float("nan") if frame.timestamp is None else frame.timestamp
-        outlines = find_outlines(frame.color, likeness, eye, seed)
-        return ObservedFrame(i, time, balls, outlines), 0.0 if outlines else _blob_radius(likeness)
+        too_small = 0.0 if outlines else _core.too_small_radius_px(mask)
+        return _core.ObservedFrame(i, time, balls, outlines), too_small
 
-    seen: list[ObservedFrame] = []
+    recording = _core.BallRecording()
     largest = 0.0
-    with ThreadPoolExecutor(_workers(threads)) as pool:
+    with ThreadPoolExecutor(_core.thread_count(threads)) as pool:
         for i, found in enumerate(pool.map(one, range(len(frames)))):
             if found is not None:
-                seen.append(found[0])
+                recording.add(found[0])
                 largest = max(largest, found[1])
             tell(FIRST_PASS + (0.98 - FIRST_PASS) * (i + 1) / len(frames))
-    return Watch(seen, None if model is None else model.color, (w, h), largest)
+    recording.sort_moving_first(radius_m)
+    return Watch(recording, None if model is None else model.color, (w, h), largest)
 
 
 def _samples(frames: Any) -> list[Any]:
@@ -110,45 +104,35 @@ def guessed_camera(width: int, height: int) -> Camera:
     return Camera(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
 
 
-def moving_first(seen: list[ObservedFrame], radius_m: float) -> None:
-    """Sort moving candidates before those of the background, in each frame, in place."""
-    everything = [b.center_cam for s in seen for b in s.balls]
-    if not everything:
-        return
-    centers = np.array(everything)
-    limit = max(5.0, STATIC_SHARE * sum(bool(s.balls) for s in seen))
-
-    def still(ball: DepthBall) -> bool:
-        return bool(
-            np.count_nonzero(np.linalg.norm(centers - ball.center_cam, axis=1) < 0.5 * radius_m) > limit
+def checked_color(ball_color: Any) -> Array:
+    """Check that a colour is valid and saturated; returns (3,) float64."""
+    c = numbers(ball_color, "ball_color")
+    if c.shape != (3,) or not (np.isfinite(c).all() and (c >= 0).all() and (c <= 255).all()):
+        raise ValueError(
+            f"ball_color: expected (r, g, b) from 0 to 255, got {np.asarray(ball_color).tolist()}"
         )
+    saturation = 1 - c.min() / c.max() if c.max() > 0 else 0.0
+    if saturation < MIN_SATURATION:
+        raise ValueError(
+            f"ball_color: expected a saturated colour, got {tuple(int(v) for v in c)}, which is grey (saturation "
+            f"{saturation:.2f}); paint the ball, or give masks of it (from Python: mask_fn)"
+        )
+    return c
 
-    for s in seen:
-        s.balls.sort(key=lambda b: (still(b), -b.share))
 
-
-def _model(images: list[NDArray[np.uint8]], ball_color: Any, eye: Camera, seed: int) -> BallColor:
-    """Histogram from the given colour, or from moving pixels, relearned from the outlines found with it."""
+def ball_model(images: list[NDArray[np.uint8]], ball_color: Any, eye: Camera, seed: int) -> _core.BallColor:
+    """Model from the given colour, or from moving pixels, relearned from the outlines found with it."""
     if ball_color is None and len(images) < 3:
         raise ValueError(
             f"ball_color: expected (r, g, b) with so few frames ({len(images)}): motion cannot be detected"
         )
-    model = BallColor(checked_color(ball_color) if ball_color is not None else moving_color(images))
-    kept, masks = [], []
-    for image in images:
-        found = find_outlines(image, model.likeness(image), eye, seed, most=1)
-        if found:
-            kept.append(image)
-            masks.append(_disc(found[0], image.shape[:2]))
-    if kept:
-        model.learn(kept, masks)
+    colors = [np.ascontiguousarray(image) for image in images]
+    if ball_color is None:
+        model = _core.moving_color(colors)
+    else:
+        model = _core.BallColor(checked_color(ball_color).tolist())
+    model.learn(colors, eye._core, seed)
     return model
-
-
-def _disc(outline: Outline, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    centre = 0.5 * (outline.edges_px.min(axis=0) + outline.edges_px.max(axis=0))
-    v, u = np.mgrid[: shape[0], : shape[1]]
-    return np.asarray(np.hypot(u - centre[0], v - centre[1]) < 0.9 * outline.radius_px)
 
 
 def _usable(frame: Any) -> bool:
@@ -174,28 +158,11 @@ def _check_frame(frame: Frame, i: int, depth_camera: Camera, color_shape: tuple[
         )
 
 
-def _mask(mask: Any, shape: tuple[int, int], i: int) -> NDArray[np.float32]:
+def _mask(mask: Any, shape: tuple[int, int], i: int) -> NDArray[np.uint8]:
     m = np.asarray(mask)
     if m.dtype not in (np.bool_, np.uint8) or m.shape != shape:
         raise ValueError(
             f"mask_fn: expected a bool or uint8 mask of shape {shape} (the colour image's), got {m.dtype} "
             f"{m.shape} for frame {i}"
         )
-    return (m != 0).astype(np.float32)
-
-
-def _blob_radius(likeness: NDArray[np.float32]) -> float:
-    """Radius of a disc with the largest blob's area, if it is too small to be fitted; else 0."""
-    import cv2
-
-    count, _, stats, _ = cv2.connectedComponentsWithStats((likeness > 0.5).astype(np.uint8))
-    if count < 2:
-        return 0.0
-    radius = float(np.sqrt(stats[1:, cv2.CC_STAT_AREA].max() / np.pi))
-    return radius if radius < MIN_RADIUS_PX + 1 else 0.0
-
-
-def _workers(threads: int) -> int:
-    from sdftrack import _core
-
-    return int(_core.thread_count(threads))
+    return (m != 0).astype(np.uint8)

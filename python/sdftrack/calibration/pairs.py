@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""Positions of the ball in both cameras, and its path between the frames."""
+"""Positions of the ball in both cameras, and the mapping fitted to them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.array_equality import Compared
+from sdftrack.calibration.color_maps import ProjectiveMap, RigidMap
+from sdftrack.camera import Camera
 
 Array = NDArray[np.float64]
-JUMP, JUMP_M = 6.0, 0.03  # of a path's points, in usual deviations and in metres beyond
-LONGEST_GAP = 2.5  # usual frame periods that the path is carried over
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,75 +60,51 @@ class BallPairs(Compared):
         return BallPairs(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
-class Path:
-    """The ball's centre between frames: cubic Hermite interpolation, slopes from polynomials through up to five points.
+def pairs_from(found: dict[str, Any]) -> BallPairs:
+    """Pairs of the core, before a mapping is fitted."""
+    n = len(found["index"])
+    return BallPairs(**found, residual_px=np.full((n, 2), np.nan), kept=np.ones(n, bool))
 
-    With slopes of fourth order the error of a segment of length h is h^4 / 384 times the fourth derivative (eq. 10 of
-    docs/math/color_to_depth.md); with second-order slopes (Catmull-Rom) it would be h^3 / 60 times the third.
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A mapping, the time offset (s), covariance of (mapping, offset), residuals (N, 2) px, inlier pairs (N,)."""
+
+    map: ProjectiveMap | RigidMap
+    offset_s: float
+    covariance: Array
+    residual_px: Array
+    kept: NDArray[np.bool_]
+    freedom: int  # of the variance: coordinates of kept pairs less the unknowns, and what the stated noise counts for
+
+
+def fit_from(found: dict[str, Any], depth: Camera, color: Camera | None) -> Fit:
+    """A fit of the core, for these cameras."""
+    mapped = found.pop("map")
+    fitted = ProjectiveMap(mapped.M, depth) if color is None else RigidMap(mapped.T_color_depth, color, depth)
+    return Fit(map=fitted, **found)
+
+
+def fit_pairs(
+    pairs: BallPairs, depth: Camera, color: Camera | None = None, time_offset: bool = False, seed: int = 0
+) -> Fit | None:
+    """The mapping that most pairs agree with, refined on them; None if there is none.
 
     Parameters
     ----------
-    time_s : (N,) increasing, N >= 2
-    center_cam : (N, 3) m
+    color : Camera, optional
+        Known: only its pose is estimated.
+    time_offset : bool
+        Estimate the delay of colour, too; the times of the pairs grow.
     """
-
-    def __init__(self, time_s: Array, center_cam: Array) -> None:
-        self.t, self.c = time_s, center_cam
-        h = np.diff(time_s)
-        self.period = float(np.median(h))
-        # A slope across a gap says little of the motion on either side of it: runs are kept apart.
-        self.wide = h > LONGEST_GAP * self.period
-        ends = [0, *(1 + np.flatnonzero(self.wide)), len(time_s)]
-        self.slope = np.zeros_like(center_cam)
-        for first, last in pairwise(ends):
-            for k in range(first, last):
-                low = min(max(first, k - 2), max(first, last - 5))
-                near = slice(low, min(last, low + 5))
-                self.slope[k] = _slope(time_s[near] - time_s[k], center_cam[near])
-
-    @classmethod
-    def through(cls, time_s: Array, center_cam: Array) -> Path:
-        """A path without outlier points, where something else was taken for the ball.
-
-        An outlier is farther from the line between its neighbours than JUMP times the typical distance, and 3 cm; the
-        farthest is removed first, because it also affects its neighbours.
-        """
-        kept = np.arange(len(time_s))
-        while len(kept) > 5:
-            t, c = time_s[kept], center_cam[kept]
-            s = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
-            off = np.linalg.norm(c[1:-1] - (1 - s) * c[:-2] - s * c[2:], axis=1)
-            worst = int(np.argmax(off))
-            if off[worst] < JUMP * float(np.median(off)) + JUMP_M:
-                break
-            kept = np.delete(kept, 1 + worst)
-        return cls(time_s[kept], center_cam[kept])
-
-    def at(self, time_s: Array) -> tuple[Array, Array, Array]:
-        """Centres (N, 3), velocities (N, 3) and weights (N, 2) of the segment's two ends; NaN outside the path."""
-        k = np.clip(np.searchsorted(self.t, time_s, side="right") - 1, 0, len(self.t) - 2)
-        h = self.t[k + 1] - self.t[k]
-        s = (time_s - self.t[k]) / h
-        a, b, m, n = self.c[k], self.c[k + 1], self.slope[k] * h[:, None], self.slope[k + 1] * h[:, None]
-        u = s[:, None]
-        p = (
-            (1 + 2 * u) * (1 - u) ** 2 * a
-            + u * (1 - u) ** 2 * m
-            + u**2 * (3 - 2 * u) * b
-            - u**2 * (1 - u) * n
-        )
-        v = 6 * u * (u - 1) * (a - b) + (1 - u) * (1 - 3 * u) * m + u * (3 * u - 2) * n
-        # At a measured point itself no gap matters.
-        bad = (s < -1e-9) | (s > 1 + 1e-9) | (self.wide[k] & (s > 1e-9) & (s < 1 - 1e-9))
-        p[bad] = np.nan
-        return p, v / h[:, None], np.stack([1 - s, s], axis=1)
-
-
-def _slope(t: Array, c: Array) -> Array:
-    """Derivative at t = 0 of the polynomial through all points."""
-    if len(t) < 2:
-        return np.zeros(3)
-    scale = float(np.abs(t).max())
-    powers = np.vander(t / scale, increasing=True)
-    slope: Array = np.linalg.solve(powers, c)[1] / scale
-    return slope
+    found = _core.fit_color_map(
+        np.ascontiguousarray(pairs.center_cam, dtype=np.float64),
+        np.ascontiguousarray(pairs.center_covariance, dtype=np.float64),
+        np.ascontiguousarray(pairs.color_px, dtype=np.float64),
+        np.ascontiguousarray(pairs.color_covariance, dtype=np.float64),
+        np.ascontiguousarray(pairs.time_s, dtype=np.float64),
+        None if color is None else color._core,
+        time_offset,
+        seed,
+    )
+    return None if found is None else fit_from(found, depth, color)

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Centre of a ball of known radius in a depth image, by the tracker's ray-hit residual with translation only:
+// the 3-DoF version of thesis section 3.5's tracker (thesis section 3.7; docs/math/color_to_depth.md, eq. 2
+// to 5).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "base/camera.h"
+#include "base/views.h"
+
+namespace sdftrack::calibration {
+
+struct DepthBall {
+  Vec3d center_cam;            // m
+  Eigen::Matrix3d covariance;  // m^2
+  double noise_m;
+  int pixels;    // that agree
+  double share;  // of the pixels that face the camera
+};
+
+// First intersection of the ray (x, y, 1) with a sphere.
+struct SphereHit {
+  double z;           // m; NaN where the ray misses
+  Vec3d by_center;    // n / (n . ray) with the outward normal n
+  double cosine = 0;  // of incidence
+};
+SphereHit hit_sphere(Vec3d ray, Vec3d center_cam, double radius_m);
+
+class BallFinder {
+ public:
+  BallFinder(const Camera& camera, double radius_m);
+
+  const Camera& camera() const { return camera_; }
+  // From a start within about half a radius; none where the measurements are not of a ball.
+  std::optional<DepthBall> fit(const ImageView<float>& depth, Vec3d start_cam) const;
+  // All regions with the ball's shape and size, the most completely visible first; round things of the
+  // background may be among them. Every fourth pixel is tested as the nearest point of a ball: depth on three
+  // rings must match a sphere, and a ring around it must lie behind. The best ones are fitted.
+  std::vector<DepthBall> search(const ImageView<float>& depth) const;
+
+ private:
+  struct Gated;
+  Vec3d ray(int u, int v) const;
+  std::optional<Gated> gated(const ImageView<float>& depth, Vec3d center_cam, double gate_m) const;
+  double free_around(const ImageView<float>& depth, Vec3d center_cam) const;
+
+  Camera camera_;
+  double radius_m_;
+  std::vector<float> rays_;  // of a lens; empty: the pinhole's
+};
+
+}  // namespace sdftrack::calibration

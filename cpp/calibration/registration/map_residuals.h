@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Reprojection errors of pairs under a map and a delay of colour (docs/math/color_to_depth.md, eq. 13), and
+// their minimum under Huber's loss by the library's optimiser.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calibration/registration/ball_pair.h"
+#include "calibration/registration/ball_path.h"
+#include "calibration/registration/depth_to_color.h"
+
+namespace sdftrack::calibration {
+
+// What is estimated.
+struct MapState {
+  DepthToColor map;
+  double offset_s = 0;
+};
+
+struct PairResidual {
+  using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMaxMapUnknowns + 1>;
+  Vec2d px{kUnknown, kUnknown};  // measured minus mapped
+  Eigen::Vector2d white;         // by the covariances of both centres
+  Rows rows;                     // whitened derivatives of the mapped pixel by the unknowns, in their scales
+  bool known = false;            // false: the path or the camera does not reach it
+};
+
+// Pairs, the path of the ball where the delay is estimated too (nullptr: it is not), both the caller's.
+class MapResiduals {
+ public:
+  MapResiduals(const BallPairs& pairs, const BallPath* path) : pairs_(pairs), path_(path) {}
+
+  std::size_t size() const { return pairs_.size(); }
+  int unknowns(const DepthToColor& map) const { return map.unknowns() + (path_ ? 1 : 0); }
+  Eigen::VectorXd scales(const DepthToColor& map) const;
+  std::vector<PairResidual> at(const MapState& x) const;
+
+ private:
+  PairResidual of_pair(const BallPair& pair, const MapState& x, const Eigen::VectorXd& scales) const;
+  const BallPairs& pairs_;
+  const BallPath* path_;
+};
+
+// From a state on, over the pairs chosen; `scale`: of the whitened residuals.
+MapState minimum(const MapResiduals& residuals, const MapState& start, const Chosen& chosen, double scale);
+
+}  // namespace sdftrack::calibration
