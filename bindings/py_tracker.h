@@ -62,6 +62,11 @@ class PyTracker {
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
   void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
+  // Of a model whose scale is estimated (tracker.h).
+  void free_scale(int k);
+  double log_scale_to_add(int k);
+  void rescale(int k, const PyVolume& scaled, double log_scale);
+  std::pair<double, double> scale(int k);  // log scale and its sd
   // In the last frame: nothing but open directions is against its pose.
   bool is_sure(int k);
 

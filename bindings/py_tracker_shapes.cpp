@@ -44,6 +44,37 @@ void PyTracker::replace_shapes(const std::vector<PyVolume>& shapes, const py::ar
   held_.swap(held);
 }
 
+void PyTracker::free_scale(int k) {
+  check_object(k);
+  const Busy busy(&busy_, "tracker");
+  tracker_->free_scale(k);
+}
+
+double PyTracker::log_scale_to_add(int k) {
+  check_object(k);
+  const Busy busy(&busy_, "tracker");
+  return tracker_->log_scale_to_add(k);
+}
+
+void PyTracker::rescale(int k, const PyVolume& scaled, double log_scale) {
+  check_object(k);
+  const auto& [values, voxel_m, origin] = scaled;
+  const SdfView view = volume_view(values, voxel_m, origin);
+  const Busy busy(&busy_, "tracker");
+  {
+    const ReleaseGil release;
+    tracker_->rescale(k, view, log_scale);
+  }
+  held_[static_cast<std::size_t>(k)].values = values;
+}
+
+std::pair<double, double> PyTracker::scale(int k) {
+  check_object(k);
+  const Busy busy(&busy_, "tracker");
+  const tracking::SizeTest::LogScale scale = tracker_->scale(k);
+  return {scale.mean, scale.sd};
+}
+
 int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const auto& [values, voxel_m, origin] = shape;
   const SdfView view = volume_view(values, voxel_m, origin);

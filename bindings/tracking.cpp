@@ -29,6 +29,10 @@ void bind_tracking(py::module_& m) {
       .def("replace_shapes", &PyTracker::replace_shapes, py::arg("shapes"), py::arg("poses"))
       .def("set_symmetries", &PyTracker::set_symmetries, py::arg("k"), py::arg("motions"))
       .def("mark_unfound", &PyTracker::mark_unfound, py::arg("k"), py::arg("kind"))
+      .def("free_scale", &PyTracker::free_scale, py::arg("k"))
+      .def("log_scale_to_add", &PyTracker::log_scale_to_add, py::arg("k"))
+      .def("rescale", &PyTracker::rescale, py::arg("k"), py::arg("scaled"), py::arg("log_scale"))
+      .def("scale", &PyTracker::scale, py::arg("k"))
       .def("is_sure", &PyTracker::is_sure, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("frame"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),

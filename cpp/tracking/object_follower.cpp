@@ -24,6 +24,11 @@ constexpr double kObjectRate = 0.05, kBackgroundRate = 0.3;
 constexpr double kUnread = 0.7, kSeenPast = 0.1;  // of the visible surface: no reading, free space
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
+Matrix6d size_covariance(const Rigidd& T_cam_obj, const TrackedObject& object) {
+  return object.free_scale ? object.size.free_covariance(T_cam_obj, *object.shape)
+                           : object.size.covariance(T_cam_obj, *object.shape);
+}
+
 bool is_in_image(const Camera& camera, const Vec3d& p_cam) {
   if (!(p_cam.z > 0)) return false;
   const Vec2d u = camera.project_point(p_cam);
@@ -140,9 +145,9 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   } else {
     const double time_s = context.frame().time_s;
     if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
-    fitted.covariance += lag_covariance(fitted, time_s, *object);
+    fitted.unseen_errors += lag_covariance(fitted, time_s, *object);  // the last pose is known until `keep`
     keep(fitted, trust, time_s, object);
-    fitted.covariance += fitted.by_distance + object->size.covariance(fitted.T_cam_obj, *object->shape) +
+    fitted.covariance += fitted.unseen_errors + size_covariance(fitted.T_cam_obj, *object) +
                          fitted.memory.outline.way * fitted.memory.outline.way.transpose();
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;

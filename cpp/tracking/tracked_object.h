@@ -46,6 +46,8 @@ struct TrackedObject {
   // ago.
   int determined_frames = kDeterminedFrames;
   SizeTest size;                   // since the start
+  bool free_scale = false;         // the model has the object's form, not its size
+  double log_scale = 0;            // of shape over the model as it was given
   bool unread = false;             // by the depth sensor, in the last frame: followed by its outline
   PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
   bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
@@ -105,13 +107,13 @@ struct TrackedObject {
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
-           determined, scale, without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds,
-           lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, comparisons,
-           turns, before, trial_count, kind, solid] = self;
+           determined, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count,
+           weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count, twin,
+           others, comparisons, turns, before, trial_count, kind, solid] = self;
     archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined, scale,
-            without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds, lost_count,
-            hidden_count, information, hint, search, doubtful_count, twin, others, comparisons, turns, before,
-            trial_count, kind, solid);
+            is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds,
+            lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, comparisons,
+            turns, before, trial_count, kind, solid);
   }
 };
 

@@ -70,6 +70,15 @@ class Tracker {
   void replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses);
   // Object k has another shape from now on, in the object frame as it was; its centre is kept.
   void reshape(int k, frame::PartialShape known);
+  // The scale of object k is not known: from now on it is estimated.
+  void free_scale(int k) { object(k).free_scale = true; }
+  // By which log scale its volume is to be enlarged now (rescale); 0: as well as is known, none.
+  double log_scale_to_add(int k) const;
+  // `scaled` is its volume enlarged by exp(log_scale) about the origin of its frame.
+  void rescale(int k, const SdfView& scaled, double log_scale);
+  // Log scale over the volume that was given first and its sd; infinite: not known. What the sensor may be
+  // off by in distance cannot be told from it.
+  SizeTest::LogScale scale(int k) const;
   // The surface of object k has these colours.
   void paint(int k, const energies::ColorView& colors);
   // By how much colour is later than depth, by all objects since the start.

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Which shapes a tracker follows, and from where.
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "tracking/options/sensor_noise.h"
 #include "tracking/tracker.h"
 
 namespace sdftrack::tracking {
+
+namespace {
+
+constexpr double kMovesNot = 0.01;  // a log scale that moves an object's centre by less than noise
+
+}  // namespace
 
 TrackedObject Tracker::new_object(const SdfView& sdf) const {
   Object object;
@@ -33,6 +41,7 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
       objects_.push_back(new_object(shapes[k]));
       objects_.back().unfound = before[k].unfound, objects_.back().primitive = before[k].primitive;
       objects_.back().symmetries = before[k].symmetries;
+      objects_.back().free_scale = before[k].free_scale, objects_.back().log_scale = before[k].log_scale;
     }
   } catch (...) {
     objects_ = std::move(before);
@@ -54,6 +63,38 @@ void Tracker::reshape(int k, frame::PartialShape known) {
   known.centre_obj = reshaped.shape->centre_obj;  // what is remembered of the motion is about it
   reshaped.shape =
       std::make_shared<const frame::Shape>(frame::make_shape(known, kSurfacePoints, kFreeSpacePoints));
+}
+
+double Tracker::log_scale_to_add(int k) const {
+  const Object& one = object(k);
+  return one.free_scale ? one.size.log_scale_to_add() : 0;
+}
+
+// What is known of the object stays; its pose goes where the readings hold its surface.
+void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
+  Object& one = object(k);
+  auto shape = std::make_shared<frame::Shape>(frame::make_shape(scaled, kSurfacePoints, kFreeSpacePoints));
+  shape->colors = one.shape->colors;  // voxel by voxel
+  const Vector6d by = log_scale * one.size.pull();
+  const Rigidd T_obj_cam =
+      increment(Vec3d{by[0], by[1], by[2]}, Vec3d{by[3], by[4], by[5]}) * inverse(one.T_cam_obj);
+  const double factor = std::exp(log_scale);
+  for (Rigidd& S : one.symmetries) S.t = factor * S.t;
+  for (Alternative& other : one.alternatives) other.motion.t = factor * other.motion.t;
+  one.shape = std::move(shape);
+  one.size.rescaled(log_scale), one.log_scale += log_scale;
+  one.usual_cost = 0;
+  one.T_cam_obj = inverse(T_obj_cam);
+  if (std::abs(log_scale) > kMovesNot) one.motion.reset();
+  verdict_.set_pose(static_cast<std::size_t>(k), uncentred(one.T_cam_obj, *one.shape));
+}
+
+SizeTest::LogScale Tracker::scale(int k) const {
+  const Object& one = object(k);
+  const double z = one.T_cam_obj.t.z;
+  const double error_m = std::hypot(sensor_systematic_m(options_, z), distance_error_m(options_, z));
+  const SizeTest::LogScale left = one.size.free_scale();
+  return {one.log_scale + left.mean, std::hypot(left.sd, error_m / z)};
 }
 
 void Tracker::paint(int k, const energies::ColorView& colors) {

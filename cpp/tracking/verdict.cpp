@@ -48,6 +48,11 @@ void mark_unfound(const TrackedObject& object, ObjectResult* result) {
 void doubt_size(const TrackedObject& object, ObjectResult* result) {
   Trust& trust = result->trust;
   const bool ok = trust.status == Status::kOk;
+  if (object.free_scale) {
+    if (ok && !object.size.determines_scale())
+      trust.status = Status::kWeak, trust.reason = {ReasonCode::kFreeScale};
+    return;
+  }
   // It is why the fit is poor, where that is what is said.
   if (!ok && trust.reason.code != ReasonCode::kPoorFit && trust.reason.code != ReasonCode::kSeenPast &&
       trust.reason.code != ReasonCode::kRunsOn)

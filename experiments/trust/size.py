@@ -14,12 +14,14 @@ from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["other_sizes"]
+__all__ = ["free_scales", "other_sizes"]
 
 TEST = ("lm_cat", "lm_duck", "lm_ape", "lm_can")
 SCALES = (0.9, 0.95, 0.97, 1.0, 1.03, 1.05, 1.1, 1.2)
 SEEDS = (21, 22, 23)  # chosen on seed 11
 FRAMES, VOXELS, NOISE_M = 30, 90, 0.001
+FREE_SCALES = (0.6, 0.9, 1.0, 1.2, 2.0)
+NOISES: dict[str, Any] = {"white 1 mm": NOISE_M, "kinect": "kinect", "stereo": "stereo"}
 INTERVAL = re.compile(r"([\d.]+) % (larger|smaller) than the model \(([\d.]+) to ([\d.]+)\)")
 COLUMNS = {
     "true size": "name",
@@ -30,6 +32,18 @@ COLUMNS = {
     "named": "named",
     "interval holds": "holds",
     "median off mm": "off_mm:.2f",
+    "ok beyond 5 sd %": "beyond:.1f",
+}
+
+FREE_COLUMNS = {
+    "noise": "noise",
+    "true scale": "scale",
+    "runs": "runs",
+    "ok %": "ok:.1f",
+    "interval holds": "holds",
+    "median off %": "off:.2f",
+    "largest off %": "most:.2f",
+    "position off mm": "off_mm:.2f",
     "ok beyond 5 sd %": "beyond:.1f",
 }
 
@@ -110,3 +124,72 @@ def _holds(interval: re.Match[str] | None, scale: float) -> bool:
         return False
     sign = 1 if interval[2] == "larger" else -1
     return float(interval[3]) <= 100 * sign * (scale - 1) <= float(interval[4])
+
+
+@experiment(
+    "trust.free_scale",
+    needs=["meshes"],
+    chosen_on="lm_driller, bunny, seed 11",
+    reported_on="lm_cat, lm_duck, lm_ape, lm_can, seed 21",
+    short={"only": ("lm_duck",), "scales": (1.2,), "frames": 4},
+)
+def free_scales(
+    *,
+    data: Path,
+    only: tuple[str, ...] = TEST,
+    scales: tuple[float, ...] = FREE_SCALES,
+    frames: int = FRAMES,
+    threads: int = 1,
+    cache: Path | None = None,
+) -> Table:
+    """Scale of an object of which only the form is known, after a start from its mask, by depth and colour.
+
+    Parameters
+    ----------
+    frames
+        of a run; the scale is that after the last one
+    """
+    models = {name: load_mesh(data, name) for name in only}
+    sdfs = {name: load_sdf(mesh, name, VOXELS, cache) for name, mesh in models.items()}
+    rows: dict[str, Any] = {}
+    for label, noise in NOISES.items():
+        for scale in scales:
+            runs = [_free_run(models[name], sdfs[name], scale, noise, frames, threads) for name in only]
+            off = [100 * abs(run["scale"] / scale - 1) for run in runs]
+            key = f"{label} {scale:.2f}"
+            rows[key] = {
+                "noise": label,
+                "scale": f"{scale:.2f}",
+                "runs": len(runs),
+                "holds": sum(run["holds"] for run in runs),
+                "off": float(np.median(off)),
+                "most": max(off),
+                **{k: float(np.mean([run[k] for run in runs])) for k in ("ok", "off_mm", "beyond")},
+            }
+            say("  ".join(cells(FREE_COLUMNS, rows[key])))
+    return Table.of("A scale that is free", FREE_COLUMNS, rows)
+
+
+def _free_run(mesh: Any, sdf: Any, scale: float, noise: Any, frames: int, threads: int) -> dict[str, Any]:
+    walk = st.synth.random_walk(step_m=0.004, step_rad=0.03)
+    seen = st.Mesh(scale * mesh.vertices, mesh.faces)
+    sequence = st.synth.sequence(seen, frames, trajectory=walk, noise=noise, clutter="objects", seed=21)
+    tracker = st.Tracker(sdf, sequence.camera, threads=threads, scale="free")
+    ok, off_m, beyond = 0, [], 0
+    for i in range(frames):
+        truth = sequence.ground_truth[i][0]
+        result = tracker.track(sequence[i]) if i else tracker.start(sequence[i], masks=sequence.masks(0)[0])
+        off = result.pose[:3, 3] - truth[:3, 3]
+        off_m.append(float(np.linalg.norm(off)))
+        if result.ok:
+            ok += 1
+            beyond += float(off @ np.linalg.solve(result.covariance[:3, :3], off)) > 3 * 5**2
+    found = tracker.scales[0]
+    assert found is not None
+    return {
+        "scale": found.scale,
+        "holds": found.interval95[0] <= scale <= found.interval95[1],
+        "ok": 100 * ok / frames,
+        "off_mm": 1e3 * float(np.nanmedian(off_m)),
+        "beyond": 100 * beyond / frames,
+    }

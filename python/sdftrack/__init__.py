@@ -43,7 +43,7 @@ if TYPE_CHECKING:  # what type checkers and editors read; a test compares it wit
     from sdftrack.primitives import Primitive, PrimitiveFit, fit_primitive, fit_primitives
     from sdftrack.reconstruction import Reconstructor, ReconstructorOptions
     from sdftrack.recorder import Recorder
-    from sdftrack.results import ColorDelay, Status, Step, TrackResult
+    from sdftrack.results import ColorDelay, ScaleEstimate, Status, Step, TrackResult
     from sdftrack.sdf import SDF, MeshReport, smooth_union, union
     from sdftrack.sensor import SensorModel
     from sdftrack.symmetry import Symmetry, find_symmetries
@@ -72,7 +72,7 @@ _HOMES = {
     "primitives": ("Primitive", "PrimitiveFit", "fit_primitive", "fit_primitives"),
     "reconstruction": ("Reconstructor", "ReconstructorOptions"),
     "recorder": ("Recorder",),
-    "results": ("ColorDelay", "Status", "Step", "TrackResult"),
+    "results": ("ColorDelay", "ScaleEstimate", "Status", "Step", "TrackResult"),
     "sdf": ("SDF", "MeshReport", "smooth_union", "union"),
     "sensor": ("SensorModel",),
     "symmetry": ("Symmetry", "find_symmetries"),
@@ -102,6 +102,7 @@ __all__ = [
     "Reconstructor",
     "ReconstructorOptions",
     "Recorder",
+    "ScaleEstimate",
     "SensorModel",
     "Sequence",
     "State",

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, overload
@@ -110,6 +111,30 @@ class ColorDelay:
     def __str__(self) -> str:
         when = "later" if self.delay_s > 0 else "earlier"
         return f"colour {1e3 * abs(self.delay_s):.0f} +- {1e3 * self.sd_s:.0f} ms {when} than depth"
+
+
+@dataclass(frozen=True)
+class ScaleEstimate:
+    """Scale of an object over its mesh, and its standard deviation.
+
+    The deviation contains what the sensor may be off by in distance, which one camera cannot tell from the scale. It is
+    infinite while nothing is known.
+    """
+
+    scale: float
+    sd: float
+
+    @property
+    def interval95(self) -> tuple[float, float]:
+        """The 95 % interval of the scale."""
+        relative = 1.96 * self.sd / self.scale
+        return self.scale * math.exp(-relative), self.scale * math.exp(relative)
+
+    def __str__(self) -> str:
+        low, high = self.interval95
+        if math.isinf(high):
+            return "scale not known"
+        return f"scale {self.scale:.4f} ({low:.4f} to {high:.4f})"
 
 
 @dataclass(frozen=True, eq=False)

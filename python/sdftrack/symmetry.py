@@ -71,6 +71,14 @@ class Symmetry:
             axes.append((a / length, p))
         object.__setattr__(self, "continuous", tuple(axes))
 
+    def enlarged(self, factor: float) -> Symmetry:
+        """The same of the shape enlarged about the origin of its frame."""
+        discrete = self.discrete.copy()
+        discrete[:, :3, 3] *= factor
+        return Symmetry(
+            discrete, tuple((axis, factor * np.asarray(point)) for axis, point in self.continuous)
+        )
+
     @classmethod
     def from_bop(cls, info: Mapping[str, Any]) -> Symmetry:
         """Create from an object's entry in BOP's ``models_info.json`` (mm)."""

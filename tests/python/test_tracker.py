@@ -227,7 +227,7 @@ def test_the_covariance_is_that_of_the_error_over_draws_of_the_noise(correlated)
     rng = np.random.default_rng(1)
     # With a correlation area of 4 px, blocks of 2 x 2 pixels share one error.
     side = int(np.sqrt(correlated))
-    tracker = st.Tracker(shape, CAMERA, threads=1, correlation_area_px=correlated)
+    tracker = st.Tracker(shape, CAMERA, threads=1, correlation_area_px=correlated, max_systematic_m=0.0)
     errors, variances, inside = [], [], 0
     for _ in range(DRAWS):
         noise = rng.normal(0, 2 * NOISE_M, (CAMERA.height // side, CAMERA.width // side))
@@ -252,8 +252,9 @@ def test_the_covariance_is_that_of_the_twin(box, at):
     frame = st.Frame(depth_of(camera=small))
     # Known noise and no prior or retry: the final energy is then the data's alone, at one scale.
     tracker = st.Tracker(
-        box, small, threads=1, adapt_noise=False, free_space=False, motion_sigma_m=0.0, correlation_area_px=1
-    )
+        box, small, threads=1, adapt_noise=False, free_space=False, motion_sigma_m=0.0, correlation_area_px=1,
+        max_systematic_m=0.0,
+    )  # fmt: skip
     result = tracker.start(frame, poses=[start])
     s = result.steps[0][-1].scale_m
     shape = twin_tracking.make_shape(box.values, box.voxel_size, box.origin)
@@ -279,7 +280,7 @@ def test_the_turn_of_a_sphere_has_the_variance_of_pi_and_never_0():
     clean = ball.render(CAMERA, POSE)[0]
     noise = np.random.default_rng(0).normal(0, NOISE_M, clean.shape)
     frame = st.Frame(np.where(clean > 0, clean + noise, 0).astype(np.float32))
-    result = st.Tracker(ball, CAMERA, threads=1).start(frame, poses=[POSE])
+    result = st.Tracker(ball, CAMERA, threads=1, max_systematic_m=0.0).start(frame, poses=[POSE])
     np.testing.assert_allclose(np.diag(result.covariance)[3:], np.pi**2, rtol=0.05)
     # The voxels' grain (1.9 mm) mixes 0.1 mm per radian of position into the free turn, whose sd is pi.
     assert np.sqrt(np.diag(result.covariance)[:3]).max() < 5e-4
@@ -294,7 +295,9 @@ def test_a_flat_view_leaves_the_slide_along_the_face_and_the_turn_in_it_open(box
     mask = np.zeros(CAMERA.shape, bool)
     mask[110:130, 145:175] = True  # the middle of the front face alone
     depth[~mask] = 0
-    result = st.Tracker(box, CAMERA, threads=1).start(st.Frame(depth, mask=mask), poses=[facing])
+    result = st.Tracker(box, CAMERA, threads=1, max_systematic_m=0.0).start(
+        st.Frame(depth, mask=mask), poses=[facing]
+    )
     sd, diameter = np.sqrt(np.diag(result.covariance)), np.linalg.norm(SIZE_M)
     np.testing.assert_allclose(sd[[0, 1]], diameter, rtol=0.1)
     assert sd[5] == pytest.approx(np.pi, rel=0.05)
@@ -303,7 +306,7 @@ def test_a_flat_view_leaves_the_slide_along_the_face_and_the_turn_in_it_open(box
 
 
 def test_while_the_object_moves_the_covariance_is_that_of_the_errors(box):
-    tracker, distances = st.Tracker(box, CAMERA, threads=1), []
+    tracker, distances = st.Tracker(box, CAMERA, threads=1, max_systematic_m=0.0), []
     for i in range(MOVING_FRAMES):
         k = abs(i % 12 - 6)  # 12 mm and 4 degrees from frame to frame, back and forth
         T = shifted(POSE, 0.01 * k, 0.006 * k, 0)

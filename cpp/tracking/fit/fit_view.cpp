@@ -224,7 +224,7 @@ void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
             .moved(optim::camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
   fitted->covariance += systematic_covariance(response, systematic_m,
                                               options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
-  if (distance_m > 0) fitted->by_distance = distance_covariance(response, distance_m, fitted->T_cam_obj.t);
+  if (distance_m > 0) fitted->unseen_errors = distance_covariance(response, distance_m, fitted->T_cam_obj.t);
 }
 
 void FitView::examine(Fitted* fitted) {

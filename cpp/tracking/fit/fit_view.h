@@ -76,7 +76,7 @@ struct Fitted {
   Matrix6d covariance;  // camera axes, about the caller's object origin
   // What an error of the distance that no residual shows adds to the covariance that is reported. Nothing is
   // decided by it: it is nearly constant, so that motions are seen.
-  Matrix6d by_distance = Matrix6d::Zero();
+  Matrix6d unseen_errors = Matrix6d::Zero();
   double cost = 0;  // mean per pixel of the last stage; with colours that of depth where they are its own
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;

@@ -35,7 +35,8 @@ enum class ReasonCode {
   kOpenPosition,
   kOpenDirections,  // text: which
   kOtherSize,       // text
-  kUnlikely,        // percent
+  kFreeScale,
+  kUnlikely,  // percent
   kNotFinite,
   kByOutline,      // no depth in this frame
   kLittleOutline,  // likewise

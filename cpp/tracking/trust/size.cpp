@@ -38,6 +38,9 @@ constexpr double kSure_sd = 4.5;      // as everywhere where one says that two t
 constexpr double kAgree_sd = 3, kLikely_sd = 1.5;
 constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itself
 constexpr double kTellingSd = 0.032;                      // an outline that says less is no witness
+constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
+constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
+constexpr double kKnownSd = 0.05;  // of a free scale
 constexpr double kShares[kBiasModes] = {kOffsetShare,    kLinearShare,    kLinearShare,
                                         kQuadraticShare, kQuadraticShare, kQuadraticShare};
 
@@ -295,6 +298,44 @@ void SizeWitness::observe(const SizeLook& look, const Mat3d& R_cam_obj) {
 double SizeWitness::sd() const {
   const double own = std::max(own_var_, scatter_) / std::min(std::max(1, frames_), kMaxFrames);
   return std::sqrt(own + shared_var_ / std::max(1, views_));
+}
+
+void SizeWitness::rescaled(double log_scale) {
+  if (std::abs(log_scale) > kCurved)
+    *this = {};
+  else
+    mean_ -= log_scale;
+}
+
+SizeTest::LogScale SizeTest::free_scale() const {
+  double information = 0, sum = 0;
+  for (const SizeWitness* one : {&depth, &outline}) {
+    if (!one->known()) continue;
+    const double weight = std::pow(one->sd(), -2);
+    information += weight, sum += weight * one->log_scale();
+  }
+  if (!(information > 0)) return {};
+  return {sum / information, 1 / std::sqrt(information)};
+}
+
+double SizeTest::log_scale_to_add() const {
+  const LogScale s = free_scale();
+  return std::abs(s.mean) > std::max(kRescaleFrom, kRescaleSd * s.sd) ? s.mean : 0;
+}
+
+void SizeTest::rescaled(double log_scale) {
+  depth.rescaled(log_scale);
+  outline.rescaled(log_scale);
+}
+
+bool SizeTest::determines_scale() const { return free_scale().sd < kKnownSd; }
+
+const Vector6d& SizeTest::pull() const { return depth.known() ? depth.pull() : outline.pull(); }
+
+Matrix6d SizeTest::free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
+  const Vector6d shift =
+      std::min(1.0, free_scale().sd) * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * pull());
+  return shift * shift.transpose();
 }
 
 std::string SizeTest::other_size() const {

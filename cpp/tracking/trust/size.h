@@ -2,6 +2,7 @@
 // Whether the object has the size of its model: what depth and the outline in the colour image say of it.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,8 @@ class SizeWitness {
   double log_scale() const { return mean_; }
   double sd() const;
   const Vector6d& pull() const { return pull_; }
+  // The model has been enlarged by this log scale.
+  void rescaled(double log_scale);
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
@@ -71,6 +74,20 @@ struct SizeTest {
   bool outline_agrees() const;
   // What a size that differs, surely or not, makes of the pose: to be added to its covariance in camera axes.
   Matrix6d covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
+
+  // Of a model whose scale is free, by both witnesses; the sd is infinite where neither has seen it.
+  struct LogScale {
+    double mean = 0, sd = std::numeric_limits<double>::infinity();
+  };
+  LogScale free_scale() const;
+  // By how much to enlarge it; 0 where that is smaller than what is known of
+  // it.
+  double log_scale_to_add() const;
+  void rescaled(double log_scale);
+  bool determines_scale() const;
+  const Vector6d& pull() const;  // increment of T_obj_cam that follows a log scale of 1
+  // What is not known of it makes of the pose.
+  Matrix6d free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
 };
 
 }  // namespace sdftrack::tracking

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -71,6 +72,9 @@ class Track(Meshes, Frames, Layout, Sensor, Common):
         metavar="auto|none|models_info.json",
         check=check_symmetry,
     )
+    scale: Literal["known", "free"] = option(
+        "known", "Size of the objects: that of the meshes; or estimated, and the meshes have only their form."
+    )
     no_video: bool = option(False, "Do not write overlay.mp4.")
 
     def models(self) -> list[Path]:
@@ -103,6 +107,12 @@ class Track(Meshes, Frames, Layout, Sensor, Common):
             raise Usage(
                 "expected --mode rgbd, rgb or auto: depth mode does not use colour images", "--outline"
             )
+        if self.scale == "free" and (self.mode == "rgb" or self.overlay_mesh):
+            raise Usage(
+                "expected known with --mode rgb or --overlay-mesh: a scale is estimated from depth, and only the "
+                "--model is enlarged by it",
+                "--scale",
+            )
         if self.outline is False and self.mode == "rgb":
             raise Usage("expected --outline: --mode rgb uses nothing else", "--no-outline")
 
@@ -134,6 +144,7 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
             mode=job.mode,
             names=[t.name for t in targets],
             symmetry=[t.symmetry for t in targets],
+            scale="free" if job.scale == "free" else None,
             **options,
         )
         run = _Run(job, folder, out, seq, numbers, targets, tracker)
@@ -180,8 +191,8 @@ class _Run:
         return self.seq.camera if frame.camera is None else frame.camera
 
     def save_start(self, frame: Any, selection: Selection) -> None:
-        sdfs = [t.sdf for t in self.targets]
-        save_start_picture(self.out / NAME, frame, self.camera_of(frame), selection, self.results[0], sdfs)
+        camera, shapes = self.camera_of(frame), self.tracker.shapes
+        save_start_picture(self.out / NAME, frame, camera, selection, self.results[0], shapes)
 
     def recorder(self, meshes: list[Any]) -> Any:
         """The files, in a folder that is made now."""
@@ -191,7 +202,7 @@ class _Run:
         return st.Recorder(
             self.out,
             self.seq.camera,
-            [t.sdf for t in self.targets],
+            self.tracker.shapes,
             not self.job.no_video,
             self.job.overwrite,
             obj_ids=[t.obj_id for t in self.targets],
@@ -221,6 +232,8 @@ class _Run:
                 recorder.add(frame, self.results[-1], im_id=self.seq.ids[i], truth=truth)
         if self.tracker.color_delay:
             recorder.note("color_delay", dataclasses.asdict(self.tracker.color_delay))
+        if self.job.scale == "free":
+            recorder.note("scales", [_scale_record(scale) for scale in self.tracker.scales])
 
     def settings(self) -> dict[str, Any]:
         """Settings for report.json."""
@@ -233,6 +246,7 @@ class _Run:
             "models": [str(t.path) for t in self.targets],
             "known_models": [t.known for t in self.targets],
             **({} if job.symmetry == "none" else {"symmetries": symmetries}),
+            **({} if job.scale == "known" else {"scale": job.scale}),
             "instances": [t.instance for t in self.targets],
             "init": inits[0].text if len(inits) == 1 else [i.text for i in inits],
             "mode": self.tracker.mode,
@@ -258,9 +272,19 @@ class _Run:
                 print(
                     f"{delay}: the two images of a frame are not simultaneous, or the depth camera filters over time"
                 )
+            for name, scale in zip(names, self.tracker.scales, strict=True):
+                if scale is not None:
+                    print(f"{name}: {scale}")
             if selection and "lost" in map(str, self.results[0].status):
                 print(f"the regions selected as objects in the first frame: {self.out / NAME}")
         return list(lost_throughout(self.folder, names, self.results, [i.kind for i in self.job.inits()]))
+
+
+def _scale_record(scale: Any) -> dict[str, Any] | None:
+    """Of report.json; None: not known."""
+    if scale is None or not math.isfinite(scale.sd):
+        return None
+    return {"scale": scale.scale, "sd": scale.sd, "interval95": list(scale.interval95)}
 
 
 def _bop_name(folder: Path) -> str:

@@ -40,6 +40,13 @@ class CanonicalPoses:
             if symmetry is not None:
                 core.set_symmetries(k, np.ascontiguousarray(symmetry.motions()[1:]))
 
+    def resize(self, k: int, factor: float) -> None:
+        """Object k is larger by a factor; the core's motions have grown already."""
+        for symmetries in (self.symmetries, self._used):
+            symmetry = symmetries[k]
+            if symmetry is not None:
+                symmetries[k] = symmetry.enlarged(factor)
+
     def begin(self, places: Sequence[Place]) -> None:
         """Forget all reported poses; the first result will be near the given pose, if any."""
         poses = (isinstance(p, np.ndarray) and p.dtype == np.float64 for p in places)

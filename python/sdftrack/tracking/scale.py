@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -88,12 +89,17 @@ def scale_doubt(frame: Any, camera: Any, region: NDArray[np.bool_], sdf: Any) ->
 
 
 def with_scale_doubts(
-    result: TrackResult, frame: Any, camera: Any, places: list[Any], shapes: list[Any], free_sizes: Any
+    result: TrackResult,
+    frame: Any,
+    camera: Any,
+    places: list[Any],
+    shapes: list[Any],
+    has_size: Callable[[int], bool],
 ) -> TrackResult:
     """The result of a start at masks or boxes; reasons name a wrong scale, but not where an object is ok."""
     reasons = list(result.reason)
     for k, place in enumerate(places):
-        if result.status[k] not in (Status.LOST, Status.WEAK) or free_sizes.shapes_unknown(k):
+        if result.status[k] not in (Status.LOST, Status.WEAK) or not has_size(k):
             continue
         region = _region_of(frame, camera, place)
         doubt = "" if region is None else scale_doubt(frame, camera, region, shapes[k])

@@ -27,7 +27,7 @@ from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
-from sdftrack.results import ColorDelay, Status, TrackResult
+from sdftrack.results import ColorDelay, ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
@@ -43,6 +43,8 @@ from sdftrack.tracking.arguments import (
 )
 from sdftrack.tracking.canonical_poses import CanonicalPoses
 from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen, volume_of
+from sdftrack.tracking.free_scale import adjust, estimate, free_scales
+from sdftrack.tracking.free_scale import start as start_scaled
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.progress import Progress
 from sdftrack.tracking.scale import check_scale, with_scale_doubts
@@ -104,6 +106,10 @@ class Tracker:
         Symmetries of the shapes. Equivalent poses are not reported as ambiguous, and results contain the equivalent
         pose nearest to the object's last pose (at a start: to the given pose, else to the camera's axes). They are
         ignored for a shape with colours in a mode that uses colour, because its colours resolve the symmetry.
+    scale : "free" or None, or a sequence with one per shape
+        ``"free"``: the shape has the object's form but not its size; its scale is estimated, from a mask whatever it
+        is, from other starts if it is within a fifth of 1, and refined in later frames; see :attr:`scales`. Poses are
+        those of the enlarged shape, which :attr:`shapes` holds.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
     sensor : SensorModel, str or path, optional
@@ -151,6 +157,7 @@ class Tracker:
         names: Sequence[str] | None = None,
         collision: str | None = "contact",
         symmetry: Symmetry | Sequence[Symmetry | None] | None = None,
+        scale: str | Sequence[str | None] | None = None,
         options: TrackerOptions | None = None,
         sensor: SensorModel | str | os.PathLike[str] | None = None,
         **single_options: Any,
@@ -198,6 +205,13 @@ class Tracker:
         self._free_sizes.mark_unfound(TrackerInterface(self))
         self._canonical = CanonicalPoses(symmetry, self.shapes, mode)
         self._canonical.declare(self._core)
+        self._free_scales = free_scales(scale, self.shapes, self._free_sizes.shapes_unknown)
+        for k in self._scaled():
+            self._core.free_scale(k)
+
+    def _scaled(self) -> list[int]:
+        """The shapes whose scale is estimated."""
+        return [k for k, free in enumerate(self._free_scales) if free]
 
     def _paint_all(self) -> None:
         self._painted: list[tuple[NDArray[np.uint8], NDArray[np.uint16]]] = []
@@ -217,6 +231,12 @@ class Tracker:
     def sizes(self) -> list[PrimitiveFit | None]:
         """Current size estimate of each `Primitive` among the shapes; None: another shape, or not found yet."""
         return self._free_sizes.fits(len(self.shapes))
+
+    @property
+    def scales(self) -> list[ScaleEstimate | None]:
+        """Current scale of each shape with ``scale="free"`` over the one that was given; None: another shape."""
+        with self._alone():
+            return [estimate(self, k) if free else None for k, free in enumerate(self._free_scales)]
 
     def start(
         self,
@@ -306,15 +326,24 @@ class Tracker:
                 isinstance(place, np.ndarray)
                 and place.dtype == np.uint8
                 and not self._free_sizes.shapes_unknown(k)
+                and not self._free_scales[k]
             ):
                 check_scale(frame, camera, place != 0, self.shapes[k], f"masks[{k}]")
         with self._alone():
             self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             begin = time.perf_counter()
             view = self._core_frame(frame, camera, colors)
-            result = self._finish(frame, view, self._core.start(view, places, self.names), begin)
-            self._last = with_scale_doubts(result, frame, camera, places, self.shapes, self._free_sizes)
+
+            def run(places: list[Place]) -> TrackResult:
+                return self._finish(frame, view, self._core.start(view, places, self.names), begin)
+
+            result = start_scaled(self, run, frame, camera, places, self._scaled())
+            self._last = with_scale_doubts(result, frame, camera, places, self.shapes, self._has_size)
             return self._last
+
+    def _has_size(self, k: int) -> bool:
+        """Whether shape k is said to have the object's size."""
+        return not self._free_scales[k] and not self._free_sizes.shapes_unknown(k)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the objects in the next frame.
@@ -352,6 +381,9 @@ class Tracker:
             result = self._finish(frame, view, self._core.track(view, self.names), begin)
             if self._free_sizes:
                 self._free_sizes.look(TrackerInterface(self), frame, camera, result)
+            for k in self._scaled():
+                if result.status[k] in (Status.OK, Status.WEAK):
+                    adjust(self, k)
             return result
 
     def recover(
@@ -459,6 +491,7 @@ class Tracker:
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
             self._canonical.add()
+            self._free_scales.append(False)
             self._free_sizes.mark_unfound(TrackerInterface(self))
             self._last = None
             return k
@@ -472,7 +505,7 @@ class Tracker:
             self._core.remove(index)
             self._free_sizes.remove(index)
             self._canonical.remove(index)
-            for values in (self.shapes, self.names, self.mode_used):
+            for values in (self.shapes, self.names, self.mode_used, self._free_scales):
                 del values[index]
             self._drop_unused_paint()
             self._last = None
@@ -532,6 +565,7 @@ class Tracker:
                     "membership": self.membership,
                     "collision": self.collision,
                     "symmetry": list(self._canonical.symmetries),
+                    "scale": ["free" if free else None for free in self._free_scales],
                 },
                 "progress": Progress(
                     self._core.state(),
