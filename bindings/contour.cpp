@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "contour/cues/box_start.h"
 #include "contour_core.h"
 
 namespace sdftrack::bindings {
@@ -41,17 +42,6 @@ struct Frame : Observation {
   explicit Frame(const contour::ContourFrame& of)
       : Observation(of.report, of.shape), mask(frozen<bool>(of.mask, {of.height, of.width})) {}
 };
-
-// The flow of the part of the image whose corner is (x0, y0).
-std::optional<contour::FlowView> flow_view(const std::optional<py::array>& flow, int x0, int y0,
-                                           const contour::RgbView& image) {
-  if (!flow) return std::nullopt;
-  const float* back = borrow<float>(*flow, "flow", {-1, -1, 2});
-  const auto height = static_cast<int>(flow->shape(0)), width = static_cast<int>(flow->shape(1));
-  if (x0 < 0 || y0 < 0 || width > image.width - x0 || height > image.height - y0)
-    throw std::invalid_argument("flow: expected that of a part of the image");
-  return contour::FlowView{back, {x0, y0, x0 + width, y0 + height}};
-}
 
 void bind_phases(py::module_& m) {
   py::native_enum<contour::ShapeJudgement>(m, "ShapeJudgement", "enum.Enum",
@@ -100,9 +90,10 @@ void bind_contour(py::module_& m) {
             const Busy turn(&self.busy, "tracker");
             const contour::RgbView view = color_view(image);
             const contour::ImagePart box{x0, y0, x1, y1};
-            return Frame(unlocked([&] { return self.tracker.start(view, box); }));
+            return Frame(unlocked([&] { return contour::start_in_box(&self.tracker, view, box); }));
           },
-          py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"))
+          py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"),
+          "As the option box_start says.")
       .def(
           "track",
           [](ContourCore& self, const py::array& image, const std::optional<py::array>& flow, int x0,

@@ -15,6 +15,7 @@ void bind_ball(py::module_& m);
 void bind_depth_to_color(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_contour(py::module_& m);
+void bind_contour_cues(py::module_& m);
 void bind_contour_grid(py::module_& m);
 void bind_contour_memory(py::module_& m);
 void bind_contour_options(py::module_& m);
@@ -92,6 +93,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_depth_to_color(m);
   sdftrack::bindings::bind_contour_options(m);
   sdftrack::bindings::bind_contour(m);
+  sdftrack::bindings::bind_contour_cues(m);
   sdftrack::bindings::bind_contour_grid(m);
   sdftrack::bindings::bind_contour_memory(m);
   sdftrack::bindings::bind_superpixels(m);

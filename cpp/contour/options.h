@@ -19,7 +19,7 @@ struct ContourOptions {
 
   // Evidence beside the colours, from the optical flow.
   bool motion = true;    // weighs how a pixel moves: the flow comes with each image
-  bool evidence = true;  // the reported confidence; the caller's, who sees masks and flow (evidence.py)
+  bool evidence = true;  // the reported confidence; cues/evidence.h
 
   // Grid.
   int max_cells = 160;  // along the longer side of the object's box
@@ -34,7 +34,7 @@ struct ContourOptions {
   float tension = 1;  // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
 
   // Start from a box.
-  bool box_prior = true;  // segmented once more by place and edges; the caller's (box_start.py)
+  bool box_prior = true;  // segmented once more by place and edges (cues/box_start.h)
 
   // std::invalid_argument names the first that cannot be.
   void check() const;

@@ -20,7 +20,9 @@ from experiments.contour.contour import (
 )
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.contour.evidence import BIAS, SURE, WEIGHTS
+from sdftrack._core import EVIDENCE_BIAS as BIAS
+from sdftrack._core import EVIDENCE_SURE as SURE
+from sdftrack._core import EVIDENCE_WEIGHTS as WEIGHTS
 
 __all__ = ["contour_confidence"]
 

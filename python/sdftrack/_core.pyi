@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_distance', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -216,7 +216,9 @@ class ContourCore:
         Goes on from such a state; False, and nothing changed, where it is one of another version.
         """
     def start_box(self, image: numpy.ndarray, x0: typing.SupportsInt | typing.SupportsIndex, y0: typing.SupportsInt | typing.SupportsIndex, x1: typing.SupportsInt | typing.SupportsIndex, y1: typing.SupportsInt | typing.SupportsIndex) -> ContourFrame:
-        ...
+        """
+        As the option box_start says.
+        """
     def start_mask(self, image: numpy.ndarray, mask: numpy.ndarray) -> ContourFrame:
         ...
     def state(self) -> bytes:
@@ -435,6 +437,24 @@ class DeviceArray:
     @property
     def shape(self) -> tuple:
         ...
+class EvidenceGatherer:
+    """
+    Compares each frame's mask with the first, and with the last one moved.
+    """
+    def __getstate__(self) -> bytes:
+        ...
+    def __init__(self, image: numpy.ndarray, mask: numpy.ndarray, first_instability: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __setstate__(self, arg0: bytes) -> None:
+        ...
+    def gather(self, image: numpy.ndarray, mask: numpy.ndarray, shared: typing.SupportsFloat | typing.SupportsIndex = 0.0, flow: numpy.ndarray | None = None, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[list[float], "FixedSize(5)"]:
+        """
+        Evidence about the mask in the next image, given the flow back to the last.
+        """
+    def skip(self, mask: numpy.ndarray) -> None:
+        """
+        A frame without an outline.
+        """
 class EvolveOptions:
     printed: bool
     def __init__(self) -> None:
@@ -1563,8 +1583,16 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
 def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
     ...
+def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
+    """
+    Chance that the outline's IoU with the truth is one half or more.
+    """
 def contour_distance(phi: numpy.ndarray, radius: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     ...
+def contour_first_instability(image: numpy.ndarray, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: numpy.ndarray, options: dict) -> float:
+    """
+    1 less the mean IoU of the first mask and those of the box shifted a little.
+    """
 def contour_harmonic_numbers(n: typing.SupportsInt | typing.SupportsIndex, order: str) -> list[int]:
     """
     The harmonic of each coefficient.
@@ -1594,6 +1622,10 @@ def contour_shared_colors(image: numpy.ndarray, phi: numpy.ndarray, warp: typing
 def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi after steps of the evolution.
+    """
+def contour_verdict(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"], status: str, reason: str) -> tuple:
+    """
+    Status, reason and confidence by the evidence.
     """
 def contour_with_hidden(seen: numpy.ndarray, expected: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
     """
@@ -1793,6 +1825,11 @@ def zero_mesh(phi: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsI
     """
 BALL_BAND_PX: float = 8.0
 BAND_VOXELS: float = 6.0
+EVIDENCE_BIAS: float = 4.23
+EVIDENCE_MOST_INSTABILITY: float = 0.2
+EVIDENCE_MOST_SHARED: float = 0.55
+EVIDENCE_SURE: float = 0.9
+EVIDENCE_WEIGHTS: list = [-2.21, -8.91, -4.23, -5.67]
 MIN_BALL_RADIUS_PX: float = 5.0
 __version__: str = '0.1.0'
 build: dict = {'compiler': 'gcc 12.2.0', 'optimised': True}

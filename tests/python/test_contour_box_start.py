@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour import box_start
 from sdftrack.metrics import iou
 
 SIZE = (240, 180)
@@ -14,6 +13,7 @@ OWN_SHARE = 0.5  # of the object, in blots; the rest has the colours of the grou
 RIGHT_IOU = 0.65
 LARGE_IOU = 0.97
 SMALL_IOU = 0.7
+MOST_PX = 160  # a longer side is examined at a lower resolution
 
 
 def blotched(seed):
@@ -54,7 +54,7 @@ def test_a_large_box_is_segmented_at_a_lower_resolution():
     image = np.where(mask[..., None], [150, 90, 60], [90, 120, 60])
     image = np.clip(image + np.random.default_rng(0).normal(0, 12, image.shape), 0, 255).astype(np.uint8)
     box = cv2.boundingRect(mask.astype(np.uint8))
-    assert max(box[2:]) > box_start.MOST_PX
+    assert max(box[2:]) > MOST_PX
     assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > LARGE_IOU
 
 
@@ -66,19 +66,3 @@ def test_the_parts_of_a_small_object_are_not_smoothed_away():
     image = np.clip(image + np.random.default_rng(0).normal(0, 8, image.shape), 0, 255).astype(np.uint8)
     box = cv2.boundingRect(mask.astype(np.uint8))
     assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > SMALL_IOU
-
-
-def test_what_leaves_next_to_nothing_keeps_the_guess(monkeypatch):
-    image, mask = blotched(0)
-    box = cv2.boundingRect(mask.astype(np.uint8))
-    guess = st.contour.ContourTracker(box_start="colors").start(image, box=box)
-    monkeypatch.setattr(box_start, "PRIOR_RADIUS", -10.0)
-    np.testing.assert_array_equal(st.contour.ContourTracker().start(image, box=box).mask, guess.mask)
-
-
-def test_the_mean_does_not_cross_an_edge():
-    gray = np.zeros((20, 40), np.float32)
-    gray[:, 20:] = 1
-    mean = box_start.edge_aware_mean(gray, gray.copy(), 3)
-    np.testing.assert_allclose(mean, gray, atol=0.15)
-    assert np.abs(cv2.blur(gray, (7, 7)) - gray).max() > 0.4

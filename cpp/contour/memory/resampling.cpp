@@ -100,11 +100,26 @@ Picture resized(const Picture& source, int width, int height) {
   return out;
 }
 
+// Summed in double: small variances are differences of such means.
 Picture box_mean(const Picture& source, int radius) {
-  const int side = 2 * radius + 1;
-  return convolved(source,
-                   std::vector<float>(static_cast<std::size_t>(side), 1.0f / static_cast<float>(side)),
-                   Border::kMirrored);
+  Plane<double> along_x(source.width, source.height);
+  Picture out(source.width, source.height);
+  for (int y = 0; y < source.height; ++y)
+    for (int x = 0; x < source.width; ++x)
+      for (int k = x - radius; k <= x + radius; ++k)
+        along_x.row(y)[x] += static_cast<double>(source.row(y)[within(k, source.width, Border::kMirrored)]);
+  const double share = 1.0 / ((2 * radius + 1) * (2 * radius + 1));
+  std::vector<double> sums;
+  for (int y = 0; y < source.height; ++y) {
+    sums.assign(static_cast<std::size_t>(source.width), 0);
+    for (int k = y - radius; k <= y + radius; ++k) {
+      const double* const from = along_x.row(within(k, source.height, Border::kMirrored));
+      for (int x = 0; x < source.width; ++x) sums[static_cast<std::size_t>(x)] += from[x];
+    }
+    for (int x = 0; x < source.width; ++x)
+      out.row(y)[x] = static_cast<float>(share * sums[static_cast<std::size_t>(x)]);
+  }
+  return out;
 }
 
 Picture blurred(const Picture& source, double sigma_px, Border border) {

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import cv2
@@ -72,28 +71,6 @@ def _dense_inverse_search() -> Any:
     out = dis.DISOpticalFlow_create(dis.DISOPTICAL_FLOW_PRESET_FAST)
     out.setFinestScale(1)
     return out
-
-
-def moved_mask(mask: Mask, flow: BackwardFlow) -> Mask:
-    """The last mask where the flow takes it; pixels beside the flow's part stay."""
-    height, width = flow.back.shape[:2]
-    rows, columns = slice(flow.y0, flow.y0 + height), slice(flow.x0, flow.x0 + width)
-    part = np.ascontiguousarray(mask[rows, columns]).view(np.uint8) * np.uint8(255)
-    moved = mask.copy()
-    at = _pixels(mask.shape)[:height, :width] + flow.back
-    remap: Any = cv2.remap  # OpenCV's stubs demand the second map that it may do without
-    there = remap(part, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    np.greater(there, 127, out=moved[rows, columns])
-    return moved
-
-
-@lru_cache(maxsize=1)
-def _pixels(shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """(H, W, 2): (x, y) of each pixel."""
-    y, x = np.indices(shape, np.float32)
-    pixels = np.stack([x, y], axis=-1)
-    pixels.flags.writeable = False  # all callers get the same
-    return pixels
 
 
 def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

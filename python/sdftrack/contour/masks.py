@@ -44,12 +44,6 @@ def resampled(mask: Mask, size: int) -> NDArray[np.float32]:
     return np.asarray(cv2.resize(mask.astype(np.float32), (size, size), interpolation=way), np.float32)
 
 
-def overlap(a: Mask, b: Mask) -> float:
-    """Intersection over union; 0 where both are empty."""
-    either = np.count_nonzero(a | b)
-    return np.count_nonzero(a & b) / either if either else 0.0
-
-
 def signed_distances(mask: Mask) -> NDArray[np.float32]:
     """(H, W) float32 distance of each pixel to the edge between inside and outside, pixels, negative inside."""
     import cv2

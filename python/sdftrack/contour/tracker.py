@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_schema import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
-from sdftrack.contour.box_start import first_instability, start_in_box
-from sdftrack.contour.evidence import Evidence, EvidenceGatherer, status_by_evidence
+from sdftrack.contour.evidence import Evidence, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.options import (
@@ -108,7 +107,7 @@ class ContourTracker:
         self._judges = self.options["confidence"] == "evidence"
         self._moves = self.options["motion"] == "flow"
         self._flow: ImageFlow | None = None
-        self._evidence: EvidenceGatherer | None = None
+        self._evidence: _core.EvidenceGatherer | None = None
         self._mask: NDArray[np.bool_] = np.zeros((0, 0), bool)
         # A memory without silhouettes, the printed rule's or a caller's own, is asked about masks of the grid.
         self._occlusions: _core.OcclusionHandler | None = None
@@ -193,16 +192,16 @@ class ContourTracker:
                 frame = self._core.start_mask(rgb, checked_mask_of(mask, rgb.shape[:2]))
             else:
                 place = checked_box(box, rgb.shape[1], rgb.shape[0])
-                frame = start_in_box(self._core, rgb, place, self.options)
+                frame = self._core.start_box(rgb, *place)
                 if self._judges:
-                    unstable = first_instability(rgb, place, frame.mask, self.options)
+                    unstable = _core.contour_first_instability(rgb, place, frame.mask, self.options)
             self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
             shapes = self._memory.shapes if isinstance(self._memory, ShapeMemory) else None
             if self._occlusions is not None and shapes is not None:
                 self._occlusions.begin(self._core, shapes)
             self._mask = frame.mask
             self._flow = ImageFlow(rgb) if self._judges or self._moves else None
-            self._evidence = EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
+            self._evidence = _core.EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
             result = self._result(frame, None)
             if box is None or not self._judges:
                 return result
@@ -255,7 +254,8 @@ class ContourTracker:
         if result.status == Status.LOST:
             self._evidence.skip(result.mask)
             return result
-        return _with_evidence(result, self._evidence.gather(rgb, result.mask, flow, shared))
+        gathered = self._evidence.gather(rgb, result.mask, shared, *flow or ())
+        return _with_evidence(result, Evidence(*gathered))
 
     def _track_with(
         self, memory: Memory, rgb: NDArray[np.uint8], flow: BackwardFlow | None
