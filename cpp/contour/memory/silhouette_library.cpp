@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "contour/memory/mask_ops.h"
@@ -238,6 +240,10 @@ SilhouetteLibrary::State SilhouetteLibrary::state() const {
 }
 
 void SilhouetteLibrary::restore(const State& state) {
+  if (state.masks.size() > static_cast<std::size_t>(options_.capacity))
+    throw std::invalid_argument("kept: expected no more silhouettes than the capacity, " +
+                                std::to_string(options_.capacity) + ", got " +
+                                std::to_string(state.masks.size()));
   std::vector<Shape> shapes;
   const std::size_t n = state.masks.size();
   for (std::size_t k = 0; k < n; ++k) {
