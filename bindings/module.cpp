@@ -12,6 +12,7 @@ namespace sdftrack::bindings {
 
 void bind_base(py::module_& m);
 void bind_ball(py::module_& m);
+void bind_depth_errors(py::module_& m);
 void bind_depth_to_color(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_contour(py::module_& m);
@@ -90,6 +91,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_lens(m);
   sdftrack::bindings::bind_calibration(m);
   sdftrack::bindings::bind_ball(m);
+  sdftrack::bindings::bind_depth_errors(m);
   sdftrack::bindings::bind_depth_to_color(m);
   sdftrack::bindings::bind_contour_options(m);
   sdftrack::bindings::bind_contour(m);

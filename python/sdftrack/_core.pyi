@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -504,6 +504,31 @@ class FrameEnergy:
     def retract(self, arg0: State, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple:
         ...
     def state(self, T_cam_obj: list, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
+        ...
+class ImageNoise:
+    """
+    What an image says of a depth camera's noise and bias; NaN: nothing.
+    """
+    @property
+    def bias_by_tangent(self) -> float:
+        ...
+    @property
+    def bias_m(self) -> float:
+        ...
+    @property
+    def correlation(self) -> float:
+        ...
+    @property
+    def depth_m(self) -> float:
+        ...
+    @property
+    def known(self) -> int:
+        ...
+    @property
+    def samples(self) -> list[tuple[float, float, float, int]]:
+        ...
+    @property
+    def systematic_m(self) -> float:
         ...
 class IntrinsicsOptions:
     """
@@ -1643,6 +1668,8 @@ def correlation_area(u_px: numpy.ndarray, v_px: numpy.ndarray, residual_m: numpy
     """
     Number of pixels that share one error; 0: too few to estimate it.
     """
+def correlation_length(neighbours: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    ...
 def cuda_device_name(device: typing.SupportsInt | typing.SupportsIndex = 0) -> str:
     """
     Its name; empty where it does not answer.
@@ -1673,6 +1700,14 @@ def find_outlines(color: numpy.ndarray, mask: numpy.ndarray, camera: Camera, see
     ...
 def fit_color_map(center_cam: numpy.ndarray, center_covariance: numpy.ndarray, color_px: numpy.ndarray, color_covariance: numpy.ndarray, time_s: numpy.ndarray, color: typing.Any, time_offset: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
     ...
+def fit_growth(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], is_signed: bool) -> tuple:
+    """
+    (constant, per Z^2).
+    """
+def fit_noise(samples: collections.abc.Sequence[tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]]) -> tuple:
+    """
+    (noise_m, noise_per_m, noise_incidence).
+    """
 def fit_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, mask: typing.Any, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset: typing.SupportsFloat | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex, noise: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bent: bool = False) -> typing.Any:
     """
     Normal, offset, bend and noise over the law's of a plane refitted to the readings in a mask; None on a line.
@@ -1741,6 +1776,8 @@ def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.Suppor
     """
     Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.
     """
+def plane_noise(depth: numpy.ndarray, camera: Camera, beside: numpy.ndarray, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset_m: typing.SupportsFloat | typing.SupportsIndex) -> ImageNoise:
+    ...
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
     -> least phi along a stretch of a ray (m), derivative by (v, w) and every length.
@@ -1805,6 +1842,10 @@ def smooth_foreground(at: numpy.ndarray, depth: numpy.ndarray, foreground: numpy
     """
     Posteriors (N,) float32 of pixels, smoothed over the image; distance: from the surface, or None.
     """
+def span_is_wide(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> bool:
+    ...
+def surface_noise(depth: numpy.ndarray, camera: Camera, expected: numpy.ndarray, normals: numpy.ndarray) -> ImageNoise:
+    ...
 def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     -> points (N, 3) float32 m, normals (N, 3) float32.

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calibration/lens_energy.h"
+#include "calibration/noise_fit.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -202,6 +203,29 @@ TEST(Arrow, its_step_is_that_of_the_dense_equations) {
   optim::minimize(energy, options, &record);
   const Eigen::VectorXd dense = -H.ldlt().solve(g);
   EXPECT_LT((energy.state_ - dense).norm(), 1e-8 * dense.norm());
+}
+
+TEST(NoiseFit, exact_samples_give_back_the_model) {
+  std::vector<calibration::NoiseSample> samples;
+  for (const double z : {0.5, 0.8, 1.3})
+    for (const double t : {0.0, 0.5, 1.2})
+      samples.push_back({z, t, std::hypot(0.001 + 0.002 * z * z, 0.003 * z * t), 1000});
+  const calibration::NoiseModel found = calibration::fit_noise(samples);
+  EXPECT_NEAR(found.noise_m, 0.001, 1e-8);
+  EXPECT_NEAR(found.noise_per_m, 0.002, 1e-8);
+  EXPECT_NEAR(found.noise_incidence, 0.003, 1e-8);
+}
+
+TEST(NoiseFit, growth_passes_over_outliers_and_needs_a_span) {
+  std::vector<double> z, value;
+  for (int i = 0; i < 12; ++i)
+    z.push_back(0.5 + 0.1 * i), value.push_back(0.004 - 0.001 * z.back() * z.back());
+  value[3] += 0.5;
+  const calibration::Growth found = calibration::fit_growth(z, value, true);
+  EXPECT_NEAR(found.constant, 0.004, 1e-5);
+  EXPECT_NEAR(found.per_m2, -0.001, 1e-5);
+  EXPECT_EQ(calibration::fit_growth(z, value, false).per_m2, 0);
+  EXPECT_EQ(calibration::fit_growth({1, 1.1, 1.2}, {3, 1, 2}, true).constant, 2);
 }
 
 }  // namespace

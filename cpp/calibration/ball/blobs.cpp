@@ -11,19 +11,15 @@ namespace {
 using Pixel = std::pair<int, int>;
 constexpr int kAround[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
 
-std::size_t index_of(const Mask& mask, int x, int y) {
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) + static_cast<std::size_t>(x);
-}
-
 // Takes the pixels of 1 that hang together with a pixel out of the mask. `ways`: 4 or 8 neighbours.
 std::vector<Pixel> taken_out(Mask* mask, int x, int y, int ways) {
   std::vector<Pixel> found{{x, y}};
-  mask->values[index_of(*mask, x, y)] = 0;
+  mask->values[mask->index(x, y)] = 0;
   for (std::size_t next = 0; next < found.size(); ++next)
     for (int k = 0; k < ways; ++k) {
       const int u = found[next].first + kAround[k][0], v = found[next].second + kAround[k][1];
       if (u < 0 || v < 0 || u >= mask->width || v >= mask->height) continue;
-      std::uint8_t& there = mask->values[index_of(*mask, u, v)];
+      std::uint8_t& there = mask->values[mask->index(u, v)];
       if (!there) continue;
       there = 0;
       found.push_back({u, v});
@@ -40,32 +36,17 @@ std::vector<Vec2d> border_of(const std::vector<Pixel>& pixels) {
   }
   Mask rest{x1 - x0 + 3, y1 - y0 + 3, {}};
   rest.values.assign(static_cast<std::size_t>(rest.width) * static_cast<std::size_t>(rest.height), 1);
-  for (const auto& [x, y] : pixels) rest.values[index_of(rest, x - x0 + 1, y - y0 + 1)] = 0;
+  for (const auto& [x, y] : pixels) rest.values[rest.index(x - x0 + 1, y - y0 + 1)] = 0;
   Mask outside{rest.width, rest.height, std::vector<std::uint8_t>(rest.values.size(), 0)};
-  for (const auto& [x, y] : taken_out(&rest, 0, 0, 4)) outside.values[index_of(outside, x, y)] = 1;
+  for (const auto& [x, y] : taken_out(&rest, 0, 0, 4)) outside.values[outside.index(x, y)] = 1;
   std::vector<Vec2d> border;
   for (const auto& [x, y] : pixels) {
     const int u = x - x0 + 1, v = y - y0 + 1;
     if (std::any_of(kAround, kAround + 4,
-                    [&](const int* d) { return outside.values[index_of(outside, u + d[0], v + d[1])] != 0; }))
+                    [&](const int* d) { return outside.values[outside.index(u + d[0], v + d[1])] != 0; }))
       border.push_back({static_cast<double>(x), static_cast<double>(y)});
   }
   return border;
-}
-
-// Least (or most) value of each pixel and its neighbours along x or y; there are none beyond the image.
-template <class Pick>
-Mask picked(const Mask& mask, int dx, int dy, const Pick& pick) {
-  Mask out = mask;
-  for (int y = 0; y < mask.height; ++y)
-    for (int x = 0; x < mask.width; ++x)
-      for (const int way : {-1, 1}) {
-        const int u = x + way * dx, v = y + way * dy;
-        if (u < 0 || v < 0 || u >= mask.width || v >= mask.height) continue;
-        std::uint8_t& here = out.values[index_of(mask, x, y)];
-        here = pick(here, mask.values[index_of(mask, u, v)]);
-      }
-  return out;
 }
 
 }  // namespace
@@ -75,7 +56,7 @@ std::vector<Blob> largest_blobs(const Mask& mask, std::size_t most, double min_a
   std::vector<std::vector<Pixel>> found;
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x) {
-      if (!rest.values[index_of(mask, x, y)]) continue;
+      if (!rest.values[mask.index(x, y)]) continue;
       std::vector<Pixel> pixels = taken_out(&rest, x, y, 8);
       if (static_cast<double>(pixels.size()) >= min_area) found.push_back(std::move(pixels));
     }
@@ -86,13 +67,6 @@ std::vector<Blob> largest_blobs(const Mask& mask, std::size_t most, double min_a
   for (const std::vector<Pixel>& pixels : found)
     out.push_back({static_cast<int>(pixels.size()), border_of(pixels)});
   return out;
-}
-
-Mask opened(const Mask& mask) {
-  const auto least = [](std::uint8_t a, std::uint8_t b) { return std::min(a, b); };
-  const auto most = [](std::uint8_t a, std::uint8_t b) { return std::max(a, b); };
-  const Mask eroded = picked(picked(mask, 1, 0, least), 0, 1, least);
-  return picked(picked(eroded, 1, 0, most), 0, 1, most);
 }
 
 }  // namespace sdftrack::calibration

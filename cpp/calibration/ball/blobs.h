@@ -2,17 +2,12 @@
 // Connected regions of a mask.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "base/vec.h"
+#include "calibration/ball/morphology.h"
 
 namespace sdftrack::calibration {
-
-struct Mask {
-  int width, height;
-  std::vector<std::uint8_t> values;  // 0 or 1, row by row
-};
 
 struct Blob {
   int area = 0;
@@ -21,7 +16,5 @@ struct Blob {
 
 // The `most` largest of at least min_area pixels, the largest first. Pixels touch at corners, too.
 std::vector<Blob> largest_blobs(const Mask& mask, std::size_t most, double min_area);
-// Without what a square of 3 x 3 pixels does not fit into.
-Mask opened(const Mask& mask);
 
 }  // namespace sdftrack::calibration

@@ -6,38 +6,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import of_kind
-from sdftrack.calibration.depth_errors import (
-    SPAN,
-    DepthErrors,
-    NoiseSample,
-    errors_of_object,
-    errors_of_plane,
-    fit_growth,
-    fit_noise,
-    length_of,
-    neighbour_correlation,
-    noise_samples,
-    rough_part,
-    smooth_part,
-)
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
+from sdftrack.imaging.plane import remove_plane
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 
 Array = NDArray[np.float64]
 MIN_FRAMES = 5
-MIN_PATCHES = 6
+MIN_READINGS = 400  # of the surface in a frame
 STEEPEST_DEG = (
     40.0  # of the straightest view: from slanted ones alone the noise of a straight one is not told
 )
 MIN_CORRELATION = 0.1  # of neighbours; below it each measurement has its own noise
+
+
+class NoiseSample(NamedTuple):
+    """Noise sd (m) of measurements at one distance (m) and tan(incidence)."""
+
+    depth: float
+    tangent: float
+    sd: float
+    readings: int
 
 
 @dataclass(frozen=True)
@@ -108,41 +105,43 @@ def calibrate_depth(
     if model is not None:
         of_kind(model, SDF, "model", "make one with SDF.from_mesh")
     left_out: dict[int, str] = {}
-    measured = _Measured()
+    found: list[_core.ImageNoise] = []
     total = 0
     for i, frame in enumerate(frames):
         total += 1
         lens = depth_camera(camera if frame.camera is None else frame.camera)
         try:
-            measured.add(_errors(frame, lens, model, _pose_of(poses, i)))
+            found.append(_noise(frame, lens, model, _pose_of(poses, i)))
         except ValueError as error:
             left_out[i] = str(error)
         if progress is not None:
             progress(total)
-    if measured.used < MIN_FRAMES:
+    if len(found) < MIN_FRAMES:
         shown = "a plane" if model is None else "the object at a known pose"
         why = f"; the last one: {list(left_out.values())[-1]}" if left_out else ""
         raise ValueError(
-            f"frames: expected at least {MIN_FRAMES} that show {shown}, got {measured.used} of {total}{why}"
+            f"frames: expected at least {MIN_FRAMES} that show {shown}, got {len(found)} of {total}{why}"
         )
-    if not measured.noise:
+    noise = [NoiseSample(*sample) for image in found for sample in image.samples]
+    if not noise:
         raise ValueError(
             "frames: expected surfaces of some hundred pixels at one distance, got smaller ones; move closer"
         )
-    steep = math.degrees(math.atan(min(s.tangent for s in measured.noise)))
+    steep = math.degrees(math.atan(min(s.tangent for s in noise)))
     if steep > STEEPEST_DEG:
         raise ValueError(
             f"frames: expected some views at less than {STEEPEST_DEG:.0f} degrees from its normal, "
             f"got {steep:.0f} and more; hold the camera more frontal to it"
         )
-    surface = "plane" if model is None else "object"
+    systematic = [(f.depth_m, f.systematic_m) for f in found if math.isfinite(f.systematic_m)]
+    bias = [(f.depth_m, f.bias_m) for f in found]
     return DepthCalibration(
-        measured.sensor(name, surface),
-        surface,
-        measured.used,
-        measured.noise,
-        np.array(measured.systematic).reshape(-1, 2),
-        np.array(measured.bias).reshape(-1, 2) if model is not None else np.zeros((0, 2)),
+        _sensor(name, found, noise, systematic, model is not None),
+        "plane" if model is None else "object",
+        len(found),
+        noise,
+        np.array(systematic).reshape(-1, 2),
+        np.array(bias if model is not None else []).reshape(-1, 2),
         left_out,
     )
 
@@ -155,73 +154,55 @@ def _pose_of(poses: Any, i: int) -> Any:
     return poses[i] if i < len(poses) else None
 
 
-def _errors(frame: Frame, camera: Camera, model: SDF | None, T: Any) -> DepthErrors:
+def _noise(frame: Frame, camera: Camera, model: SDF | None, T: Any) -> _core.ImageNoise:
+    """What a frame says, from its errors relative to the largest plane, or to the object at its pose."""
     if frame.depth is None:
         raise ValueError("no depth image")
+    depth = np.ascontiguousarray(frame.depth)
     if model is None:
-        errors = errors_of_plane(frame, camera)
+        beside, (normal, offset) = remove_plane(frame, camera, feet=False)
+        found = _core.plane_noise(depth, camera._core, beside.view(np.uint8), normal.tolist(), offset)
     elif T is None:
         raise ValueError("no pose is known")
     else:
-        errors = errors_of_object(frame, camera, model, T)
-    if errors.known.sum() < 400:
-        raise ValueError("fewer than 400 depth measurements of it")
-    return errors
+        found = _core.surface_noise(depth, camera._core, *model.render(camera, np.asarray(T, np.float64)))
+    if found.known < MIN_READINGS:
+        raise ValueError(f"fewer than {MIN_READINGS} depth measurements of it")
+    return found
 
 
-class _Measured:
-    """Measurements accumulated over the frames."""
-
-    def __init__(self) -> None:
-        self.used = 0
-        self.noise: list[NoiseSample] = []
-        self.correlations: list[float] = []
-        self.systematic: list[tuple[float, float]] = []
-        self.bias: list[tuple[float, float]] = []
-        self.slopes: list[float] = []
-
-    def add(self, errors: DepthErrors) -> None:
-        known = errors.known
-        z = float(np.median(errors.depth[known]))
-        samples = noise_samples(errors)
-        self.noise += samples
-        r = neighbour_correlation(rough_part(errors))
-        self.correlations += [r] if math.isfinite(r) else []
-        patches = smooth_part(errors)
-        if len(patches) >= MIN_PATCHES:
-            spread = float(np.median(np.abs(patches - np.median(patches))) / 0.6745)
-            self.systematic.append((z, spread))
-        self.bias.append((z, float(np.median(errors.error[known]))))
-        tangent = errors.tangent[known]
-        if np.percentile(tangent, 90) - np.percentile(tangent, 10) > 0.4:
-            self.slopes.append(float(np.polyfit(tangent, errors.error[known], 1)[0]))
-        self.used += 1
-
-    def sensor(self, name: str, surface: str) -> SensorModel:
-        noise_m, noise_per_m, noise_incidence = fit_noise(self.noise)
-        r = float(np.median(self.correlations)) if self.correlations else 0.0
-        bias_m = bias_per_m = slope = 0.0
-        systematic = np.array(self.systematic or [(1.0, 0.0)])
-        s0, s2 = fit_growth(systematic[:, 0], systematic[:, 1], signed=False)
-        z = np.array(self.bias)[:, 0]
-        if surface == "object":
-            offsets = np.array(self.bias)
-            slope = float(np.median(self.slopes)) if len(self.slopes) >= MIN_FRAMES else 0.0
-            bias_m, bias_per_m = fit_growth(z, offsets[:, 1], signed=True)
-            left = offsets[:, 1] - bias_m - bias_per_m * z**2
-            s0 = math.hypot(s0, float(np.median(np.abs(left))) / 0.6745)
-        span = "" if z.max() > SPAN * z.min() else "; single distance: growth with distance is undetermined"
-        return SensorModel(
-            name,
-            noise_m=noise_m if noise_m + noise_per_m > 0 else 1e-6,
-            noise_per_m=noise_per_m,
-            noise_incidence=noise_incidence,
-            correlation_px=length_of(r) if r > MIN_CORRELATION else 0.0,
-            bias_m=bias_m,
-            bias_per_m=bias_per_m,
-            bias_incidence_m=slope,
-            systematic_m=s0,
-            systematic_per_m=s2,
-            source=f"{self.used} frames of {'a plane' if surface == 'plane' else 'a known object'} at "
-            f"{z.min():.2f} to {z.max():.2f} m{span}",
-        )
+def _sensor(
+    name: str,
+    found: list[_core.ImageNoise],
+    noise: list[NoiseSample],
+    systematic: list[tuple[float, float]],
+    of_object: bool,
+) -> SensorModel:
+    noise_m, noise_per_m, noise_incidence = _core.fit_noise(noise)
+    correlations = [f.correlation for f in found if math.isfinite(f.correlation)]
+    r = float(np.median(correlations)) if correlations else 0.0
+    bias_m = bias_per_m = slope = 0.0
+    smooth = systematic or [(1.0, 0.0)]
+    s0, s2 = _core.fit_growth([z for z, _ in smooth], [sd for _, sd in smooth], is_signed=False)
+    z = np.array([f.depth_m for f in found])
+    if of_object:
+        bias = np.array([f.bias_m for f in found])
+        slopes = [f.bias_by_tangent for f in found if math.isfinite(f.bias_by_tangent)]
+        slope = float(np.median(slopes)) if len(slopes) >= MIN_FRAMES else 0.0
+        bias_m, bias_per_m = _core.fit_growth(z.tolist(), bias.tolist(), is_signed=True)
+        s0 = math.hypot(s0, float(np.median(np.abs(bias - bias_m - bias_per_m * z**2))) / 0.6745)
+    span = "" if _core.span_is_wide(z.tolist()) else "; single distance: growth with distance is undetermined"
+    return SensorModel(
+        name,
+        noise_m=noise_m if noise_m + noise_per_m > 0 else 1e-6,
+        noise_per_m=noise_per_m,
+        noise_incidence=noise_incidence,
+        correlation_px=_core.correlation_length(r) if r > MIN_CORRELATION else 0.0,
+        bias_m=bias_m,
+        bias_per_m=bias_per_m,
+        bias_incidence_m=slope,
+        systematic_m=s0,
+        systematic_per_m=s2,
+        source=f"{len(found)} frames of {'a known object' if of_object else 'a plane'} at "
+        f"{z.min():.2f} to {z.max():.2f} m{span}",
+    )
