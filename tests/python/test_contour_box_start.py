@@ -66,3 +66,17 @@ def test_the_parts_of_a_small_object_are_not_smoothed_away():
     image = np.clip(image + np.random.default_rng(0).normal(0, 8, image.shape), 0, 255).astype(np.uint8)
     box = cv2.boundingRect(mask.astype(np.uint8))
     assert iou(st.contour.ContourTracker().start(image, box=box).mask, mask) > SMALL_IOU
+
+
+def test_what_leaves_next_to_nothing_keeps_the_guess():
+    """A ring thinner than the mean by the edges is smoothed away; what the colours alone say of it stays."""
+    y, x = np.mgrid[:90, :120]
+    ring = np.abs(np.hypot(x - 55, y - 45) - 14) < 1
+    image = np.where(ring[..., None], [150, 90, 60], [90, 120, 60])
+    image = np.clip(image + np.random.default_rng(0).normal(0, 8, image.shape), 0, 255).astype(np.uint8)
+    guess, found = (
+        st.contour.ContourTracker(box_start=way).start(image, box=(40, 30, 31, 31)).mask
+        for way in ("colors", "place")
+    )
+    assert guess.any()
+    np.testing.assert_array_equal(found, guess)
