@@ -104,10 +104,20 @@ Picture resized(const Picture& source, int width, int height) {
 Picture box_mean(const Picture& source, int radius) {
   Plane<double> along_x(source.width, source.height);
   Picture out(source.width, source.height);
-  for (int y = 0; y < source.height; ++y)
-    for (int x = 0; x < source.width; ++x)
-      for (int k = x - radius; k <= x + radius; ++k)
-        along_x.row(y)[x] += static_cast<double>(source.row(y)[within(k, source.width, Border::kMirrored)]);
+  std::vector<double> line(static_cast<std::size_t>(source.width + 2 * radius));
+  for (int y = 0; y < source.height; ++y) {
+    const float* const from = source.row(y);
+    std::copy_n(from, source.width, line.begin() + radius);
+    for (int k = 1; k <= radius; ++k) {
+      line[static_cast<std::size_t>(radius - k)] =
+          static_cast<double>(from[within(-k, source.width, Border::kMirrored)]);
+      line[static_cast<std::size_t>(source.width + radius - 1 + k)] =
+          static_cast<double>(from[within(source.width - 1 + k, source.width, Border::kMirrored)]);
+    }
+    double* const to = along_x.row(y);
+    for (int k = 0; k <= 2 * radius; ++k)
+      for (int x = 0; x < source.width; ++x) to[x] += line[static_cast<std::size_t>(x + k)];
+  }
   const double share = 1.0 / ((2 * radius + 1) * (2 * radius + 1));
   std::vector<double> sums;
   for (int y = 0; y < source.height; ++y) {
