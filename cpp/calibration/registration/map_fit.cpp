@@ -102,7 +102,7 @@ Chosen chosen_anew(const std::vector<PairResidual>& residuals, const Chosen& kep
 // With the covariance of the state as it is.
 MapFit finished(const MapState& x, const MapResiduals& residuals, const Chosen& kept, int fixed) {
   const std::vector<PairResidual> found = residuals.at(x);
-  MapFit out{x.map, x.offset_s, {}, {}, Chosen(kept.size()), 1, 0};
+  MapFit out{x.map, x.offset_s, {}, {}, Chosen(kept.size()), 0};
   double squares = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     out.residual_px.push_back(found[i].px);
@@ -115,7 +115,7 @@ MapFit finished(const MapState& x, const MapResiduals& residuals, const Chosen& 
   const Eigen::MatrixXd H = hessian_of(found, kept, residuals.unknowns(x.map));
   out.covariance =
       kHuberCost * variance * (scales.asDiagonal() * covariance_of(H, x.map) * scales.asDiagonal());
-  out.scale = std::sqrt(variance), out.freedom = left + kStatedFreedom;
+  out.freedom = left + kStatedFreedom;
   return out;
 }
 

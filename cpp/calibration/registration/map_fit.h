@@ -15,7 +15,6 @@ struct MapFit {
   Eigen::MatrixXd covariance;  // of the map's unknowns, then of the delay if it was estimated
   std::vector<Vec2d> residual_px;
   Chosen kept;
-  double scale = 1;
   // Of the variance: coordinates of kept pairs less the unknowns, and what the stated noise counts for.
   int freedom = 0;
 };
