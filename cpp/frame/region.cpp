@@ -23,6 +23,20 @@ double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam) {
   return z > 0 ? z : 0;
 }
 
+Rect mask_bounds(const unsigned char* mask, int width, int height) {
+  Rect r{width, height, 0, 0};
+  for (int y = 0; y < height; ++y) {
+    const unsigned char* row = mask + static_cast<std::ptrdiff_t>(y) * width;
+    int x = 0;
+    while (x < width && !row[x]) ++x;
+    if (x == width) continue;
+    int last = width - 1;
+    while (!row[last]) --last;
+    r = {std::min(r.x0, x), std::min(r.y0, y), std::max(r.x1, last + 1), y + 1};
+  }
+  return r;
+}
+
 Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m) {
   const Rect whole{0, 0, camera.width, camera.height};
   double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};

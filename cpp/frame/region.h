@@ -48,6 +48,9 @@ struct Rect {
   }
 };
 
+// The smallest one that contains all pixels of a mask; empty where it has none.
+Rect mask_bounds(const unsigned char* mask, int width, int height);
+
 // The image region that the box, padded, can project to; the whole image when the box reaches behind the
 // camera.
 Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m);

@@ -19,7 +19,6 @@ constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
 constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
 constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
-constexpr double kApart_m = 0.015;  // of the outline's pose from that of depth that misfits
 
 double log_odds(double chance) {
   const double p = std::clamp(chance, kLeastChance, 1 - kLeastChance);
@@ -134,7 +133,7 @@ Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,
       object->alternatives.push_back({inverse(best->T_cam_obj) * other.T_cam_obj, 0});
   object->memory.outline = best->memory.outline;
   object->memory.outline.depth_excess = kMaxExcess;
-  object->memory.outline.apart_m = kApart_m;
+  object->memory.outline.apart_m = kDepthBends_m;
   return best->T_cam_obj;
 }
 

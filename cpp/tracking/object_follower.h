@@ -21,6 +21,8 @@ struct TrackerSettings {
   MotionModel motion = MotionModel::kAdaptive;
 };
 
+constexpr double kDepthBends_m = 0.015;  // sd of a pose by depth that misfits a whole surface
+
 class ObjectFollower {
  public:
   ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings);

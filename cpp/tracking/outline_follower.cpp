@@ -15,7 +15,7 @@ namespace {
 constexpr double kAround_px = 40;  // of the silhouette, where the background's colours are counted
 constexpr int kFirstBudget = 20000, kBudget = 3000;  // pixels visited for the histograms
 constexpr double kObjectRate = 0.1, kBackgroundRate = 0.2;
-constexpr double kBent_m = 0.015, kBent_rad = 0.06;  // sd of a pose by depth that bends a whole surface
+constexpr double kBent_rad = 0.06;  // sd of a pose by depth that bends a whole surface
 constexpr double kFar_m = 0.020, kFar_rad = 10 * std::numbers::pi / 180;
 
 double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
@@ -25,7 +25,7 @@ std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const C
                                          const frame::Shape& shape, const Rigidd& T_cam_obj) {
   std::vector<unsigned char> mask(static_cast<std::size_t>(camera.width) *
                                   static_cast<std::size_t>(camera.height));
-  const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, kBent_m);
+  const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, kDepthBends_m);
   const LensRays rays(camera);
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
   for (int y = box.y0; y < box.y1; ++y)
@@ -37,7 +37,7 @@ std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const C
       float phi = 0;
       Vec3f slope;
       sample(shape.sdf, T_obj_cam * (z * rays.at(x, y).cast<float>()), &phi, &slope);
-      mask[i] = std::abs(phi) < static_cast<float>(kBent_m);
+      mask[i] = std::abs(phi) < static_cast<float>(kDepthBends_m);
     }
   return mask;
 }
@@ -55,7 +55,7 @@ void ObjectFollower::learn_colors_at_start(const FrameContext& context,
                                            const std::vector<unsigned char>& mask, const Rigidd& T_cam_obj,
                                            TrackedObject* object) {
   object->colors_by_outline = true;
-  count_mask_colors(
+  count_mask_and_ring_colors(
       context.frame(), context.camera(),
       mask.empty() ? measured_near(context.frame(), context.camera(), *object->shape, T_cam_obj) : mask,
       T_cam_obj.t.z, kAround_px, kFirstBudget, &color_counts_);
@@ -65,7 +65,7 @@ void ObjectFollower::learn_colors_at_start(const FrameContext& context,
 std::optional<Fitted> ObjectFollower::fit_outline(const FrameContext& context, const TrackedObject& object,
                                                   const Rigidd& T_cam_obj) {
   FitTarget target = target_of(context, object, T_cam_obj, nullptr);
-  target.prior = optim::PosePrior::isotropic(kBent_m, kBent_rad);
+  target.prior = optim::PosePrior::isotropic(kDepthBends_m, kBent_rad);
   double share = 0;
   return fitter_.fit_outline(context.frame(), context.camera(), target, &share);
 }

@@ -20,20 +20,6 @@ constexpr int kPlanes = 3, kPlaneSeeds = 60, kPlanePoints = 500;
 constexpr double kPlaneShare = 0.15;  // of the readings, from which a plane is one
 constexpr double kWiderPlane = 1.1;   // times the object's diameter
 
-frame::Rect bounds_of(const unsigned char* mask, int width, int height) {
-  frame::Rect r{width, height, 0, 0};
-  for (int y = 0; y < height; ++y) {
-    const unsigned char* row = mask + static_cast<std::ptrdiff_t>(y) * width;
-    int x = 0;
-    while (x < width && !row[x]) ++x;
-    if (x == width) continue;
-    int last = width - 1;
-    while (!row[last]) --last;
-    r = {std::min(r.x0, x), std::min(r.y0, y), std::max(r.x1, last + 1), y + 1};
-  }
-  return r;
-}
-
 frame::Rect clipped(const frame::Rect& r, int margin, const Camera& camera) {
   return {std::max(0, r.x0 - margin), std::max(0, r.y0 - margin), std::min(camera.width, r.x1 + margin),
           std::min(camera.height, r.y1 + margin)};
@@ -55,7 +41,7 @@ frame::Rect region_of(const Camera& camera, const frame::Shape& shape, const Sea
   double margin = 0;
   int nodes = kNodes;
   if (query.mask)
-    rect = bounds_of(query.mask, camera.width, camera.height), margin = kMaskMargin;
+    rect = frame::mask_bounds(query.mask, camera.width, camera.height), margin = kMaskMargin;
   else if (query.box)
     rect = clipped(*query.box, 0, camera), margin = kBoxMargin;
   else if (query.near)

@@ -24,23 +24,13 @@ bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p
   return z == 0 || (z > p.z - kInFront_m && z < p.z + kBehind_m);
 }
 
-// The smallest rectangle that contains the mask.
-frame::Rect box_of(const std::vector<unsigned char>& mask, int width, int height) {
-  frame::Rect box{width, height, 0, 0};
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      if (mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)])
-        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
-  return box;
-}
-
 }  // namespace
 
-void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera,
-                       const std::vector<unsigned char>& mask, double z_m, double around_px, int budget,
-                       appearance::ColorCounts* counts) {
+void count_mask_and_ring_colors(const frame::DepthFrame& frame, const Camera& camera,
+                                const std::vector<unsigned char>& mask, double z_m, double around_px,
+                                int budget, appearance::ColorCounts* counts) {
   counts->clear();
-  frame::Rect box = box_of(mask, camera.width, camera.height);
+  frame::Rect box = frame::mask_bounds(mask.data(), camera.width, camera.height);
   if (box.empty()) return;
   const int around = to_int(around_px);
   box = {std::max(0, box.x0 - around), std::max(0, box.y0 - around), std::min(camera.width, box.x1 + around),

@@ -20,8 +20,8 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
 
 // The same inside and around a mask of the depth image (0: not the object); where nothing is measured, the
 // object's distance is z_m.
-void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera,
-                       const std::vector<unsigned char>& mask, double z_m, double around_px, int budget,
-                       appearance::ColorCounts* counts);
+void count_mask_and_ring_colors(const frame::DepthFrame& frame, const Camera& camera,
+                                const std::vector<unsigned char>& mask, double z_m, double around_px,
+                                int budget, appearance::ColorCounts* counts);
 
 }  // namespace sdftrack::tracking
