@@ -18,8 +18,8 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
   const std::vector<tracking::ObjectResult>& results = result.objects;
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
-      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), twists({n, py::ssize_t{6}}), inliers(n),
-      confidence(n), runner_up(n), energy(n), systematic(n);
+      covariances({n, py::ssize_t{6}, py::ssize_t{6}}), unstated({n, py::ssize_t{6}, py::ssize_t{6}}),
+      twists({n, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n), energy(n), systematic(n);
   py::list status, reason, steps, color_used;
   for (py::ssize_t k = 0; k < n; ++k) {
     const tracking::ObjectResult& r = results[static_cast<std::size_t>(k)];
@@ -29,6 +29,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
     std::copy(r.twist.begin(), r.twist.end(), twists.mutable_data(k, 0));
     Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariances.mutable_data(k, 0, 0)) =
         r.covariance;
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(unstated.mutable_data(k, 0, 0)) = r.unstated;
     inliers.mutable_at(k) = r.trust.inliers, confidence.mutable_at(k) = r.trust.confidence;
     runner_up.mutable_at(k) = r.runner_up;
     status.append(kStatus[static_cast<int>(r.trust.status)]);
@@ -48,7 +49,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
   out["index"] = result.index;
   out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
   out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
-  out["systematic"] = systematic;
+  out["systematic"] = systematic, out["unstated"] = unstated;
   return out;
 }
 

@@ -151,6 +151,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
                          fitted.memory.outline.way * fitted.memory.outline.way.transpose();
     result.T_cam_obj = uncentred(fitted.T_cam_obj, *object->shape);
     result.covariance = fitted.covariance;
+    if (is_unstated(options_)) result.unstated = fitted.unseen_errors;
     result.trust = trust;
     result.runner_up = kUnknown;
   }

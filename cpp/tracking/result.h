@@ -18,6 +18,9 @@ using Twist = std::array<double, 6>;
 struct ObjectResult {
   Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost, NaN before the first
   Matrix6d covariance;  // NaN when lost
+  // The part of it by what a sensor of which nothing is stated may err by: nearly constant from frame to
+  // frame.
+  Matrix6d unstated = Matrix6d::Zero();
   Trust trust;
   Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
   double cost = 0;          // mean per pixel of the last stage
@@ -35,8 +38,9 @@ struct ObjectResult {
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [T, sd, said, rates, value, shared, second, trials, colored, chance] = self;
-    archive(T.R.r0, T.R.r1, T.R.r2, T.t, sd, said, rates, value, shared, second, trials, colored, chance);
+    auto& [T, sd, open, said, rates, value, shared, second, trials, colored, chance] = self;
+    archive(T.R.r0, T.R.r1, T.R.r2, T.t, sd, open, said, rates, value, shared, second, trials, colored,
+            chance);
   }
 };
 

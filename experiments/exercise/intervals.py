@@ -85,7 +85,7 @@ def tracked_exercise(
         motion.Trajectory(
             exercise.times_s,
             np.array([r.poses[k] for r in results]),
-            np.array([r.covariances[k] for r in results]),
+            np.array([r.motion_covariances[k] for r in results]),
             [str(r.status[k]) for r in results],
             name=f"{name} {k}",
         )

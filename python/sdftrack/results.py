@@ -183,6 +183,9 @@ class TrackResult:
     systematic : (M,) float64 or None
         Sd (m) assumed for the depth error shared by all measurements of an object (docs/sensors.md); of a sensor of
         which nothing is stated that of a stereo camera; 0: the covariance accounts for noise alone.
+    unstated : (M, 6, 6) float64 or None
+        The part of `covariances` by what a sensor of which nothing is stated may err by: an error of the distance that
+        bends over the object, and half a frame's motion. It is nearly constant, so a movement is better known.
     """
 
     poses: NDArray[np.float64]
@@ -204,6 +207,7 @@ class TrackResult:
     foreground: NDArray[np.float32] | None = None
     sensor: str = ""
     systematic: NDArray[np.float64] | None = None
+    unstated: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for name in ("poses", "confidence", "covariances", "twists", "inliers", "runner_up"):
@@ -223,6 +227,11 @@ class TrackResult:
     def covariance(self) -> NDArray[np.float64]:
         """Covariance (6, 6) of the only object; ValueError if there are several."""
         return self._only(self.covariances, "covariance", "covariances")
+
+    @property
+    def motion_covariances(self) -> NDArray[np.float64]:
+        """(M, 6, 6) `covariances` without `unstated`: for differences between frames."""
+        return self.covariances if self.unstated is None else self.covariances - self.unstated
 
     def _only(self, values: NDArray[np.float64], name: str, plural: str) -> NDArray[np.float64]:
         if len(values) != 1:

@@ -124,8 +124,8 @@ WAYS: dict[str, Callable[[Any], Any]] = {
     "file": by_file,
 }
 FIELDS = (
-    "poses", "covariances", "confidence", "twists", "inliers", "runner_up", "systematic", "energy", "index", "status",
-    "reason", "sensor",
+    "poses", "covariances", "confidence", "twists", "inliers", "runner_up", "systematic", "unstated", "energy", "index",
+    "status", "reason", "sensor",
 )  # fmt: skip
 CONTOUR_FIELDS = ("mask", "warp", "phi", "status", "reason", "confidence", "judgement", "evidence")
 

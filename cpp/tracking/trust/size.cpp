@@ -37,7 +37,9 @@ constexpr double kBand = 0.01;        // of the scale: as much as meshes are off
 constexpr double kSure_sd = 4.5;      // as everywhere where one says that two things can be told apart
 constexpr double kAgree_sd = 3, kLikely_sd = 1.5;
 constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itself
-constexpr double kTellingSd = 0.032;                      // an outline that says less is no witness
+constexpr double kOutlineReaches = 0.1;  // log scale: lines are searched so near to the model's silhouette
+constexpr double kExplained = 0.5;       // of the residuals' spread, left by a size that is the cause of them
+constexpr double kTellingSd = 0.032;     // an outline that says less is no witness
 constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
 constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
 constexpr double kKnownSd = 0.05;  // of a free scale
@@ -244,17 +246,25 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
   if (!fit.enough()) return std::nullopt;
   // Another size makes residuals of millimetres: only what is left beside it is no surface of the object, and
   // tells how much the sensor bends.
+  const double spread_m = std::max(noise_m, fit.spread_m());
   fit.weigh(kFirstSize * noise_m);
   fit.solve(systematic_m, shape);
   SizeLook look;
+  bool bends = false;
   for (int round = 0; round < kRounds; ++round) {
-    const double spread_m = fit.spread_m();
-    fit.weigh(kSize * std::max(noise_m, spread_m));
-    fit.solve(std::max(systematic_m, systematic_by_residuals(spread_m, noise_m)), shape);
+    const double left_m = fit.spread_m();
+    fit.weigh(kSize * std::max(noise_m, left_m));
+    fit.solve(std::max(systematic_m, systematic_by_residuals(left_m, noise_m)), shape);
     look = fit.look();
-    if (sd_of(look) > kSays) return std::nullopt;
-    if (round + 1 < kRounds && std::abs(look.log_scale) > kAgree_sd * sd_of(look)) fit.linearize_there();
+    const bool differs = std::abs(look.log_scale) > kAgree_sd * sd_of(look);
+    const bool says = sd_of(look) <= kSays;
+    if (!says && !differs) return std::nullopt;
+    bends = bends || !says;
+    if (round + 1 < kRounds && differs) fit.linearize_there();  // less is left beside it there
   }
+  look.unexplained = fit.spread_m() / spread_m;
+  // A sensor that bends may look like another size, but what it bends is left.
+  if (sd_of(look) > kSays || (bends && look.unexplained > kExplained)) return std::nullopt;
   return look;
 }
 
@@ -293,6 +303,7 @@ void SizeWitness::observe(const SizeLook& look, const Mat3d& R_cam_obj) {
   own_var_ += rate * (look.own_var - own_var_);
   shared_var_ += rate * (look.shared_var - shared_var_);
   pull_ = look.pull;
+  unexplained_ += rate * (look.unexplained - unexplained_);
 }
 
 double SizeWitness::sd() const {
@@ -342,7 +353,10 @@ std::string SizeTest::other_size() const {
   if (!depth.known()) return {};
   const double s = depth.log_scale(), sd = depth.sd();
   if (!(std::abs(s) - kBand > kSure_sd * sd)) return {};
-  if (outline.known() && std::abs(s - outline.log_scale()) > kBand + kAgree_sd * std::hypot(sd, outline.sd()))
+  // Of what is farther away the outline finds other lines.
+  const bool out_of_reach = std::abs(s) > kOutlineReaches && depth.unexplained() < kExplained;
+  if (outline.known() && !out_of_reach &&
+      std::abs(s - outline.log_scale()) > kBand + kAgree_sd * std::hypot(sd, outline.sd()))
     return {};
   const auto percent = [](double log_scale) { return 100 * std::abs(std::expm1(log_scale)); };
   const double half = kInterval_sd * sd + kInterval;

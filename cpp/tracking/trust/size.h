@@ -18,6 +18,7 @@ struct SizeLook {
   double own_var = 0;                // by errors of this frame
   double shared_var = 0;             // by errors that last while the view does
   Vector6d pull = Vector6d::Zero();  // increment of T_obj_cam that follows a log scale of 1
+  double unexplained = 1;            // spread of the residuals at that size over theirs at the model's
 };
 
 // The pose, the log scale about the centre and the smooth modes of an error of sd systematic_m (systematic.h)
@@ -43,13 +44,14 @@ class SizeWitness {
   double log_scale() const { return mean_; }
   double sd() const;
   const Vector6d& pull() const { return pull_; }
+  double unexplained() const { return unexplained_; }
   // The model has been enlarged by this log scale.
   void rescaled(double log_scale);
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [frames, views, mean, own, shared, scatter, view, pull] = self;
-    archive(frames, views, mean, own, shared, scatter, view, pull);
+    auto& [frames, views, mean, own, shared, scatter, view, pull, left] = self;
+    archive(frames, views, mean, own, shared, scatter, view, pull, left);
   }
 
  private:
@@ -57,6 +59,7 @@ class SizeWitness {
   double mean_ = 0, own_var_ = 0, shared_var_ = 0, scatter_ = 0;
   std::optional<Rigidd> view_;  // the last other one: a turn
   Vector6d pull_ = Vector6d::Zero();
+  double unexplained_ = 1;
 };
 
 struct SizeTest {

@@ -46,6 +46,7 @@ def result_of(row: dict[str, Any]) -> TrackResult:
         reason=[str(o["reason"]) for o in objects],
         confidence=numbers("confidence", 0.0),
         covariances=numbers("covariance", np.full((6, 6), np.nan).tolist()).reshape(count, 6, 6),
+        unstated=numbers("unstated", np.zeros((6, 6)).tolist()).reshape(count, 6, 6),
         twists=np.full((count, 6), np.nan),
         inliers=numbers("inliers", np.nan),
         runner_up=nan,
@@ -79,7 +80,15 @@ def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[st
         "inliers": number_or_none(result.inliers[k]),
         "pose": plain(result.poses[k]) if np.isfinite(result.poses[k]).all() else None,
         "covariance": plain(result.covariances[k]) if np.isfinite(result.covariances[k]).all() else None,
+        **_unstated(result, k),
     }
+
+
+def _unstated(result: TrackResult, k: int) -> dict[str, Any]:
+    """The part of the covariance by a sensor of which nothing is stated, where there is one."""
+    if result.unstated is None or not result.unstated[k].any():
+        return {}
+    return {"unstated": plain(result.unstated[k])}
 
 
 def tum_row(time: float, T: Array) -> str:

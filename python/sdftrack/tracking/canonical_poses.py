@@ -83,7 +83,9 @@ class CanonicalPoses:
         """Map the core's poses, covariances and twists to the equivalents nearest to the previous poses."""
         if not any(self._used):
             return found
-        poses, covariances, twists = (found[n].copy() for n in ("poses", "covariances", "twists"))
+        poses, covariances, unstated, twists = (
+            found[n].copy() for n in ("poses", "covariances", "unstated", "twists")
+        )
         for k, symmetry in enumerate(self._used):
             if symmetry is None or not np.isfinite(poses[k]).all():
                 continue
@@ -92,11 +94,12 @@ class CanonicalPoses:
                 told = symmetry.canonical(poses[k], near=near)
                 offset = told[:3, 3] - poses[k][:3, 3]
                 poses[k], covariances[k] = told, moved_covariance(covariances[k], offset)
+                unstated[k] = moved_covariance(unstated[k], offset)
                 twists[k][:3] += np.cross(twists[k][3:], offset)
                 self._last[k] = told
             elif near is not None:
                 poses[k] = near
-        return {**found, "poses": poses, "covariances": covariances, "twists": twists}
+        return {**found, "poses": poses, "covariances": covariances, "unstated": unstated, "twists": twists}
 
 
 def moved_covariance(covariance: Array, offset: Array) -> Array:

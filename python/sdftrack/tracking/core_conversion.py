@@ -82,6 +82,7 @@ def assembled(
         foreground=foreground,
         sensor=sensor,
         systematic=found["systematic"],
+        unstated=found["unstated"],
     )
 
 

@@ -162,6 +162,8 @@ def _result_from(record: dict[str, Any], count: int) -> TrackResult:
     _poses_of(values["poses"], "poses", count)
     if values["systematic"] is not None:
         array_of(values["systematic"], "systematic", np.float64, (count,))
+    if values.get("unstated") is not None:
+        array_of(values["unstated"], "unstated", np.float64, (count, 6, 6))
     values["status"] = [Status(s) for s in values["status"]]
     if len(values["status"]) != count or len(values["reason"]) != count:
         raise ValueError(f"status, reason: expected {count} of each")

@@ -189,7 +189,7 @@ def read_result_folder(folder: Path, fps: float | None) -> list[Record]:
                 j = place[k]
                 poses[i], covariances[i], status[i] = (
                     result.poses[j],
-                    result.covariances[j],
+                    result.motion_covariances[j],
                     str(result.status[j]),
                 )
         records.append(Record(name, stamps, poses, status, covariances, obj_id))
