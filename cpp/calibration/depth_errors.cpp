@@ -198,11 +198,11 @@ double slope_by_tangent(const DepthErrors& errors) {
   };
   if (!(quantile(9) - quantile(1) > kTangentSpan)) return ImageNoise::kNone;
   const auto n = static_cast<double>(t.size());
-  double mean_t = 0, mean_e = 0, te = 0, tt = 0;
+  double mean_t = 0, mean_e = 0, t_e = 0, t_t = 0;
   for (std::size_t i = 0; i < t.size(); ++i) mean_t += t[i] / n, mean_e += e[i] / n;
   for (std::size_t i = 0; i < t.size(); ++i)
-    te += (t[i] - mean_t) * (e[i] - mean_e), tt += (t[i] - mean_t) * (t[i] - mean_t);
-  return te / tt;
+    t_e += (t[i] - mean_t) * (e[i] - mean_e), t_t += (t[i] - mean_t) * (t[i] - mean_t);
+  return t_e / t_t;
 }
 
 }  // namespace
