@@ -11,7 +11,7 @@ import numpy as np
 
 import sdftrack as st
 
-__all__ = ["bump", "flying", "lagging", "no_depth_near", "stripes", "tilt"]
+__all__ = ["bump", "flying", "lagging", "stripes", "tilt"]
 
 Noise = Callable[[Any, Any, np.random.Generator], Any]
 WHITE_M = 0.001
@@ -54,16 +54,6 @@ def flying(width_px: int = 5) -> Noise:
         step = cv2.dilate(depth, kernel) - cv2.erode(depth, kernel) > 0.03
         mixed = np.where(step, blurred, depth)
         return np.where(depth > 0, mixed + rng.normal(0, WHITE_M, depth.shape), 0).astype("f4")
-
-    return noise
-
-
-def no_depth_near(nearer_than_m: float) -> Noise:
-    """A black object in front of this depth: nothing is measured on it."""
-
-    def noise(depth: Any, cosine: Any, rng: np.random.Generator) -> Any:
-        seen = depth >= nearer_than_m
-        return np.where(seen, depth + rng.normal(0, WHITE_M, depth.shape), 0).astype("f4")
 
     return noise
 
