@@ -50,7 +50,9 @@ class TrackerOptions:
         0.0,
         "sd of the depth error shared by neighbouring pixels (stereo, time of flight); 0: estimated at a given pose",
     )
-    max_systematic_m: float = described(0.008, "upper bound of the estimated systematic_m")
+    max_systematic_m: float = described(
+        0.008, "upper bound of the estimated systematic_m; 0: the sensor has no such error"
+    )
     systematic_per_m: float = described(
         0.0, "the systematic error grows with distance: systematic_m + systematic_per_m Z^2"
     )
