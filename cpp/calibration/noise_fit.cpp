@@ -73,7 +73,7 @@ class NoiseSystem {
       const double weight = std::min(s.readings, kMostReadings), z2 = s.depth_m * s.depth_m;
       const double straight = a + b * z2, slanted = c * s.depth_m * s.tangent;
       const double variance = straight * straight + slanted * slanted;
-      const double r = 0.5 * std::log(variance) - std::log(s.sd_m);
+      const double r = 0.5 * std::log(variance) - std::log(std::max(s.sd_m, kMin_m));
       Eigen::Vector3d J(straight * a / variance, straight * b * z2 / variance, slanted * slanted / variance);
       for (int k = 0; k < 3; ++k)
         if (!free_[k]) J[k] = 0;
@@ -111,10 +111,11 @@ bool span_is_wide(const std::vector<double>& depth_m) {
 NoiseModel fit_noise(const std::vector<NoiseSample>& samples) {
   const std::vector<double> z = each(samples, [](const NoiseSample& s) { return s.depth_m; });
   const std::vector<double> tangent = each(samples, [](const NoiseSample& s) { return s.tangent; });
-  std::vector<double> sd = each(samples, [](const NoiseSample& s) { return s.sd_m; });
-  std::vector<double> by_z = each(samples, [](const NoiseSample& s) { return s.sd_m / s.depth_m; });
+  const auto sd_of = [](const NoiseSample& s) { return std::max(s.sd_m, kMin_m); };
+  std::vector<double> sd = each(samples, sd_of);
+  std::vector<double> by_z = each(samples, [&](const NoiseSample& s) { return sd_of(s) / s.depth_m; });
   std::vector<double> by_z2 =
-      each(samples, [](const NoiseSample& s) { return s.sd_m / (s.depth_m * s.depth_m); });
+      each(samples, [&](const NoiseSample& s) { return sd_of(s) / (s.depth_m * s.depth_m); });
   const bool free[] = {
       true, span_is_wide(z),
       *std::max_element(tangent.begin(), tangent.end()) > kMinTangent && span_of(tangent) > kTangentSpan};

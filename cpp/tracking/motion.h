@@ -34,6 +34,10 @@ class ConstantVelocity {
   void reset() { *this = {}; }
   // A pose that can be relied on, of the centred frame.
   void observe(const Rigidd& T_cam_obj, double time_s);
+  // The last pose that was observed is now known as this one, of a shape that has been enlarged.
+  void rebase(const Rigidd& T_cam_obj) {
+    if (seen_) last_ = T_cam_obj;
+  }
   // A frame without such a pose: the velocity is believed less and less, for an object that is held or hidden
   // slows down as often as not.
   void pass();

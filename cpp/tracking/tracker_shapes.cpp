@@ -9,12 +9,6 @@
 
 namespace sdftrack::tracking {
 
-namespace {
-
-constexpr double kMovesNot = 0.01;  // a log scale that moves an object's centre by less than noise
-
-}  // namespace
-
 TrackedObject Tracker::new_object(const SdfView& sdf) const {
   Object object;
   object.shape = shape_of(sdf);
@@ -75,7 +69,7 @@ void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
   Object& one = object(k);
   auto shape = std::make_shared<frame::Shape>(frame::make_shape(scaled, kSurfacePoints, kFreeSpacePoints));
   shape->colors = one.shape->colors;  // voxel by voxel
-  const Vector6d by = log_scale * one.size.pull();
+  const Vector6d by = log_scale * one.size.depth.pull();
   const Rigidd T_obj_cam =
       increment(Vec3d{by[0], by[1], by[2]}, Vec3d{by[3], by[4], by[5]}) * inverse(one.T_cam_obj);
   const double factor = std::exp(log_scale);
@@ -83,10 +77,10 @@ void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
   for (Alternative& other : one.alternatives) other.motion.t = factor * other.motion.t;
   one.shape = std::move(shape);
   one.size.rescaled(log_scale), one.log_scale += log_scale;
-  one.usual_cost = 0;
   one.T_cam_obj = inverse(T_obj_cam);
-  if (std::abs(log_scale) > kMovesNot) one.motion.reset();
-  verdict_.set_pose(static_cast<std::size_t>(k), uncentred(one.T_cam_obj, *one.shape));
+  one.motion.rebase(one.T_cam_obj);
+  if (verdict_.last_good()[static_cast<std::size_t>(k)])
+    verdict_.set_pose(static_cast<std::size_t>(k), uncentred(one.T_cam_obj, *one.shape));
 }
 
 SizeTest::LogScale Tracker::scale(int k) const {

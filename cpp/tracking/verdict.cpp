@@ -42,6 +42,7 @@ void mark_unfound(const TrackedObject& object, ObjectResult* result) {
   result->trust = {
       Status::kLost, {ReasonCode::kPrimitiveNotFound, 0, -1, object.unfound}, 0, result->trust.evidence, 0};
   result->covariance.setConstant(kUnknown);
+  result->unstated.setZero();
   result->runner_up = kUnknown;
 }
 

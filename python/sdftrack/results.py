@@ -128,7 +128,8 @@ class ScaleEstimate:
     def interval95(self) -> tuple[float, float]:
         """The 95 % interval of the scale."""
         relative = 1.96 * self.sd / self.scale
-        return self.scale * math.exp(-relative), self.scale * math.exp(relative)
+        high = math.inf if relative > 100 else self.scale * math.exp(relative)
+        return self.scale * math.exp(-relative), high
 
     def __str__(self) -> str:
         low, high = self.interval95

@@ -34,6 +34,8 @@ class OcclusionHandler {
   static void visit(Archive& archive, Self& self) {
     auto& [time, lost, motion, waiting, size_px, last] = self;
     archive(time, lost, motion, waiting, size_px, last);
+    archive.check(last.width == last.height);
+    for (const Mask& mask : waiting) archive.check(mask.width == last.width && mask.height == last.height);
   }
 
  private:

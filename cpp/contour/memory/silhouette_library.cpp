@@ -98,6 +98,7 @@ std::vector<float> SilhouetteLibrary::differences(const Mask& mask) const {
 }
 
 void SilhouetteLibrary::add(const Mask& mask) {
+  if (area_of(mask) == 0) return;  // nothing to compare with
   std::vector<float> unlike = differences(mask);
   ++clock_;
   const auto nearest = std::min_element(unlike.begin(), unlike.end());

@@ -22,11 +22,11 @@ struct PosesApart {
   }
 };
 
+constexpr double kLag_frames = 0.5;  // sd of the lag of a depth camera of which nothing is stated
+
 // Over a sequence the two poses are apart by  way = bias + delay velocity + noise,  bias constant (the sensor
 // errs in the same way all the time): seven unknowns by weighted least squares, of which the delay is told as
 // soon as the velocity has changed. A frame that is far off counts less (Cauchy).
-constexpr double kLag_frames = 0.5;  // sd of the lag of a depth camera of which nothing is stated
-
 class ColorDelay {
  public:
   void forget() { *this = {}; }

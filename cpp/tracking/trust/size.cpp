@@ -260,7 +260,9 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
     const bool says = sd_of(look) <= kSays;
     if (!says && !differs) return std::nullopt;
     bends = bends || !says;
-    if (round + 1 < kRounds && differs) fit.linearize_there();  // less is left beside it there
+    if (round + 1 == kRounds || !differs) continue;
+    fit.linearize_there();  // less is left beside it there
+    if (!fit.enough()) return std::nullopt;
   }
   look.unexplained = fit.spread_m() / spread_m;
   // A sensor that bends may look like another size, but what it bends is left.
@@ -312,16 +314,24 @@ double SizeWitness::sd() const {
 }
 
 void SizeWitness::rescaled(double log_scale) {
-  if (std::abs(log_scale) > kCurved)
+  if (std::abs(log_scale) > kCurved) {
+    const Vector6d pull = pull_;
     *this = {};
-  else
+    pull_ = pull;
+  } else {
     mean_ -= log_scale;
+  }
+}
+
+// Of what is farther away the outline finds other lines.
+bool SizeTest::outline_out_of_reach() const {
+  return depth.known() && std::abs(depth.log_scale()) > kOutlineReaches && depth.unexplained() < kExplained;
 }
 
 SizeTest::LogScale SizeTest::free_scale() const {
   double information = 0, sum = 0;
   for (const SizeWitness* one : {&depth, &outline}) {
-    if (!one->known()) continue;
+    if (!one->known() || (one == &outline && outline_out_of_reach())) continue;
     const double weight = std::pow(one->sd(), -2);
     information += weight, sum += weight * one->log_scale();
   }
@@ -341,11 +351,12 @@ void SizeTest::rescaled(double log_scale) {
 
 bool SizeTest::determines_scale() const { return free_scale().sd < kKnownSd; }
 
-const Vector6d& SizeTest::pull() const { return depth.known() ? depth.pull() : outline.pull(); }
-
 Matrix6d SizeTest::free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
-  const Vector6d shift =
-      std::min(1.0, free_scale().sd) * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * pull());
+  const double sd = std::min(1.0, free_scale().sd);
+  Vector6d shift = sd * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * depth.pull());
+  const Vec3d origin =
+      T_cam_obj.R * shape.centre_obj;  // the origin of a larger shape is farther from its centre
+  shift.head<3>() -= sd * Eigen::Vector3d(origin.x, origin.y, origin.z);
   return shift * shift.transpose();
 }
 
@@ -353,9 +364,7 @@ std::string SizeTest::other_size() const {
   if (!depth.known()) return {};
   const double s = depth.log_scale(), sd = depth.sd();
   if (!(std::abs(s) - kBand > kSure_sd * sd)) return {};
-  // Of what is farther away the outline finds other lines.
-  const bool out_of_reach = std::abs(s) > kOutlineReaches && depth.unexplained() < kExplained;
-  if (outline.known() && !out_of_reach &&
+  if (outline.known() && !outline_out_of_reach() &&
       std::abs(s - outline.log_scale()) > kBand + kAgree_sd * std::hypot(sd, outline.sd()))
     return {};
   const auto percent = [](double log_scale) { return 100 * std::abs(std::expm1(log_scale)); };

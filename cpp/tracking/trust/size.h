@@ -88,7 +88,7 @@ struct SizeTest {
   double log_scale_to_add() const;
   void rescaled(double log_scale);
   bool determines_scale() const;
-  const Vector6d& pull() const;  // increment of T_obj_cam that follows a log scale of 1
+  bool outline_out_of_reach() const;
   // What is not known of it makes of the pose.
   Matrix6d free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
 };

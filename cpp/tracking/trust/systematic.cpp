@@ -92,7 +92,9 @@ Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m
 
 Matrix6d distance_covariance(const BiasResponse& response, double error_m, const Vec3d& centre_cam) {
   Matrix6d C = systematic_covariance(response, kBends * error_m, 0);
-  const Vec3d along = (error_m / norm(centre_cam)) * centre_cam;
+  const double distance_m = norm(centre_cam);
+  if (!(distance_m > 0)) return C;
+  const Vec3d along = (error_m / distance_m) * centre_cam;
   const Eigen::Vector3d shift(along.x, along.y, along.z);
   C.topLeftCorner<3, 3>() += shift * shift.transpose();
   return C;

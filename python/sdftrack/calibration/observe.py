@@ -165,4 +165,4 @@ def _mask(mask: Any, shape: tuple[int, int], i: int) -> NDArray[np.uint8]:
             f"mask_fn: expected a bool or uint8 mask of shape {shape} (the colour image's), got {m.dtype} "
             f"{m.shape} for frame {i}"
         )
-    return (m != 0).astype(np.uint8)
+    return np.ascontiguousarray(m != 0).astype(np.uint8)

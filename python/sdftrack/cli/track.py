@@ -229,7 +229,13 @@ class _Run:
                 known = self.seq.ground_truth.get(i, {})
                 truth = {k: known[t.instance] for k, t in enumerate(self.targets) if t.instance in known}
                 self.truths.append(truth)
-                recorder.add(frame, self.results[-1], im_id=self.seq.ids[i], truth=truth)
+                recorder.add(
+                    frame,
+                    self.results[-1],
+                    im_id=self.seq.ids[i],
+                    truth=truth,
+                    shapes=list(self.tracker.shapes),
+                )
         if self.tracker.color_delay:
             recorder.note("color_delay", dataclasses.asdict(self.tracker.color_delay))
         if self.job.scale == "free":

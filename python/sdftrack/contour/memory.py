@@ -326,7 +326,7 @@ class ShapeMemory:
     def _on_grid(self, given: Mask) -> Mask:
         size = self._options.size
         if given.shape == (size, size):
-            return given
+            return np.ascontiguousarray(given)
         on_grid = np.asarray(resampled(given, size) > 0.5)
         if not on_grid.any() or on_grid.all():
             what = "inside" if not on_grid.any() else "outside"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -58,10 +58,15 @@ def start(
     tracker: Any, run: Any, frame: Any, camera: Any, places: list[Place], free: list[int]
 ) -> TrackResult:
     """Start at places with the scale that fits best; `run`: start of the core at places."""
+    sizes = [tracker.shapes[k].voxel_size for k in free]
     for k in free:
         if _is_mask(places[k]) and frame.depth is not None:
             _try_candidates(tracker, run, frame, camera, places, k)
-    return _converged(tracker, run, places, free, FITS)[0]
+    result, _ = _converged(tracker, run, places, free, FITS)
+    if sizes == [tracker.shapes[k].voxel_size for k in free]:
+        return result
+    tracker._canonical.begin(places)  # the poses on the way here were not given by the caller
+    return cast("TrackResult", run(places))
 
 
 def _try_candidates(tracker: Any, run: Any, frame: Any, camera: Any, places: list[Place], k: int) -> None:

@@ -206,6 +206,10 @@ class Tracker:
         self._canonical = CanonicalPoses(symmetry, self.shapes, mode)
         self._canonical.declare(self._core)
         self._free_scales = free_scales(scale, self.shapes, self._free_sizes.shapes_unknown)
+        if mode == "rgb" and any(self._free_scales):
+            raise ValueError(
+                "scale: expected None with mode='rgb', got 'free': a scale is estimated from depth"
+            )
         for k in self._scaled():
             self._core.free_scale(k)
 
@@ -375,15 +379,15 @@ class Tracker:
                 raise RuntimeError("track: call start(frame, poses=[...]) first")
             camera, colors = self._camera_of(frame), self._colors_of(frame)
             begin = time.perf_counter()
+            for k in self._scaled():
+                if self._last is not None and self._last.status[k] in (Status.OK, Status.WEAK):
+                    adjust(self, k)
             if self._free_sizes:
                 self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
             view = self._core_frame(frame, camera, colors)
             result = self._finish(frame, view, self._core.track(view, self.names), begin)
             if self._free_sizes:
                 self._free_sizes.look(TrackerInterface(self), frame, camera, result)
-            for k in self._scaled():
-                if result.status[k] in (Status.OK, Status.WEAK):
-                    adjust(self, k)
             return result
 
     def recover(
