@@ -3,6 +3,8 @@
 #pragma once
 
 #include <atomic>
+#include <stdexcept>
+#include <string_view>
 
 #include "busy.h"
 #include "contour_options.h"
@@ -15,6 +17,19 @@ struct ContourCore {
   std::atomic<bool> busy{false};
   ContourCore(const py::dict& options, int device) : tracker(options_from(options), device) {}
 };
+
+// A part of a contour tracker travels as its state.
+template <class Part>
+auto pickled() {
+  return py::pickle([](const Part& self) { return py::bytes(state_of(self)); },
+                    [](const py::bytes& state) {
+                      Part out;
+                      if (!set_state(std::string_view(state), &out))
+                        throw std::invalid_argument(
+                            "state: expected a contour tracker of this version, got one of another version");
+                      return out;
+                    });
+}
 
 // What `call` returns, without the interpreter's lock.
 template <class Call>

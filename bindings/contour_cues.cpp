@@ -75,15 +75,7 @@ void bind_gatherer(py::module_& m) {
             self.skip(mask_of(mask, self.width(), self.height()));
           },
           "mask"_a, "A frame without an outline.")
-      .def(
-          py::pickle([](const contour::EvidenceGatherer& self) { return py::bytes(state_of(self)); },
-                     [](const py::bytes& state) {
-                       contour::EvidenceGatherer out;
-                       if (!set_state(std::string_view(state), &out))
-                         throw std::invalid_argument(
-                             "state: expected a contour tracker of this version, got one of another version");
-                       return out;
-                     }));
+      .def(pickled<contour::EvidenceGatherer>());
 }
 
 }  // namespace

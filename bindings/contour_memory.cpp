@@ -171,15 +171,7 @@ void bind_handler(py::module_& m) {
           "tracker"_a, "memory"_a, "After a start, in which the object is seen as a whole.")
       .def("judge", &judge_frame, "tracker"_a, "image"_a, "burn_in"_a, "memory"_a,
            "Between observe and finish: the judgement, and the whole silhouette where one is recovered.")
-      .def(
-          py::pickle([](const contour::OcclusionHandler& self) { return py::bytes(state_of(self)); },
-                     [](const py::bytes& state) {
-                       contour::OcclusionHandler out;
-                       if (!set_state(std::string_view(state), &out))
-                         throw std::invalid_argument(
-                             "state: expected a contour tracker of this version, got one of another version");
-                       return out;
-                     }));
+      .def(pickled<contour::OcclusionHandler>());
 }
 
 }  // namespace

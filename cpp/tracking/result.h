@@ -18,8 +18,8 @@ using Twist = std::array<double, 6>;
 struct ObjectResult {
   Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost, NaN before the first
   Matrix6d covariance;  // NaN when lost
-  // The part of it by what a sensor of which nothing is stated may err by: nearly constant from frame to
-  // frame.
+  // The part of it by what a sensor of which nothing is stated may err by: a nearly constant error of the
+  // distance, and a delay.
   Matrix6d unstated = Matrix6d::Zero();
   Trust trust;
   Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};

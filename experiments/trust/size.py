@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -94,28 +95,40 @@ def other_sizes(
 
 
 def _run(mesh: Any, sdf: Any, scale: float, seed: int, frames: int, threads: int) -> dict[str, Any]:
-    walk = st.synth.random_walk(step_m=0.004, step_rad=0.03)
-    other = st.Mesh(scale * mesh.vertices, mesh.faces)
-    sequence = st.synth.sequence(
-        other, frames, trajectory=walk, noise=NOISE_M, clutter="objects", seed=seed, color=False
-    )
+    sequence = _enlarged(mesh, scale, frames, NOISE_M, seed, color=False)
     tracker = st.Tracker(sdf, sequence.camera, mode="depth", threads=threads)
     counts, off_mm, beyond, interval = dict.fromkeys(("ok", "weak", "lost"), 0), [], 0, None
-    for i in range(frames):
-        truth = sequence.ground_truth[i][0]
-        result = tracker.track(sequence[i]) if i else tracker.start(sequence[i], poses=[truth])
+    for result, off in _followed(tracker, sequence, poses=[sequence.ground_truth[0][0]]):
         counts[str(result.status[0].value)] += 1
         interval = INTERVAL.search(result.reason[0]) or interval
-        off = result.pose[:3, 3] - truth[:3, 3]
         off_mm.append(1e3 * float(np.linalg.norm(off)))
-        if result.ok:
-            beyond += float(off @ np.linalg.solve(result.covariance[:3, :3], off)) > 3 * 5**2
+        beyond += _is_ok_beyond_5_sd(result, off)
     return {
         **{name: count / frames for name, count in counts.items()},
         "off_mm": float(np.nanmedian(off_mm)),
         "beyond": beyond / frames,
         "interval": interval,
     }
+
+
+def _enlarged(mesh: Any, scale: float, frames: int, noise: Any, seed: int, color: bool = True) -> Any:
+    """A sequence of the mesh at this scale."""
+    walk = st.synth.random_walk(step_m=0.004, step_rad=0.03)
+    seen = st.Mesh(scale * mesh.vertices, mesh.faces)
+    return st.synth.sequence(
+        seen, frames, trajectory=walk, noise=noise, clutter="objects", seed=seed, color=color
+    )
+
+
+def _followed(tracker: Any, sequence: Any, **start: Any) -> Iterator[tuple[Any, Any]]:
+    """The result of each frame, and the error of its position (m)."""
+    for i, frame in enumerate(sequence):
+        result = tracker.track(frame) if i else tracker.start(frame, **start)
+        yield result, result.pose[:3, 3] - sequence.ground_truth[i][0][:3, 3]
+
+
+def _is_ok_beyond_5_sd(result: Any, off: Any) -> bool:
+    return bool(result.ok and off @ np.linalg.solve(result.covariance[:3, :3], off) > 3 * 5**2)
 
 
 def _holds(interval: re.Match[str] | None, scale: float) -> bool:
@@ -171,19 +184,13 @@ def free_scales(
 
 
 def _free_run(mesh: Any, sdf: Any, scale: float, noise: Any, frames: int, threads: int) -> dict[str, Any]:
-    walk = st.synth.random_walk(step_m=0.004, step_rad=0.03)
-    seen = st.Mesh(scale * mesh.vertices, mesh.faces)
-    sequence = st.synth.sequence(seen, frames, trajectory=walk, noise=noise, clutter="objects", seed=21)
+    sequence = _enlarged(mesh, scale, frames, noise, SEEDS[0])
     tracker = st.Tracker(sdf, sequence.camera, threads=threads, scale="free")
     ok, off_m, beyond = 0, [], 0
-    for i in range(frames):
-        truth = sequence.ground_truth[i][0]
-        result = tracker.track(sequence[i]) if i else tracker.start(sequence[i], masks=sequence.masks(0)[0])
-        off = result.pose[:3, 3] - truth[:3, 3]
+    for result, off in _followed(tracker, sequence, masks=sequence.masks(0)[0]):
+        ok += result.ok
         off_m.append(float(np.linalg.norm(off)))
-        if result.ok:
-            ok += 1
-            beyond += float(off @ np.linalg.solve(result.covariance[:3, :3], off)) > 3 * 5**2
+        beyond += _is_ok_beyond_5_sd(result, off)
     found = tracker.scales[0]
     assert found is not None
     return {

@@ -185,8 +185,8 @@ class TrackResult:
         Sd (m) assumed for the depth error shared by all measurements of an object (docs/sensors.md); of a sensor of
         which nothing is stated that of a stereo camera; 0: the covariance accounts for noise alone.
     unstated : (M, 6, 6) float64 or None
-        The part of `covariances` by what a sensor of which nothing is stated may err by: an error of the distance that
-        bends over the object, and half a frame's motion. It is nearly constant, so a movement is better known.
+        The part of `covariances` by what a sensor of which nothing is stated may err by: a nearly constant error of the
+        distance that bends over the object, and half a frame's motion. The analysis of movements leaves it out.
     """
 
     poses: NDArray[np.float64]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
+from experiments.trust.coverage import error_vector
 from sdftrack.cli.app import run
 from sdftrack.tracking.free_scale import rescaled
 
@@ -37,10 +38,7 @@ def followed(tracker, sequence, **start):
 
 
 def distance2(result, truth):
-    d = np.zeros(6)
-    d[:3] = result.pose[:3, 3] - truth[:3, 3]
-    R = result.pose[:3, :3] @ truth[:3, :3].T
-    d[3:] = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    d = error_vector(result.pose, truth)
     return d @ np.linalg.solve(result.covariance, d)
 
 

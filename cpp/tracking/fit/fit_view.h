@@ -74,8 +74,8 @@ struct FitTarget {
 struct Fitted {
   Rigidd T_cam_obj;     // centred frame
   Matrix6d covariance;  // camera axes, about the caller's object origin
-  // What an error of the distance that no residual shows adds to the covariance that is reported. Nothing is
-  // decided by it: it is nearly constant, so that motions are seen.
+  // What errors that no residual shows, of the distance and of the time, add to the covariance that is
+  // reported. Nothing is decided by them.
   Matrix6d unseen_errors = Matrix6d::Zero();
   double cost = 0;  // mean per pixel of the last stage; with colours that of depth where they are its own
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours

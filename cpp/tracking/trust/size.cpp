@@ -354,8 +354,8 @@ bool SizeTest::determines_scale() const { return free_scale().sd < kKnownSd; }
 Matrix6d SizeTest::free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
   const double sd = std::min(1.0, free_scale().sd);
   Vector6d shift = sd * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * depth.pull());
-  const Vec3d origin =
-      T_cam_obj.R * shape.centre_obj;  // the origin of a larger shape is farther from its centre
+  // The origin of a larger shape is farther from its centre.
+  const Vec3d origin = T_cam_obj.R * shape.centre_obj;
   shift.head<3>() -= sd * Eigen::Vector3d(origin.x, origin.y, origin.z);
   return shift * shift.transpose();
 }

@@ -83,8 +83,7 @@ struct SizeTest {
     double mean = 0, sd = std::numeric_limits<double>::infinity();
   };
   LogScale free_scale() const;
-  // By how much to enlarge it; 0 where that is smaller than what is known of
-  // it.
+  // The log scale by which to enlarge the model; 0 where it is smaller than what is known of it.
   double log_scale_to_add() const;
   void rescaled(double log_scale);
   bool determines_scale() const;

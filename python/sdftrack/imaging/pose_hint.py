@@ -18,6 +18,11 @@ from sdftrack.camera import Camera
 Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
 
 
+def is_mask(place: Place) -> bool:
+    """Whether a place is a mask."""
+    return isinstance(place, np.ndarray) and place.dtype == np.uint8
+
+
 def pose_place(pose: Any, name: str, camera: Camera) -> NDArray[np.float64]:
     """``T_cam_obj``, projected to the nearest rigid transform if within 0.01."""
     return rigid_pose(pose, name)

@@ -9,9 +9,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from sdftrack.imaging.pose_hint import Place
+from sdftrack.imaging.pose_hint import Place, is_mask
 from sdftrack.results import ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.tracking.core_conversion import volume_of
 from sdftrack.tracking.scale import diameter_of, extent_of
 
 FITS = 6  # of a start, at most: each estimates the scale anew
@@ -49,7 +50,7 @@ def adjust(tracker: Any, k: int) -> float:
 def resize(tracker: Any, k: int, log_scale: float) -> None:
     """Enlarge the volume of object k by exp(`log_scale`)."""
     volume = rescaled(tracker.shapes[k], math.exp(log_scale))
-    tracker._core.rescale(k, volume._core_args, log_scale)
+    tracker._core.rescale(k, volume_of(volume), log_scale)
     tracker.shapes[k] = volume
     tracker._canonical.resize(k, math.exp(log_scale))
 
@@ -60,7 +61,7 @@ def start(
     """Start at places with the scale that fits best; `run`: start of the core at places."""
     sizes = [tracker.shapes[k].voxel_size for k in free]
     for k in free:
-        if _is_mask(places[k]) and frame.depth is not None:
+        if is_mask(places[k]) and frame.depth is not None:
             _try_candidates(tracker, run, frame, camera, places, k)
     result, _ = _converged(tracker, run, places, free, FITS)
     if sizes == [tracker.shapes[k].voxel_size for k in free]:
@@ -104,10 +105,6 @@ def _converged(
             ]
         )
     return result, total
-
-
-def _is_mask(place: Any) -> bool:
-    return isinstance(place, np.ndarray) and place.dtype == np.uint8
 
 
 def estimate(tracker: Any, k: int) -> ScaleEstimate:

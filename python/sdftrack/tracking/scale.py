@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
 from sdftrack.imaging.click_regions import connected_region, nearest_reading
+from sdftrack.imaging.pose_hint import is_mask
 from sdftrack.results import Status, TrackResult
 
 FACTOR = 8.0  # between what is seen and the shape: a view may show a part, and a mask more than the object
@@ -115,7 +116,7 @@ def _region_of(frame: Any, camera: Any, place: Any) -> NDArray[np.bool_] | None:
     if frame.depth is None or place is None:
         return None
     if isinstance(place, np.ndarray):
-        return place != 0 if place.dtype == np.uint8 else None
+        return place != 0 if is_mask(place) else None
     x, y, w, h = place
     readings = frame.depth[y : y + h, x : x + w]
     if not (readings > 0).any():

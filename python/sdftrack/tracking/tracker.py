@@ -22,7 +22,7 @@ from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
-from sdftrack.imaging.pose_hint import Place, one_place, place_list
+from sdftrack.imaging.pose_hint import Place, is_mask, one_place, place_list
 from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
@@ -326,12 +326,7 @@ class Tracker:
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
     ) -> TrackResult:
         for k, place in enumerate(places):
-            if (
-                isinstance(place, np.ndarray)
-                and place.dtype == np.uint8
-                and not self._free_sizes.shapes_unknown(k)
-                and not self._free_scales[k]
-            ):
+            if isinstance(place, np.ndarray) and is_mask(place) and self._has_size(k):
                 check_scale(frame, camera, place != 0, self.shapes[k], f"masks[{k}]")
         with self._alone():
             self._free_sizes.start(TrackerInterface(self), frame, camera, places)
