@@ -89,7 +89,7 @@ def _on_table(
 ) -> tuple[Any, NDArray[np.bool_]]:
     """A table under the object and five things that touch it; drawn anew while they hide too much of it."""
     from sdftrack.synth.bodies import Body
-    from sdftrack.synth.tabletop import Tabletop
+    from sdftrack.synth.surroundings import Tabletop
 
     body = Body(mesh, 0, 0)
     while True:

@@ -9,8 +9,7 @@ from sdftrack.synth import Cover, Grip, leave_and_return
 from sdftrack.synth.bodies import Body, Stage
 from sdftrack.synth.capsules import Capsules, cast
 from sdftrack.synth.grip import _Held
-from sdftrack.synth.surroundings import box_mesh
-from sdftrack.synth.tabletop import Tabletop
+from sdftrack.synth.surroundings import Tabletop, box_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 TINY = st.Camera(65.625, 65.625, 39.5, 29.5, 80, 60)

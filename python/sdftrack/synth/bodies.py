@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
+from sdftrack.io.datasets.sequence import LazyModels
+from sdftrack.mesh import Mesh
 from sdftrack.synth.surroundings import Layer
 
 SKIN = (205, 155, 130)
@@ -48,8 +50,6 @@ class Body:
     """A shape with what the renderer asks of it."""
 
     def __init__(self, shape: Any, k: int, seed: int) -> None:
-        from sdftrack.mesh import Mesh
-
         if isinstance(shape, str | os.PathLike):
             shape = Mesh.load(shape)
         if not (hasattr(shape, "raycast") or hasattr(shape, "render")):
@@ -119,23 +119,14 @@ class Body:
         return colors
 
 
-class Models(Mapping[int, Any]):
+class Models(LazyModels):
     """{obj_id: Mesh}; the mesh of a signed distance function is made at first use."""
 
     def __init__(self, bodies: list[Body]) -> None:
-        self._shapes = {1 + i: body.shape for i, body in enumerate(bodies)}
+        super().__init__({1 + i: body.shape for i, body in enumerate(bodies)}, "m")
 
-    def __getitem__(self, obj_id: int) -> Any:
-        shape = self._shapes[obj_id]
-        if not hasattr(shape, "raycast"):
-            shape = self._shapes[obj_id] = shape.to_mesh()
-        return shape
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(self._shapes)
-
-    def __len__(self) -> int:
-        return len(self._shapes)
+    def _load(self, shape: Any) -> Any:
+        return shape if hasattr(shape, "raycast") else shape.to_mesh()
 
 
 def _edge_points(corners: Array) -> Array:

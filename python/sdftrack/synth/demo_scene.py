@@ -13,6 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack.camera import Camera
+from sdftrack.frame import Frame
+from sdftrack.geometry import look_at, pose
+from sdftrack.mesh import Mesh
+from sdftrack.sdf import SDF
+from sdftrack.synth.duck import duck_mesh
+
 Array = NDArray[np.float64]
 EYE, TARGET = (0.02, -0.69, 0.54), (0.0, 0.0, 0.12)
 LIGHT = np.array([-0.45, -0.6, 0.75]) / np.linalg.norm([-0.45, -0.6, 0.75])  # towards the lamp, world
@@ -43,8 +50,6 @@ class DemoScene:
 
     def frame(self, i: int) -> Any:
         """Frame i; the same bits whenever it is asked for."""
-        from sdftrack.frame import Frame
-
         depth, normals, colors = self._backdrop
         depth, normals, colors = depth.copy(), normals.copy(), colors.copy()
         t = i / max(1, len(self) - 1)
@@ -65,10 +70,6 @@ class DemoScene:
 
 def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
     """Build meshes, motion and the still background."""
-    from sdftrack.camera import Camera
-    from sdftrack.geometry import look_at
-    from sdftrack.synth.duck import duck_mesh
-
     camera = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
     T_cam_world = look_at(EYE, TARGET)
     depth, normals, colors = _clutter(seed).raycast(camera, T_cam_world, threads=threads)
@@ -95,8 +96,6 @@ def alone(scene: DemoScene, place_m: Sequence[float], turns_rad: ArrayLike) -> D
 
 
 def _turn(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
-    from sdftrack.geometry import pose
-
     return pose([0.0, 0.0, z]) @ pose([0.0, y, 0.0]) @ pose([x, 0.0, 0.0])
 
 
@@ -139,9 +138,6 @@ def _capsule(p: Array, a: Any, b: Any, radius: float) -> Array:
 
 def _hand_mesh() -> Any:
     """An open right hand with a forearm: palm in the xy plane, fingers along +y, bent towards +z."""
-    from sdftrack.mesh import Mesh
-    from sdftrack.sdf import SDF
-
     grid = 0.004
     low, high = np.array([-0.09, -0.60, -0.06]), np.array([0.10, 0.16, 0.09])
     axes = [np.arange(a, b, grid) for a, b in zip(low, high, strict=True)]
@@ -166,19 +162,15 @@ def _clutter(seed: int) -> Any:
     """A table of planks, a wall, and things that stand about."""
     import trimesh
 
-    from sdftrack.mesh import Mesh
-
     rng = np.random.default_rng(seed)
     pieces: list[tuple[Any, Any]] = []
 
-    def box(size: Any, at: Any, rgb: Any, turn: float = 0.0) -> None:
-        body = trimesh.creation.box(size)
+    def put(body: Any, at: Any, rgb: Any, turn: float = 0.0) -> None:
         body.apply_transform(_shift(*at) @ _turn(z=turn))
         pieces.append((body, rgb))
 
-    def round_body(body: Any, at: Any, rgb: Any) -> None:
-        body.apply_transform(_shift(*at))
-        pieces.append((body, rgb))
+    def box(size: Any, *place: Any) -> None:
+        put(trimesh.creation.box(size), *place)
 
     for j, y in enumerate(np.arange(-0.50, 0.46, 0.12)):
         tone = rng.uniform(0.80, 1.15)
@@ -188,17 +180,18 @@ def _clutter(seed: int) -> Any:
     box((0.22, 0.15, 0.05), (0.36, 0.26, 0.025), (66, 110, 96), -0.3)
     box((0.18, 0.12, 0.04), (0.37, 0.27, 0.07), (206, 190, 150), 0.15)
     box((0.09, 0.09, 0.09), (0.10, 0.34, 0.045), (88, 96, 150), 0.8)
-    round_body(trimesh.creation.cylinder(0.042, 0.13, sections=48), (-0.17, 0.30, 0.065), (196, 198, 204))
-    round_body(trimesh.creation.icosphere(4, 0.06), (-0.42, -0.04, 0.06), (214, 120, 66))
-    round_body(trimesh.creation.cone(0.05, 0.15, sections=48), (0.44, 0.02, 0.0), (120, 150, 70))
-    vertices, faces, colours, count = [], [], [], 0
-    for body, rgb in pieces:
-        corners = np.asarray(body.triangles).reshape(-1, 3)  # unshared, so that colours stay crisp
-        vertices.append(corners)
-        faces.append(count + np.arange(len(corners)).reshape(-1, 3))
-        colours.append(np.tile(np.clip(rgb, 0, 255), (len(corners), 1)))
-        count += len(corners)
-    return Mesh(np.vstack(vertices), np.vstack(faces), np.vstack(colours).astype(np.uint8))
+    put(trimesh.creation.cylinder(0.042, 0.13, sections=48), (-0.17, 0.30, 0.065), (196, 198, 204))
+    put(trimesh.creation.icosphere(4, 0.06), (-0.42, -0.04, 0.06), (214, 120, 66))
+    put(trimesh.creation.cone(0.05, 0.15, sections=48), (0.44, 0.02, 0.0), (120, 150, 70))
+    corners = [
+        np.asarray(body.triangles).reshape(-1, 3) for body, _ in pieces
+    ]  # unshared: colours stay crisp
+    colours = [
+        np.tile(np.clip(rgb, 0, 255), (len(c), 1)) for c, (_, rgb) in zip(corners, pieces, strict=True)
+    ]
+    vertices = np.vstack(corners)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    return Mesh(vertices, faces, np.vstack(colours).astype(np.uint8))
 
 
 def _sensor_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:

@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.mesh import Mesh
+from sdftrack.sdf import SDF
+
 Array = NDArray[np.float64]
 BLEND_M = 0.008  # radius of the rounding where parts meet
 GRID_M = 0.002
@@ -75,11 +78,8 @@ def colours(points: Array, seed: int = 0) -> NDArray[np.uint8]:
     return np.clip(rgb, 0, 255).astype(np.uint8)
 
 
-def duck_mesh(seed: int = 0) -> Any:
+def duck_mesh(seed: int = 0) -> Mesh:
     """The coloured mesh (st.Mesh, m, object frame): about 0.2 m long, closed."""
-    from sdftrack.mesh import Mesh
-    from sdftrack.sdf import SDF
-
     axes = [np.arange(low, high, GRID_M) for low, high in zip(LOW_M, HIGH_M, strict=True)]
     x, y, z = np.meshgrid(*axes, indexing="ij")
     values = field(np.stack([x, y, z], axis=-1))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from sdftrack._internal.text_files import read_json
 from sdftrack._internal.validation import number, numbers, whole
 from sdftrack.camera import Camera
 from sdftrack.motion.samples import MotionSamples
-from sdftrack.synth.exercise_plans import PLANS, Plan, Wishes
+from sdftrack.synth.exercise_plans import PLANS, Wishes
 from sdftrack.synth.exercise_signals import ObjectMotion
 
 Array = NDArray[np.float64]
@@ -123,22 +123,12 @@ class Exercise:
         write_json(path, self.truth())
 
     def truth(self) -> dict[str, Any]:
-        """Arguments and truth as numbers and lists, as `save` writes them."""
+        """Arguments and truth as numbers, lists and tuples, as `save` writes them."""
         n, d = self.table
-        return {
-            "kind": self.kind,
-            "arguments": self.arguments,
-            "fps": self.fps,
-            "duration_s": self.duration_s,
-            "cues_s": list(self.cues_s),
-            "repetitions": [list(r) for r in self.repetitions],
-            "phases": [list(p) for p in self.phases],
-            "tremor_hz": self.tremor_hz,
-            "tremor_amplitude_m": self.tremor_amplitude_m,
-            "tremor_amplitude_rad": self.tremor_amplitude_rad,
-            "up": n.tolist(),
-            "table": {"n": n.tolist(), "d_m": d},
+        told = {
+            f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("T_cam_table", "motions")
         }
+        return {**told, "up": n.tolist(), "table": {"n": n.tolist(), "d_m": d}}
 
     def _times(self, times_s: ArrayLike | None) -> Array:
         times = self.times_s if times_s is None else np.atleast_1d(numbers(times_s, "times_s"))
@@ -226,26 +216,10 @@ def exercise(
         view = random_view(rng)
         plan = PLANS[kind](wanted, rng)
         if in_view(view, plan.motions, plan.duration_s, wanted.origin_m):
-            return _exercise(kind, arguments, view, plan)
+            view.setflags(write=False)
+            told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(plan).items()}
+            return Exercise(kind, arguments, arguments["fps"], T_cam_table=view, **told)
     raise ValueError(f"{kind}: found no view of all of it in {VIEWS} tries; change seed or meeting_m")
-
-
-def _exercise(kind: str, arguments: dict[str, Any], T_cam_table: Array, plan: Plan) -> Exercise:
-    T_cam_table.setflags(write=False)
-    return Exercise(
-        kind,
-        arguments,
-        arguments["fps"],
-        plan.duration_s,
-        tuple(plan.cues),
-        tuple(plan.repetitions),
-        tuple(plan.phases),
-        plan.tremor_hz,
-        plan.tremor_amplitude_m,
-        plan.tremor_amplitude_rad,
-        T_cam_table,
-        plan.motions,
-    )
 
 
 def _between(value: float, name: str, least: float, most: float, unit: str) -> float:

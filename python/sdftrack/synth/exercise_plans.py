@@ -37,7 +37,7 @@ class Plan:
     """A whole exercise in the making."""
 
     motions: tuple[ObjectMotion, ...] = ()
-    cues: list[float] = field(default_factory=list)
+    cues_s: list[float] = field(default_factory=list)
     repetitions: list[tuple[float, float]] = field(default_factory=list)
     phases: list[tuple[str, float, float]] = field(default_factory=list)
     duration_s: float = 0.0
@@ -53,7 +53,7 @@ class Plan:
     def wait(self, person: Person, rng: np.random.Generator) -> float:
         """Rest until the cue and the reaction to it; returns the onset."""
         cue = self.duration_s + _varied(person.pause_s, rng)
-        self.cues.append(float(cue))
+        self.cues_s.append(float(cue))
         self.enter("rest", cue + _varied(person.reaction_s, rng, 0.2))
         return self.duration_s
 

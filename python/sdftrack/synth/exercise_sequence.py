@@ -14,6 +14,7 @@ from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera
 from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.mesh import Mesh
+from sdftrack.sdf import SDF
 from sdftrack.synth.duck import duck_mesh
 from sdftrack.synth.exercise import Exercise
 from sdftrack.synth.printed_can import CAN_HEIGHT_M, can_mesh
@@ -110,8 +111,6 @@ def _meshed(
     seed: int,
 ) -> Mesh:
     """The zero set of a field, which is negative inside, by marching cubes."""
-    from sdftrack.sdf import SDF
-
     axes = [np.arange(a - 3 * GRID_M, b + 3 * GRID_M, GRID_M) for a, b in zip(low, high, strict=True)]
     values = distance(np.stack(np.meshgrid(*axes, indexing="ij")))
     solid = SDF(np.ascontiguousarray(values.T, np.float32), GRID_M, [axis[0] for axis in axes]).to_mesh()

@@ -20,8 +20,7 @@ from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.synth.bodies import Body, Models, Occluder, Stage
 from sdftrack.synth.noise import Noise, noise_of
 from sdftrack.synth.occluders import occluder_of
-from sdftrack.synth.surroundings import Layer, Table, background
-from sdftrack.synth.tabletop import Tabletop
+from sdftrack.synth.surroundings import Layer, Table, Tabletop, background
 from sdftrack.synth.trajectories import poses_of
 
 Array = NDArray[np.float64]

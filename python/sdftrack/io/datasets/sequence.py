@@ -228,10 +228,13 @@ class LazyModels(Mapping[int, Any]):
         if obj_id not in self._files:
             raise KeyError(f"obj_id {obj_id}: this sequence has models {list(self._files)}")
         if obj_id not in self._loaded:
-            from sdftrack.mesh import Mesh
-
-            self._loaded[obj_id] = Mesh.load(self._files[obj_id], unit=self._unit)
+            self._loaded[obj_id] = self._load(self._files[obj_id])
         return self._loaded[obj_id]
+
+    def _load(self, file: Any) -> Any:
+        from sdftrack.mesh import Mesh
+
+        return Mesh.load(file, unit=self._unit)
 
     def __iter__(self) -> Iterator[int]:
         return iter(self._files)
