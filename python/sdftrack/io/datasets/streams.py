@@ -4,15 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from threading import Lock
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 
 
@@ -76,18 +74,3 @@ def nearest_in_time(stamps_s: NDArray[np.float64], others_s: NDArray[np.float64]
     periods = [float(np.median(np.diff(times))) for times in (stamps_s, others_s) if len(times) > 1]
     limit = 0.5 * max(periods, default=1 / 30)
     return np.where(np.minimum(left, right) <= limit * (1 + 1e-9), nearest, -1)
-
-
-@dataclass
-class RealSenseStream:
-    """A stream as a RealSense recording describes it; `lens` has the names of the SDK's intrinsics.
-
-    `T_stream_ref` maps points of the recording's reference stream to this one, m.
-    """
-
-    stream: Stream
-    lens: dict[str, Any]
-    T_stream_ref: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-
-    def camera(self) -> Camera:
-        return Camera.from_realsense(SimpleNamespace(**self.lens))

@@ -3,5 +3,5 @@
 
 A file is one `Part` (`rosbag1`, `sqlite_file`, `mcap_file`): an index of its messages, and their bytes by place. A
 `Bag` joins the files of a recording; `decoding` and `pictures` turn messages into arrays; `topics`, `cameras` and
-`transforms` choose what belongs together; `frames` reads it on access.
+`transforms` choose what belongs together; `opening` reads it on access.
 """

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ class Bag(ClosedByWith):
     def __init__(self, path: Path, parts: list[Part]) -> None:
         self.path, self._parts = path, parts
         self._lock = threading.Lock()
-        self._decode = Decoder()
+        self.decode = Decoder()
         self.closed = False
         self._channels: dict[str, list[tuple[int, Channel, Entries]]] = {}
         for number, part in enumerate(parts):
@@ -60,9 +61,6 @@ class Bag(ClosedByWith):
             if self.closed:
                 raise ValueError(f"{self.path}: the sequence is closed; open it again to read its frames")
             return self._parts[part].read(chunk, offset, most)
-
-    def decode(self, channel: Channel, data: bytes) -> Any:
-        return self._decode(channel, data)
 
     def close(self) -> None:
         with self._lock:
@@ -94,9 +92,14 @@ class Messages:
         """The decoded message; ValueError if it is not whole."""
         return self._bag.decode(self._channel(i), self._raw(i))
 
-    def data(self, i: int) -> bytes:
-        """The message as recorded; ValueError as above."""
-        return self._raw(i)
+    def first(self, count: int) -> Iterator[Any]:
+        """Those of the first `count` that are whole, decoded."""
+        for i in range(min(count, len(self))):
+            try:
+                message = self[i]
+            except ValueError:
+                continue
+            yield message
 
     def stamp_ns(self, i: int) -> int:
         """The time in the header of a message; that of recording where the header has none."""

@@ -31,12 +31,8 @@ def kind_of(bag: Bag, topic: Topic) -> str:
     """ "depth", "color", or "" for a topic that holds neither; by its first messages."""
     if topic.type not in IMAGE_TYPES or not topic.count:
         return ""
-    messages = bag.messages(topic.name)
-    for i in range(min(LOOKED_AT, len(messages))):
-        try:
-            encoding = encoding_of(messages[i])
-        except ValueError:
-            continue
+    for picture in bag.messages(topic.name).first(LOOKED_AT):
+        encoding = encoding_of(picture)
         if encoding not in DEPTH_ENCODINGS:
             return "color"
         # Infrared images are often mono16, so for that encoding the name must say "depth".
@@ -108,8 +104,10 @@ def find_camera(bag: Bag, topic: str, frame_id: str, size: tuple[int, int]) -> t
     First the topic beside the images, by ROS' convention; else the only one with the same frame and size, or the
     only one of that frame. None and the topics there are, if there is none.
     """
-    infos = {
-        t.name: info for t in bag.topics.values() if t.type in INFO_TYPES and (info := _first(bag, t.name))
+    infos: dict[str, Info] = {
+        t.name: info
+        for t in bag.topics.values()
+        if t.type in INFO_TYPES and (info := next(bag.messages(t.name).first(LOOKED_AT), None))
     }
     image = same_image(topic)
     space = image.rpartition("/")[0]
@@ -153,14 +151,3 @@ def _named_camera(bag: Bag, info: Info, image: str, topic: str) -> Camera:
         return camera_of(info, image)
     except ValueError as error:
         raise ValueError(f"{bag.path}, {topic}: {error}") from None
-
-
-def _first(bag: Bag, topic: str) -> Info | None:
-    messages = bag.messages(topic)
-    for i in range(min(5, len(messages))):
-        try:
-            info: Info = messages[i]
-        except ValueError:
-            continue
-        return info
-    return None

@@ -33,12 +33,7 @@ def fixed_transforms(bag: Bag) -> dict[tuple[str, str], Pose]:
     for topic in bag.topics.values():
         if topic.type not in TRANSFORM_TYPES:
             continue
-        messages = bag.messages(topic.name)
-        for i in range(min(MAX_MESSAGES, len(messages))):
-            try:
-                transforms: list[Transform] = messages[i]
-            except ValueError:
-                continue  # not whole
+        for transforms in bag.messages(topic.name).first(MAX_MESSAGES):
             for t in transforms:
                 pose, edge = pose_of(t), (t.parent, t.child)
                 if pose is None or np.abs(fixed.setdefault(edge, pose) - pose).max() > SAME:
