@@ -13,10 +13,10 @@ from experiments.common.protocol import say
 from experiments.registry import experiment
 from experiments.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 from experiments.table import Table
-from sdftrack.calibration.color_maps import ProjectiveMap
+from sdftrack import _core
 from sdftrack.calibration.color_to_depth import registered, result_of
 from sdftrack.calibration.observe import watch
-from sdftrack.calibration.pairs import BallPairs, fit_pairs
+from sdftrack.calibration.pairs import BallPairs, ColorMapping, Fit, fit_from
 from sdftrack.calibration.statistics import student_t975
 
 __all__ = ["Row", "color_calibration", "coverage_of_pairs", "judged"]
@@ -79,13 +79,22 @@ def _middle(outline: Any) -> Array:
     return np.array([x, y])
 
 
+def fit_pairs(pairs: BallPairs, depth: st.Camera, time_offset: bool = False) -> Fit | None:
+    """The mapping that most pairs agree with, refined on them; None if there is none."""
+    names = ("center_cam", "center_covariance", "color_px", "color_covariance", "time_s")
+    fit: Any = _core.fit_color_map
+    arrays = [np.ascontiguousarray(getattr(pairs, name), dtype=np.float64) for name in names]
+    found = fit(*arrays, None, time_offset, 0)
+    return None if found is None else fit_from(found, depth, None)
+
+
 def coverage_of_pairs(runs: int, n: int = 60, seed: int = 0, noise_px: float = 0.1) -> tuple[float, float]:
     """Share of 95 % intervals that hold the truth, over (P, q) and over mapped points, for simulated pairs."""
     depth, T = DEPTH_CAMERA, st.geometry.pose((0.01, -0.01, 0.005), (-0.025, 0, 0))
-    truth = ProjectiveMap(COLOR_CAMERA.K @ T[:3], depth)
+    truth = ColorMapping(depth, M=COLOR_CAMERA.K @ T[:3])
     rng = np.random.default_rng(seed)
     true_px, hits, mapped = None, [], []
-    P, q = truth.Pq()
+    P, q, _ = truth.Pq()
     wanted = np.append(P.ravel(), q)
     for run in range(runs):
         p = ball_path(run)(np.arange(n) / 15)
@@ -100,8 +109,7 @@ def coverage_of_pairs(runs: int, n: int = 60, seed: int = 0, noise_px: float = 0
         if fit is None:  # as the calibration refuses them
             continue
         t975 = student_t975(fit.freedom)
-        P, q = fit.map.Pq()
-        G = fit.map.Pq_jacobian()
+        P, q, G = fit.map.Pq()
         sd = np.sqrt(np.diag(G @ fit.covariance @ G.T))
         hits.append(np.abs(np.append(P.ravel(), q) - wanted) < t975 * sd)
         x, J = fit.map.predict(p[::6])

@@ -8,16 +8,15 @@ import pickle
 import numpy as np
 import pytest
 
-from sdftrack.calibration.color_maps import ProjectiveMap, RigidMap
 from sdftrack.calibration.color_result import ColorCalibration
 from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame
 from sdftrack.calibration.observability import Observability
-from sdftrack.calibration.pairs import BallPairs
+from sdftrack.calibration.pairs import BallPairs, ColorMapping
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.reconstruction.quality import Quality
 from sdftrack.superpixels.regions import Regions
 
-RECORDS = [PerFrame, IntrinsicsResult, ColorCalibration, Observability, BallPairs, ProjectiveMap, RigidMap]
+RECORDS = [PerFrame, IntrinsicsResult, ColorCalibration, Observability, BallPairs, ColorMapping]
 RECORDS += [PrimitiveFit, Quality, Regions]
 
 

@@ -8,10 +8,10 @@ import pytest
 from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
+from experiments.calibration.ball import fit_pairs
 from experiments.synth.ball import ball_path, ball_scene
-from sdftrack.calibration.color_maps import ProjectiveMap
 from sdftrack.calibration.color_to_depth import check_spread
-from sdftrack.calibration.pairs import BallPairs, fit_pairs
+from sdftrack.calibration.pairs import BallPairs, ColorMapping
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
 HELD_OUT_PX = 0.3  # the target, on images four times as large
@@ -20,7 +20,7 @@ NOISE_PX = 0.1
 
 
 def true_map():
-    return ProjectiveMap(COLOR.K @ T_TRUE[:3], DEPTH)
+    return ColorMapping(DEPTH, M=COLOR.K @ T_TRUE[:3])
 
 
 def simulated(n=40, noise_px=0.0, seed=0, late_s=0.0):

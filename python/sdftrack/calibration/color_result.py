@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.array_equality import Compared
-from sdftrack.calibration.color_maps import ProjectiveMap, RigidMap
-from sdftrack.calibration.pairs import BallPairs
+from sdftrack.calibration.pairs import BallPairs, ColorMapping
 from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
 
@@ -45,7 +44,7 @@ class ColorCalibration(Compared):
         Ready for :class:`sdftrack.Tracker`.
     time_offset_s, time_offset_sd_s : float
         Delay of colour relative to its timestamp (that of depth); 0 and 0 if not estimated.
-    map : ProjectiveMap or RigidMap
+    map : ColorMapping
         The fitted mapping, with derivatives.
     map_covariance : (n, n) float64
         Covariance of the mapping's unknowns, and of the time offset if estimated.
@@ -66,7 +65,7 @@ class ColorCalibration(Compared):
     camera: RGBDCamera
     time_offset_s: float
     time_offset_sd_s: float
-    map: ProjectiveMap | RigidMap
+    map: ColorMapping
     map_covariance: Array
     color_size: tuple[int, int]
     freedom: int

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, of_kind, whole
-from sdftrack.calibration.color_maps import RigidMap
 from sdftrack.calibration.color_result import ColorCalibration
 from sdftrack.calibration.observe import Watch, guessed_camera, watch
 from sdftrack.calibration.pairs import BallPairs, Fit, fit_from, pairs_from
@@ -144,18 +143,19 @@ def check_times(times: Array) -> None:
 
 def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bool) -> ColorCalibration:
     x = fit.map
-    P, q = x.Pq()
+    P, q, G = x.Pq()
     n = x.unknowns
-    G = x.Pq_jacobian()
     covariance = G @ fit.covariance[:n, :n] @ G.T
     pairs.residual_px[:], pairs.kept[:] = fit.residual_px, fit.kept
     rms = float(np.sqrt((fit.residual_px[fit.kept] ** 2).sum(axis=1).mean()))
-    if isinstance(x, RigidMap):
+    T_covariance = None
+    if x.color is not None:
+        assert x.T_color_depth is not None
         T, K, T_covariance = x.T_color_depth, x.color.K, fit.covariance[:6, :6]
         camera = RGBDCamera(x.depth, x.color, T_color_depth=T)
     else:
+        assert x.M is not None
         K, T = _core.decompose_map(x.M)
-        T_covariance = None
         camera = RGBDCamera(x.depth, None, projective=(P, q))
     sd = float(np.sqrt(fit.covariance[n, n])) if time_offset else 0.0
     return ColorCalibration(

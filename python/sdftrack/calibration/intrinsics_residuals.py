@@ -29,16 +29,9 @@ POOR_LENS_NOISE_M = 0.006  # a tracker that forgives a lens which is 10 % off
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """Distances of measurements from the shape's surface for one camera.
+    """Median absolute distance of measurements from the shape's surface for one camera, from `frames` frames.
 
-    Attributes
-    ----------
-    median_m : float
-        Median absolute distance over all measurements.
-    cells_m : (6, 8) float64
-        Median absolute distance in each cell of the image, rows from the top; NaN with fewer than 50 measurements.
-    frames : int
-        Number of frames in which the object was found with this camera.
+    `cells_m` (6, 8) is that in each cell of the image, rows from the top; NaN with fewer than 50 measurements.
     """
 
     median_m: float
@@ -63,24 +56,8 @@ def compare(
 ) -> tuple[Misfit, Misfit]:
     """Misfit for the initial and the calibrated camera, on the same frames.
 
-    For each camera the poses are optimised: those of the calibrated camera are the result's; for the initial camera the
-    object is refitted, starting from the same pixels.
-
-    Parameters
-    ----------
-    frames : sequence of Frame, or what is indexed like one
-        The frames given to the calibration; a dozen of those used are read.
-    sdf : SDF
-    first : Camera or RGBDCamera
-        The initial camera.
-    result : IntrinsicsResult
-    threads : int
-
-    Returns
-    -------
-    before, after : Misfit
-
-    >>> before, after = compare(frames, sdf, guess, result)  # doctest: +SKIP
+    A dozen of the calibration's `frames` are read. The poses are optimised for each camera: those of the calibrated one
+    are the result's; for the initial one the object is refitted from the same pixels.
     """
     guess = depth_camera(first, "first")
     tracker = Tracker(sdf, guess, mode="depth", threads=threads, noise_m=POOR_LENS_NOISE_M)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Positions of the ball in both cameras, and the mapping fitted to them."""
+"""Positions of the ball in both cameras, and the mapping from depth to colour that is fitted to them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.array_equality import Compared
-from sdftrack.calibration.color_maps import ProjectiveMap, RigidMap
 from sdftrack.camera import Camera
 
 Array = NDArray[np.float64]
@@ -67,10 +66,50 @@ def pairs_from(found: dict[str, Any]) -> BallPairs:
 
 
 @dataclass(frozen=True, eq=False)
+class ColorMapping(Compared):
+    """From points of the depth camera to colour pixels, with derivatives; docs/math/color_to_depth.md, eq. 1, 11, 12.
+
+    Projective: ``lambda x' = P (Z x) + q`` (thesis Eq. 3.25) as ``y = M (p, 1)``, pixel ``y_01 / y_2``, p in metres;
+    `M` is (3, 4), 12 parameters up to scale. Rigid, with a `color` camera: at `T_color_depth`, 6 unknowns (v, w) of
+    T <- exp(v, w) T, m and rad.
+    """
+
+    depth: Camera
+    M: Array | None = None
+    color: Camera | None = None
+    T_color_depth: Array | None = None
+
+    @property
+    def unknowns(self) -> int:
+        return 12 if self.color is None else 6
+
+    @property
+    def _core_map(self) -> _core.DepthToColor:
+        if self.color is None:
+            assert self.M is not None
+            return _core.DepthToColor.projective(self.M)
+        assert self.T_color_depth is not None
+        return _core.DepthToColor.rigid(self.T_color_depth, self.color._core)
+
+    def predict(self, p_cam: Array) -> tuple[Array, Array]:
+        """Pixels (N, 2) of points (N, 3) and their derivatives by the unknowns (N, 2, n)."""
+        px, J = self._core_map.predict(np.ascontiguousarray(p_cam, dtype=np.float64))
+        return px, J
+
+    def Pq(self) -> tuple[Array, Array, Array]:
+        """(P, q) of Eq. 3.25, lambda the depth (m) in the colour camera, for ideal pixels; and their derivatives.
+
+        These are (12, n), of (P row by row, q) by the unknowns, at fixed scale.
+        """
+        P, q, J = self._core_map.Pq(self.depth._core)
+        return P, q, J
+
+
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A mapping, the time offset (s), covariance of (mapping, offset), residuals (N, 2) px, inlier pairs (N,)."""
 
-    map: ProjectiveMap | RigidMap
+    map: ColorMapping
     offset_s: float
     covariance: Array
     residual_px: Array
@@ -81,30 +120,6 @@ class Fit:
 def fit_from(found: dict[str, Any], depth: Camera, color: Camera | None) -> Fit:
     """A fit of the core, for these cameras."""
     mapped = found.pop("map")
-    fitted = ProjectiveMap(mapped.M, depth) if color is None else RigidMap(mapped.T_color_depth, color, depth)
-    return Fit(map=fitted, **found)
-
-
-def fit_pairs(
-    pairs: BallPairs, depth: Camera, color: Camera | None = None, time_offset: bool = False, seed: int = 0
-) -> Fit | None:
-    """The mapping that most pairs agree with, refined on them; None if there is none.
-
-    Parameters
-    ----------
-    color : Camera, optional
-        Known: only its pose is estimated.
-    time_offset : bool
-        Estimate the delay of colour, too; the times of the pairs grow.
-    """
-    found = _core.fit_color_map(
-        np.ascontiguousarray(pairs.center_cam, dtype=np.float64),
-        np.ascontiguousarray(pairs.center_covariance, dtype=np.float64),
-        np.ascontiguousarray(pairs.color_px, dtype=np.float64),
-        np.ascontiguousarray(pairs.color_covariance, dtype=np.float64),
-        np.ascontiguousarray(pairs.time_s, dtype=np.float64),
-        None if color is None else color._core,
-        time_offset,
-        seed,
-    )
-    return None if found is None else fit_from(found, depth, color)
+    if color is None:
+        return Fit(map=ColorMapping(depth, M=mapped.M), **found)
+    return Fit(map=ColorMapping(depth, color=color, T_color_depth=mapped.T_color_depth), **found)

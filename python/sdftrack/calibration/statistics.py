@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 Array = NDArray[np.float64]
 Estimates = dict[str, Any]  # what `_core.Calibration.examine` returns
@@ -21,18 +22,10 @@ CLUSTERED_FROM = 30  # frames beyond the unknowns from which their own scatter i
 
 
 def fuse(values: Array, information: Array) -> tuple[Array, Array]:
-    """Information-weighted mean of the frames' estimates (thesis Eq. 3.23).
+    """Information-weighted mean (n,) of the frames' estimates (M, n) (thesis Eq. 3.23), and its covariance.
 
-    Parameters
-    ----------
-    values : (M, n)
-    information : (M, n, n)
-        Inverse of each estimate's marginal covariance.
-
-    Returns
-    -------
-    mean : (n,), covariance : (n, n)
-        The covariance from the scatter of the estimates about their mean.
+    `information` (M, n, n) is the inverse of each estimate's marginal covariance; the covariance of the mean is that
+    of the scatter of the estimates about it.
     """
     total = np.linalg.inv(information.sum(axis=0))
     mean: Array = total @ np.einsum("mij,mj->i", information, values)
@@ -89,10 +82,6 @@ def robust_chi2(estimates: Estimates) -> Array:
 def excess_scatter(values: Array, mean: Array, covariances: Array) -> float:
     """Scatter of the frames' estimates about their mean over what their own covariances state; 1: they agree.
 
-    Parameters
-    ----------
-    values : (M, n), mean : (n,), covariances : (M, n, n)
-
     By the median over the frames, so that a few outliers have no say. Errors of depth that are the same over an object,
     and others in the next frame, are in the scatter alone.
     """
@@ -138,17 +127,8 @@ def half_width95(sd: Array, frames: int) -> Array:
 
 
 def student_t975(freedom: int) -> float:
-    """97.5 % quantile of Student's t, by the expansion about the normal's (Abramowitz and Stegun 26.7.5)."""
-    if freedom < 3:
-        return {1: 12.706, 2: 4.303}[freedom]
-    z = 1.959963984540054
-    terms = (
-        (z**3 + z) / 4,
-        (5 * z**5 + 16 * z**3 + 3 * z) / 96,
-        (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384,
-        (79 * z**9 + 776 * z**7 + 1482 * z**5 - 1920 * z**3 - 945 * z) / 92160,
-    )
-    return z + sum(term / freedom ** (k + 1) for k, term in enumerate(terms))
+    """97.5 % quantile of Student's t."""
+    return float(stdtrit(freedom, 0.975))
 
 
 def chi2_quantile(probability: float, freedom: int) -> float:

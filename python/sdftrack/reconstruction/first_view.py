@@ -30,13 +30,9 @@ Array = NDArray[np.float64]
 class FirstView:
     """The region that can contain the object, in the first camera's frame.
 
-    Attributes
-    ----------
-    from_m : (H, W) float32
-        Minimum depth of the object along each pixel's ray: 0 in the mask, 1 mm in the margin around it, infinite where
-        the object cannot be.
-    planes : (N, 5) float64
-        Normal towards the camera, offset (m) and half thickness (m) of each; the object is above.
+    `from_m` (H, W): minimum depth of the object along each pixel's ray: 0 in the mask, 1 mm in the margin around it,
+    infinite where the object cannot be. `planes` (N, 5): normal towards the camera, offset (m) and half thickness (m)
+    of each; the object is above.
     """
 
     from_m: NDArray[np.float32]
@@ -48,13 +44,7 @@ class FirstView:
 
 
 def own_pixels(depth: NDArray[np.float32], on_object: Mask, camera: Camera, planes: Array) -> Mask:
-    """(H, W), the object's pixels without those on planes.
-
-    Raises
-    ------
-    ValueError
-        Nearly all of the mask lies on a plane that extends far beyond it.
-    """
+    """(H, W), the object's pixels without those on planes; ValueError if these are nearly all of the mask."""
     free = on_object & above(depth, camera, planes)
     before, after = (np.count_nonzero(m & (depth > 0)) for m in (on_object, free))
     if after < OWN_SHARE * before:

@@ -139,13 +139,7 @@ def inside_points(shape: SDF) -> Array:
 
 
 def ball_of(depth: NDArray[np.float32], mask: Mask, camera: Camera) -> Ball:
-    """Fit a ball to a mask: its diameter is the longer side, its front touches the measurements.
-
-    Raises
-    ------
-    ValueError
-        Too few measurements in the mask, or a mask of nearly the whole image.
-    """
+    """Fit a ball to a mask: its diameter is the longer side, its front touches the measurements."""
     if mask.mean() > 0.8:
         raise ValueError(f"mask: expected the object alone, got {100 * mask.mean():.0f} % of the image")
     ys, xs = np.nonzero(mask & (depth > 0))
@@ -273,7 +267,6 @@ def shape_prior(
 
 
 INFLUENCE = 0.5  # a of thesis Eq. 4.34
-FADES_VOXELS = 4.0  # sigma_G
 PRINTED_SCALE_VOXELS = 2.0  # s of the tracker's likelihood (below Eq. 4.13)
 Field = NDArray[np.float32]
 
@@ -288,19 +281,8 @@ def printed_shape(
     """Signed distance to the initial shape of the evolution: `initial`, or a ball of the mask's size.
 
     The thesis does not specify the location of its sphere. Ours has the mean width of the mask, and its front touches
-    the object's, because the steps of the first frame move the surface by only about ten voxels.
-
-    Parameters
-    ----------
-    ball : Ball
-        The ball fitted to the mask; the origin of the object frame is its centre.
-    voxels, voxel_m, origin
-        The lattice: voxel centres are ``origin + voxel_m * (x, y, z)``, m, object frame.
-
-    Returns
-    -------
-    (nz, ny, nx) float32
-        m, negative inside.
+    the object's, because the steps of the first frame move the surface by only about ten voxels. The origin of the
+    object frame is the centre of `ball`.
     """
     x, y, z = (np.arange(n, dtype=np.float64) * voxel_m + o for n, o in zip(voxels, origin, strict=True))
     if initial is None:
@@ -315,7 +297,7 @@ def printed_shape(
 
 def printed_prior(shape_m: Field, voxel_m: float) -> Field:
     """Prior log ratio of inside to outside from the first shape (thesis Eqs. 4.32 to 4.34), (nz, ny, nx)."""
-    inside = INFLUENCE / (1 + np.exp(shape_m / (FADES_VOXELS * voxel_m))) + 0.5 * (1 - INFLUENCE)
+    inside = INFLUENCE / (1 + np.exp(shape_m / (GUESS_FADES_VOXELS * voxel_m))) + 0.5 * (1 - INFLUENCE)
     guess: Field = np.log(inside / (1 - inside)).astype(np.float32)
     return guess
 

@@ -32,34 +32,18 @@ class Keyframe:
     mask: NDArray[np.uint8] | None = None  # of the region; the first frame has one
     recording: int = 0  # 0: the one that `start` began
 
-    def full_depth(self, height: int, width: int) -> NDArray[np.float32]:
-        """The depth image, 0 outside the region."""
-        depth = np.zeros((height, width), np.float32)
-        x0, y0, x1, y1 = self.region
-        depth[y0:y1, x0:x1] = self.depth
-        return depth
-
-    def full_color(self, height: int, width: int) -> NDArray[np.uint8] | None:
-        """The colours aligned to the depth image, black outside the region."""
-        if self.rgb is None:
+    def whole(self, part: NDArray[Any] | None, size: tuple[int, int]) -> Any:
+        """`depth`, `rgb` or `mask` as an image (height, width) that is 0 outside the region; None for None."""
+        if part is None:
             return None
-        color = np.zeros((height, width, 3), np.uint8)
+        image = np.zeros((*size, *part.shape[2:]), part.dtype)
         x0, y0, x1, y1 = self.region
-        color[y0:y1, x0:x1] = self.rgb
-        return color
-
-    def full_mask(self, height: int, width: int) -> NDArray[np.uint8] | None:
-        if self.mask is None:
-            return None
-        mask = np.zeros((height, width), np.uint8)
-        x0, y0, x1, y1 = self.region
-        mask[y0:y1, x0:x1] = self.mask
-        return mask
+        image[y0:y1, x0:x1] = part
+        return image
 
     def frame(self, camera: Camera) -> Frame:
         """Both images, colour aligned to depth; measurements without a colour (black) are removed."""
-        depth = self.full_depth(camera.height, camera.width)
-        color = self.full_color(camera.height, camera.width)
+        depth, color = (self.whole(part, camera.shape) for part in (self.depth, self.rgb))
         if color is None:
             return Frame(depth, camera=camera, check_units=False)
         return Frame(np.where(color.any(axis=2), depth, 0), color, camera=camera, check_units=False)
@@ -99,14 +83,11 @@ def cut(image: NDArray[Any], region: Region) -> NDArray[Any]:
 
 def region_of(mask: NDArray[np.bool_], camera: Camera) -> Region:
     """Bounding box of a mask (H, W), with a margin."""
-    ys, xs = np.nonzero(mask)
-    x0, y0 = max(0, int(xs.min()) - MARGIN_PX), max(0, int(ys.min()) - MARGIN_PX)
-    return (
-        x0,
-        y0,
-        min(camera.width, int(xs.max()) + MARGIN_PX + 1),
-        min(camera.height, int(ys.max()) + MARGIN_PX + 1),
-    )
+    at = np.argwhere(mask)[:, ::-1]
+    low = np.maximum(at.min(axis=0) - MARGIN_PX, 0)
+    high = np.minimum(at.max(axis=0) + MARGIN_PX + 1, (camera.width, camera.height))
+    (x0, y0), (x1, y1) = low.tolist(), high.tolist()
+    return x0, y0, x1, y1
 
 
 def masked_keyframe(
@@ -143,17 +124,7 @@ class Keyframes:
     ignored, and time has a small weight. Once there are more than `most`, each new frame replaces the frame with the
     smallest sum of distances to its two nearest neighbours. (With the nearest one alone it would always be the second
     to last frame of a moving camera, and the gap behind it would grow without bound.) Each frame stores its two nearest
-    neighbours, so adding a frame costs O(most).
-
-    Parameters
-    ----------
-    most : int
-        At least 1.
-
-    Attributes
-    ----------
-    frames : list of Keyframe
-        In order of arrival.
+    neighbours, so adding a frame costs O(most). `frames` are in order of arrival.
     """
 
     def __init__(self, most: int) -> None:

@@ -181,15 +181,7 @@ class MaskExtent:
 
     If the mask covers the whole rigid object, the shape stays within it from that viewpoint, whatever other frames add.
     If it extends beyond, something else was fused into the shape, or the mask covers only a part of the object. Nothing
-    is inferred where the mask ends at the image border.
-
-    Parameters
-    ----------
-    camera : Camera
-    outline : (H, W) bool
-        The mask, or the box.
-    T_cam_obj : (4, 4) float64
-        Pose in the first frame.
+    is inferred where the mask ends at the image border. `outline` (H, W) is the mask, or the box.
     """
 
     def __init__(self, camera: Camera, outline: NDArray[np.bool_], T_cam_obj: Array) -> None:
@@ -205,13 +197,8 @@ class MaskExtent:
     def beyond(self, core: Any, fused: int, least: int) -> float:
         """Relative excess of the observed surface over the mask's width or height, whichever is larger.
 
-        Parameters
-        ----------
-        core : sdftrack._core.Reconstruction
-        fused : int
-            Number of frames so far; the surface is checked in every tenth frame.
-        least : int
-            Minimum observation weight of a voxel, in the core's unit.
+        The surface, of voxels observed `least` (in the core's unit) or more, is checked in every tenth of the `fused`
+        frames.
         """
         boxes = core.surface_boxes
         if not len(boxes):

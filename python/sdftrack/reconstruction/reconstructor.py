@@ -371,7 +371,9 @@ class Reconstructor:
         shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
         judge = Judge(self._kept, shape, self._frame_camera)
         was_m = judge.misfit_m(shape)
-        refined = refining.refine(self._kept, tracker, self._size, self._fuse_all, rounds, progress)
+        refined = refining.refine(
+            self._kept, tracker, self._frame_camera.shape, self._fuse_all, rounds, progress
+        )
         now_m = judge.misfit_m(self.shape)
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
@@ -499,10 +501,6 @@ class Reconstructor:
     def _kept(self) -> list[Keyframe]:
         return self._keyframes.frames
 
-    @property
-    def _size(self) -> tuple[int, int]:
-        return self._frame_camera.height, self._frame_camera.width
-
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """Rebuild the shape from all keyframes at their current poses."""
         volume, recording = self._volume.emptied(), 0
@@ -510,7 +508,7 @@ class Reconstructor:
             if keyframe.recording != recording:
                 recording = keyframe.recording
                 volume.begin_recording(self._later[recording - 1], keyframe.T_cam_obj)
-            volume.fuse(keyframe, keyframe.full_depth(*self._size))
+            volume.fuse(keyframe, keyframe.whole(keyframe.depth, self._frame_camera.shape))
             progress((i + 1) / len(self._kept))
         self._volume = volume  # whole, or not at all
         self._look_at_extent_again()

@@ -55,9 +55,9 @@ def refine(
 def track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
     """Track a keyframe against the current shape; returns the change of its pose (m, rad)."""
     tracker.set_pose(0, keyframe.T_cam_obj)
-    color = None if tracker.mode == "depth" else keyframe.full_color(*size)
+    color = None if tracker.mode == "depth" else keyframe.whole(keyframe.rgb, size)
     places = None if color is None else _core.ColorMap.aligned(size[1], size[0])
-    poses, sure = TrackerInterface(tracker).revisit(keyframe.full_depth(*size), color, places)
+    poses, sure = TrackerInterface(tracker).revisit(keyframe.whole(keyframe.depth, size), color, places)
     if not sure[0]:
         return 0.0, 0.0
     before, keyframe.T_cam_obj = keyframe.T_cam_obj, poses[0]
@@ -98,7 +98,7 @@ class Judge:
 
 def _read_points(keyframe: Keyframe, camera: Camera) -> NDArray[np.float64]:
     """(N, 3) points in the camera frame."""
-    points = camera.back_project(keyframe.full_depth(camera.height, camera.width))
+    points = camera.back_project(keyframe.whole(keyframe.depth, camera.shape))
     read: NDArray[np.float64] = points[points[..., 2] > 0]
     return read[:: max(1, len(read) // READINGS)]
 

@@ -45,14 +45,10 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Amount of evidence in a frame against a pose of the known shape.
+    """Evidence of a frame against a pose of the known shape.
 
-    Attributes
-    ----------
-    empty : float
-        Fraction of the object's measurements in space observed to be free by earlier frames.
-    through : float
-        Fraction of the previously observed, camera-facing surface where the frame observes free space.
+    `empty`: fraction of the object's measurements in space observed to be free by earlier frames. `through`: fraction
+    of the previously observed, camera-facing surface where the frame observes free space.
     """
 
     empty: float
@@ -87,11 +83,7 @@ def begin_again(
 ) -> tuple[TrackResult, Beginning | None]:
     """Start a tracker that has the known shape in the first frame of another recording.
 
-    Returns
-    -------
-    result : TrackResult
-    shown : Beginning or None
-        Bounds on the object from that frame, at the pose found; None: the pose is not reliable.
+    Returns bounds on the object from that frame, too, at the pose found; None: the pose is not reliable.
     """
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
@@ -106,9 +98,7 @@ def begin_again(
         result = _find_known(tracker, shape, looked, frame, shown.on_object)
     if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
         result = doubted(result, reason)
-    if result.status[0] is not Status.OK:
-        return result, None
-    return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+    return _at_pose(result, shown)
 
 
 def begin_with(
@@ -123,6 +113,10 @@ def begin_with(
     else:
         shown = find_object(frame.depth, place, camera, None, options)
         result = tracker.start(frame, masks=shown.on_object)
+    return _at_pose(result, shown)
+
+
+def _at_pose(result: TrackResult, shown: Beginning | None) -> tuple[TrackResult, Beginning | None]:
     if shown is None or result.status[0] is not Status.OK:
         return result, None
     return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
@@ -245,20 +239,10 @@ def another_pose(
     settle: Callable[[Pose], Pose],
     refuted: Callable[[Pose], bool],
 ) -> Pose | None:
-    """A pose far from the one found that also explains the measurements and is not refuted; None: there is none.
+    """A pose far from the one found that also explains the measurements `read_cam` (N, 3); None: there is none.
 
-    Parameters
-    ----------
-    T_cam_obj : (4, 4)
-        The pose found.
-    mesh, shape
-        Of the object, including its guessed parts.
-    read_cam : (N, 3)
-        The object's depth measurements, camera frame.
-    settle
-        Function that refines a pose to the best fit nearby.
-    refuted
-        Function that tells whether the frame contradicts a pose.
+    `settle` refines a pose to the best fit nearby, `refuted` tells whether the frame contradicts it. `mesh` and `shape`
+    include the object's guessed parts.
     """
     some = read_cam[:: max(1, len(read_cam) // READINGS)]
 

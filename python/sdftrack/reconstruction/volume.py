@@ -120,7 +120,7 @@ class Volume:
 
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Fuse a frame; `depth` is its whole depth image."""
-        mask = keyframe.full_mask(self.camera.height, self.camera.width)
+        mask = keyframe.whole(keyframe.mask, self.camera.shape)
         foreground = None if keyframe.mask is not None else keyframe.foreground
         self.core.fuse(
             depth, self.camera._core, keyframe.T_cam_obj, keyframe.region, mask, foreground, keyframe.rgb
