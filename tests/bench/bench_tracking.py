@@ -129,12 +129,6 @@ def start_5000() -> Callable[[], object]:
     return lambda: tracker.start(image, poses=[pose])
 
 
-def linearize_5000() -> Callable[[], object]:
-    shape = st.SDF.box(SIZE_M)
-    energy = st.Energy(shape, CAMERA, frames(shape, 5000)[0], poses(5000)[0], threads=1)
-    return lambda: energy.linearize(energy.start)
-
-
 def new_tracker() -> Callable[[], object]:
     shape = st.SDF.box(SIZE_M)
     return lambda: st.Tracker(shape, CAMERA, threads=1)
@@ -160,4 +154,3 @@ benchmark("tracking/start_anywhere_2_threads", lambda: searching(2, "anywhere"),
 benchmark("tracking/lost_frame_2_threads", lost_frame, unit="frame")
 benchmark("tracking/new_tracker_200_voxels", new_tracker, unit="tracker")
 benchmark("tracking/start_5000px", start_5000, unit="start")
-benchmark("tracking/linearize_5000px", linearize_5000, 5000, "pixel")

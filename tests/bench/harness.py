@@ -4,11 +4,11 @@
 A benchmark file is ``bench_<topic>.py``, which names its benchmarks by :func:`benchmark`. Each is a set-up that returns
 the function to time, with what the figure refers to::
 
-    def from_mesh():
-        mesh = ...
-        return lambda: st.SDF.from_mesh(mesh, voxels=100)
+    def start():
+        tracker, frame, pose = ...
+        return lambda: tracker.start(frame, poses=[pose])
 
-    benchmark("sdf/from_mesh_100", from_mesh, 100**3, "voxel")
+    benchmark("tracking/start", start, unit="start")
 
 Sizes, seeds, warm-up and repeats are fixed: changing these numbers breaks comparisons. Give a changed
 benchmark a new name instead.

@@ -134,17 +134,6 @@ struct ReadAt {
   void operator()() const { *to = *at; }
 };
 
-#if defined(__SANITIZE_ADDRESS__)
-TEST_F(CudaOnCpu, a_read_beyond_an_allocation_is_a_report) {
-  expect_an_error([] {
-    const DeviceStream stream;
-    DeviceBuffer<float> there(kCount);
-    launch(stream, 1, ReadAt{there.data() + kCount, there.data()});
-    stream.wait();
-  });
-}
-#endif
-
 TEST_F(CudaOnCpu, the_host_cannot_read_device_memory) {
   const DeviceBuffer<float> there(kCount);
   EXPECT_DEATH((report_here(), static_cast<void>(*const_cast<volatile const float*>(there.data()))), "");
@@ -157,60 +146,6 @@ TEST_F(CudaOnCpu, a_write_into_memory_that_was_freed_is_an_error) {
     launch(stream, 1, WriteAt{gone});
     stream.wait();
   });
-}
-
-struct ManyShared {
-  static constexpr const char* kName = "many shared";
-  static constexpr int kThreads = 2;
-  void operator()() const {
-    SDFTRACK_SHARED(char[40 << 10], first);
-    SDFTRACK_SHARED(char[9 << 10], second);
-    first[threadIdx.x] = second[threadIdx.x] = 0;
-  }
-};
-
-TEST_F(CudaOnCpu, more_memory_or_threads_than_a_block_may_have_are_errors) {
-  const DeviceStream stream;
-  EXPECT_THROW(launch(stream, 1, ManyShared{}, 3), CudaError);
-  launch(stream, 1, ManyShared{});
-  EXPECT_THROW(stream.wait(), CudaError);
-  EXPECT_NE(cuda_on_cpu::last_message().find("48 KB"), std::string::npos);
-}
-
-TEST_F(CudaOnCpu, a_stream_that_is_destroyed_goes_on) {
-  int late = 0;
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    reset_with(seed);
-    DeviceBuffer<float> there(1);
-    float got = 0;
-    {
-      const DeviceStream stream;
-      launch(stream, 1, WriteAt{there.data()});
-      stream.download(there.data(), 1, &got);
-    }
-    late += got == 0;
-    SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());
-    EXPECT_EQ(got, 1);
-  }
-  EXPECT_GT(late, 5);
-}
-
-TEST_F(CudaOnCpu, pageable_memory_is_read_late_on_request) {
-  int seen = 0;
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    cuda_on_cpu::Settings settings;
-    settings.seed = seed, settings.late_pageable = true;
-    cuda_on_cpu::reset(settings);
-    const DeviceStream stream;
-    DeviceBuffer<float> there(1);
-    float value = 1, got = 0;
-    stream.upload(&value, 1, there.data());
-    value = 2;
-    stream.download(there.data(), 1, &got);
-    stream.wait();
-    seen += got == 2;
-  }
-  EXPECT_GT(seen, 5);
 }
 
 std::string said_of(const char* kernel) {
@@ -281,24 +216,6 @@ TEST_F(CudaOnCpu, pinned_memory_is_read_late) {
     seen += got == 2;
   }
   EXPECT_GT(seen, 5);
-}
-
-TEST_F(CudaOnCpu, events_order_two_streams) {
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    reset_with(seed);
-    const DeviceStream first, second;
-    DeviceBuffer<float> there(1);
-    cudaEvent_t event = nullptr;
-    SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
-    launch(first, 1, WriteAt{there.data()});
-    SDFTRACK_CHECK_CUDA(cudaEventRecord(event, first.get()));
-    SDFTRACK_CHECK_CUDA(cudaStreamWaitEvent(second.get(), event));
-    float got = 0;
-    second.download(there.data(), 1, &got);
-    second.wait();
-    EXPECT_EQ(got, 1);
-    SDFTRACK_CHECK_CUDA(cudaEventDestroy(event));
-  }
 }
 
 TEST_F(CudaOnCpu, memory_ends_and_comes_back) {

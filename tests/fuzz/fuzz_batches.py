@@ -3,24 +3,26 @@
 
 from __future__ import annotations
 
-import json
+import faulthandler
+import multiprocessing
 import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from fuzz_targets import outcome_of
+
 HANG_S = 25.0
 START_S = 120.0  # to import and make the seeds
-POLL_S = 0.05
-CHILD = Path(__file__).resolve().parent / "fuzz_child.py"
+MOST_BYTES = 6_000_000_000  # of address space beyond what is taken at the start: more is a MemoryError
 CRASH, HANG = "crash", "hang"
+PROCESSES = multiprocessing.get_context("spawn")
 
 
 @dataclass
@@ -61,6 +63,7 @@ def run_batches(
     plan: Sequence[tuple[str, int, int]], jobs: int, most_findings: int = 200, until_s: float | None = None
 ) -> dict[str, Score]:
     """Run (target, first seed, count) batches; scores by target, in the order of the plan."""
+    os.environ.setdefault("PYTHONHASHSEED", "0")  # of the processes: a case is the same wherever it runs
     scores = {name: Score(name) for name, _, _ in plan}
     with ThreadPoolExecutor(jobs) as pool:
         for score in pool.map(lambda batch: _batch(*batch, until_s=until_s), plan):
@@ -79,50 +82,81 @@ def _batch(target: str, first: int, count: int, until_s: float | None) -> Score:
 def _process(target: str, first: int, count: int, score: Score) -> int:
     """Run until the end or a finding that ends the process; the seed to go on with."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
-        folder = Path(name)
-        with (folder / "stderr").open("wb") as errors:
-            child = subprocess.Popen(
-                [sys.executable, str(CHILD), target, str(first), str(count), name],
-                stdout=errors, stderr=errors, env={**os.environ, "PYTHONHASHSEED": "0"},
-            )  # fmt: skip
-            hung = _wait(child, folder)
-        lines = _lines(folder)
-        done = [line for line in lines if "outcome" in line]
-        for line in done:
-            score.counts[line["outcome"]] += 1
-            score.seconds += line["seconds"]
-            if line["outcome"] in ("unclear", "error"):
-                score.findings.append(Finding(line["seed"], line["outcome"], line["message"]))
-        if len(done) == count:
+        heard, told = PROCESSES.Pipe(duplex=False)
+        child = PROCESSES.Process(target=work, args=(target, first, count, Path(name), told))
+        child.start()
+        told.close()  # where the process ends, so does what it tells
+        done, kind = -1, CRASH
+        for line in _told(heard, count):
+            if line == HANG:
+                kind = HANG
+                child.kill()
+                break
+            done += 1
+            if line is not None:
+                _count(line, first + done - 1, score)
+        child.join()
+        if done == count:
             return first + count
-        told = (folder / "stderr").read_text(errors="replace")[-800:]
-        if not lines:
-            raise RuntimeError(f"{target}: the process did not begin (code {child.returncode}): {told}")
-        kind, at = HANG if hung else CRASH, first + len(done)
-        score.counts[kind] += 1
-        score.seconds += HANG_S if hung else 0.0
-        score.findings.append(Finding(at, kind, f"code {child.returncode}: {told}"))
-        return at + 1
+        stderr = Path(name, "stderr")
+        said = (
+            f"code {child.exitcode}: {stderr.read_text(errors='replace')[-800:] if stderr.exists() else ''}"
+        )
+    if done < 0:
+        raise RuntimeError(f"{target}: the process did not begin ({said})")
+    score.counts[kind] += 1
+    score.seconds += HANG_S if kind == HANG else 0.0
+    score.findings.append(Finding(first + done, kind, said))
+    return first + done + 1
 
 
-def _wait(child: subprocess.Popen[bytes], folder: Path) -> bool:
-    """Wait for the end; True if it had to be killed because a case did not end."""
-    last, since = 0, time.monotonic()
-    while child.poll() is None:
-        time.sleep(POLL_S)
-        length = len(_lines(folder))
-        if length != last:
-            last, since = length, time.monotonic()
-        elif time.monotonic() - since > (HANG_S if length else START_S):
-            child.kill()
-            child.wait()
-            return True
-    return False
+def _told(heard: Connection, count: int) -> Iterator[Any]:
+    """None when the process is ready, then (outcome, message, seconds) of each case; HANG where it is silent."""
+    for limit_s in (START_S, *[HANG_S] * count):
+        if not heard.poll(limit_s):
+            yield HANG
+        try:
+            yield heard.recv()
+        except EOFError:
+            return
 
 
-def _lines(folder: Path) -> list[dict[str, Any]]:
-    """What the process has told: each case as it begins, and its outcome."""
-    path = folder / "outcomes"
-    if not path.is_file():
-        return []
-    return [json.loads(line) for line in path.read_text().split("\n") if line.endswith("}")]
+def _count(line: tuple[str, str, float], seed: int, score: Score) -> None:
+    outcome, message, seconds = line
+    score.counts[outcome] += 1
+    score.seconds += seconds
+    if outcome in ("unclear", "error"):
+        score.findings.append(Finding(seed, outcome, message))
+
+
+def work(name: str, first: int, count: int, folder: Path, told: Connection) -> None:
+    """The process of a batch."""
+    with (folder / "stderr").open("wb") as errors:
+        os.dup2(errors.fileno(), 1)
+        os.dup2(errors.fileno(), 2)
+    faulthandler.enable()
+    from run import TARGETS
+
+    scratch = folder / "scratch"
+    scratch.mkdir()
+    os.chdir(scratch)
+    target = TARGETS[name]
+    case = target.make(scratch)
+    _limit_memory()
+    told.send(None)
+    for seed in range(first, first + count):
+        started = time.perf_counter()
+        outcome, message = outcome_of(target, case, seed)
+        told.send((outcome, message[:600], time.perf_counter() - started))
+    os._exit(0)  # without the ends of threads of others
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+
+        with open("/proc/self/statm") as file:
+            taken = int(file.read().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):  # elsewhere than on Linux
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (taken + MOST_BYTES, resource.RLIM_INFINITY))

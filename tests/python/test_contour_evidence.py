@@ -12,7 +12,6 @@ from sdftrack._core import EVIDENCE_MOST_INSTABILITY as MOST_INSTABILITY
 from sdftrack._core import EVIDENCE_MOST_SHARED as MOST_SHARED
 from sdftrack._core import EVIDENCE_SURE as SURE
 from sdftrack.contour.evidence import Evidence, certainty, status_by_evidence
-from sdftrack.contour.image_flow import ImageFlow
 from sdftrack.metrics import iou
 from sdftrack.results import Status
 
@@ -41,41 +40,6 @@ def camouflage():
     return images, masks
 
 
-def test_a_mask_moves_with_the_image():
-    images, masks = camouflage()
-    flow = ImageFlow(images[0]).next(images[1], masks[0])
-    stayed, moved = (
-        _core.EvidenceGatherer(images[0], masks[0]).gather(images[1], masks[1], 0.0, *given)[0]
-        for given in ((), flow)
-    )
-    assert stayed == pytest.approx(1 - iou(masks[0], masks[1]))
-    assert moved < 0.6 * stayed
-
-
-def test_no_flow_of_an_empty_mask_or_a_tiny_image():
-    image = texture(0)
-    assert ImageFlow(image).next(image, np.zeros(image.shape[:2], bool)) is None
-    tiny = texture(0, (20, 20))
-    assert ImageFlow(tiny).next(tiny, np.ones((20, 20), bool)) is None
-
-
-def test_an_outline_that_goes_its_own_way_disagrees_with_the_flow():
-    images, masks = camouflage()
-    evidence = []
-    away = [np.roll(mask, -2 * STEP_PX * k, axis=1) for k, mask in enumerate(masks)]
-    for outlines in (masks, away):
-        flow, gatherer = ImageFlow(images[0]), _core.EvidenceGatherer(images[0], masks[0])
-        for k in range(1, FRAMES):
-            found = Evidence(
-                *gatherer.gather(images[k], outlines[k], 0.0, *flow.next(images[k], outlines[k - 1]))
-            )
-        evidence.append(found)
-    right, wrong = evidence
-    assert wrong.disagreement > 2 * right.disagreement
-    assert wrong.mean_disagreement > 2 * right.mean_disagreement
-    assert certainty(wrong) < certainty(right)
-
-
 @pytest.mark.parametrize("term", range(len(Evidence._fields)))
 def test_each_term_alone_makes_an_outline_doubtful(term):
     bad = list(GOOD)
@@ -84,11 +48,6 @@ def test_each_term_alone_makes_an_outline_doubtful(term):
     assert certainty(GOOD) >= SURE > confidence
     assert (status, bool(reason)) == (Status.WEAK, True)
     assert status_by_evidence(GOOD, Status.OK, "")[:2] == (Status.OK, "")
-
-
-def test_what_the_colours_doubt_is_never_ok():
-    for status in (Status.WEAK, Status.LOST):
-        assert status_by_evidence(GOOD, status, "why")[:2] == (status, "why")
 
 
 def test_the_confidence_changes_no_outline():

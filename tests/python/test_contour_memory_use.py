@@ -8,7 +8,6 @@ import pytest
 from contour_scenes import GROUND, RED, Told, disc_mask, painted
 
 import sdftrack as st
-from sdftrack import _core
 
 FRAMES = 12
 FADED = 0.15  # of the way from the object's colour to the ground's, at which a frame is weak, not lost
@@ -32,13 +31,6 @@ def test_frames_of_unsure_colours_are_never_learned(burn_in):
     statuses = [str(tracker.track(disc(FADED)).status) for _ in range(FRAMES)]
     assert statuses.count("weak") > 0
     assert len(memory.learned) == statuses.count("ok")
-
-
-def test_sure_frames_are_learned():
-    memory = Told()
-    tracker = begun(memory)
-    assert all(tracker.track(disc()).ok for _ in range(FRAMES))
-    assert len(memory.learned) == FRAMES
 
 
 def test_after_an_answer_that_is_refused_the_track_goes_on():
@@ -75,24 +67,6 @@ def test_a_tracker_that_works_refuses_another_thread():
     assert "another thread" in said[0]
     memory.inside = None
     assert tracker.track(disc()).ok
-
-
-def test_a_phase_is_one_call_whose_result_cannot_be_written():
-    core = _core.ContourCore({})
-    image = disc()
-    start = core.start_mask(image, image[..., 0] > 145)
-    seen = core.observe(disc(at=62))
-    phi = seen.phi.copy()
-    frame = core.finish(_core.ShapeJudgement.none)
-    assert isinstance(frame, _core.ContourObservation)  # with a mask
-    assert start.mask.shape == frame.mask.shape == image.shape[:2]
-    for array in (seen.phi, seen.warp, frame.mask):
-        with pytest.raises(ValueError, match="read-only"):
-            array[...] = 0
-    with pytest.raises(AttributeError):
-        seen.confidence = 1.0
-    core.track(disc(at=66))
-    np.testing.assert_array_equal(seen.phi, phi)  # a result stays what it was
 
 
 def test_a_memory_that_finds_every_shape_whole_changes_no_bit():

@@ -247,11 +247,6 @@ def test_a_stick_that_fills_a_tenth_of_its_box_is_not_taken_for_noise():
     assert (result.mask & stick).sum() / (result.mask | stick).sum() > 0.6
 
 
-def test_a_mask_of_an_image_file_will_do():
-    same = [st.contour.ContourTracker().start(IMAGE, mask=m).phi for m in (MASK, 255 * MASK.astype(np.uint8))]
-    np.testing.assert_array_equal(*same)
-
-
 def test_views_that_are_not_contiguous_work():
     wide = np.repeat(IMAGE[:, ::-1], 2, axis=1)
     tracker = st.contour.ContourTracker()

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The core decides about a frame: both languages answer alike, and a sequence goes on from a file."""
 
-import pathlib
 import pickle
-import re
 
 import box_scene
 import numpy as np
@@ -39,12 +37,3 @@ def test_a_loaded_tracker_can_search_for_all_of_its_objects_and_for_some(tmp_pat
     assert again.recover(frame).status == ["ok", "ok"]
     again = pickle.loads(pickle.dumps(tracker))
     assert again.recover(frame, k=1).status == tracker.recover(frame, k=1).status
-
-
-def test_nobody_outside_reaches_into_the_core_of_a_tracker():
-    package = pathlib.Path(st.__file__).parent
-    inside = re.compile(r"tracker\._\w+")
-    for path in package.rglob("*.py"):
-        if path.parent.name != "tracking":
-            found = inside.findall(path.read_text())
-            assert not found, f"{path.relative_to(package)}: {found}; ask sdftrack.tracking.interface"

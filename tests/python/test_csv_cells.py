@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from sdftrack import motion
 from sdftrack._internal.csv_cells import cell_text, text_cell
-from sdftrack.batch.summary import write_summary
 
 HOSTILE = [
     "=cmd|' /C calc'!A0", '=HYPERLINK("http://evil.example.com","a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1",
@@ -62,24 +61,3 @@ def test_trajectories_keep_hostile_names_and_frames(tmp_path):
         np.testing.assert_array_equal(a.times_s, b.times_s)
         np.testing.assert_allclose(a.poses, b.poses, atol=1e-12)  # through a quaternion
     assert (np.stack([t.poses for t in back])[..., :3, 3] < 0).any()  # negative numbers stay numbers
-
-
-def test_the_summary_of_a_batch_has_hostile_text_as_text(tmp_path):
-    rows = [
-        {
-            "item": name,
-            "reason": f"{name}: no such file",
-            "=note": name,
-            "x_m": -0.5,
-            "frames": -3,
-            "none": None,
-        }
-        for name in HOSTILE
-    ]
-    write_summary(tmp_path, rows)
-    text = (tmp_path / "summary.csv").read_bytes().decode()
-    no_formulas(text)
-    head, *table = cells(text)
-    assert [cell_text(name) for name in head] == list(rows[0])
-    assert [cell_text(row[0]) for row in table] == HOSTILE
-    assert {tuple(row[3:]) for row in table} == {("-0.5", "-3", "")}

@@ -321,14 +321,6 @@ def test_back_project_undoes_distortion():
     np.testing.assert_allclose(camera.project(points), pixels, atol=1e-3)  # px; float32 rays
 
 
-def test_back_project_leaves_masked_pixels_out():
-    depth, mask = np.ones((60, 80), np.float32), np.zeros((60, 80), bool)
-    mask[10:12, 20:25] = True
-    _, pixels = st.back_project(depth, CAMERA, mask)
-    assert len(pixels) == 10
-    assert set(pixels[:, 0]) == set(range(20, 25))
-
-
 # --- what an energy is of
 
 
@@ -336,10 +328,6 @@ def test_a_state_far_off_costs_more_but_is_no_error(shape, frame):
     energy = make_energy(shape, frame, "ray_hit", ("pose", "scale"))
     for scale in (1e-30, 1e30):
         assert np.isfinite(energy.cost(st.State(START[None], scales=np.array([scale]))))
-
-
-def test_the_budget_of_pixels_holds_for_an_energy_too(shape, frame):
-    assert make_energy(shape, frame, "point", max_pixels=50).linearize(st.State(START[None])).count == 50
 
 
 def test_the_mask_of_a_frame_limits_the_pixels(shape, frame):

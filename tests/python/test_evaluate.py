@@ -75,28 +75,6 @@ def test_the_recorded_instance_decides_which_truth_is_meant(tmp_path):
     assert second.translation_m[0] == pytest.approx(OFF_M)
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (None, "no such file"),
-        ("{", "expected a report"),
-        ("[]", "expected a report"),
-        ("{}", "expected a report"),
-    ],
-)
-def test_a_report_that_is_none_is_named(tmp_path, content, message):
-    if content is not None:
-        (tmp_path / "report.json").write_text(content)
-    with pytest.raises((FileNotFoundError, ValueError), match=message):
-        read_results(tmp_path)
-
-
-def test_a_sequence_without_truth_is_refused(tmp_path):
-    seq = Sequence([frame(i) for i in range(6)], CAMERA)
-    with pytest.raises(ValueError, match="ground truth: this sequence has none"):
-        compare(read_results(recorded(tmp_path)), seq)
-
-
 def test_the_command_writes_table_plots_and_numbers(tmp_path, capsys):
     results = recorded(tmp_path / "run")
     save_sequence(tmp_path / "seq", sequence(), layout="bop")

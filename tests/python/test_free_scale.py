@@ -112,19 +112,6 @@ def test_the_volume_is_enlarged_about_its_origin(model):
     np.testing.assert_allclose(large(1.5 * points), 1.5 * model(points), atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("scale", "said"),
-    [
-        ("open", r"scale: expected None or 'free', got 'open'"),
-        (["free", None], r"scale: expected one or None per shape \(1\), got 2"),
-        (1.1, r"scale: expected None or 'free', got 1.1"),
-    ],
-)
-def test_another_value_is_refused(model, scale, said):
-    with pytest.raises(ValueError, match=said):
-        st.Tracker(model, CAMERA, scale=scale)
-
-
 def test_a_primitive_has_free_sizes_anyway():
     with pytest.raises(ValueError, match="a Primitive, whose sizes are free anyway"):
         st.Tracker(st.Primitive("cylinder"), CAMERA, scale="free")

@@ -4,11 +4,10 @@
 import numpy as np
 import pytest
 from gpu_marks import MARKS
-from reconstruction_scene import CAMERA, begun, first_mask, sequence
+from reconstruction_scene import begun, sequence
 
 import sdftrack as st
 from sdftrack import metrics
-from sdftrack.reconstruction import reconstructor
 
 pytestmark = [*MARKS, pytest.mark.slow]
 
@@ -44,30 +43,6 @@ def test_the_gpu_reconstructs_what_the_cpu_does(tmp_path):
         assert again.device.split(":")[0] == device
         assert_alike(gpu.shape, again.shape)
         assert again.track(sequence(FRAMES, 12.0)[FRAMES - 1]).pose is not None
-
-
-def test_the_tracker_reads_the_blocks_of_the_frame_before(monkeypatch):
-    monkeypatch.setattr(reconstructor, "YOUNG_FRAMES", 0)  # from the first one on every second frame
-    seq = sequence(FRAMES, 12.0)
-    star = st.Reconstructor(CAMERA, voxels=32, extent=0.3, device="cuda", threads=1)  # does not grow
-    star.start(seq[0], mask=first_mask(seq))
-    held = star._volume.core.phi, star._volume.core.rgb_seen  # as the tracker's
-    read = []
-    track = st.Tracker.track
-
-    def look(tracker, frame):
-        before = [np.array(x) for x in held]
-        star._volume.core.show()
-        read.append([np.array_equal(a, b) for a, b in zip(before, held, strict=True)])
-        return track(tracker, frame)
-
-    monkeypatch.setattr(st.Tracker, "track", look)
-    for k in range(1, FRAMES):
-        was = np.array(held[0])
-        star.track(seq[k])
-        star._volume.core.show()
-        assert not np.array_equal(was, held[0])
-    assert read == [[True, True]] * (FRAMES - 1)
 
 
 def test_the_thesis_method_evolves_on_the_gpu():

@@ -3,14 +3,9 @@
 
 import hashlib
 import os
-import platform
 import subprocess
 import sys
-from pathlib import Path
 
-import pytest
-
-import sdftrack as st
 from sdftrack import _core
 
 
@@ -100,19 +95,3 @@ def test_an_instruction_set_that_is_not_there_is_named_with_those_that_are():
     assert "SDFTRACK_ISA" in done.stderr
     assert "sse9" in done.stderr
     assert "baseline" in done.stderr
-
-
-@pytest.mark.skipif("SDFTRACK_ISA" in os.environ, reason="one is forced")
-def test_the_fastest_is_used_unless_told_otherwise():
-    assert st.info()["cpu_features_in_use"] == [_core.isas()[-1]]
-    assert _core.isas()[0] == "baseline"
-
-
-CPUINFO = Path("/proc/cpuinfo")
-NEEDS = {"avx2": {"avx2"}, "avx512": {"avx2", "avx512f", "avx512dq", "avx512bw", "avx512vl"}}
-
-
-@pytest.mark.skipif(platform.machine() != "x86_64" or not CPUINFO.exists(), reason="flags of x86-64 by Linux")
-def test_every_instruction_set_that_the_processor_has_is_offered():
-    flags = set(next(line for line in CPUINFO.read_text().splitlines() if line.startswith("flags")).split())
-    assert _core.isas() == ["baseline", *(name for name, needed in NEEDS.items() if needed <= flags)]

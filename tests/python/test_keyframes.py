@@ -85,23 +85,3 @@ def test_the_first_frame_of_each_recording_is_kept() -> None:
         frames.add(Keyframe(i, (0, 0, 0, 0), nothing, None, nothing, T, None, i // 20))
     assert len(frames.frames) == 6
     assert {0, 20} <= {k.index for k in frames.frames}
-
-
-def test_what_each_knows_of_its_nearest_is_true_after_many_changes() -> None:
-    rng = np.random.default_rng(3)
-    kept = Keyframes(40)
-    for i in range(300):
-        rotation, far = rng.normal(0, 1, 3), rng.uniform(0.4, 0.8)
-        s = keyframe(i, 0.0)
-        s.T_cam_obj = geometry.pose(rotation, (0.05, 0.0, far))
-        kept.add(s)
-    T = np.array([s.T_cam_obj for s in kept.frames])
-    center = -np.einsum("nji,nj->ni", T[:, :3, :3], T[:, :3, 3])
-    away = np.linalg.norm(center, axis=1, keepdims=True)
-    place = np.hstack([center / away, 0.5 * np.log(away)])
-    when = np.array([s.index for s in kept.frames])
-    apart = np.linalg.norm(place[:, None] - place, axis=2)
-    apart += np.minimum(1e-4 * np.abs(when[:, None] - when), 0.02)
-    np.fill_diagonal(apart, np.inf)
-    np.testing.assert_array_equal(kept._nearest, np.argsort(apart, axis=1)[:, :2])
-    np.testing.assert_allclose(kept._gaps, np.sort(apart, axis=1)[:, :2])

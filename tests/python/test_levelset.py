@@ -154,31 +154,6 @@ def one_frame(**given):
     return st.Frame(depth, mask=mask, **given), T
 
 
-@pytest.mark.parametrize("form", ["smooth", "printed"])
-def test_the_evidence_of_one_frame_is_that_of_the_twin(form):
-    frame, T = one_frame()
-    o = reference.Options(
-        printed=form == "printed", sigma_d_m=0.006, noise_m=0.002, noise_per_m=0.03,
-        min_noise_m=VOXEL_M, usual_noise_m=VOXEL_M,
-    )  # fmt: skip
-    ratio = st.levelset.evidence(
-        frame,
-        CAMERA,
-        T,
-        (SHAPE, VOXEL_M, ORIGIN),
-        form=form,
-        sigma_d_m=0.006,
-        noise_m=0.002,
-        noise_per_m=0.03,
-    )
-    expected, _ = reference.evidence(in_camera(T), frame.depth, frame.mask, K, o)
-    assert ratio.dtype == np.float32
-    rtol, atol = (5e-3, PRINTED_RATIO_ATOL) if form == "printed" else (1e-7, RATIO_ATOL)
-    np.testing.assert_allclose(ratio, expected, rtol=rtol, atol=atol)
-    assert ratio.max() > 0.5  # noise of a voxel and more: the smooth form is never sure
-    assert ratio.min() <= -1
-
-
 def test_a_mask_overrides_the_frames_and_without_any_all_readings_are_the_objects():
     frame, T = one_frame()
     grid = st.SDF.sphere(BALL_M, voxels=24)

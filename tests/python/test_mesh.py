@@ -108,12 +108,3 @@ def test_only_what_is_before_the_camera_is_seen_and_a_camera_inside_sees_the_wal
     assert depth.max() <= 0.05 + DEPTH_ATOL
     rays = np.dstack([camera().rays(), np.ones((30, 40))])
     assert ((normals * rays).sum(axis=-1) < 0).all()
-
-
-def test_how_often_vertices_were_seen_stays_with_them(tmp_path):
-    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], seen=[0, 1.5, 2])
-    mesh.save(tmp_path / "seen.ply")
-    assert Mesh.load(tmp_path / "seen.ply") == mesh
-    assert pickle.loads(pickle.dumps(mesh)) == mesh
-    np.testing.assert_array_equal(mesh.transformed(np.eye(4)).seen, mesh.seen)
-    assert Mesh(mesh.vertices, mesh.faces) != mesh

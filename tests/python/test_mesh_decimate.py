@@ -78,15 +78,6 @@ def test_colours_and_views_of_merged_vertices_are_carried():
     assert ball().decimated(600) == fewer  # the same bits again
 
 
-def test_the_mean_is_of_what_was_seen_where_anything_was():
-    into = np.array([0, 0, 0, 1, 1, -1])
-    colors = np.array([[10.0], [20], [90], [30], [50], [999]])
-    seen = np.array([1.0, 3, 0, 0, 0, 9])
-    np.testing.assert_allclose(decimate.weighted_mean_of_merged(colors, seen, into, 2), [[17.5], [40]])
-    np.testing.assert_allclose(decimate.weighted_mean_of_merged(colors, None, into, 2), [[40], [40]])
-    np.testing.assert_array_equal(decimate.median_of_merged(seen, into, 2), [1, 0])
-
-
 def test_parts_that_fold_flat_are_taken_out():
     # A tetrahedron with a flap of two faces on one of its edges: what the library leaves of a thin part.
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 2, 2]])

@@ -2,7 +2,6 @@
 """The table of seeded faults fits the core as it is (tests/mutation)."""
 
 import importlib.util
-from collections import Counter
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -15,9 +14,3 @@ def test_the_line_of_a_fault_is_in_its_file_once():
     lost = [fault["name"] for fault in mutation.faults() if len(mutation.places(fault, TESTS.parent)) != 1]
     assert lost == [], "change these faults in tests/mutation/faults.toml with their lines"
     assert all(fault["before"] != fault["after"] for fault in mutation.faults())
-
-
-def test_every_folder_has_as_many_faults():
-    folders = Counter(fault["file"].split("/")[1] for fault in mutation.faults())
-    assert set(folders) == set(mutation.FILES_ABOUT)
-    assert len(set(folders.values())) == 1

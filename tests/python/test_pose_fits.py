@@ -62,13 +62,6 @@ def test_each_of_many_is_as_if_alone():
         assert alone.cost == fit.cost
 
 
-def test_shapes_of_their_own():
-    frame = st.Frame(depth_of())
-    fits = st.fit_poses([BOX, BALL, BOX], CAMERA, frame, [moved(POSE)] * 3, device="cpu")
-    np.testing.assert_array_equal(fits[0].pose, fits[2].pose)
-    assert fits[1].cost != fits[0].cost
-
-
 def test_an_object_that_the_frame_does_not_show_keeps_its_pose():
     away = geometry.pose([0, 0, 0], [5, 0, 0.6])
     seen, unseen = st.fit_poses(BOX, CAMERA, st.Frame(depth_of()), [moved(POSE), away], device="cpu")

@@ -4,7 +4,7 @@
 import pytest
 
 from sdftrack.cli import progress as module
-from sdftrack.cli.progress import progress, progress_counter
+from sdftrack.cli.progress import progress
 
 
 @pytest.fixture
@@ -25,16 +25,4 @@ def test_lines_have_rate_remaining_time_and_note(clock, capsys):
         "cup: 11/30, 2.0/s, 10 s left, 1 lost",
         "cup: 22/30, 2.0/s, 4 s left, 2 lost",
         "cup: 30/30, 2.0/s, 15.0 s, 2 lost",
-    ]
-
-
-def test_a_new_label_starts_a_new_count(clock, capsys):
-    with progress_counter(False) as tell:
-        clock[0] += 4
-        tell(2, 2, "first")
-        clock[0] += 10
-        tell(10, 10, "second")
-    assert capsys.readouterr().err.splitlines() == [
-        "first: 2/2, 0.5/s, 4.0 s",
-        "second: 10/10, 1.0/s, 10.0 s",
     ]

@@ -36,24 +36,17 @@ def lens(model, *coefficients):
 
 
 @refused(
-    (lambda: camera(distortion=(0.1, 0.2)), ValueError, "4, 5 or 8"),
     (lambda: camera(distortion=(0.1, 0.2, 0, np.nan)), ValueError, "finite"),
     (lambda: camera(fx=320, fy=320, distortion=FOLDING), ValueError, r"folds over before pixel \(0, 0\)"),
     (lambda: st.Camera.from_K([[500, 3, 320], [0, 500, 240], [0, 0, 1]], 640, 480), ValueError, "skew"),
     (lambda: st.Camera.from_K(CAMERA.K.T, 640, 480), ValueError, "fx, 0, cx"),
-    (lambda: st.Camera.from_fov(np.pi, 640, 480), ValueError, "^fov_x_rad: expected"),
     (lambda: CAMERA.cropped(-1, 0, 5, 5), ValueError, "inside 640 x 480"),
     (lambda: CAMERA.back_project(np.ones(CAMERA.shape, np.uint16)), TypeError, "depth scale"),
-    (lambda: CAMERA.back_project(np.ones((640, 480), np.float32)), ValueError, r"\(480, 640\)"),
     (lambda: st.Camera.from_realsense(lens("ftheta", 0.1, 0, 0, 0, 0)), ValueError, "rectify"),
     (lambda: st.Camera.from_realsense(lens("inverse_brown_conrady", -2.5, 0, 0.3, 0.3, 0)), ValueError, "px"),
     (lambda: st.RGBDCamera(CAMERA, SMALL), ValueError, "T_color_depth"),
     (lambda: st.RGBDCamera(CAMERA, CAMERA, np.eye(4), (np.eye(3), np.zeros(3))), ValueError, "both"),
     (lambda: st.RGBDCamera(CAMERA, CAMERA, T_color_depth=np.diag([2.0, 2, 2, 1])), ValueError, "rotation"),
-    (lambda: st.RGBDCamera(CAMERA, projective=(np.eye(4), np.zeros(3))), ValueError, r"\(3, 3\)"),
-    (lambda: st.RGBDCamera(CAMERA.K), TypeError, "Camera"),
-    (lambda: st.SensorModel(noise_m=-1), ValueError, "noise_m: expected a finite number >= 0, got -1"),
-    (lambda: st.SensorModel.from_dict({"nois_m": 1}), TypeError, r"'nois_m'; did you mean 'noise_m'\?"),
 )
 def test_a_camera_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -87,7 +80,6 @@ def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error,
 
 @refused(
     (lambda: st.Frame(DEPTH.astype(np.uint8)), TypeError, "depth: expected float32"),
-    (lambda: st.Frame(DEPTH.astype(np.float16)), TypeError, "depth: expected float32"),
     (lambda: st.Frame(RAW), ValueError, "depth_scale: expected metres per unit"),
     (lambda: st.Frame(RAW, depth_scale=1000), ValueError, "1/1000"),
     (lambda: st.Frame(RAW, depth_scale=1.0), ValueError, "millimetres"),
@@ -96,15 +88,12 @@ def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error,
     (lambda: st.Frame(0.001 * DEPTH), ValueError, "multiply depth by 1000"),
     (lambda: st.Frame(100 * DEPTH), ValueError, "check_units=False"),
     (lambda: st.Frame(DEPTH, depth_scale=0.001), ValueError, "already in metres"),
-    (lambda: st.Frame(DEPTH[0]), ValueError, r"\(H, W\)"),
     (lambda: st.Frame(None), ValueError, "at least one"),
     (lambda: st.Frame(DEPTH, COLOR.astype(np.float32)), TypeError, "uint8"),
     (lambda: st.Frame(DEPTH, COLOR[..., 0]), ValueError, "grey"),
     (lambda: st.Frame(DEPTH, np.dstack([COLOR, COLOR[..., 0]])), ValueError, "alpha"),
-    (lambda: st.Frame(DEPTH, mask=RAW.astype(np.int32)), TypeError, "mask"),
     (lambda: st.Frame(DEPTH, mask=np.ones((16, 12), bool)), ValueError, "mask"),
     (lambda: st.Frame(DEPTH.T, camera=SMALL), ValueError, "camera"),
-    (lambda: st.Frame(DEPTH, camera=SMALL.K), TypeError, "camera"),
 )
 def test_a_frame_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -145,32 +134,17 @@ def of_size(voxel_m):
     (lambda: box_with(1e-3 * BOX.vertices), ValueError, "in which unit"),
     (lambda: box_with(BOX.vertices * [1, 1, 0.01]), ValueError, r"shortest side .*under 4 voxels.*voxels="),
     (lambda: box_with(faces=np.concatenate([BOX.faces, BOX.faces + 8])), ValueError, "vertex indices"),
-    (lambda: box_with(voxels=3), ValueError, "voxels: expected"),
-    (lambda: box_with(unit="feet"), ValueError, "unit: expected"),
     (lambda: st.SDF.from_mesh("absent.ply"), FileNotFoundError, "absent"),
-    (lambda: st.SDF.from_mesh(3), TypeError, "mesh: expected a path"),
-    (lambda: st.SDF.sphere("a"), TypeError, "sphere: expected a number, got 'a'"),
-    (lambda: st.SDF.box((1, 2)), ValueError, "expected"),
     (lambda: st.SDF.cone(65536, 1e13, voxels=16), ValueError, "expected positive lengths"),
-    (lambda: st.SDF(np.zeros((4, 4, 4)), 0.01, (0, 0, 0)), TypeError, "values: expected float32"),
     (lambda: st.SDF(ONES[:, :1], 0.01, (0, 0, 0)), ValueError, "at least 2 voxels"),
     (lambda: st.SDF(np.nan * ONES, 0.01, (0, 0, 0)), ValueError, "values: expected finite"),
-    (lambda: st.SDF(ONES, 1e-30, (0, 0, 0)), ValueError, "voxel_size: expected"),
-    (lambda: st.SDF(ONES, 0.01, (1e39, 0, 0)), ValueError, "origin: expected"),
-    (lambda: BALL([np.nan, 0, 0]), ValueError, "points: expected finite"),
-    (lambda: BALL.transformed(2 * np.eye(4)), ValueError, "T: "),
-    (lambda: BALL.surface_samples(10_000_001), ValueError, "count: expected a whole number from 0"),
     (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).redistanced(), ValueError, "one sign only"),
     (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).to_mesh(), ValueError, "no surface"),
     (lambda: st.SDF(ONES, 0.01, (0, 0, 0)).cropped(), ValueError, "outside everywhere"),
-    (lambda: st.union(), TypeError, "shapes: expected"),
     (lambda: far_apart(st.union), ValueError, r"much more than what it is made of"),
     (long_bar, ValueError, r"much more than what it is made of"),
     (lambda: st.union(of_size(1e-12), of_size(1e12)), ValueError, "at most 1200 a side"),
     (lambda: BALL.render(SMALL, np.diag([1.0, 1, -1, 1])), ValueError, "T_cam_obj"),
-    (lambda: BALL.silhouette(SMALL, np.eye(4), device="gpu"), ValueError, "device: expected one of"),
-    (lambda: st.Symmetry(continuous=(([0, 0, 0], [0, 0, 0]),)), ValueError, r"continuous\[0\]"),
-    (lambda: st.Symmetry(continuous=(([0, 0, 1], [0, 0, 0]),)).motions(0), ValueError, "steps"),
     (lambda: st.Symmetry.from_bop({"symmetries_discrete": [[1, 2]]}), ValueError, "expected"),
     (lambda: st.Symmetry.from_bop({"symmetries_continuous": [{"offset": [0] * 3}]}), ValueError, "expected"),
 )
@@ -199,7 +173,6 @@ BEYOND = [65536, 65536, 2]
 
 @refused(
     (lambda: solid("sphere", BEYOND), ValueError, r"than 2\^31 voxels"),
-    (lambda: solid("torus", [8] * 3), ValueError, "kind: expected one of"),
     (lambda: volume_of_box(BEYOND), ValueError, r"than 2\^31 vox"),
     (lambda: _core.redistance(huge(BEYOND), 0.01), (TypeError, ValueError), "."),
     (lambda: windings(1e6 * BOX.vertices), ValueError, "mesh: expected vertices within 4095 voxels"),
@@ -221,23 +194,11 @@ def saved(name, of=BOX, **options):
 
 @refused(
     (lambda: mesh(faces=[[0, 0, 1]]), ValueError, r"faces: expected vertex indices 0\.\.0"),
-    (lambda: st.Mesh([[0, 0, 0]], [[0, 0, 0]], [[0.1, 0.2, 0.3]]), TypeError, "colors: expected uint8"),
-    (lambda: st.Mesh([[0] * 3], [[0] * 3], COLOR[0, :2]), ValueError, r"colors: expected shape \(1, 3\)"),
-    (lambda: st.Mesh([[0] * 3], [[0] * 3], seen=[1, 2]), ValueError, "one per vertex"),
-    (lambda: BOX.raycast("camera", T), TypeError, "camera: expected a Camera"),
     (lambda: st.Mesh([], []).raycast(SMALL, T), ValueError, "at least one face"),
     (lambda: st.Mesh(with_nan(), BOX.faces).raycast(SMALL, T), ValueError, "vertices: every coordinate"),
     (lambda: st.Mesh([], []).bounds, ValueError, "no vertices"),
-    (lambda: BOX.decimated(3), ValueError, "faces: expected a whole number from 4"),
-    (lambda: BOX.decimated(100.0), TypeError, "faces: expected a whole number from 4"),
-    (lambda: metrics.auc([]), ValueError, "at least one"),
-    (lambda: metrics.iou(DEPTH > 0, DEPTH.T > 0), ValueError, "shape"),
     (lambda: metrics.average_recall(), ValueError, "at least one"),
-    (lambda: metrics.average_recall(vsd_errors=[1.0]), ValueError, "vsd_errors: expected 2 dimensions"),
-    (lambda: metrics.plane_angles(st.Frame(DEPTH), SMALL), ValueError, "frame: "),
     (lambda: geometry.look_at([0, 0, 1], [0, 0, 0]), ValueError, "up"),
-    (lambda: st.draw(st.Frame(DEPTH), None, BALL, SMALL), TypeError, "result: expected st.TrackResult"),
-    (lambda: st.save_sequence("x", None), TypeError, "seq: expected st.Sequence, got NoneType"),
 )
 def test_a_mesh_or_a_measure_that_cannot_be_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -247,9 +208,7 @@ def test_a_mesh_or_a_measure_that_cannot_be_says_why(call, error, words):
     (saved("box.xyz"), ValueError, "path: expected a name ending"),
     (saved("b.stl", texture=64), ValueError, "path: expected one of .ply, .obj, .glb with texture="),
     (saved("b.glb", texture=8), ValueError, "texture: expected a whole number from 16 to 8192"),
-    (saved("b.glb", texture=64.0), TypeError, "texture: expected a whole number"),
     (saved("b.glb", colors_from=BOX), ValueError, "colors_from: requires texture="),
-    (saved("b.glb", texture=64, colors_from="red"), TypeError, "colors_from: expected st.Mesh"),
     (saved("b.glb", texture=64), ValueError, "expected a mesh with colours"),
     (saved("b.glb", POINT, texture=64), ValueError, "expected a mesh with faces"),
     (lambda folder: st.Mesh.load(folder / "absent.ply"), FileNotFoundError, r"absent\.ply"),
@@ -269,32 +228,6 @@ def test_a_file_that_is_no_mesh_is_refused_with_its_name(tmp_path):
             st.Mesh.load(tmp_path / name)
     with pytest.raises(ValueError, match="unit: expected"):
         st.Mesh.load(tmp_path / "box.ply", unit="feet")
-
-
-BAD = [None, "a", [1, 2], [1, 2, 3, 4], [np.nan] * 3, [np.inf] * 3, [1e200] * 3, [[1], [2, 3]], {}, object]
-CALLS = {
-    "w_rad": geometry.pose,
-    "t_m": lambda v: geometry.pose(t_m=v),
-    "twist": geometry.exp,
-    "T": geometry.inverse,
-    "T of log": geometry.log,
-    "T of points": lambda v: geometry.transform_points(v, [[0.0, 0, 0]]),
-    "points": lambda v: geometry.transform_points(np.eye(4), v),
-    "eye": lambda v: geometry.look_at(v, [0, 0, 0]),
-    "target": lambda v: geometry.look_at([0, 0, 1], v),
-    "up": lambda v: geometry.look_at([0, 0, 1], [1, 0, 0], v),
-}
-
-
-@pytest.mark.filterwarnings("error")  # numpy's, of an overflow
-@pytest.mark.parametrize("name", CALLS)
-def test_what_is_no_pose_and_no_point_is_named(name):
-    fine = {"t_m": [[1e200] * 3], "points": BAD[4:7]}.get(name, [])
-    for bad in BAD:
-        if bad in fine:
-            continue
-        with pytest.raises((TypeError, ValueError), match=rf"\b{name.split()[0]}\b.*: expected "):
-            CALLS[name](bad)
 
 
 @pytest.mark.parametrize("part", [0, 3])

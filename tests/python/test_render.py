@@ -74,11 +74,6 @@ def test_what_is_behind_or_beside_the_camera_is_not_seen():
         assert not sdf.render(camera(), pose(t=t))[0].any()
 
 
-def test_an_rgbd_camera_renders_as_its_depth_camera():
-    sdf, cam = SDF.sphere(0.05, voxels=30), camera()
-    np.testing.assert_array_equal(sdf.render(st.RGBDCamera(cam), pose())[0], sdf.render(cam, pose())[0])
-
-
 SHAPES = {
     "thin plate": lambda: st.SDF.box((0.2, 0.15, 0.012), voxels=90),
     "rod": lambda: st.SDF.cylinder(0.008, 0.25, voxels=120),

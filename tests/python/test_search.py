@@ -135,13 +135,6 @@ def test_another_shape_scores_less_than_the_right_one(wedge):
     assert not wrong or wrong[0]["score"] < AMBIGUOUS * right
 
 
-def test_a_second_search_does_not_remember_the_first(searcher):
-    first = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
-    searcher.search(depth_of(seed=5), CAMERA._core)
-    again = searcher.search(depth_of(), CAMERA._core, mask=mask_of())
-    np.testing.assert_array_equal(first[0]["pose"], again[0]["pose"])
-
-
 @pytest.mark.parametrize("case", ["empty mask", "no depth", "box outside the image", "only a wall"])
 def test_nothing_to_look_at_is_an_empty_list(searcher, case):
     depth, query = depth_of(), {"mask": np.zeros(CAMERA.shape, np.uint8)}

@@ -88,16 +88,6 @@ def test_memberships_are_the_twins_weights_and_add_up_to_one(box):
     assert st.Tracker([box, box], CAMERA).start(frame, poses=poses).membership is None
 
 
-def test_an_overlay_has_the_colours_of_those_that_readings_are_taken_for(box):
-    poses = [POSE, beside(0.01)]
-    tracker = st.Tracker([box, box], CAMERA, threads=1, membership=True)
-    frame = both(poses)
-    result = tracker.start(frame, poses=poses)
-    picture = st.draw(frame, result, [box, box], CAMERA).astype(float)
-    own = [picture[result.membership[..., k] > 0.99].mean(axis=0) for k in range(2)]
-    assert np.abs(own[0] - own[1]).max() > 30
-
-
 def test_shapes_of_very_different_voxels_go_together(box):
     fine = st.SDF.box((0.03, 0.03, 0.03), voxels=200)
     coarse = st.SDF.box(SIZE_M, voxels=40)

@@ -34,16 +34,6 @@ def test_grey_with_no_channel_axis_is_rescaled_whatever_its_type():
         )
 
 
-def test_compactness_of_rescaled_values_has_their_scale():
-    # A step of half a cell costs 0.5, so from a compactness of about 1 on the contrast of 0.1 has no say.
-    image = np.where(np.arange(40) < 13, 0.45, 0.55)[None].repeat(40, axis=0)
-    image[0, 0], image[0, -1] = 0, 1
-    follows = slic(image, 4, compactness=0.02, channel_axis=None, max_num_iter=10)
-    straight = slic(image, 4, compactness=10, channel_axis=None, max_num_iter=10)
-    assert st.superpixels.boundaries(follows)[5:15, 12].all()
-    assert not st.superpixels.boundaries(straight)[5:15, 12].any()
-
-
 def test_channels_may_lie_on_any_axis():
     wanted = slic(COLOR, 4)
     np.testing.assert_array_equal(wanted, QUARTERS)
@@ -139,15 +129,6 @@ def test_a_mask_may_be_of_floats():
     wanted = slic(COLOR, 4, mask=mask > 0)
     np.testing.assert_array_equal(slic(COLOR, 4, mask=mask), wanted)
     assert ((wanted > 0) == (mask > 0)).all()
-
-
-def test_what_a_mask_hides_does_not_scale():
-    image, mask = GREY.copy(), np.ones(GREY.shape, bool)
-    image[0], mask[0] = np.inf, False
-    clean = GREY.copy()
-    clean[0] = 0.5
-    options = {"compactness": 0.1, "channel_axis": None, "mask": mask}
-    np.testing.assert_array_equal(slic(image, 4, **options), slic(clean, 4, **options))
 
 
 def test_a_sigma_of_many_images_is_the_mean_and_needs_no_memory():

@@ -65,11 +65,3 @@ def test_what_lies_outside_a_mask_need_not_be_a_number():
     inside[5, 5] = True
     with pytest.raises(ValueError, match="image: expected finite values"):
         st.superpixels.slic(image, 20, mask=inside)
-
-
-def test_arguments_of_scikit_image_pass_where_they_change_nothing():
-    image = np.random.default_rng(0).integers(0, 256, (40, 50, 3), np.uint8)
-    usual = {"channel_axis": -1, "sigma": 0, "spacing": None, "convert2lab": True, "slic_zero": False}
-    np.testing.assert_array_equal(
-        st.superpixels.slic(image, 20, **usual, max_size_factor=3), st.superpixels.slic(image, 20)
-    )

@@ -31,20 +31,6 @@ def test_every_line_names_tests_that_there_are():
     assert gone == [], "not there: take these lines out of tests/nightly.txt, or rename what they name"
 
 
-def test_a_file_a_pattern_and_an_exception(monkeypatch):
-    table = ("a.py", "but a.py::test_smoke", "b.py::test_long*", "b.py::test_each[huge-*]", "c_*.py")
-    monkeypatch.setattr(tiers, "lines", lambda: table)
-    tiers.patterns.cache_clear()
-    a, b, c = tiers.TESTS / "a.py", tiers.TESTS / "b.py", tiers.TESTS / "c_1.py"
-    assert tiers.is_nightly(a, "test_any")
-    assert not tiers.is_nightly(a, "test_smoke[1]")
-    assert tiers.is_nightly(b, "test_longer[3]")
-    assert tiers.is_nightly(b, "test_each[huge-1]")
-    assert not tiers.is_nightly(b, "test_each[small-1]")
-    assert [tiers.is_left_whole(path) for path in (a, b, c)] == [False, False, True]
-    tiers.patterns.cache_clear()
-
-
 def test_the_scripts_of_ci_name_files_that_there_are():
     for script in ("sanitize", "test_wheel.sh"):
         text = (tiers.TESTS.parent / ".ci" / script).read_text()

@@ -80,17 +80,6 @@ def test_both_likelihoods_follow_the_object(box, likelihood):
         assert radians < CLOSE_RAD
 
 
-def test_the_first_frame_shows_the_colours_and_later_ones_use_them(box):
-    tracker = st.Tracker(box, CAMERA)
-    modes = []
-    tracker.start(pair(0), poses=POSE)
-    modes.append(tracker.mode_used)
-    for i in (1, 2):
-        tracker.track(pair(i))
-        modes.append(tracker.mode_used)
-    assert modes == [["depth"], ["rgbd"], ["rgbd"]]
-
-
 def test_auto_falls_back_to_depth_where_colours_say_nothing_and_says_so(box, caplog):
     tracker = st.Tracker(box, CAMERA)
     with caplog.at_level(logging.INFO, logger="sdftrack"):
