@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.__main__ import main
 from experiments.calibration import intrinsics
 from experiments.calibration.ball import coverage_of_pairs
 
@@ -36,8 +35,3 @@ def test_the_intrinsics_protocol_counts_refused_runs_as_missed():
     assert row["accurate"] is False
     assert intrinsics.row_of([good], "1 mm")["accurate"] is True
     assert intrinsics.row_of(["no"], "1 mm") == {"runs": 1, "refused": 1, "reasons": ["no"]}
-
-
-def test_an_unknown_setting_is_refused(capsys):
-    assert main(["run", "intrinsics", "--only", "no such setting"]) == 1
-    assert "only: expected a part of box, 1 mm" in capsys.readouterr().err

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import check_grad
 
-from experiments.contour.breakdancer import breakdancer, tumbling
 from experiments.contour.contour import follow_davis, open_davis
 from experiments.contour.gplvm import GPLVM, LatentSearch
-from experiments.synth.gait import gait
-from sdftrack.metrics import iou
 
 
 @pytest.mark.parametrize(("sequence", "by", "least"), [("cows", "mask", 0.82), ("camel", "mask", 0.75)])
@@ -37,11 +34,3 @@ def test_derivatives_of_the_latent_variable_model_are_those_of_its_costs():
 def off(cost, there):
     """Difference of a derivative to finite differences over its length."""
     return check_grad(lambda x: cost(x)[0], lambda x: cost(x)[1], there) / np.linalg.norm(cost(there)[1])
-
-
-def test_breakdancers_and_tumbling_gaits_are_seeded_and_do_not_repeat():
-    for make in (lambda seed: breakdancer(20, seed), lambda seed: tumbling(gait("hand", 20), seed)):
-        masks = make(1)
-        np.testing.assert_array_equal(masks, make(1))
-        assert (masks != make(2)).any()
-        assert max(iou(masks[0], m) for m in masks[10:]) < 0.9

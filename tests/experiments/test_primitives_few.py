@@ -42,14 +42,6 @@ def test_as_many_points_as_unknowns_tell_no_variance(kind, more):
         assert f"{count} measurements are too few" in fit.reason
 
 
-def test_points_in_two_clusters_have_an_answer_or_a_clear_error():
-    rng = np.random.default_rng(0)
-    points = rng.normal(0, 1e-3, (40, 3))
-    points[20:, 0] += 0.1
-    for kind in KINDS:
-        assert st.fit_primitive(points, kind).kind == kind
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_an_ellipsoid_that_grows_without_end_is_lost(seed):
     rng = np.random.default_rng(seed)

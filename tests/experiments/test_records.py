@@ -2,7 +2,6 @@
 """A record holds every table of an experiment with the run that measured it, and a file is never half written."""
 
 import numpy as np
-import pytest
 
 from experiments import record, render
 
@@ -55,25 +54,6 @@ def test_a_run_replaces_that_with_the_same_settings_and_no_other(tmp_path):
     assert measured(tmp_path) == [("a", "3.0", "one"), ("b-2", "4.0", "two")]
 
 
-def test_a_record_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
-    path = record.save("fall", {}, [table()], 1.0, folder=tmp_path)
-    before = path.read_bytes()
-
-    def fails(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr("os.replace", fails)
-    with pytest.raises(OSError, match="disk full"):
-        record.save("fall", {}, [table(cell="2.0")], 1.0, folder=tmp_path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_row_with_a_cell_too_few_is_refused_by_its_number(tmp_path):
-    with pytest.raises(ValueError, match=r"fall: 'Fall, 3.16 mm': row 0: expected 2 cells, got 1"):
-        record.save("fall", {}, [table() | {"rows": [["cat"]]}], 1.0, folder=tmp_path)
-
-
 def test_a_page_is_filled_from_its_records(tmp_path):
     record.save("fall", {}, [table(notes=["one note"])], 1.0, folder=tmp_path)
     record.save("rise", {}, [table(cell="2|0")], 1.0, folder=tmp_path)
@@ -94,18 +74,3 @@ def test_a_page_is_filled_from_its_records(tmp_path):
     assert "| cat | 1.0 |" in lines
     assert "| cat | 2\\|0 |" in lines
     assert "one note" in lines
-
-
-@pytest.mark.parametrize(
-    ("block", "message"),
-    [
-        ("fall#other", "fall: no table 'other' in its record; expected one of: fall-3-16-mm"),
-        ("fell#other", "fell: no record in"),
-        ("fall", "expected NAME#ID, got 'fall'"),
-    ],
-)
-def test_a_block_that_names_no_table_is_reported_with_those_that_there_are(tmp_path, capsys, block, message):
-    record.save("fall", {}, [table()], 1.0, folder=tmp_path)
-    (tmp_path / "page.md").write_text(f"<!-- table: {block} -->\n<!-- end -->\n")
-    assert render.main(["--docs", str(tmp_path), "--results", str(tmp_path)]) == 1
-    assert message in capsys.readouterr().err

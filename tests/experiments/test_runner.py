@@ -10,15 +10,13 @@ from typing import Literal
 
 import pytest
 
-from experiments import registry, targets
-from experiments.__main__ import main, run
-from experiments.data import MissingError, check
+from experiments import targets
+from experiments.__main__ import run
 from experiments.options import NO_SETTINGS, Settings
-from experiments.registry import Experiment, UnknownExperimentError, all_experiments, experiment, find
+from experiments.registry import Experiment, all_experiments
 from experiments.table import Table
 from experiments.targets import Target, judge, targets_of
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 ROWS = [["a", "1.5 %"], ["b", "no"]]
 
 
@@ -54,29 +52,6 @@ def test_every_experiment_has_a_summary_and_says_what_it_was_chosen_and_reported
         assert known.summary.endswith((".", "?")), name
         assert known.chosen_on, name
         assert known.reported_on, name
-
-
-def test_an_unknown_name_gets_the_nearest_one(capsys):
-    with pytest.raises(
-        UnknownExperimentError, match=r"named 'several.meeting'; did you mean 'several.meetings'"
-    ):
-        find("several.meeting")
-    assert main(["run", "oclusion"]) == 2
-    assert "did you mean 'occlusion'?" in capsys.readouterr().err
-
-
-def test_a_name_is_given_once(monkeypatch):
-    monkeypatch.setattr(registry, "_EXPERIMENTS", {"stones": STONES})
-    with pytest.raises(ValueError, match="the name 'stones' is taken by"):
-        experiment("stones", chosen_on="", reported_on="")(stones)
-
-
-def test_missing_data_and_packages_are_named_with_the_fix(tmp_path):
-    with pytest.raises(MissingError) as caught:
-        check("stones", ["quarry", "package:no_such_package"], tmp_path)
-    said = str(caught.value)
-    assert f"stones: expected the folders quarry in {tmp_path}; set SDFTRACK_DATA or pass --data" in said
-    assert "pip install no_such_package" in said
 
 
 def test_options_come_from_the_signature_and_the_record_has_all_that_a_reader_needs(tmp_path, capsys):
@@ -115,20 +90,6 @@ def test_a_short_run_takes_the_short_options_and_records_nothing_unasked(tmp_pat
     assert "recorded" not in printed
 
 
-@pytest.mark.parametrize(
-    ("given", "said"), [(["--n", "many"], "invalid int"), (["--set", "spin"], "NAME=VALUE")]
-)
-def test_wrong_options_are_refused(given, said, tmp_path, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        run(STONES, given)
-    assert said in capsys.readouterr().err
-
-
-def test_columns_of_one_name_are_refused():
-    with pytest.raises(ValueError, match="columns of 'falls': expected no two alike, got max twice"):
-        Table("falls", ["stone", "max", "max"])
-
-
 def test_targets_are_met_or_missed_by_rows():
     tables = [Table("falls", ["stone", "fell"], ROWS)]
     assert Target("a", "fell", row="a", max=2).met_by("1.5 %")
@@ -154,8 +115,3 @@ def test_targets_are_read_from_their_file_and_belong_to_experiments(tmp_path):
     with pytest.raises(ValueError, match=r"targets.toml, stones: .*most"):
         targets_of("stones", wrong)
     assert judge("stones", []) == []
-
-
-def test_the_wheel_holds_the_package_alone():
-    built = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["scikit-build"]
-    assert built["wheel"]["packages"] == ["python/sdftrack"]

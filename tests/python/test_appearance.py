@@ -136,13 +136,6 @@ def counted(shape, depth, color, T, mask=None, budget=100000, camera=CAMERA):
     )  # fmt: skip
 
 
-def test_a_smaller_budget_visits_an_even_subset(shape, depth, color):
-    all_pixels = counted(shape, depth, color, TRUTH)
-    fewer = counted(shape, depth, color, TRUTH, budget=1200)
-    for a, b in zip(all_pixels[:2], fewer[:2], strict=True):
-        assert 0.15 < b.sum() / a.sum() < 0.4  # every second row and column
-
-
 def test_colours_of_a_mask_are_those_inside_and_in_the_ring(shape, depth, color):
     mask = (depth < 0.41).astype(np.uint8)
     inside, ring, front = counted(shape, depth, color, TRUTH, mask)
@@ -270,11 +263,6 @@ def all_pixels():
     return [(u, v) for v in range(60) for u in range(80)]
 
 
-def test_colour_of_another_size_than_the_colour_camera_is_refused(shape, depth):
-    with pytest.raises(ValueError, match="color: expected the colour camera's size 90 x 70, got 80 x 60"):
-        rgbd_energy(shape, depth, np.zeros((60, 80, 3), np.uint8), rigs()["rigid"])
-
-
 # --- penalties
 
 
@@ -309,21 +297,3 @@ def test_cost_gradient_and_hessian_are_those_of_the_twin(shape, depth, color, li
 
 
 # --- what cannot be used
-
-
-def test_a_histogram_from_an_empty_mask_is_refused(shape, depth, color):
-    with pytest.raises(ValueError, match=r"mask: expected pixels of the object, got an empty mask"):
-        counted(shape, depth, color, TRUTH, np.zeros((60, 80), np.uint8))
-
-
-def test_a_mask_without_depth_is_refused(shape, depth, color):
-    mask = np.zeros((60, 80), np.uint8)
-    mask[20:30, 20:30] = 1
-    with pytest.raises(ValueError, match=r"mask: expected pixels with depth in view of the colour camera"):
-        counted(shape, np.where(mask, 0, depth).astype(np.float32), color, TRUTH, mask)
-
-
-def test_a_pose_that_shows_too_little_of_the_object_makes_no_histogram(shape, depth, color):
-    behind = geometry.pose(t_m=[0, 0, 0.5])  # the wall is near it, but nowhere on it
-    with pytest.raises(ValueError, match=r"color: too few pixels of the object"):
-        rgbd_energy(shape, depth, color, poses=behind, padding_m=0.1)

@@ -11,8 +11,6 @@ import sdftrack as st
 from experiments.synth.blob import blob_video
 from experiments.synth.gait import gait
 
-SHORT = 110  # characters of a repr
-
 
 @pytest.fixture(scope="module")
 def contour_result():
@@ -49,12 +47,6 @@ def test_a_copy_is_equal_and_cannot_be_written(record, again):
             one.mask[0, 0] = True
 
 
-def test_the_repr_is_one_short_line_and_the_picture_a_png(record):
-    assert len(repr(record)) < SHORT
-    assert "\n" not in repr(record)
-    assert record._repr_png_().startswith(b"\x89PNG")
-
-
 NUMPYS = [
     {"n_harmonics": np.int64(8)},
     {"n_inputs": np.int32(2), "spacing": np.float32(0.02)},
@@ -71,17 +63,3 @@ def test_a_memory_made_with_numpys_numbers_is_saved_and_compared(options, masks,
     memory.save(tmp_path / "a.memory")
     assert st.contour.ShapeMemory.load(tmp_path / "a.memory") == memory
     assert pickle.loads(pickle.dumps(memory)) == memory
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"init_D": [np.float32(1), np.float32(2)]},
-        {"init_D": [np.array([1.0, 0]), np.array([0, 1.0])]},
-        {"n_in": np.int64(2), "threads": np.int32(1), "norm_in": (np.float32(2), 1)},
-    ],
-)
-def test_a_model_made_with_numpys_numbers_is_saved_and_compared(options, tmp_path):
-    model = st.LWPR(**options).update(np.random.default_rng(0).random((30, 2)), np.arange(30.0))
-    model.save(tmp_path / "a.lwpr")
-    assert st.LWPR.load(tmp_path / "a.lwpr") == model

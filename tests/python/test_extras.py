@@ -10,8 +10,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.io.video import VideoFile, write_video
-from sdftrack.viz.plots import figure, write_plots
+from sdftrack.io.video import write_video
 
 PICTURES = [np.full((47, 65, 3), (10 * i, 90, 200 - 10 * i), np.uint8) for i in range(12)]
 
@@ -43,29 +42,6 @@ def test_a_video_is_whole_without_pyav_and_a_warning_says_of_which_kind(tmp_path
     assert codec_of(tmp_path / "v.mp4") == ("mpeg4", len(PICTURES), (64, 46))
     write_video(tmp_path / "w.mp4", PICTURES, 25)  # no warning
     assert codec_of(tmp_path / "w.mp4") == ("h264", len(PICTURES), (64, 46))
-
-
-@pytest.mark.usefixtures("bare")
-def test_a_video_that_opencv_could_not_write_whole_is_an_error_and_leaves_nothing(tmp_path, monkeypatch):
-    with pytest.warns(RuntimeWarning, match="MPEG-4"):
-        video = VideoFile(tmp_path / "v.mp4", 25)
-    for picture in PICTURES:
-        video.add(picture, None)
-    monkeypatch.setattr(video._encoder, "_count", len(PICTURES) + 1)  # OpenCV says nothing of a full disk
-    with pytest.raises(OSError, match=r"v\.mp4: 12 of 13 images were written; is the disk full\?"):
-        video.finish()
-    video.drop()
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.usefixtures("bare")
-def test_plots_are_left_out_and_those_of_an_earlier_run_removed(tmp_path):
-    (tmp_path / "old.png").touch()
-    with pytest.warns(RuntimeWarning, match=r"no old\.png, new\.png: .*pip install 'sdftrack\[plots\]'"):
-        assert write_plots(tmp_path, dict.fromkeys(("old.png", "new.png"), figure)) == []
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises(ImportError, match=r"pip install 'sdftrack\[plots\]'"):
-        figure()
 
 
 @pytest.mark.filterwarnings("always")

@@ -119,12 +119,6 @@ def test_an_object_on_a_table_comes_out_alone(duck, taken_up_at, mode):
     assert (off > 2 * VOXEL_M).mean() < 0.005
 
 
-def test_without_its_room_the_table_joins_it(duck):
-    seq = on_table(duck, n=8)
-    star, results = rebuilt(seq, mode="depth", planes=False, keep_to_mask=False)
-    assert (off_truth(star, results, seq) > 2 * VOXEL_M).mean() > 0.3
-
-
 def test_a_box_around_an_object_on_a_table_takes_the_object(scene):
     _, mask = first(scene)
     rows, columns = np.nonzero(mask)

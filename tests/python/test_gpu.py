@@ -6,7 +6,6 @@ import pickle
 import numpy as np
 import pytest
 from gpu_marks import REASON, on_gpu
-from tracking_scene import box_mesh
 
 import sdftrack as st
 from sdftrack import _core, device
@@ -33,47 +32,6 @@ def test_an_array_on_a_gpu_is_refused_by_a_cpu_build_with_a_way_out():
 def test_strides_on_a_gpu_are_refused():
     with pytest.raises(ValueError, match="depth: expected a C-contiguous array on the GPU"):
         st.Frame(OnGpu(strides=(4, 16)))
-
-
-RENDERED = {
-    "a box": (lambda: st.SDF.box((0.1, 0.06, 0.08), voxels=50), [0.01, -0.02, 0.4]),
-    "a far cone": (lambda: st.SDF.cone(0.05, 0.15, voxels=60), [0.2, 0.1, 3.0]),
-    "half beside the image": (lambda: st.SDF.sphere(0.08, voxels=40), [0.2, 0.0, 0.4]),
-    "the camera inside": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, 0.01]),
-    "behind the camera": (lambda: st.SDF.sphere(0.08, voxels=40), [0.0, 0.0, -0.5]),
-}
-
-
-@on_gpu
-@pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
-@pytest.mark.parametrize("what", RENDERED)
-def test_the_gpu_renders_the_image_of_the_cpu(what, lens):
-    make, t = RENDERED[what]
-    shape, camera = make(), st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91, lens)
-    for turn in ([0.4, -0.7, 0.2], [0, 0, 0], [2.0, 1.0, -1.0]):
-        T = st.geometry.pose(turn, t)
-        depth, normals = shape.render(camera, T)
-        assert depth.any() == (t[2] > 0.1)
-        for _ in range(2):  # the second time the volume is there
-            for cpu, gpu in zip((depth, normals), shape.render(camera, T, device="cuda"), strict=True):
-                np.testing.assert_array_equal(gpu, cpu)
-        np.testing.assert_array_equal(shape.silhouette(camera, T, device="cuda"), depth > 0)
-
-
-@on_gpu
-@pytest.mark.parametrize("lens", [None, (0.1, -0.05, 0.002, -0.001, 0.01)])
-@pytest.mark.parametrize("what", RENDERED)
-def test_the_gpu_casts_rays_at_a_mesh_as_the_cpu_does(what, lens):
-    make, t = RENDERED[what]
-    shape, camera = make().to_mesh(), st.Camera(140.0, 144.0, 61.3, 43.6, 125, 91, lens)
-    rgb = np.random.default_rng(0).integers(0, 256, (len(shape.vertices), 3), dtype=np.uint8)
-    for mesh in (shape, st.Mesh(shape.vertices, shape.faces, rgb), box_mesh()):
-        T = st.geometry.pose([0.4, -0.7, 0.2], t)
-        cpu = mesh.raycast(camera, T)
-        assert cpu[0].any() == (t[2] > 0)
-        for _ in range(2):  # the second time the mesh is there
-            for a, b in zip(cpu, mesh.raycast(camera, T, device="cuda"), strict=True):
-                np.testing.assert_array_equal(a, b)
 
 
 @on_gpu

@@ -43,11 +43,3 @@ def test_the_gpu_reconstructs_what_the_cpu_does(tmp_path):
         assert again.device.split(":")[0] == device
         assert_alike(gpu.shape, again.shape)
         assert again.track(sequence(FRAMES, 12.0)[FRAMES - 1]).pose is not None
-
-
-def test_the_thesis_method_evolves_on_the_gpu():
-    shapes = []
-    for device in ("cpu", "cuda"):
-        star, _ = begun(1, sequence(FRAMES, 12.0), voxels=32, device=device, evolution="printed")
-        shapes.append(star.shape)
-    assert_alike(*shapes)

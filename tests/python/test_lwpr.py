@@ -64,16 +64,6 @@ def test_the_core_learns_what_the_twin_learns(n, diagonal, meta):
     np.testing.assert_allclose(model.predict(places), mean, rtol=TWIN_RTOL, atol=TWIN_RTOL)
 
 
-def test_the_comparison_has_seen_pruning_moving_metrics_and_more_projections():
-    x, y = samples(5, 500)
-    model = st.LWPR(init_D=8, add_threshold=0.95, init_alpha=20.0).update(x, y)
-    assert max(f.n_projections for f in model.fields) > 2
-    assert max(np.abs(f.D - 8 * np.eye(5)).max() for f in model.fields) > 0.01
-    x, y = samples(2, 500)
-    kept, pruned = (st.LWPR(init_D=8, w_prune=w, init_alpha=500.0).update(x, y) for w in (1.0, 0.4))
-    assert kept.n_fields != pruned.n_fields or kept.fields[0].n_data != pruned.fields[0].n_data
-
-
 def test_the_activation_is_that_of_the_nearest_field():
     x, y = samples(2, 300)
     model = st.LWPR(init_D=20).update(x, y)

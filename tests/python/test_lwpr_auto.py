@@ -91,20 +91,6 @@ def test_a_model_that_has_not_settled_goes_on_after_saving_and_copying(count, tm
 # Words
 
 
-def test_the_metric_that_was_found_is_said():
-    x, y, _, _, _ = drawn("peaks, 2 inputs", count=500)
-    model = st.LWPR().update(x, y)
-    assert 'init_D="auto": ' in repr(model)
-    assert "auto" not in repr(st.LWPR(init_D=20).update(x, y))
-    again = st.LWPR(
-        init_D=float(repr(model).split(": ")[-1].rstrip(")")),
-        norm_in=x.std(axis=0),
-        update_D=False,
-        diagonal=True,
-    )
-    np.testing.assert_array_equal(again.update(x, y).predict(x), model.predict(x))
-
-
 def test_as_many_fields_as_samples_are_warned_of_once_in_a_doubling():
     x, y, _, _, _ = drawn("Friedman 1, 10 inputs", count=600)
     model = st.LWPR(init_D=2500.0)

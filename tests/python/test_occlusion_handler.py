@@ -9,7 +9,7 @@ import pytest
 import sdftrack as st
 from experiments.contour.closed_loop import follow
 from experiments.synth.gait import gait
-from experiments.synth.gait_video import gait_video, occluder
+from experiments.synth.gait_video import gait_video
 from sdftrack import _core
 from sdftrack.metrics import iou
 
@@ -81,29 +81,3 @@ def test_a_memory_that_was_taught_before_serves_another_tracker():
         memory.learn(mask)
     plain, with_it = follow(video, None, burn_in=5), follow(video, memory, burn_in=5)
     assert with_it.during > plain.during + GAIN
-
-
-def test_a_memory_of_masks_in_another_frame_is_refused():
-    memory = st.contour.ShapeMemory()
-    memory.learn(np.pad(np.ones((20, 30), bool), 10))
-    with pytest.raises(ValueError, match=r"memory: expected one trained with masks of 64 x 64, got .*align"):
-        st.contour.ContourTracker(memory=memory)
-
-
-def test_the_warp_before_the_start_is_refused():
-    with pytest.raises(RuntimeError, match="warp: expected start"):
-        _ = st.contour.ContourTracker().warp
-
-
-@pytest.mark.parametrize("thing", ["bar", "fence", "window", "none"])
-def test_the_seen_part_is_the_whole_without_what_the_thing_covers(thing):
-    video = gait_video("cat", 4, thing, during=(1, 3), size=(96, 72))
-    for k, (whole, seen) in enumerate(zip(video.whole, video.seen, strict=True)):
-        assert not (seen & ~whole).any()
-        assert (seen.sum() < whole.sum()) <= (k in video.during and thing != "none")
-    assert occluder(thing, (72, 96), (10, 10, 48, 48), 0.3).shape == (72, 96)
-
-
-def test_another_thing_is_refused():
-    with pytest.raises(ValueError, match="thing: expected one of none, bar, fence, window, got 'wall'"):
-        gait_video("cat", 2, "wall")

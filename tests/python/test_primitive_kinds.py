@@ -2,7 +2,6 @@
 """The table of kinds that the core keeps: what Python, the command line and the synthetic scenes make of it."""
 
 import dataclasses
-from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ import sdftrack as st
 from experiments.synth import solids
 from reference.primitives import distance
 from sdftrack import _core
-from sdftrack.cli.fit import Fit
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import volume_of
 
@@ -36,10 +34,6 @@ def test_the_kinds_and_their_order_are_those_of_the_core():
         assert kind.member == _core.PrimitiveKind.__members__[kind.name]
     with pytest.raises(dataclasses.FrozenInstanceError):
         TABLE["box"].unknowns = 3
-
-
-def test_the_command_line_offers_every_kind():
-    assert set(get_args(get_type_hints(Fit)["kind"])) == {"auto", *KINDS}
 
 
 @pytest.mark.parametrize("kind", SOLIDS)

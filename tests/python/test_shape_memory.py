@@ -9,11 +9,9 @@ import pytest
 
 import sdftrack as st
 from experiments.contour.shape_protocol import (
-    Answer,
     asked,
     baseline,
     cases,
-    davis_masks,
     detection,
     learnt,
 )
@@ -114,14 +112,6 @@ def test_many_small_occluders_are_novel_or_come_out_right(memory, cat):
     )  # the others have two slats before the body
     assert min(a.accepted for a in answers if a.judgement == "occluded") > RIGHT_SHAPE
     assert all(a.judgement != "unoccluded" for a in answers)
-
-
-def test_a_fine_fence_before_a_hand_is_novel():
-    hand = gait("hand", 60)
-    memory = learnt(hand)
-    fence = np.zeros((64, 64), bool)
-    fence[:, ::6] = fence[:, 1::6] = fence[:, 2::6] = True
-    assert {memory.judge(mask & ~fence) for mask in hand[::10]} == {"novel"}
 
 
 def test_slats_before_a_pose_that_is_not_known_do_not_make_it_whole():
@@ -288,40 +278,4 @@ def test_the_printed_rule_calls_everything_novel_until_its_scale_is_known(cat):
     assert memory.judge(cat[0]) != "novel"
 
 
-@pytest.mark.parametrize("ask", ["learn", "assess"])
-def test_a_memory_that_another_thread_is_using_says_so(cat, ask):
-    memory = learnt(cat[:5])
-    with memory._lock, pytest.raises(RuntimeError, match="in use by another thread"):
-        getattr(memory, ask)(cat[0])
-    assert memory.n_learnt == 5
-    getattr(memory, ask)(cat[0])  # the lock is given back
-
-
 # Synthesis and protocol
-
-
-def test_precision_and_recall_of_a_case_done_by_hand():
-    def answer(share, error, judgement="occluded"):
-        return Answer(share, 1.0, 1.0, error, judgement, 0.0)
-
-    answers = [answer(0.3, 4.0), answer(0.0, 3.0), answer(0.5, 2.0, "unoccluded"), answer(0.5, 9.0, "novel")]
-    found = detection(answers)
-    # In order of error: right, wrong, right; the novel one is never called. Recall 1/3, 1/3, 2/3.
-    np.testing.assert_allclose(found.precision, [1, 1 / 2, 2 / 3])
-    np.testing.assert_allclose(found.recall, [1 / 3, 1 / 3, 2 / 3])
-    assert found.average_precision == pytest.approx((1 + 2 / 3) / 3)
-    assert found.at == pytest.approx((1 / 3, 1 / 2))
-    assert found.best == pytest.approx(2 / 3)
-
-
-def test_recorded_masks_are_recovered_better_than_by_simple_ways(data_dir):
-    folder = data_dir / "davis"
-    if not folder.is_dir():
-        pytest.skip(f"recorded masks absent: {folder}")
-    masks = davis_masks(folder, "cows")
-    half = len(masks) // 2
-    what = cases(masks[half::4], (0.2, 0.4, 0.6), "bar")
-    ours = overlap(asked(learnt(masks[:half]), what))
-    assert ours > 0.85  # measured 0.88
-    for name in ("NN high", "NN all", "PCA high", "PCA all"):
-        assert ours > overlap(baseline(name, masks[:half], what)) + 0.1  # measured 0.15

@@ -165,16 +165,6 @@ def test_a_tracker_that_travels_continues_with_the_same_bits(name: str, way: str
         assert got == expected, f"frame {i} after the copy"
 
 
-def test_the_scenes_show_what_a_tracker_learns() -> None:
-    """Without its learned state a tracker goes on with other bits, so that the test above sees one left out."""
-    original, copies = travelled("colour")
-    progress = copies["copy"].__getstate__()
-    blind = copies["deepcopy"]
-    poses_alone = type(progress["progress"])(**{**vars(progress["progress"]), "core": b"12345678"})
-    blind.__setstate__({**progress, "progress": poses_alone})
-    assert goes_on(blind, KINDS["colour"], True) != original
-
-
 # -- contours
 
 IMAGES = [painted(disc_mask(50 + 2 * i, 60, 22 + 3 * np.sin(0.4 * i)), 12, seed=i) for i in range(30)]

@@ -135,12 +135,6 @@ def test_specks_that_join_across_bands_do_not_depend_on_the_number_of_threads():
             np.testing.assert_array_equal(st.superpixels.slic(noise, 200, threads=threads), one)
 
 
-def test_a_call_leaves_nothing_behind_for_the_next():
-    first = st.superpixels.slic(IMAGE, 60)
-    st.superpixels.slic(IMAGE[:30], 500, color_space="rgb", mask=DISC[:30], compactness=1)
-    np.testing.assert_array_equal(st.superpixels.slic(IMAGE, 60), first)
-
-
 @settings(deadline=None, max_examples=40)
 @given(
     height=hs.integers(1, 24), width=hs.integers(1, 24), segments=hs.integers(1, 60), seed=hs.integers(0, 10**6),
@@ -197,15 +191,6 @@ def test_a_video_follows_the_centres_of_the_last_image():
     video.reset()
     np.testing.assert_array_equal(video.next(frames[0]), st.superpixels.slic(frames[0], 60))
     assert video.next(frames[0][:40]).shape == (40, 96)  # another size: anew
-
-
-def test_a_video_that_stands_still_comes_to_rest():
-    video = st.superpixels.Video(60, max_num_iter=50)
-    for _ in range(2):
-        labels = video.next(IMAGE)
-    np.testing.assert_array_equal(video.next(IMAGE), labels)
-    assert video.iterations == 1
-    assert video.residual == 0
 
 
 def test_the_residual_is_the_way_of_a_centre_however_many_there_are():
@@ -271,26 +256,3 @@ def test_the_command_writes_labels_and_pictures(tmp_path, capsys):
     assert result["segments"] == labels.max()
     assert {p.name for p in out.iterdir()} == {"labels.png", "boundaries.png", "mean.png", "result.json"}
     assert "40" in capsys.readouterr().out
-
-
-def test_more_labels_than_a_png_holds_are_kept_in_an_array(tmp_path):
-    import cv2
-
-    source, out = tmp_path / "a.png", tmp_path / "cut"
-    cv2.imwrite(str(source), np.tile(IMAGE, (4, 3, 1)))
-    assert run(["superpixels", str(source), "--segments", "80000", "--out", str(out), "--quiet"]) == 0
-    labels = np.load(out / "labels.npy")
-    assert labels.dtype == np.int32
-    assert labels.max() > 65535
-
-
-def test_the_command_deletes_no_array_of_others(tmp_path):
-    import cv2
-
-    cv2.imwrite(str(tmp_path / "image.png"), IMAGE[..., ::-1])
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "labels.npy").write_bytes(b"mine")
-    words = f"superpixels {tmp_path / 'image.png'} --segments 40 -q --overwrite --out {out}"
-    assert run(words.split()) == 0
-    assert (out / "labels.npy").read_bytes() == b"mine"

@@ -2,7 +2,6 @@
 """The tracker on synthetic frames with known poses: accuracy, trust, covariance, bookkeeping, bad input."""
 
 import dataclasses
-import itertools
 import pickle
 import threading
 
@@ -118,18 +117,6 @@ def test_a_few_measurements_are_no_object(box):
     assert "few depth measurements" in result.reason[0]
 
 
-def test_steps_say_scale_and_pixels_of_their_stage_and_costs_fall_within_it(tracker):
-    steps = tracker.start(frame_of(), poses=[shifted(POSE, 0.006, 0, 0.005)]).steps[0]
-    # Several attempts, each with stages of its own.
-    stages = [list(run) for _, run in itertools.groupby(steps, lambda step: (step.scale_m, step.pixels))]
-    assert len(stages) >= 2
-    scales = [stage[0].scale_m for stage in stages]
-    assert max(scales) > scales[-1]
-    for stage in stages:
-        costs = [s.cost for s in stage]
-        assert costs == sorted(costs, reverse=True)
-
-
 @pytest.mark.parametrize("k1", [0.25, -0.15])
 @pytest.mark.parametrize("free_space_weight", [1.0, 10.0])
 def test_a_distorted_lens_is_no_hindrance(box, k1, free_space_weight):
@@ -155,20 +142,6 @@ def test_a_frames_own_camera_goes_before_the_trackers(box):
     frame = st.Frame(depth_of(camera=other), camera=other)
     assert_pose_close(tracker.start(frame, poses=[POSE]).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)
     assert_pose_close(tracker.track(frame_of()).pose, POSE, NOISY_ATOL_M, NOISY_ATOL_RAD)  # and back
-
-
-def test_depth_and_frame_may_be_given_alike(box):
-    results = []
-    for next_frame in (
-        frame_of(seed=1),
-        depth_of(seed=1),
-        np.asfortranarray(depth_of(seed=1)).astype(np.float64),
-    ):
-        tracker = st.Tracker(box, CAMERA, threads=1)
-        tracker.start(frame_of(), poses=[POSE])
-        results.append(tracker.track(next_frame).pose)
-    np.testing.assert_array_equal(results[0], results[1])
-    np.testing.assert_array_equal(results[0], results[2])
 
 
 # --- trust
@@ -366,15 +339,6 @@ def test_a_pose_that_was_set_is_the_last_good_one(box):
     assert_pose_close(pickle.loads(pickle.dumps(tracker)).track(wall_frame()).pose, elsewhere, 1e-12, 1e-12)
     assert_pose_close(tracker.track(st.Frame.unreadable("gone")).pose, elsewhere, 1e-12, 1e-12)
     assert_pose_close(tracker.track(wall_frame()).pose, elsewhere, 1e-12, 1e-12)
-
-
-def test_start_may_be_called_again(tracker):
-    first = tracker.start(frame_of(), poses=[POSE])
-    tracker.track(wall_frame())
-    again = tracker.start(frame_of(), poses=[POSE])
-    assert again.index == 0
-    np.testing.assert_array_equal(again.pose, first.pose)
-    np.testing.assert_array_equal(again.covariance, first.covariance)
 
 
 def test_results_pickle_compare_and_go_to_json(tracker):

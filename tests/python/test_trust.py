@@ -35,11 +35,6 @@ def test_the_correlation_area_is_the_size_of_the_blocks_that_share_an_error(side
     assert areas[0] == pytest.approx(side**2, rel=3 * WHITE_ATOL / np.sqrt(2))
 
 
-def test_too_few_pixels_say_nothing_about_correlation():
-    u, v, noise = block_noise(1, size=9)
-    assert _core.correlation_area(u, v, SCALE_M * noise, SCALE_M, FLOOR) == 0
-
-
 # --- status and confidence
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
