@@ -255,7 +255,11 @@ def test_a_batch_without_samples_teaches_nothing(y):
 # A field of 100 inputs is 0.34 MB with its seven empty lanes, 0.05 MB in its record; scratch and first metric of each
 # output by itself were 0.2 MB more.
 MAX_MB_PER_OUTPUT = 0.48
-BEFORE = "import numpy as np, sdftrack as st; model, x = st.LWPR(threads=1), np.ones((1, 100)); st.LWPR().update(x, x[:, :1])"
+BEFORE = """
+import numpy as np, sdftrack as st
+model, x = st.LWPR(threads=1), np.ones((1, 100))
+st.LWPR().update(x, x[:, :1])
+"""
 
 
 def test_many_outputs_share_what_learning_needs():
