@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
 from sdftrack.cli.options import Usage, option
 
 MAX_PX = 1e6  # of a window in an image
@@ -121,14 +122,10 @@ def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str
     """Keyword arguments for `Tracker` from --config and --sensor."""
     settings: dict[str, Any] = {}
     if config is not None:
-        from sdftrack.options import TrackerOptions
-
-        settings["options"] = TrackerOptions.from_file(_there(config))
+        settings["options"] = st.TrackerOptions.from_file(_there(config))
     if sensor is not None:
-        from sdftrack.sensor import SensorModel
-
         try:
-            settings["sensor"] = SensorModel.of(sensor)
+            settings["sensor"] = st.SensorModel.of(sensor)
         except (OSError, TypeError, ValueError) as error:
             raise Usage(str(error).removeprefix("sensor: "), "--sensor") from None
     return settings
@@ -139,12 +136,11 @@ def reconstructor_settings(config: Path | None, evolution: str | None = None) ->
     single = {} if evolution is None else {"evolution": evolution}
     if config is None:
         return single
-    from sdftrack.options import TrackerOptions
     from sdftrack.reconstruction.options import ReconstructorOptions
 
     options = ReconstructorOptions.from_file(_there(config)).replace(**single)
     tracker = tracker_settings(config)["options"]
-    if options.evolution == "printed" and tracker == TrackerOptions():
+    if options.evolution == "printed" and tracker == st.TrackerOptions():
         return {"options": options}  # the printed evolution brings a tracker of its own
     return {"options": options, "tracker_options": tracker}
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from sdftrack._internal.text_files import reason_of
 from sdftrack.cli.common import Common, contour_settings, parse_box
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
@@ -132,7 +133,6 @@ def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: A
 
 def _keep(files: Any, error: BaseException) -> None:
     """Keep the results obtained so far, unless the disk is full."""
-    from sdftrack._internal.text_files import reason_of
 
     if not files.rows or isinstance(error, OSError):
         files.drop()

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
+from sdftrack._internal.files import write_json
 from sdftrack.io.out_folder import OutFolder, earlier_files, refuse_inputs
 from sdftrack.io.video import PART
 
@@ -65,12 +67,10 @@ def bad_frame(last: Any, reason: str) -> Any:
     """The result of a frame that could not be used, after the result `last`."""
     import numpy as np
 
-    from sdftrack.results import Status
-
     return dataclasses.replace(
         last,
         mask=np.zeros_like(last.mask),
-        status=Status.BAD_FRAME,
+        status=st.Status.BAD_FRAME,
         reason=reason,
         confidence=0.0,
         judgement=None,
@@ -136,7 +136,6 @@ class ContourFiles:
 
     def _score(self, number: int, mask: Any) -> dict[str, float]:
         from sdftrack.io.frames import read_mask
-        from sdftrack.metrics import iou
 
         if self.truth is None:
             return {}
@@ -147,7 +146,7 @@ class ContourFiles:
             raise ValueError(
                 f"{self.truth[number]}: expected the frames' size {mask.shape}, got {true.shape}"
             )
-        return {"iou": iou(mask, true)}
+        return {"iou": st.metrics.iou(mask, true)}
 
     def drop(self) -> None:
         """Remove all files of this run."""
@@ -166,8 +165,6 @@ class ContourFiles:
 
     def close(self, stopped: str = "") -> None:
         """Finish all files. `stopped`: reason for an early end, one sentence for result.json."""
-        import sdftrack as st
-        from sdftrack._internal.files import write_json
         from sdftrack.viz.plots import write_plots
 
         if self._video is not None and self._video.finish():

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import sdftrack as st
+from sdftrack._internal.files import write_text
 from sdftrack.cli.common import Common, show_table, text_table, tracker_settings
 from sdftrack.cli.options import option
 from sdftrack.cli.progress import progress
@@ -47,7 +49,6 @@ class Demo(Common):
 
 
 def demo(job: Demo) -> None:
-    import sdftrack as st
     from sdftrack.io.frames import write_color
     from sdftrack.synth.demo_scene import make_scene
     from sdftrack.viz.turntable import four_sides
@@ -91,7 +92,6 @@ def _track(
     job: Demo, scene: Any, sdf: Any, tracker: Any, recorder: Any
 ) -> tuple[list[Any], list[Any], list[Any]]:
     """The results, the pictures of the strip, and the first frames."""
-    import sdftrack as st
 
     shown = {round(s * (job.frames - 1)) for s in STRIP}
     results: list[Any] = []
@@ -109,7 +109,6 @@ def _track(
 
 def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> None:
     """The first frames, with the mask of the duck in the first of them."""
-    import sdftrack as st
 
     masks = {0: {0: duck_mask(frames[0], sdf, scene.camera, scene.poses[0])}}
     sequence = st.Sequence(
@@ -123,13 +122,11 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
     """Plots and the table of errors."""
     import numpy as np
 
-    from sdftrack._internal.files import write_text
     from sdftrack.io.frames import write_color
-    from sdftrack.metrics import pose_error
     from sdftrack.viz.plots import plot_run, plot_sdf_slices, strip, write_plots
 
     folder = job.folder
-    errors = pose_error(np.array([r.poses[0] for r in results]), scene.poses)
+    errors = st.metrics.pose_error(np.array([r.poses[0] for r in results]), scene.poses)
     write_color(folder / "frames.png", strip(pictures))
     plots = write_plots(
         folder,
@@ -234,7 +231,6 @@ def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: boo
     """Rotate the demo's duck once in 60 frames and reconstruct it; `sdf` is the true shape for comparison."""
     import numpy as np
 
-    import sdftrack as st
     from sdftrack.synth.demo_scene import alone
 
     turned = alone(scene, PLACE_M, _turn(frames))

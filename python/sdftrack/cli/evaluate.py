@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
+from sdftrack._internal.files import write_json, write_text
 from sdftrack.cli.common import Common, show_table, text_table
 from sdftrack.cli.objects import check_symmetry, symmetries_of
 from sdftrack.cli.options import argument, option
@@ -27,7 +29,6 @@ class Evaluate(Layout, Common):
 
 
 def evaluate(job: Evaluate) -> None:
-    import sdftrack as st
     from sdftrack.evaluation.report import HEAD, compare, table_rows
     from sdftrack.io.report_file import read_results
 
@@ -52,7 +53,6 @@ def evaluate(job: Evaluate) -> None:
 
 def _write(job: Evaluate, title: str, scores: list[Any]) -> None:
     from sdftrack import __version__
-    from sdftrack._internal.files import write_json, write_text
     from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
     from sdftrack.viz.plots import write_plots
 

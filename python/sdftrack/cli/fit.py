@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
+from sdftrack._internal.files import write_json
 from sdftrack.cli.common import Common, Unit, above_zero, parse_box
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
@@ -115,7 +117,6 @@ def fit(job: Fit) -> None:
 
 
 def _fit_cloud(job: Fit) -> None:
-    import sdftrack as st
     from sdftrack.io.clouds import read_cloud
     from sdftrack.mesh.files import unit_scale
     from sdftrack.viz.plots import write_plots
@@ -133,8 +134,6 @@ def _fit_cloud(job: Fit) -> None:
 
 
 def _fit_image(job: Fit, window: tuple[float, ...] | None) -> None:
-    import sdftrack as st
-
     frame = _depth_image(job)
     found = st.fit_primitive(frame, job.kind, mask=_mask(job, window, frame, []), **job.options())
     _write(job, found, {"depth": str(job.source), "kind": job.kind, **job.options()})
@@ -143,8 +142,6 @@ def _fit_image(job: Fit, window: tuple[float, ...] | None) -> None:
 
 
 def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> None:
-    import sdftrack as st
-
     source = job.source
     with st.open_sequence(source, **job.opening) as seq:
         numbers = range(len(seq))[job.part]
@@ -220,9 +217,7 @@ def _array(source: Path) -> Any:
 
 def _depth_image(job: Fit) -> Any:
     """A single depth image as a frame with its camera."""
-    from sdftrack.camera import Camera
     from sdftrack.camera.plausible import warn_if_doubtful
-    from sdftrack.frame import Frame
     from sdftrack.io.frames import read_depth_units
 
     source = job.source
@@ -236,19 +231,17 @@ def _depth_image(job: Fit) -> Any:
         )
     height, width = depth.shape
     if values is not None:
-        camera = Camera(*values, width, height)
+        camera = st.Camera(*values, width, height)
         warn_if_doubtful(camera, "--intrinsics")
     else:
         assert job.camera is not None
         camera = load_camera(job.camera, depth.shape, "the depth image")
     unit = 1.0 if depth.dtype.kind == "f" else MILLIMETRE
-    return Frame(depth.astype("float32") * (job.depth_scale or unit), camera=camera)
+    return st.Frame(depth.astype("float32") * (job.depth_scale or unit), camera=camera)
 
 
 def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
     """Create the folder with result.json and primitive.ply."""
-    import sdftrack as st
-    from sdftrack._internal.files import write_json
 
     out = job.make_out()
     mesh, T = found.to_mesh(), found.T_cam_obj

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import typer
 
+from sdftrack._internal.files import write_json, write_text
 from sdftrack.cli.common import Common, contour_settings, reconstructor_settings
 from sdftrack.cli.options import Usage, option
 
@@ -30,8 +31,6 @@ def info(job: Info) -> None:
     if job.self_test:
         facts["self_test"] = tested
     if job.out is not None:
-        from sdftrack._internal.files import write_json
-
         write_json(job.make_out() / "info.json", facts)
     if not job.quiet:
         width = max(map(len, facts))
@@ -68,8 +67,6 @@ def config(job: Config) -> None:
     given = reconstructor_settings(job.config)
     text = options_as_toml(given.get("tracker_options"), given.get("options"), contour_settings(job.config))
     if job.out is not None:
-        from sdftrack._internal.files import write_text
-
         write_text(job.make_out() / "config.toml", text)
     if not job.quiet:
         print(text, end="")

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import sdftrack as st
+from sdftrack._internal.text_files import read_json
 from sdftrack.cli.common import floats
 from sdftrack.cli.objects import Target
 from sdftrack.cli.options import Usage
@@ -222,9 +224,6 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
     import numpy as np
 
-    from sdftrack._internal.text_files import read_json
-    from sdftrack.geometry import rigid
-
     if not path.is_file():
         raise FileNotFoundError(f"--init: no such file: {path}")
     value = read_json(path)
@@ -242,7 +241,7 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"--init {path}: T_cam_obj[{k}]: expected a 4x4 matrix of numbers") from None
         try:
-            T = rigid(matrix, f"T_cam_obj[{k}]")
+            T = st.geometry.rigid(matrix, f"T_cam_obj[{k}]")
         except (TypeError, ValueError) as error:
             raise ValueError(f"--init {path}: {error}") from None
         _check_place(T, f"--init {path}: T_cam_obj[{k}]")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
 from sdftrack.cli.options import Usage
 
 VOXELS = 80  # of a model whose symmetries are looked for
@@ -33,7 +34,6 @@ def load_targets(
     models: Sequence[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error", color: bool = False
 ) -> list[Target]:
     """Load meshes with volumes (one per distinct file) and assign ground-truth instances."""
-    import sdftrack as st
 
     loaded: dict[Path, tuple[Any, Any, int | None]] = {}
     targets: list[Target] = []
@@ -78,10 +78,8 @@ def about_file(option: str, path: Path) -> Iterator[None]:
 
 
 def load_mesh(path: Path, option: str, unit: str | None) -> Any:
-    from sdftrack.mesh import Mesh
-
     with about_file(option, path):
-        return Mesh.load(path, unit=unit)
+        return st.Mesh.load(path, unit=unit)
 
 
 def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
@@ -116,8 +114,6 @@ def check_symmetry(text: str) -> str:
 
 def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
     """Symmetries by obj_id: from a models_info.json, or with "auto" from the data set, else detected in the model."""
-    from sdftrack.sdf import SDF
-    from sdftrack.symmetry import find_symmetries
 
     if text == "none":
         return {}
@@ -128,7 +124,7 @@ def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
         if obj_id in seq.symmetries:
             found[obj_id] = seq.symmetries[obj_id]
         elif obj_id in seq.models:
-            found[obj_id] = find_symmetries(SDF.from_mesh(seq.models[obj_id], voxels=VOXELS)) or None
+            found[obj_id] = st.find_symmetries(st.SDF.from_mesh(seq.models[obj_id], voxels=VOXELS)) or None
     return found
 
 
@@ -144,7 +140,6 @@ def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -
     """Set each target's symmetry; none if colours resolve it (--colored)."""
     if text == "none" or colored:
         return
-    from sdftrack.symmetry import find_symmetries
 
     listed = None if text == "auto" else _listed(text)
     found: dict[Path, Any] = {}
@@ -156,5 +151,5 @@ def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -
         else:
             key = target.path.resolve()
             if key not in found:
-                found[key] = find_symmetries(target.sdf)
+                found[key] = st.find_symmetries(target.sdf)
             target.symmetry = found[key] or None

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.common import above_zero
 from sdftrack.cli.options import argument, option
 from sdftrack.cli.progress import progress
@@ -75,7 +76,6 @@ class Convert(Frames, Layout, Recording):
 
 
 def convert(job: Convert) -> None:
-    import sdftrack as st
     from sdftrack.io.writers import Contents
 
     out = job.folder

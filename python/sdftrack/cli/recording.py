@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from sdftrack._internal.files import PART_PREFIX, write_json
 from sdftrack.cli.common import Common
 from sdftrack.cli.options import Usage, option
 from sdftrack.cli.progress import progress
@@ -106,7 +107,6 @@ def _fitting(contents: Any) -> str:
 
 def _hold(out: Path) -> None:
     """Hold the folder until the end of the command, and remove images that were cut while they were written."""
-    from sdftrack._internal.files import PART_PREFIX
     from sdftrack.io.folder_lock import lock_folder
 
     lock_folder(out)
@@ -144,7 +144,6 @@ def write_all(writer: Any, items: Iterable[Item], source: str, command: str, qui
 
     OSError after what could be written was finished; an interruption of a command that has no other end is its end.
     """
-    from sdftrack._internal.files import write_json
 
     failure: BaseException | None = None
     try:

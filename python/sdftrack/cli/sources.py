@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.common import above_zero, floats
 from sdftrack.cli.objects import about_file
 from sdftrack.cli.options import Usage, option
@@ -68,14 +69,13 @@ class Frames:
 
 def fitting(frame: Any, camera: Any) -> Any:
     """The frame, or an unreadable one if its size differs from the camera's."""
-    from sdftrack.frame import Frame
 
     lens = frame.camera if frame.camera is not None else camera
     shape = getattr(lens, "depth", lens).shape
     if frame.depth is None or frame.depth.shape == shape:
         return frame
     size = " x ".join(map(str, frame.depth.shape[::-1]))
-    return Frame.unreadable(
+    return st.Frame.unreadable(
         f"the depth image is {size}, the camera {shape[1]} x {shape[0]}", frame.timestamp, frame.index
     )
 
@@ -145,7 +145,6 @@ class CameraSize:
         self, address: str, waiting: int, *, color_alone: bool = False, camera: Path | None = None
     ) -> Any:
         """`open_camera` with the options that were given. `color_alone`: a camera without depth is enough."""
-        from sdftrack.live import open_camera
 
         if is_webcam(address) and not color_alone:
             raise Usage(
@@ -153,7 +152,7 @@ class CameraSize:
                 "(--contour) or a known shape (--mode rgb)"
             )
         given = {"width": self.width, "height": self.height, "fps": self.fps, "camera": camera}
-        return open_camera(address, waiting=waiting, **{k: v for k, v in given.items() if v is not None})
+        return st.open_camera(address, waiting=waiting, **{k: v for k, v in given.items() if v is not None})
 
 
 def is_webcam(address: str) -> bool:
@@ -171,11 +170,10 @@ def parse_intrinsics(text: str, name: str) -> tuple[float, float, float, float]:
 
 def load_camera(file: Path, shape: tuple[int, int], what: str) -> Any:
     """The pinhole camera of a file, for images of that shape (rows, columns); `what`: "the depth image"."""
-    from sdftrack.camera import Camera
 
     height, width = shape
     with about_file("--camera", file):
-        camera = Camera.load(file, *(() if file.suffix.lower() in SIZED else (width, height)))
+        camera = st.Camera.load(file, *(() if file.suffix.lower() in SIZED else (width, height)))
     if camera.shape != (height, width):
         raise ValueError(
             f"--camera {file}: expected the size of {what} {width} x {height}, got {camera.width} x {camera.height}"

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
+from sdftrack._internal.files import write_json, write_whole
 from sdftrack.cli.common import Common
 from sdftrack.cli.options import Usage, argument, option
 
@@ -39,7 +41,6 @@ class Superpixels(Common):
 
 def superpixels(job: Superpixels) -> None:
     out = job.folder
-    import sdftrack as st
     from sdftrack.io.frames import read_color, read_mask
 
     job.on_device()
@@ -65,8 +66,6 @@ def superpixels(job: Superpixels) -> None:
 def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], seconds: float) -> None:
     import numpy as np
 
-    import sdftrack as st
-    from sdftrack._internal.files import write_json
     from sdftrack.io.frames import write_color
 
     segments = int(labels.max())
@@ -93,7 +92,6 @@ def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
     """Write labels as 16-bit PNG, and as an array if they do not fit; returns the file names."""
     import numpy as np
 
-    from sdftrack._internal.files import write_whole
     from sdftrack.io.frames import write_depth_units
     from sdftrack.io.out_folder import earlier_files
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
 from sdftrack.cli.common import Unit
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.recording import Recording, items_of, write_all
@@ -64,7 +65,6 @@ class Synth(Recording):
 
 
 def synth(job: Synth) -> None:
-    import sdftrack as st
     from sdftrack.io.writers import Contents
 
     out = job.folder
@@ -89,12 +89,11 @@ def synth(job: Synth) -> None:
 
 
 def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
-    from sdftrack import synth
     from sdftrack.synth.duck import duck_mesh
 
     _refuse(job, {"--kind": job.kind, "--object": job.object_, "--repetitions": job.repetitions})
     around = job.around or "objects"
-    return synth.sequence(
+    return st.synth.sequence(
         meshes or [duck_mesh()],
         job.frames or 120,
         trajectory=job.motion or "random",
@@ -106,21 +105,20 @@ def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
 
 def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[Any, Any]:
     """The exercise and its sequence."""
-    from sdftrack import synth
 
     _refuse(job, {"--motion": job.motion})
     if job.around in ("objects", "touching"):
         raise Usage("expected none, wall or table for an exercise", "--around")
     if models and job.object_ is not None:
         raise Usage("expected one of --object and --model, got both", "--object")
-    meshes = models or [synth.exercise_object(job.object_ or "cup")]
+    meshes = models or [st.synth.exercise_object(job.object_ or "cup")]
     if len({round(float(mesh.bounds[0][2]), 3) for mesh in meshes}) > 1:
         raise Usage("expected models whose lowest points have the same z, which is their height", "--model")
     kind = (job.kind or "reach").replace("-", "_")
     own: dict[str, Any] = {}
     if kind == "two_handed":
         own["meeting_m"] = float(meshes[0].bounds[1][0] - meshes[-1].bounds[0][0]) + TOUCHING_M
-    made = synth.exercise(
+    made = st.synth.exercise(
         kind,
         seed=job.seed,
         repetitions=job.repetitions or 5,
@@ -129,7 +127,7 @@ def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[An
         **own,
     )
     around = None if job.around == "none" else job.around or "table"
-    return made, synth.exercise_sequence(made, meshes, around=around, frames=job.frames, **common)
+    return made, st.synth.exercise_sequence(made, meshes, around=around, frames=job.frames, **common)
 
 
 def _refuse(job: Synth, options: dict[str, Any]) -> None:

@@ -13,6 +13,8 @@ from typing import Any, Literal
 
 import typer
 
+import sdftrack as st
+from sdftrack._internal.background import read_ahead
 from sdftrack.cli.common import ALL_LOST, Common, Holes, Meshes, Sensor, tracker_settings
 from sdftrack.cli.init import (
     INIT,
@@ -132,7 +134,6 @@ def track(job: Track) -> None:
 
 def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> list[str]:
     """Returns one line of advice for each object that is lost in all frames."""
-    import sdftrack as st
 
     with st.open_sequence(folder, **job.opening) as seq:
         numbers = job.numbers(seq, folder)
@@ -196,7 +197,6 @@ class _Run:
 
     def recorder(self, meshes: list[Any]) -> Any:
         """The files, in a folder that is made now."""
-        import sdftrack as st
 
         name = self.folder.resolve().name
         return st.Recorder(
@@ -215,7 +215,6 @@ class _Run:
 
     def follow(self, frame: Any, recorder: Any) -> None:
         """Track and record; `frame` is the first one."""
-        from sdftrack._internal.background import read_ahead
         from sdftrack.cli.track_summary import StatusCounts
 
         counts, label = StatusCounts(), self.folder.name or str(self.folder)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+import sdftrack as st
 from sdftrack.cli.common import show_table
 
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
@@ -43,7 +44,6 @@ def show_summary(
 
     `alike`: {k: Symmetry}, modulo which errors are computed.
     """
-    from sdftrack.metrics import pose_error
 
     rows = []
     for k, name in enumerate(names):
@@ -53,7 +53,7 @@ def show_summary(
             if k in truth and str(r.status[k]) in ("ok", "weak"):
                 symmetry = (alike or {}).get(k)
                 true = truth[k] if symmetry is None else symmetry.canonical(truth[k], near=r.poses[k])
-                errors.append(pose_error(r.poses[k], true))
+                errors.append(st.metrics.pose_error(r.poses[k], true))
         counts = [str(status.count(s)) for s in ("ok", "weak", "lost", "bad_frame")]
         mean = np.mean(errors, axis=0) if errors else (np.nan, np.nan)
         accuracy = [f"{1e3 * mean[0]:.2f}", f"{np.rad2deg(mean[1]):.2f}"] if errors else ["-", "-"]

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.sources import Layout
@@ -115,7 +116,6 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
 
     `arguments`: those of `open_sequence`.
     """
-    import sdftrack as st
 
     if not (path / "report.json").is_file():
         sequence = st.open_sequence(path, **arguments)
@@ -194,7 +194,6 @@ def load_mesh_alone(path: Path, unit: str | None) -> Recording:
     """A mesh before a camera that sees all of it; the image is its rendering."""
     import numpy as np
 
-    import sdftrack as st
     from sdftrack.cli.objects import load_mesh
     from sdftrack.io.report_file import result_of
 

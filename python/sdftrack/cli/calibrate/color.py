@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
+from sdftrack._internal.files import write_json
+from sdftrack._internal.text_files import read_json
 from sdftrack.cli.common import Common, above_zero, floats, show_table
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
@@ -60,7 +63,6 @@ class Color(Frames, Layout, Common):
 def color(job: Color) -> None:
     out, seq, rgb = job.folder, job.seq, job.rgb()
     job.on_cpu()
-    import sdftrack as st
 
     job.refuse_out(FILES, [("SEQ", seq / "camera.json"), ("--color-camera", job.color_camera)])
     lens = None if job.color_camera is None else st.Camera.load(job.color_camera)
@@ -94,7 +96,6 @@ def color(job: Color) -> None:
 
 def _opened(path: Path, arguments: dict[str, Any]) -> Any:
     """The sequence with its colour images of any size, because they are not registered yet."""
-    import sdftrack as st
 
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*colour images of .* are ignored")
@@ -105,7 +106,6 @@ def _opened(path: Path, arguments: dict[str, Any]) -> Any:
 
 def _depth_scale(path: Path) -> float:
     """Depth scale of a camera.json of the k1 layout, so that the new file can replace it; else millimetres."""
-    from sdftrack._internal.text_files import read_json
 
     file = path / "camera.json"
     values = read_json(file) if file.is_file() else {}
@@ -114,7 +114,6 @@ def _depth_scale(path: Path) -> float:
 
 
 def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
-    from sdftrack._internal.files import write_json
     from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
     from sdftrack.viz.plots import write_plots
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.common import Common, Meshes, show_table
 from sdftrack.cli.objects import load_targets
 from sdftrack.cli.options import Usage, argument, option
@@ -58,7 +59,6 @@ class Depth(Meshes, Frames, Layout, Common):
 def depth(job: Depth) -> None:
     job.on_cpu()
     out = job.file()
-    import sdftrack as st
     from sdftrack.calibration.plots import plot_depth_errors
     from sdftrack.viz.plots import write_plots
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import sdftrack as st
+from sdftrack._internal.files import write_json
 from sdftrack.cli.common import Common, Holes, Meshes, show_table
 from sdftrack.cli.init import INIT, Init, parse_inits, places
 from sdftrack.cli.objects import Target, load_targets
@@ -75,7 +77,6 @@ def intrinsics(job: Intrinsics) -> None:
     job.unknowns(), job.guessed()
     inits = parse_inits([job.init], 1)
     job.on_cpu()
-    import sdftrack as st
     from sdftrack.calibration.intrinsics_residuals import compare
 
     inputs = [("SEQ", seq / "camera.json"), ("--camera", job.camera), ("--model", job.model)]
@@ -109,8 +110,6 @@ def intrinsics(job: Intrinsics) -> None:
 
 
 def _calibrated(job: Intrinsics, frames: Selected, first: Any, target: Target, place: dict[str, Any]) -> Any:
-    import sdftrack as st
-
     with progress_counter(job.quiet) as tell:
         try:
             return st.calibrate_intrinsics(
@@ -153,7 +152,6 @@ def _place(inits: list[Init], target: Target, frames: Selected, folder: Path) ->
 
 
 def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
-    from sdftrack._internal.files import write_json
     from sdftrack.calibration.plots import plot_coverage, plot_estimates, plot_residuals
     from sdftrack.viz.plots import write_plots
 

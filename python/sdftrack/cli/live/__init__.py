@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
+import sdftrack as st
 from sdftrack.cli.common import (
     ALL_LOST,
     Common,
@@ -225,7 +226,6 @@ def _camera(job: Live) -> Any:
 
 def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Follower, list[Any]]:
     """The follower of what a camera shows, and the shapes that the page shows; `settings`: see `_settings`."""
-    import sdftrack as st
     from sdftrack.cli.live.followers import ReconstructorFollower, TrackerFollower, unknown_sequence
     from sdftrack.cli.live.outline import OutlineFollower
     from sdftrack.cli.objects import load_targets
@@ -253,7 +253,6 @@ def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Followe
 
 def _recorder(job: Live, source: Any, follower: Any, shapes: list[Any]) -> Callable[[], Any] | None:
     """A function that makes the recorder; a folder that cannot be written into is refused here."""
-    import sdftrack as st
     from sdftrack.io.out_folder import refuse_folder
 
     if job.out is None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.init import Init, StartError, begin
 from sdftrack.cli.objects import Target
 from sdftrack.tracking.interface import TrackerInterface
@@ -117,11 +118,10 @@ class TrackerFollower(Follower):
 
     def _usable(self, frame: Any) -> Any:
         """The frame; a bad one instead of an error if a camera with depth has lost the colour that is needed."""
-        from sdftrack.frame import Frame
 
         if self.needs == "depth" or has(frame, self.needs):
             return frame
-        return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
+        return st.Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
 
     def _start_again(self, frame: Any, k: int, box: tuple[float, float, float, float] | None = None) -> Any:
         """Without depth there is no search: the object is as in --init, moved into the box if there is one."""

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import sdftrack as st
 from sdftrack._internal.background import Background
 from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
 from sdftrack.cli.init import Init, box_inside, mask_file
@@ -24,12 +25,10 @@ class ColorAlone:
     """The colour images of a camera, as frames without depth: pixels on the page and of files are theirs."""
 
     def __init__(self, camera: Any) -> None:
-        from sdftrack.camera import RGBDCamera
-
         self._camera = camera
         rig = camera.camera
         self.name = camera.name
-        self.camera = RGBDCamera(rig.depth if rig.color is None else rig.color)
+        self.camera = st.RGBDCamera(rig.depth if rig.color is None else rig.color)
 
     @property
     def dropped(self) -> int:
@@ -50,14 +49,11 @@ class ColorAlone:
             yield self._without_depth(frame)
 
     def _without_depth(self, frame: Any) -> Any:
-        from sdftrack.camera import Camera
-        from sdftrack.frame import Frame
-
         if frame.color is None:
-            return Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
+            return st.Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
         height, width = frame.color.shape[:2]
         known = self.camera.depth.shape == (height, width)
-        lens = None if known else Camera.from_fov(ASSUMED_FOV_RAD, width, height)
+        lens = None if known else st.Camera.from_fov(ASSUMED_FOV_RAD, width, height)
         return frame.replace(depth=None, mask=None, camera=lens)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import sdftrack as st
 from sdftrack._internal.csv_cells import cell_text
 from sdftrack._internal.text_files import WRONG, read_text
 from sdftrack._internal.validation import shown
@@ -124,7 +125,6 @@ def _center(path: Path, name: str, k: int) -> Any:
 
 def _table_of(path: Path) -> Any:
     """(n, d) of the dominant plane in the first image of the recording that the report names."""
-    import sdftrack as st
     from sdftrack.io.report_file import read_results
 
     if not path.is_dir():

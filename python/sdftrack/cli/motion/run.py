@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sdftrack._internal.files import write_json, write_text
 from sdftrack.cli.common import show_table
 from sdftrack.cli.motion.inputs import Session, Spans, spans_of
 
@@ -42,7 +43,6 @@ def _write(
     settings: dict[str, Any],
     job: Motion,
 ) -> None:
-    from sdftrack._internal.files import write_json, write_text
     from sdftrack.motion import report
 
     out, changes = job.folder, report.compare_sessions(analyses)

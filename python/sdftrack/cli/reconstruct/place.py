@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import sdftrack as st
 from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, shape_of
 from sdftrack.cli.objects import about_file, load_mesh
 from sdftrack.cli.options import Usage
@@ -64,17 +65,16 @@ def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
     """The SDF given by --shape, or None."""
     if text is None:
         return None
-    from sdftrack.sdf import SDF
 
     if text.startswith("sphere:"):
-        return SDF.sphere(_radius(text, text.partition(":")[2]), voxels=voxels)
+        return st.SDF.sphere(_radius(text, text.partition(":")[2]), voxels=voxels)
     path = Path(text)
     if path.suffix.lower() == ".npz":
         with about_file("--shape", path):
-            return SDF.load(path)
+            return st.SDF.load(path)
     mesh = load_mesh(path, "--shape", unit)
     with about_file("--shape", path):  # a guess need not be closed
-        return SDF.from_mesh(mesh, voxels=voxels, holes="close", unit="m" if unit == "m" else None)
+        return st.SDF.from_mesh(mesh, voxels=voxels, holes="close", unit="m" if unit == "m" else None)
 
 
 def find_place(

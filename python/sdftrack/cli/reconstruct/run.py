@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import sdftrack as st
 from sdftrack._internal.background import read_ahead
 from sdftrack._internal.files import write_text
 from sdftrack.cli.init import Init
@@ -31,7 +32,6 @@ TURN_PICTURES, TURN_FPS = 90, 30.0
 
 def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> None:
     """Reconstruct from one sequence; `options` are those of `Reconstructor`."""
-    import sdftrack as st
 
     with st.open_sequence(folder, **job.opening) as seq:
         recording = Recording.of(folder, out, seq, job, job.place())
@@ -54,7 +54,6 @@ def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str
 
 def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: Any) -> None:
     """Check a further recording in advance; `camera` is that of the first recording."""
-    import sdftrack as st
 
     with st.open_sequence(folder, **job.opening) as seq:
         if seq.camera != camera:
@@ -153,8 +152,6 @@ class Run:
             self._tell()
 
     def _recorder(self, recording: Recording) -> Any:
-        import sdftrack as st
-
         name = recording.folder.resolve().name
         return st.Recorder(
             recording.out,
@@ -194,7 +191,6 @@ class Run:
 
     def _extend(self, folder: Path, init: Init | None, out: Path, stack: Any, tell: Tell) -> None:
         """Extend the shape with a further recording."""
-        import sdftrack as st
 
         seq = stack.enter_context(st.open_sequence(folder, **self.job.opening))
         recording = Recording.of(folder, out, seq, self.job, init)
