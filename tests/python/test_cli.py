@@ -18,7 +18,6 @@ from refusals import error_line
 import sdftrack as st
 from sdftrack._internal.option_files import options_as_toml
 from sdftrack.cli.app import parser, run
-from sdftrack.cli.demo import _ours
 from sdftrack.cli.sources import folder_each
 
 COMMON = ("--device", "--threads", "--config", "--quiet", "--out", "--overwrite")
@@ -287,7 +286,6 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     assert "reconstructed surface (mm)" in printed
     report = json.loads((tmp_path / "sdftrack-demo" / "report.json").read_text())
     assert report["reconstruction"]["mean_distance_m"] < MAX_DEMO_SURFACE_M
-    assert _ours(tmp_path / "sdftrack-demo")  # so that it may be made again
     assert run(["demo", "--frames", "12", "-q"]) == 0
     with st.open_sequence(tmp_path / "sdftrack-demo" / "sequence") as seq:
         assert len(seq) == len(seq.ground_truth) == 12
@@ -302,6 +300,5 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     assert mine.read_text() == "keep"
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "a.txt").write_text("keep")
-    assert not _ours(tmp_path / "mine")
     assert run(["demo", "--out", "mine", "-q"]) == 1
     assert "new or empty" in error_line(capsys)

@@ -133,7 +133,6 @@ def _follow(tracker: Any, frames: Iterable[tuple[int, Any]], files: Any, last: A
 
 def _keep(files: Any, error: BaseException) -> None:
     """Keep the results obtained so far, unless the disk is full."""
-
     if not files.rows or isinstance(error, OSError):
         files.drop()
         return

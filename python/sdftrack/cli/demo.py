@@ -49,12 +49,12 @@ class Demo(Common):
 
 
 def demo(job: Demo) -> None:
-    from sdftrack.io.frames import write_color
+    from sdftrack.io.out_folder import earlier_files
     from sdftrack.synth.demo_scene import make_scene
-    from sdftrack.viz.turntable import four_sides
 
     folder = DEFAULT_OUT if job.out is None else job.out
-    job = replace(job, out=folder, overwrite=job.overwrite or (job.out is None and _ours(folder)))
+    earlier = set() if job.out is not None else earlier_files(folder, "report.json", "demo")
+    job = replace(job, out=folder, overwrite=job.overwrite or bool(earlier))
     options = {**tracker_settings(job.config), "device": job.device, "threads": job.threads}
     if not _may_replace(folder / SEQUENCE):
         raise FileExistsError(
@@ -72,27 +72,21 @@ def demo(job: Demo) -> None:
         "seed": job.seed,
         "voxels": VOXELS,
         "threads": job.threads,
+        "tracker": tracker.options.to_dict(),
     }
-    settings["tracker"] = tracker.options.to_dict()
     with st.Recorder(
         folder, scene.camera, sdf, True, job.overwrite, names=["duck"], settings=settings
     ) as recorder:
         results, pictures, first = _track(job, scene, sdf, tracker, recorder)
         _save_sequence(folder / SEQUENCE, scene, sdf, first)
-        found = reconstruct_duck(scene, sdf, min(WHOLE_TURN, job.frames // 4 + 8), job.threads, job.quiet)
-        found.mesh.save(folder / "mesh.ply")
-        sides = four_sides(found.mesh, found.pose, threads=job.threads, min_seen=found.min_seen)
-        write_color(folder / "mesh.png", sides)
-        recorder.wrote("mesh.ply", "mesh.png")
-        recorder.note("reconstruction", found.section())
-    _report(job, scene, sdf, results, pictures, found)
+        row, summary = _reconstruct(job, scene, sdf, recorder)
+    _report(job, scene, sdf, results, pictures, row, summary)
 
 
 def _track(
     job: Demo, scene: Any, sdf: Any, tracker: Any, recorder: Any
 ) -> tuple[list[Any], list[Any], list[Any]]:
     """The results, the pictures of the strip, and the first frames."""
-
     shown = {round(s * (job.frames - 1)) for s in STRIP}
     results: list[Any] = []
     pictures, first = [], []
@@ -109,7 +103,6 @@ def _track(
 
 def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> None:
     """The first frames, with the mask of the duck in the first of them."""
-
     masks = {0: {0: duck_mask(frames[0], sdf, scene.camera, scene.poses[0])}}
     sequence = st.Sequence(
         frames, scene.camera, scene.poses[: len(frames)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
@@ -118,7 +111,9 @@ def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> Non
     st.save_sequence(folder, sequence)
 
 
-def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[Any], found: Any) -> None:
+def _report(
+    job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[Any], row: list[str], summary: str
+) -> None:
     """Plots and the table of errors."""
     import numpy as np
 
@@ -136,12 +131,12 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
         },
     )
     title = f"a hand-held duck, {job.frames} frames of 640 x 480, by depth alone"
-    head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), found.row()]
+    head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), row]
     write_text(folder / "table.txt", text_table(title, head, rows) + "\n")
     if job.quiet:
         return
     show_table(title, head, rows)
-    print(f"reconstruction: {found.summary}")
+    print(f"reconstruction: {summary}")
     print(f"look at {folder / 'overlay.mp4'}, and beside it {', '.join(['mesh.png', 'frames.png', *plots])}")
     seq = folder / SEQUENCE
     print(
@@ -153,26 +148,23 @@ def _report(job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[
 def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
     import numpy as np
 
-    def three(name: str, a: Any, digits: int) -> list[str]:
-        return [name, *(f"{v:.{digits}f}" for v in (np.mean(a), np.median(a), np.max(a)))]
-
     milliseconds = 1e3 * np.array([r.seconds for r in results[1:]])
     status = [str(r.status[0]) for r in results]
     counts = ", ".join(f"{status.count(s)} {s}" for s in ("ok", "weak", "lost"))
     return [
-        three("translation error (mm)", 1e3 * errors[0], 2),
-        three("rotation error (deg)", np.rad2deg(errors[1]), 2),
-        three("time per frame (ms)", milliseconds, 2),
+        _row("translation error (mm)", 1e3 * errors[0]),
+        _row("rotation error (deg)", np.rad2deg(errors[1])),
+        _row("time per frame (ms)", milliseconds),
         ["frames per second", f"{1e3 / milliseconds.mean():.0f}", "", ""],
         [f"status: {counts}", "", "", ""],
     ]
 
 
-def _ours(folder: Path) -> bool:
-    """Whether an earlier demo wrote this folder."""
-    from sdftrack.io.out_folder import earlier_files
+def _row(name: str, values: Any) -> list[str]:
+    """Mean, median and largest."""
+    import numpy as np
 
-    return bool(earlier_files(folder, "report.json", "demo"))
+    return [name, *(f"{v:.2f}" for v in (np.mean(values), np.median(values), np.max(values)))]
 
 
 def _may_replace(sequence: Path) -> bool:
@@ -185,80 +177,42 @@ def _may_replace(sequence: Path) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class Reconstruction:
-    """Result of the reconstruction, in the mesh's own object frame; `pose` is T_cam_obj in the first image.
-
-    `distances_m` are those of the mesh's seen vertices from the true surface, `T_duck_obj` leads to the true duck's
-    frame; `min_seen` is the minimum ``mesh.seen`` of an observed vertex.
-    """
-
-    mesh: Any
-    pose: Array
-    T_duck_obj: Array
-    distances_m: Array
-    seen_share: float
-    min_seen: float
-    summary: str
-    frames: int
-    seconds: float
-
-    def section(self) -> dict[str, Any]:
-        """For report.json."""
-        return {
-            "summary": self.summary,
-            "seen_share": self.seen_share,
-            "mean_distance_m": float(self.distances_m.mean()),
-            "largest_distance_m": float(self.distances_m.max()),
-            "frames": self.frames,
-            "voxels": TURN_VOXELS,
-            "seconds_per_frame": self.seconds,
-            "T_duck_obj": self.T_duck_obj,
-        }
-
-    def row(self) -> list[str]:
-        """For the demo's table: mean, median, largest."""
-        import numpy as np
-
-        mm = 1e3 * self.distances_m
-        return [
-            "reconstructed surface (mm)",
-            *(f"{v:.2f}" for v in (mm.mean(), np.median(mm), mm.max())),
-        ]
-
-
-def reconstruct_duck(scene: Any, sdf: Any, frames: int, threads: int, quiet: bool) -> Reconstruction:
-    """Rotate the demo's duck once in 60 frames and reconstruct it; `sdf` is the true shape for comparison."""
+def _reconstruct(job: Demo, scene: Any, sdf: Any, recorder: Any) -> tuple[list[str], str]:
+    """Rotate the duck once, alone, and reconstruct it; returns a row of the table, and a sentence."""
     import numpy as np
 
+    from sdftrack.io.frames import write_color
     from sdftrack.synth.demo_scene import alone
+    from sdftrack.viz.turntable import four_sides
 
+    frames = min(WHOLE_TURN, job.frames // 4 + 8)
     turned = alone(scene, PLACE_M, _turn(frames))
-    star = st.Reconstructor(scene.camera, voxels=TURN_VOXELS, threads=threads)
-    seconds = []
-    for i, frame in enumerate(progress(turned.frames(), len(turned), "reconstructing", quiet)):
-        if i == 0:
-            result = star.start(frame, mask=duck_mask(frame, sdf, scene.camera, turned.poses[0]))
-            first = result.pose
-        else:
-            result = star.track(frame)
-        seconds.append(result.seconds)
+    star = st.Reconstructor(scene.camera, voxels=TURN_VOXELS, threads=job.threads)
+    results: list[Any] = []
+    for i, frame in enumerate(progress(turned.frames(), len(turned), "reconstructing", job.quiet)):
+        mask = None if i else duck_mask(frame, sdf, scene.camera, turned.poses[0])
+        results.append(star.track(frame) if i else star.start(frame, mask=mask))
     star.refine(rounds=ROUNDS)
-    mesh, quality = star.mesh(), star.quality()
+    mesh, quality, pose, min_seen = star.mesh(), star.quality(), results[0].pose, star.options.min_seen
+    T_duck_obj = np.linalg.solve(turned.poses[0], pose)
     assert mesh.seen is not None
-    T_duck_obj = np.linalg.solve(turned.poses[0], first)
-    seen = mesh.vertices[mesh.seen >= star.options.min_seen]
-    return Reconstruction(
-        mesh=mesh,
-        pose=first,
-        T_duck_obj=T_duck_obj,
-        distances_m=np.abs(sdf(seen @ T_duck_obj[:3, :3].T + T_duck_obj[:3, 3])),
-        seen_share=quality.seen_share,
-        min_seen=star.options.min_seen,
-        summary=quality.summary,
-        frames=frames,
-        seconds=float(np.mean(seconds[1:])),
-    )
+    seen = mesh.vertices[mesh.seen >= min_seen]
+    off_m = np.abs(sdf(seen @ T_duck_obj[:3, :3].T + T_duck_obj[:3, 3]))
+    mesh.save(job.folder / "mesh.ply")
+    write_color(job.folder / "mesh.png", four_sides(mesh, pose, threads=job.threads, min_seen=min_seen))
+    recorder.wrote("mesh.ply", "mesh.png")
+    section = {
+        "summary": quality.summary,
+        "seen_share": quality.seen_share,
+        "mean_distance_m": float(off_m.mean()),
+        "largest_distance_m": float(off_m.max()),
+        "frames": frames,
+        "voxels": TURN_VOXELS,
+        "seconds_per_frame": float(np.mean([r.seconds for r in results[1:]])),
+        "T_duck_obj": T_duck_obj,
+    }
+    recorder.note("reconstruction", section)
+    return _row("reconstructed surface (mm)", 1e3 * off_m), quality.summary
 
 
 def _turn(frames: int) -> Array:

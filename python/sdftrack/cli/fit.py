@@ -242,7 +242,6 @@ def _depth_image(job: Fit) -> Any:
 
 def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
     """Create the folder with result.json and primitive.ply."""
-
     out = job.make_out()
     mesh, T = found.to_mesh(), found.T_cam_obj
     st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")

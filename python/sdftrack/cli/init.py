@@ -200,30 +200,19 @@ def _click(init: Init, shape: tuple[int, int]) -> tuple[float, float]:
 def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[NDArray[np.float64]]:
     import numpy as np
 
-    truth = seq.ground_truth.get(first, {})
-    poses = []
+    truth, hint = seq.ground_truth.get(first, {}), "pass --init auto, or a mask, box or poses.json"
     for t in targets:
         if t.instance is None:
-            raise ValueError(
-                f"--init gt: {folder} has no (further) ground truth for {t.path}; pass --init auto, or a mask, "
-                "box or poses.json"
-            )
+            raise ValueError(f"--init gt: {folder} has no (further) ground truth for {t.path}; {hint}")
         if t.instance not in truth:
-            known = [i for i, entry in seq.ground_truth.items() if t.instance in entry]
-            hint = (
-                f"; it is known in frame {known[0]}: --start {known[0]}"
-                if known
-                else "; pass --init auto, or a mask, box or poses.json"
-            )
-            raise ValueError(f"--init gt: no ground truth of {t.path} in frame {first} of {folder}{hint}")
-        poses.append(np.asarray(truth[t.instance], np.float64))
-    return poses
+            known = next((i for i, entry in seq.ground_truth.items() if t.instance in entry), None)
+            where = hint if known is None else f"it is known in frame {known}: --start {known}"
+            raise ValueError(f"--init gt: no ground truth of {t.path} in frame {first} of {folder}; {where}")
+    return [np.asarray(truth[t.instance], np.float64) for t in targets]
 
 
 def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
-    import numpy as np
-
     if not path.is_file():
         raise FileNotFoundError(f"--init: no such file: {path}")
     value = read_json(path)
@@ -234,22 +223,15 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
         raise ValueError(
             f"--init {path}: expected T_cam_obj to list one 4x4 matrix per --model ({count}), got {len(poses)}"
         )
-    read = []
-    for k, p in enumerate(poses):
-        try:
-            matrix = np.asarray(p, np.float64)
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"--init {path}: T_cam_obj[{k}]: expected a 4x4 matrix of numbers") from None
-        try:
-            T = st.geometry.rigid(matrix, f"T_cam_obj[{k}]")
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"--init {path}: {error}") from None
-        _check_place(T, f"--init {path}: T_cam_obj[{k}]")
-        read.append(T)
-    return read
+    return [_placed(pose, f"--init {path}: T_cam_obj[{k}]") for k, pose in enumerate(poses)]
 
 
-def _check_place(T: NDArray[np.float64], name: str) -> None:
+def _placed(pose: Any, name: str) -> NDArray[np.float64]:
+    """A pose before the camera, in metres."""
+    try:
+        T = st.geometry.rigid(pose, name)
+    except TypeError as error:
+        raise ValueError(str(error)) from None
     distance, z = math.hypot(*T[:3, 3]), float(T[2, 3])
     if distance > FARTHEST_M:
         raise ValueError(
@@ -259,6 +241,7 @@ def _check_place(T: NDArray[np.float64], name: str) -> None:
         raise ValueError(
             f"{name}: the object is behind the camera (z = {z:.4g} m); expected T_cam_obj, object to camera"
         )
+    return T
 
 
 NAME = "start.png"

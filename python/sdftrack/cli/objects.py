@@ -34,7 +34,6 @@ def load_targets(
     models: Sequence[Path], seq: Any, unit: str | None, voxels: int, holes: Any = "error", color: bool = False
 ) -> list[Target]:
     """Load meshes with volumes (one per distinct file) and assign ground-truth instances."""
-
     loaded: dict[Path, tuple[Any, Any, int | None]] = {}
     targets: list[Target] = []
     used: set[int] = set()
@@ -114,7 +113,6 @@ def check_symmetry(text: str) -> str:
 
 def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
     """Symmetries by obj_id: from a models_info.json, or with "auto" from the data set, else detected in the model."""
-
     if text == "none":
         return {}
     if text != "auto":

@@ -144,7 +144,6 @@ def write_all(writer: Any, items: Iterable[Item], source: str, command: str, qui
 
     OSError after what could be written was finished; an interruption of a command that has no other end is its end.
     """
-
     failure: BaseException | None = None
     try:
         for item in items:

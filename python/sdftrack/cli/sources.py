@@ -69,7 +69,6 @@ class Frames:
 
 def fitting(frame: Any, camera: Any) -> Any:
     """The frame, or an unreadable one if its size differs from the camera's."""
-
     lens = frame.camera if frame.camera is not None else camera
     shape = getattr(lens, "depth", lens).shape
     if frame.depth is None or frame.depth.shape == shape:
@@ -145,7 +144,6 @@ class CameraSize:
         self, address: str, waiting: int, *, color_alone: bool = False, camera: Path | None = None
     ) -> Any:
         """`open_camera` with the options that were given. `color_alone`: a camera without depth is enough."""
-
         if is_webcam(address) and not color_alone:
             raise Usage(
                 "expected a camera with depth, got a webcam; sdftrack live --camera webcam:0 follows an outline "
@@ -170,7 +168,6 @@ def parse_intrinsics(text: str, name: str) -> tuple[float, float, float, float]:
 
 def load_camera(file: Path, shape: tuple[int, int], what: str) -> Any:
     """The pinhole camera of a file, for images of that shape (rows, columns); `what`: "the depth image"."""
-
     height, width = shape
     with about_file("--camera", file):
         camera = st.Camera.load(file, *(() if file.suffix.lower() in SIZED else (width, height)))

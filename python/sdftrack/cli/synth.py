@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import sdftrack as st
-from sdftrack.cli.common import Unit
+from sdftrack.cli.common import Unit, floats
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.recording import Recording, items_of, write_all
 
@@ -21,10 +21,7 @@ def _noise(text: str) -> str | float | None:
         return text
     if text == "none":
         return None
-    try:
-        sigma = float(text)
-    except ValueError:
-        sigma = -1.0
+    (sigma,) = floats(text, 1) or (-1.0,)
     if not 0 <= sigma < 1:
         raise Usage(f"expected none, kinect, stereo or a standard deviation in metres, got {text!r}")
     return sigma
@@ -105,7 +102,6 @@ def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
 
 def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[Any, Any]:
     """The exercise and its sequence."""
-
     _refuse(job, {"--motion": job.motion})
     if job.around in ("objects", "touching"):
         raise Usage("expected none, wall or table for an exercise", "--around")

@@ -3,24 +3,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import typer
 
 import sdftrack as st
-from sdftrack._internal.background import read_ahead
 from sdftrack.cli.common import ALL_LOST, Common, Holes, Meshes, Sensor, tracker_settings
 from sdftrack.cli.init import (
     INIT,
     NAME,
     Init,
-    Selection,
     StartError,
     begin,
     error_with_picture,
@@ -29,7 +26,7 @@ from sdftrack.cli.init import (
 )
 from sdftrack.cli.objects import Target, check_symmetry, give_symmetries, load_mesh, load_targets
 from sdftrack.cli.options import Usage, argument, option
-from sdftrack.cli.progress import progress
+from sdftrack.cli.progress import progress_counter
 from sdftrack.cli.sources import Frames, Layout, each_sequence, fitting
 
 
@@ -134,155 +131,91 @@ def track(job: Track) -> None:
 
 def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> list[str]:
     """Returns one line of advice for each object that is lost in all frames."""
+    from sdftrack.cli.followed import Followed, StatusCounts
 
     with st.open_sequence(folder, **job.opening) as seq:
         numbers = job.numbers(seq, folder)
         targets = load_targets(job.models(), seq, job.unit, job.voxels, job.holes, job.colored)
         give_symmetries(targets, seq, job.symmetry, job.colored)
+        names = [t.name for t in targets]
         tracker = st.Tracker(
             [t.sdf for t in targets],
             seq.camera,
             mode=job.mode,
-            names=[t.name for t in targets],
+            names=names,
             symmetry=[t.symmetry for t in targets],
             scale="free" if job.scale == "free" else None,
             **options,
         )
-        run = _Run(job, folder, out, seq, numbers, targets, tracker)
         meshes = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay_mesh]
+        frame = fitting(seq[numbers[0]], seq.camera)
+        run = Followed(job, folder, out, seq, numbers, frame)
+        camera, counts = seq.camera if frame.camera is None else frame.camera, StatusCounts()
         # Before the folder is made: a start that cannot be leaves nothing behind.
-        frame, selection = run.begin()
-        with run.recorder(meshes) as recorder:
-            if selection:
-                run.save_start(frame, selection)
-            run.follow(frame, recorder)
-        return run.tell(selection)
-
-
-@dataclass
-class _Run:
-    """The frames of one sequence."""
-
-    job: Track
-    folder: Path
-    out: Path
-    seq: Any
-    numbers: range
-    targets: list[Target]
-    tracker: Any
-    results: list[Any] = field(default_factory=list)
-    truths: list[dict[int, Any]] = field(default_factory=list)
-
-    def begin(self) -> tuple[Any, Selection]:
-        """The first frame, and where objects were looked for in it."""
-        frame = fitting(self.seq[self.numbers[0]], self.seq.camera)
-        inits = self.job.inits()
         try:
-            result, selection = begin(
-                self.tracker, inits, self.targets, frame, self.folder, self.numbers[0], self.seq
-            )
+            first, selection = begin(tracker, job.inits(), targets, frame, folder, numbers[0], seq)
         except StartError as error:
-            raise error_with_picture(
-                error, self.out, self.job.overwrite, frame, self.camera_of(frame)
-            ) from None
-        self.results = [result]
-        return frame, selection
+            raise error_with_picture(error, out, job.overwrite, frame, camera) from None
+        run.results = [first]
 
-    def camera_of(self, frame: Any) -> Any:
-        return self.seq.camera if frame.camera is None else frame.camera
+        def truth(i: int) -> dict[int, Any]:
+            known = seq.ground_truth.get(i, {})
+            return {k: known[t.instance] for k, t in enumerate(targets) if t.instance in known}
 
-    def save_start(self, frame: Any, selection: Selection) -> None:
-        camera, shapes = self.camera_of(frame), self.tracker.shapes
-        save_start_picture(self.out / NAME, frame, camera, selection, self.results[0], shapes)
-
-    def recorder(self, meshes: list[Any]) -> Any:
-        """The files, in a folder that is made now."""
-
-        name = self.folder.resolve().name
-        return st.Recorder(
-            self.out,
-            self.seq.camera,
-            self.tracker.shapes,
-            not self.job.no_video,
-            self.job.overwrite,
-            obj_ids=[t.obj_id for t in self.targets],
-            names=[t.name for t in self.targets],
-            meshes=meshes + [None] * (len(self.targets) - len(meshes)) if meshes else None,
-            scene_id=int(name) if name.isdecimal() else 0,
-            settings=self.settings(),
-            bop_name=_bop_name(self.folder) if self.seq.layout == "bop" else None,
+        recorder = run.recorder(
+            tracker.shapes,
+            _settings(job, targets, tracker),
+            obj_ids=[t.obj_id for t in targets],
+            names=names,
+            meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
+            bop_name=_bop_name(folder) if seq.layout == "bop" else None,
         )
+        with recorder, progress_counter(job.quiet) as tell:
+            if selection:
+                save_start_picture(out / NAME, frame, camera, selection, first, tracker.shapes)
+            run.follow(tracker.track, truth, lambda: list(tracker.shapes), counts.add, recorder, tell)
+            if tracker.color_delay:
+                recorder.note("color_delay", dataclasses.asdict(tracker.color_delay))
+            if job.scale == "free":
+                recorder.note("scales", [_scale_record(scale) for scale in tracker.scales])
+        if not job.quiet:
+            run.show(names, run.truths, {k: t.symmetry for k, t in enumerate(targets) if t.symmetry})
+            _tell(tracker, names)
+            if selection and "lost" in map(str, first.status):
+                print(f"the regions selected as objects in the first frame: {out / NAME}")
+        return list(run.lost_throughout(names, [i.kind for i in job.inits()]))
 
-    def follow(self, frame: Any, recorder: Any) -> None:
-        """Track and record; `frame` is the first one."""
-        from sdftrack.cli.track_summary import StatusCounts
 
-        counts, label = StatusCounts(), self.folder.name or str(self.folder)
-        further = read_ahead(fitting(self.seq[i], self.seq.camera) for i in self.numbers[1:])
-        with contextlib.closing(further) as frames:
-            for i in progress(self.numbers, len(self.numbers), label, self.job.quiet, counts):
-                if i != self.numbers[0]:
-                    frame = next(frames)
-                    self.results.append(self.tracker.track(frame))
-                counts.add(self.results[-1])
-                known = self.seq.ground_truth.get(i, {})
-                truth = {k: known[t.instance] for k, t in enumerate(self.targets) if t.instance in known}
-                self.truths.append(truth)
-                recorder.add(
-                    frame,
-                    self.results[-1],
-                    im_id=self.seq.ids[i],
-                    truth=truth,
-                    shapes=list(self.tracker.shapes),
-                )
-        if self.tracker.color_delay:
-            recorder.note("color_delay", dataclasses.asdict(self.tracker.color_delay))
-        if self.job.scale == "free":
-            recorder.note("scales", [_scale_record(scale) for scale in self.tracker.scales])
+def _settings(job: Track, targets: list[Target], tracker: Any) -> dict[str, Any]:
+    """For report.json."""
+    inits = job.inits()
+    symmetries = [t.symmetry.to_dict() if t.symmetry else None for t in targets]
+    return {
+        "command": "track",
+        "models": [str(t.path) for t in targets],
+        "known_models": [t.known for t in targets],
+        **({} if job.symmetry == "none" else {"symmetries": symmetries}),
+        **({} if job.scale == "known" else {"scale": job.scale}),
+        "instances": [t.instance for t in targets],
+        "init": inits[0].text if len(inits) == 1 else [i.text for i in inits],
+        "mode": tracker.mode,
+        "voxels": job.voxels,
+        "colored": job.colored,
+        **({} if tracker.sensor is None else {"sensor": tracker.sensor.to_dict()}),
+        "tracker": tracker.options.to_dict(),
+    }
 
-    def settings(self) -> dict[str, Any]:
-        """Settings for report.json."""
-        job, inits = self.job, self.job.inits()
-        symmetries = [t.symmetry.to_dict() if t.symmetry else None for t in self.targets]
-        return {
-            "command": "track",
-            "sequence": str(self.folder),
-            "layout": self.seq.layout,
-            "models": [str(t.path) for t in self.targets],
-            "known_models": [t.known for t in self.targets],
-            **({} if job.symmetry == "none" else {"symmetries": symmetries}),
-            **({} if job.scale == "known" else {"scale": job.scale}),
-            "instances": [t.instance for t in self.targets],
-            "init": inits[0].text if len(inits) == 1 else [i.text for i in inits],
-            "mode": self.tracker.mode,
-            "frames": [self.numbers.start, self.numbers.stop, self.numbers.step],
-            "voxels": job.voxels,
-            "colored": job.colored,
-            "threads": job.threads,
-            **({} if self.tracker.sensor is None else {"sensor": self.tracker.sensor.to_dict()}),
-            "tracker": self.tracker.options.to_dict(),
-        }
 
-    def tell(self, selection: Selection) -> list[str]:
-        """Print the summary; returns the advice about objects that were never found."""
-        from sdftrack.cli.track_summary import lost_throughout, show_summary
-
-        names = [t.name for t in self.targets]
-        if not self.job.quiet:
-            symmetries = {k: t.symmetry for k, t in enumerate(self.targets) if t.symmetry}
-            ids = [self.seq.ids[i] for i in self.numbers]
-            show_summary(self.folder, names, self.results, self.truths, ids, self.out, symmetries)
-            delay = self.tracker.color_delay
-            if delay and delay.significant:
-                print(
-                    f"{delay}: the two images of a frame are not simultaneous, or the depth camera filters over time"
-                )
-            for name, scale in zip(names, self.tracker.scales, strict=True):
-                if scale is not None:
-                    print(f"{name}: {scale}")
-            if selection and "lost" in map(str, self.results[0].status):
-                print(f"the regions selected as objects in the first frame: {self.out / NAME}")
-        return list(lost_throughout(self.folder, names, self.results, [i.kind for i in self.job.inits()]))
+def _tell(tracker: Any, names: list[str]) -> None:
+    """What was found besides the poses."""
+    delay = tracker.color_delay
+    if delay and delay.significant:
+        print(
+            f"{delay}: the two images of a frame are not simultaneous, or the depth camera filters over time"
+        )
+    for name, scale in zip(names, tracker.scales, strict=True):
+        if scale is not None:
+            print(f"{name}: {scale}")
 
 
 def _scale_record(scale: Any) -> dict[str, Any] | None:

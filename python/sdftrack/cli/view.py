@@ -116,7 +116,6 @@ def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit:
 
     `arguments`: those of `open_sequence`.
     """
-
     if not (path / "report.json").is_file():
         sequence = st.open_sequence(path, **arguments)
         return Recording(sequence, sequence.camera, [None] * len(sequence))

@@ -96,7 +96,6 @@ def color(job: Color) -> None:
 
 def _opened(path: Path, arguments: dict[str, Any]) -> Any:
     """The sequence with its colour images of any size, because they are not registered yet."""
-
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*colour images of .* are ignored")
         seq = st.open_sequence(path, **arguments)
@@ -106,7 +105,6 @@ def _opened(path: Path, arguments: dict[str, Any]) -> Any:
 
 def _depth_scale(path: Path) -> float:
     """Depth scale of a camera.json of the k1 layout, so that the new file can replace it; else millimetres."""
-
     file = path / "camera.json"
     values = read_json(file) if file.is_file() else {}
     scale = values.get("depth_scale_m") if isinstance(values, dict) else None

@@ -4,10 +4,14 @@
 from __future__ import annotations
 
 import contextlib
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.background import Background
+from sdftrack.cli.recording import opened
+from sdftrack.io.writers import Contents
 
 WAITING = 30  # frames that may wait for the disk
 
@@ -16,9 +20,6 @@ class RawRecording:
     """The camera's frames in a folder of their own, written by another thread."""
 
     def __init__(self, folder: Path, camera: Any) -> None:
-        from sdftrack.cli.recording import opened
-        from sdftrack.io.writers import Contents
-
         self.folder = folder
         self.dropped = 0
         self._writer = opened(folder, Contents(camera))
@@ -44,7 +45,7 @@ class LiveFiles:
     def __init__(self, out: Path | None, camera: Any) -> None:
         self._out, self._camera = out, camera
         self._raw: RawRecording | None = None
-        self._counts: dict[str, int] = {}
+        self._counts = Counter[str]()
 
     def record(self, on: bool) -> str:
         """Begin or end a recording of the frames; returns what to tell the user."""
@@ -67,20 +68,12 @@ class LiveFiles:
             return f"{error}; {self._end()}"
         return ""
 
-    def save_mesh(self, mesh: Any) -> str:
+    def save(self, what: str, suffix: str, write: Callable[[Path], object]) -> str:
+        """Let `write` make a new file; returns what to tell the user."""
         if self._out is None:
             return "to save, start with --out DIR"
-        path = self._new("mesh", ".ply")
-        mesh.save(path)
-        return f"saved {path}"
-
-    def save_picture(self, picture: Any) -> str:
-        if self._out is None:
-            return "to save, start with --out DIR"
-        from sdftrack.io.frames import write_color
-
-        path = self._new("picture", ".png")
-        write_color(path, picture)
+        path = self._new(what, suffix)
+        write(path)
         return f"saved {path}"
 
     def close(self) -> None:
@@ -100,7 +93,7 @@ class LiveFiles:
         assert self._out is not None
         self._out.mkdir(parents=True, exist_ok=True)
         while True:
-            n = self._counts[what] = self._counts.get(what, 0) + 1
-            path = self._out / f"{what}_{n}{suffix}"
+            self._counts[what] += 1
+            path = self._out / f"{what}_{self._counts[what]}{suffix}"
             if not path.exists():
                 return path

@@ -8,8 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import sdftrack as st
-from sdftrack.cli.init import Init, StartError, begin
+from sdftrack.camera import depth_camera
+from sdftrack.cli.init import Init, StartError, begin, read_poses
 from sdftrack.cli.objects import Target
+from sdftrack.imaging.pose_hint import moved_into, one_place
 from sdftrack.tracking.interface import TrackerInterface
 
 NO_COLOR = "this frame has no colour image"
@@ -37,6 +39,7 @@ class Follower:
     names: list[str]
     needs = "depth"
     start_by = "click on"
+    _started = False
 
     @property
     def mask(self) -> Any:
@@ -44,7 +47,7 @@ class Follower:
 
     @property
     def missing(self) -> list[str]:
-        raise NotImplementedError
+        return [] if self._started else self.names
 
     def frames_of(self, camera: Any) -> Any:
         """The camera whose frames are followed."""
@@ -64,22 +67,13 @@ class Follower:
 
 
 class TrackerFollower(Follower):
-    """A tracker that is started by --init, or by a click or box for each object.
-
-    Parameters
-    ----------
-    tracker : Tracker
-    targets : list of Target
-    inits : list of Init, optional
-        None: wait for the user.
-    """
+    """A tracker that is started by --init, or without `inits` by a click or box for each object."""
 
     def __init__(self, tracker: Any, targets: list[Target], inits: list[Init] | None) -> None:
         self.names = [t.name for t in targets]
         self._tracker, self._targets, self._inits = tracker, targets, inits
         self.needs = "colour" if tracker.mode == "rgb" else "depth"
         self._waiting: dict[int, Any] = {}  # places of objects, until all are known
-        self._started = False
 
     def step(self, frame: Any) -> Any:
         if self._started:
@@ -106,9 +100,6 @@ class TrackerFollower(Follower):
         return self._begin_with(frame, k, found.place(camera))
 
     def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
-        from sdftrack.camera import depth_camera
-        from sdftrack.imaging.pose_hint import one_place
-
         if self._tracker.mode == "rgb":
             return self._start_again(frame, k, box)
         if self._started:
@@ -118,17 +109,12 @@ class TrackerFollower(Follower):
 
     def _usable(self, frame: Any) -> Any:
         """The frame; a bad one instead of an error if a camera with depth has lost the colour that is needed."""
-
         if self.needs == "depth" or has(frame, self.needs):
             return frame
         return st.Frame.unreadable(frame.error or NO_COLOR, frame.timestamp, frame.index)
 
     def _start_again(self, frame: Any, k: int, box: tuple[float, float, float, float] | None = None) -> Any:
         """Without depth there is no search: the object is as in --init, moved into the box if there is one."""
-        from sdftrack.camera import depth_camera
-        from sdftrack.cli.init import read_poses
-        from sdftrack.imaging.pose_hint import moved_into
-
         if not self._started or self._inits is None:
             return self.step(frame)
         T = read_poses(Path(self._inits[0].text), len(self.names))[k]
@@ -159,7 +145,6 @@ class ReconstructorFollower(Follower):
     def __init__(self, star: Any, init: dict[str, Any] | None) -> None:
         self.names = ["object"]
         self.star, self._init = star, init
-        self._started = False
 
     @property
     def shapes(self) -> list[Any]:
@@ -184,7 +169,3 @@ class ReconstructorFollower(Follower):
         result = self.star.start(frame, **where)
         self._started = True
         return result
-
-    @property
-    def missing(self) -> list[str]:
-        return [] if self._started else self.names

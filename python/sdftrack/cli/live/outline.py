@@ -14,6 +14,7 @@ from sdftrack._internal.background import Background
 from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
 from sdftrack.cli.init import Init, box_inside, mask_file
 from sdftrack.cli.live.followers import NO_COLOR, Follower
+from sdftrack.io.report_file import result_of
 
 WAITING = 30  # frames that may wait for the disk
 TRIES = 30  # frames of which one has to have colour: the first ones of two sensors may come without
@@ -77,10 +78,6 @@ class OutlineFollower(Follower):
         return dict(self._tracker.options)
 
     @property
-    def missing(self) -> list[str]:
-        return self.names if self.outline is None else []
-
-    @property
     def mask(self) -> Any:
         """(H, W) bool: the object's pixels in the last frame; None if that was not started or had no image."""
         usable = self.outline is not None and self.outline.status != "bad_frame"
@@ -112,11 +109,10 @@ class OutlineFollower(Follower):
 
     def _start(self, frame: Any, **where: Any) -> Any:
         self.outline = self._tracker.start(frame.color, **where)
+        self._started = True
         return self._told(frame)
 
     def _told(self, frame: Any) -> Any:
-        from sdftrack.io.report_file import result_of
-
         now = self.outline
         row = {"pose": None, "status": now.status, "reason": now.reason, "confidence": now.confidence}
         result = result_of({"objects": [row], "timestamp": frame.timestamp})

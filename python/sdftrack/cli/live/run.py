@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from sdftrack._internal.background import Background
+from sdftrack.cli.followed import StatusCounts
 from sdftrack.cli.live.files import LiveFiles
 from sdftrack.cli.live.followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.progress import PLAIN_EVERY_S
-from sdftrack.cli.track_summary import StatusCounts
+from sdftrack.io.frames import write_color
 from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
 
@@ -208,9 +209,11 @@ class Run:
         if isinstance(self.follower, ReconstructorFollower):
             if self.follower.missing:
                 return "nothing to save yet: click on the object"
-            return self.files.save_mesh(self.follower.star.mesh())
+            return self.files.save("mesh", ".ply", self.follower.star.mesh().save)
         picture = self.viewer.picture
-        return "nothing to save yet" if picture is None else self.files.save_picture(picture)
+        if picture is None:
+            return "nothing to save yet"
+        return self.files.save("picture", ".png", lambda path: write_color(path, picture))
 
     def _ask(self, asked: str) -> None:
         """Tell the user what is missing, once and not with every frame."""

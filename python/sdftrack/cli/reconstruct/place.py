@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import sdftrack as st
+from sdftrack.cli.common import floats
 from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, shape_of
 from sdftrack.cli.objects import about_file, load_mesh
 from sdftrack.cli.options import Usage
@@ -37,9 +38,8 @@ def parse_place(text: str, option: str, forms: str) -> Init:
 
 def known_shape(text: str) -> str:
     """Check the value of --shape."""
-    kind, colon, value = text.partition(":")
-    if colon and kind == "sphere":
-        _radius(text, value)
+    if text.startswith("sphere:"):
+        _radius(text)
     elif Path(text).suffix.lower() not in (*MESHES, ".npz"):
         raise Usage(
             f"expected {SHAPE.replace('|', ', ')} (meshes: {', '.join(MESHES)}), got {text!r}", "--shape"
@@ -47,11 +47,8 @@ def known_shape(text: str) -> str:
     return text
 
 
-def _radius(text: str, value: str) -> float:
-    try:
-        radius = float(value)
-    except ValueError:
-        radius = float("nan")
+def _radius(text: str) -> float:
+    (radius,) = floats(text.partition(":")[2], 1) or (0.0,)
     if not 0 < radius < LARGEST_BALL_M:
         raise Usage(
             f"expected sphere:RADIUS in metres, above 0 and below {LARGEST_BALL_M:g}, such as sphere:0.08, got "
@@ -67,7 +64,7 @@ def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
         return None
 
     if text.startswith("sphere:"):
-        return st.SDF.sphere(_radius(text, text.partition(":")[2]), voxels=voxels)
+        return st.SDF.sphere(_radius(text), voxels=voxels)
     path = Path(text)
     if path.suffix.lower() == ".npz":
         with about_file("--shape", path):

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import sdftrack as st
-from sdftrack._internal.background import read_ahead
 from sdftrack._internal.files import write_text
+from sdftrack.cli.followed import Followed
 from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import fitting
-from sdftrack.cli.track_summary import show_summary
 from sdftrack.io.report_file import tum_row
 
 if TYPE_CHECKING:
@@ -32,7 +31,6 @@ TURN_PICTURES, TURN_FPS = 90, 30.0
 
 def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> None:
     """Reconstruct from one sequence; `options` are those of `Reconstructor`."""
-
     with st.open_sequence(folder, **job.opening) as seq:
         recording = Recording.of(folder, out, seq, job, job.place())
         for further, place in job.further():
@@ -54,7 +52,6 @@ def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str
 
 def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: Any) -> None:
     """Check a further recording in advance; `camera` is that of the first recording."""
-
     with st.open_sequence(folder, **job.opening) as seq:
         if seq.camera != camera:
             raise ValueError(
@@ -64,19 +61,12 @@ def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: An
 
 
 @dataclass
-class Recording:
-    """A recording, its results so far, and the index of its first frame among all frames."""
+class Recording(Followed):
+    """A recording of the object; `first` is the index of its first frame among those of all recordings."""
 
-    folder: Path
-    out: Path
-    seq: Any
-    numbers: range
     init: Init | None
-    frame: Any  # the first one
     place: Place
     first: int = 0
-    results: list[Any] = field(default_factory=list)
-    truths: list[dict[int, Any]] = field(default_factory=list)
 
     @classmethod
     def of(cls, folder: Path, out: Path, seq: Any, job: Reconstruct, init: Init | None) -> Recording:
@@ -84,11 +74,7 @@ class Recording:
         numbers = job.numbers(seq, folder)
         frame = fitting(seq[numbers[0]], seq.camera)
         place = find_place(init, job.object_, seq, numbers[0], frame, folder)
-        return cls(folder, out, seq, numbers, init, frame, place)
-
-    @property
-    def ids(self) -> list[int]:
-        return [self.seq.ids[i] for i in self.numbers]
+        return cls(job, folder, out, seq, numbers, frame, init, place)
 
     @property
     def obj_id(self) -> int:
@@ -152,34 +138,20 @@ class Run:
             self._tell()
 
     def _recorder(self, recording: Recording) -> Any:
-        name = recording.folder.resolve().name
-        return st.Recorder(
-            recording.out,
-            recording.seq.camera,
-            None if self.job.no_video else self.star.shape,
-            not self.job.no_video,
-            self.job.overwrite,
-            obj_ids=[self.recording.obj_id],
-            names=[NAME],
-            scene_id=int(name) if name.isdecimal() else 0,
-            settings=self._settings(recording),
-        )
+        shape = None if self.job.no_video else self.star.shape
+        about = {"obj_ids": [self.recording.obj_id], "names": [NAME]}
+        return recording.recorder(shape, self._settings(recording), **about)
 
     def _follow(self, recording: Recording, recorder: Any, tell: Tell) -> None:
         """Track a recording whose first result is there."""
-        frame, seq = recording.frame, recording.seq
-        label = recording.folder.name or str(recording.folder)
-        further = read_ahead(fitting(seq[i], seq.camera) for i in recording.numbers[1:])
-        with contextlib.closing(further) as frames:
-            for n, i in enumerate(recording.numbers):
-                if n:
-                    frame = next(frames)
-                    recording.results.append(self.star.track(frame))
-                recording.truths.append(self._truth(recording, i))
-                result, truth = recording.results[n], recording.truths[n]
-                grown = None if self.job.no_video else self.star.shape
-                recorder.add(frame, result, im_id=seq.ids[i], truth=truth, shapes=grown)
-                tell(n + 1, len(recording.numbers), label, _moved(result.shape_change))
+        recording.follow(
+            self.star.track,
+            lambda i: self._truth(recording, i),
+            lambda: None if self.job.no_video else self.star.shape,
+            lambda result: _moved(result.shape_change),
+            recorder,
+            tell,
+        )
 
     def _truth(self, recording: Recording, i: int) -> dict[int, Any]:
         """The true pose of the reconstruction's object frame, aligned in the first image of the first recording."""
@@ -191,7 +163,6 @@ class Run:
 
     def _extend(self, folder: Path, init: Init | None, out: Path, stack: Any, tell: Tell) -> None:
         """Extend the shape with a further recording."""
-
         seq = stack.enter_context(st.open_sequence(folder, **self.job.opening))
         recording = Recording.of(folder, out, seq, self.job, init)
         result = self.star.resume(recording.frame, **recording.place.arguments)
@@ -284,23 +255,19 @@ class Run:
 
     def _settings(self, recording: Recording) -> dict[str, Any]:
         """For the report of a recording."""
-        job, numbers = self.job, recording.numbers
+        job = self.job
         return {
             "command": "reconstruct",
-            "sequence": str(recording.folder),
             "then": [str(folder) for folder in job.then],
-            "layout": recording.seq.layout,
             "init": "mask of the sequence" if recording.init is None else recording.init.text,
             "instances": [recording.place.instance],
             "shape": job.shape,
             "mode": job.mode,
-            "frames": [numbers.start, numbers.stop, numbers.step],
             "voxels": job.voxel_count(),
             "faces": job.faces,
             "texture": job.texture,
             "extent": job.extent,
             "refine": not job.no_refine,
-            "threads": job.threads,
             "reconstructor": dataclasses.asdict(self.star.options),
             "tracker": self.star.tracker_options.to_dict(),
         }
@@ -309,7 +276,7 @@ class Run:
         for r in (self.recording, *(recording for recording, _ in self.later)):
             # In the first image of all, truth and result agree by definition.
             truths = [{}, *r.truths[1:]] if r is self.recording else r.truths
-            show_summary(r.folder, [NAME], r.results, truths, r.ids, r.out)
+            r.show([NAME], truths, {})
         size = " x ".join(f"{1e3 * s:.0f}" for s in np.ptp(self.star.mesh().bounds, axis=0))
         print(f"{self.star.quality().summary}; it is {size} mm")
         if self.refined is not None and self.refined.moved_m:

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""What ``track`` and ``reconstruct`` share: a sequence that is followed, its files and the summary that is printed."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sdftrack as st
+from sdftrack._internal.background import read_ahead
+from sdftrack.cli.common import show_table
+from sdftrack.cli.progress import Tell
+from sdftrack.cli.sources import fitting
+
+COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
+EVENTS = 5  # lines about trouble after the table
+UNITS = "the units of --model (--unit) and of the depth"
+NEXT = {
+    "gt": "check that --model is the object of the ground truth, in its unit (--unit) and its frame",
+    "poses": "check the poses' unit (m) and direction (T_cam_obj), and the unit of --model (--unit)",
+    "auto": "give its location: --init box:x,y,w,h, --init click:x,y or --init mask.png",
+    "mask": f"check that the mask shows the object in the first image, and {UNITS}",
+    "box": f"try a mask, --init mask.png, and check {UNITS}",
+    "click": f"try a box or a mask, --init box:x,y,w,h or --init mask.png, and check {UNITS}",
+}
+
+
+class StatusCounts:
+    """How often objects were weak or lost so far, for the progress."""
+
+    def __init__(self) -> None:
+        self._counts = Counter[str]()
+
+    def add(self, result: Any) -> str:
+        """Count a result; returns what is to be told."""
+        self._counts.update(map(str, result.status))
+        return self()
+
+    def __call__(self) -> str:
+        named = ((status, self._counts[status]) for status in ("weak", "lost", "bad_frame"))
+        return ", ".join(f"{n} {status.replace('_', ' ')}" for status, n in named if n)
+
+
+@dataclass
+class Followed:
+    """A recorded sequence from its first frame on; `job` are the options of the command.
+
+    `truths`: {k: T_cam_obj} of each result, where known.
+    """
+
+    job: Any
+    folder: Path
+    out: Path
+    seq: Any
+    numbers: range
+    frame: Any  # the first one
+    results: list[Any] = field(default_factory=list, kw_only=True)
+    truths: list[dict[int, Any]] = field(default_factory=list, kw_only=True)
+
+    @property
+    def ids(self) -> list[int]:
+        return [self.seq.ids[i] for i in self.numbers]
+
+    def recorder(self, shapes: Any, settings: Mapping[str, Any], **more: Any) -> Any:
+        """The files, in a folder that is made now."""
+        name, job, part = self.folder.resolve().name, self.job, self.numbers
+        common = {
+            "sequence": str(self.folder),
+            "layout": self.seq.layout,
+            "frames": [part.start, part.stop, part.step],
+            "threads": job.threads,
+        }
+        return st.Recorder(
+            self.out,
+            self.seq.camera,
+            shapes,
+            not job.no_video,
+            job.overwrite,
+            scene_id=int(name) if name.isdecimal() else 0,
+            settings={**settings, **common},
+            **more,
+        )
+
+    def follow(
+        self,
+        track: Callable[[Any], Any],
+        truth: Callable[[int], dict[int, Any]],
+        shapes: Callable[[], Any],
+        note: Callable[[Any], str],
+        recorder: Any,
+        tell: Tell,
+    ) -> None:
+        """Track and record all frames; the result of the first one is there. `note`: on a result, for the progress."""
+        frame, label = self.frame, self.folder.name or str(self.folder)
+        further = read_ahead(fitting(self.seq[i], self.seq.camera) for i in self.numbers[1:])
+        with contextlib.closing(further) as frames:
+            for n, i in enumerate(self.numbers):
+                if n:
+                    frame = next(frames)
+                    self.results.append(track(frame))
+                self.truths.append(truth(i))
+                result = self.results[n]
+                recorder.add(frame, result, im_id=self.seq.ids[i], truth=self.truths[n], shapes=shapes())
+                tell(n + 1, len(self.numbers), label, note(result))
+
+    def show(self, names: list[str], truths: list[dict[int, Any]], alike: Mapping[int, Any]) -> None:
+        """Print the summary; `alike`: {k: Symmetry}, modulo which errors are computed."""
+        rows = []
+        for k, name in enumerate(names):
+            status = [str(r.status[k]) for r in self.results]
+            errors = []
+            for truth, r in zip(truths, self.results, strict=True):
+                if k in truth and str(r.status[k]) in ("ok", "weak"):
+                    true = alike[k].canonical(truth[k], near=r.poses[k]) if k in alike else truth[k]
+                    errors.append(st.metrics.pose_error(r.poses[k], true))
+            counts = [str(status.count(s)) for s in ("ok", "weak", "lost", "bad_frame")]
+            mean = np.mean(errors, axis=0) if errors else (np.nan, np.nan)
+            accuracy = [f"{1e3 * mean[0]:.2f}", f"{np.rad2deg(mean[1]):.2f}"] if errors else ["-", "-"]
+            rows.append([name, *counts, *accuracy])
+        head = ["object", "ok", "weak", "lost", "bad frame", "mean mm", "mean deg"]
+        milliseconds = 1e3 * float(np.median([r.seconds for r in self.results]))
+        title = f"{self.folder}: {len(self.results)} frames, {milliseconds:.2f} ms per frame -> {self.out}"
+        show_table(title, head, rows, COLORS)
+        events = list(_events(names, self.results, self.ids))
+        for line in events[:EVENTS]:
+            print(line)
+        if len(events) > EVENTS:
+            print(f"and {len(events) - EVENTS} more, see report.json")
+
+    def lost_throughout(self, names: list[str], inits: list[str]) -> Iterator[str]:
+        """One line for each object without any pose: since when, why, and what to try next."""
+        for k, name in enumerate(names):
+            if any(str(r.status[k]) in ("ok", "weak") for r in self.results):
+                continue
+            step = NEXT[inits[min(k, len(inits) - 1)]]
+            first = next((r for r in self.results if str(r.status[k]) == "lost"), self.results[0])
+            count = "the only frame" if len(self.results) == 1 else f"all {len(self.results)} frames"
+            yield f"{self.folder}: {name} is lost in {count} ({first.reason[k]}); next: {step}"
+
+
+def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:
+    """Events where an object is not ok: one line per run of frames with the same status."""
+    for k, name in enumerate(names):
+        begin = 0
+        status = [str(r.status[k]) for r in results]
+        for i in range(1, len(status) + 1):
+            if i < len(status) and status[i] == status[begin]:
+                continue
+            if status[begin] not in ("ok", "weak"):
+                which = f"image {ids[begin]}" if i - begin == 1 else f"images {ids[begin]} to {ids[i - 1]}"
+                yield f"{name} {status[begin]}, {which}: {results[begin].reason[k]}"
+            begin = i
