@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import json
+import time
 
 import numpy as np
 
 import sdftrack as st
 from sdftrack.synth.duck import duck_mesh
+from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 
@@ -52,3 +54,23 @@ class Page:
 
     def __exit__(self, *_):
         pass
+
+    def wait_for(self, count):
+        """Until so many frames are shown: a camera that waits skips none on a busy machine."""
+        end = time.monotonic() + 60
+        while len(self.shown) < count:
+            assert time.monotonic() < end, f"the page shows {len(self.shown)} of {count} frames"
+            time.sleep(0.001)
+
+
+class PatientCamera(FaultyCamera):
+    """One that hands a frame out when the page has shown all before it."""
+
+    def __init__(self, sequence, page, **faults):
+        super().__init__(sequence, real_time=False, **faults)
+        self._page, self._given = page, 0
+
+    def read(self):
+        self._page.wait_for(min(self._given, len(self._sequence) - 1))  # the end comes at once
+        self._given += 1
+        return super().read()

@@ -10,14 +10,13 @@ import shutil
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from fault_runs import stopped
 
 import sdftrack as st
-from sdftrack.batch.plan import read_plan
-from sdftrack.batch.task import RECORD, Call, call
+from sdftrack.batch.plan import Item, read_plan
+from sdftrack.batch.task import RECORD, Call, call, log_of
 from sdftrack.cli.app import _commands, run
 
 pytestmark = pytest.mark.filterwarnings("default")  # dask's own, in other versions
@@ -192,42 +191,34 @@ def test_two_runs_at_once_on_one_folder(made, tmp_path):
 class TestCall:
     """A single call, as a worker runs it."""
 
-    def what(self, made, tmp_path, **fields):
-        given = {
-            "command": ["track", str(made / "recordings" / "run_0")],
-            "words": ["--model", str(made / "box.ply"), "--unit", "m", "--voxels", "24", "--no-video"],
-            "run": run, "files": (), "digest": "d",
-            "folder": str(tmp_path / "out" / "a"), "log": str(tmp_path / "logs" / "a.log"),
-        }  # fmt: skip
-        return Call(**{**given, **fields})
+    WORDS = ("--unit", "m", "--voxels", "24", "--no-video")
+
+    def what(self, made, tmp_path, *, place=None, recording="run_0", cache=None, **fields):
+        place = place or str(made)
+        options = ["--model", f"{place}/box.ply", *self.WORDS]
+        item = Item("a", "a", "track", f"{place}/recordings/{recording}", None, options, **fields)
+        return Call(run, item, tmp_path / "out", cache)
 
     def test_the_second_one_finds_the_results_of_the_first(self, made, tmp_path):
         what = self.what(made, tmp_path)
         first = call(what)
-        report = (Path(what.folder) / "report.json").stat().st_mtime_ns
+        report = (tmp_path / "out/a/report.json").stat().st_mtime_ns
         second = call(what)
         assert (first.status, second.status) == ("done", "done")
         assert second.seconds == first.seconds
-        assert (Path(what.folder) / "report.json").stat().st_mtime_ns == report
+        assert (tmp_path / "out/a/report.json").stat().st_mtime_ns == report
 
     def test_what_is_refused_leaves_a_log_and_no_folder(self, made, tmp_path):
-        what = self.what(made, tmp_path, command=["track", str(made / "nowhere")])
-        result = call(what)
+        result = call(self.what(made, tmp_path, recording="nowhere"))
         assert result.status == "refused"
         assert "nowhere" in result.reason
-        assert result.reason in Path(what.log).read_text()
-        assert not list((tmp_path / "out").iterdir())
+        assert result.reason in log_of(tmp_path / "out", "a").read_text()
+        assert [path.name for path in (tmp_path / "out").iterdir()] == ["logs"]
 
     def test_recordings_and_models_at_addresses(self, made, tmp_path):
-        place = made.as_uri()
-        words = self.what(made, tmp_path).words
-        words[1] = f"{place}/box.ply"
-        what = self.what(
-            made, tmp_path, command=["track", f"{place}/recordings/run_0"], words=words, files=(1,),
-            cache=str(tmp_path / "cache"),
-        )  # fmt: skip
-        assert call(what).status == "done"
-        assert len(list((tmp_path / "cache").iterdir())) == 2
+        cache = tmp_path / "cache"
+        assert call(self.what(made, tmp_path, place=made.as_uri(), files=(1,), cache=cache)).status == "done"
+        assert len(list(cache.iterdir())) == 2
 
     def test_a_call_that_takes_too_long_ends_its_process(self, made, tmp_path):
         what = self.what(made, tmp_path, timeout_s=0.05)
@@ -237,7 +228,7 @@ class TestCall:
         line = [sys.executable, "-c", code, str(tmp_path / "call.pkl")]
         done = subprocess.run(line, capture_output=True, text=True, timeout=60)
         assert done.returncode == 1
-        assert "timed out after 0.05 s" in Path(what.log).read_text()
+        assert "timed out after 0.05 s" in log_of(tmp_path / "out", "a").read_text()
         again = call(what)  # which would take as long
         assert (again.status, again.reason) == ("refused", "timed out after 0.05 s")
 
@@ -264,28 +255,21 @@ class TestPlan:
         assert items[0].words == [*models, "--mode", "depth", "--threads", "1"]
         assert len({i.digest for i in items}) == 4
 
-    def test_results_of_another_number_of_threads_are_the_same(self, tmp_path):
-        one, two = (self.read(tmp_path, self.job(threads=n))[0] for n in (1, 2))
+    def test_paths_are_those_beside_the_plan_and_threads_are_no_part_of_what_results_depend_on(
+        self, tmp_path
+    ):
+        one, two = (self.read(tmp_path, self.job(threads=n, no_video=True, outline=False))[0] for n in (1, 2))
+        model = ["--model", str(tmp_path / "m.ply"), "--no-video", "--no-outline"]
+        assert (one.source, one.options) == (str(tmp_path / "recordings" / "a"), model)
         assert one.words != two.words
         assert one.digest == two.digest
-
-    def test_paths_that_exist_are_those_beside_the_plan(self, tmp_path):
-        (item,) = self.read(tmp_path, self.job())
-        assert item.options[1] == str(tmp_path / "m.ply")
-        assert item.source == str(tmp_path / "recordings" / "a")
-
-    def test_flags(self, tmp_path):
-        (item,) = self.read(tmp_path, self.job(no_video=True, outline=False, colored=False))
-        assert item.options[2:] == ["--no-video", "--no-outline"]
 
     @pytest.mark.parametrize(
         ("text", "told"),
         [
-            ("", "expected one or more tables [[job]]"),
             ("x = [", "not a TOML file"),
             ("jobs = 3", "unknown option 'jobs'; did you mean 'job'?"),
             ("job = 3", "expected one or more tables [[job]]"),
-            ("[[job]]\n", "command: expected one of track"),
         ],
     )
     def test_no_plan(self, tmp_path, text, told):
@@ -300,17 +284,14 @@ class TestPlan:
             ({"command": "demo"}, "command: expected one of track"),
             ({"voxel": 3}, "unknown option 'voxel'; did you mean 'voxels'?"),
             ({"voxels": "many"}, "many"),
-            ({"voxels": 3}, "8"),
             ({"voxels": [[24, 32]]}, "voxels: expected one value for each call"),
             ({"voxels": []}, "voxels: expected a value or a list of values, got none"),
             ({"voxels": [[True]]}, "voxels: expected text or a number"),
             ({"no_video": 1}, "no_video: expected true or false, got 1"),
             ({"out": "x"}, "out: set by the batch"),
             ({"sequences": None}, "expected one of sequences"),
-            ({"sequences": 3}, "sequences: expected a path, a pattern or a list, got 3"),
             ({"sequences": []}, "sequences: expected a path, a pattern or a list of them"),
             ({"sequences": "none/*"}, "sequences: nothing matches none/*"),
-            ({"of": "track"}, "expected one of sequences"),
             ({"of": "x", "sequences": None}, "only evaluate and motion take results"),
             (
                 {"command": "motion", "of": "x", "sequences": None, "model": None},
@@ -318,9 +299,7 @@ class TestPlan:
             ),
             ({"command": "evaluate", "model": None}, "expected of ="),
             ({"name": "../x"}, "name: expected a word that can name a folder"),
-            ({"name": ""}, "name: expected a word that can name a folder"),
             ({"memory_gb": -1}, "memory_gb: expected 0 or more"),
-            ({"memory_gb": "2"}, "memory_gb: expected a number, got '2'"),
             ({"gpus": True}, "gpus: expected a number, got True"),
             ({"model": None}, "--model"),
             ({"model": "none.ply"}, "model: no such file: "),

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 import test_webcam
-from live_scene import CAMERA, Page, recorded
+from live_scene import CAMERA, Page, PatientCamera, recorded
 
 import sdftrack as st
 from sdftrack.cli import live as live_module
@@ -18,7 +18,6 @@ from sdftrack.io.frames import read_mask
 from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
 from sdftrack.viz.viewer.requests import Box, Click, Record, Save
-from support.faulty_camera import FaultyCamera
 
 FRAMES = 40
 LEAST_IOU = 0.85  # of outlines with the true silhouettes; measured 0.95
@@ -50,11 +49,14 @@ def box_option(mask):
 class Capture(test_webcam.Capture):
     """Shows the frames of a sequence, then is ended by Ctrl-C."""
 
-    size, frames, away, shown = (320, 240), (), (), 0
+    size, frames, away, shown, page = (320, 240), (), (), 0, None
 
     def grab(self):
-        time.sleep(0.02)
         mine = type(self)
+        if mine.page is None:
+            time.sleep(0.02)
+        else:
+            mine.page.wait_for(mine.shown - 1)
         if mine.shown == len(mine.frames):
             raise KeyboardInterrupt
         mine.shown += 1
@@ -76,24 +78,27 @@ def webcam(monkeypatch, scene):
 
 
 @pytest.fixture
-def rgbd(monkeypatch, scene):
-    """Registers the camera "faulty:", which has depth as well, with these faults."""
-
-    def register(seq=None, **faults):
-        make = lambda address, **_: FaultyCamera(seq or scene[0], real_time=False, **faults)  # noqa: E731
-        monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", make))
-
-    return register
-
-
-@pytest.fixture
 def page(monkeypatch):
     def place(does):
         made = Page(does)
         monkeypatch.setattr(live_module, "_page", lambda *_: made)
+        monkeypatch.setattr(Capture, "page", made)
         return made
 
     return place
+
+
+@pytest.fixture
+def rgbd(monkeypatch, page):
+    """Registers the camera "faulty:", which has depth as well, and a page."""
+
+    def register(seq):
+        made = page({})
+        camera = lambda address, **_: PatientCamera(seq, made)  # noqa: E731
+        monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", camera))
+        return made
+
+    return register
 
 
 def contour(out, *more, camera="webcam:0"):
@@ -200,21 +205,20 @@ def test_an_unplugged_webcam_gives_bad_frames_and_the_outline_goes_on(webcam, si
     assert not read_mask(out / f"mask/{bad[0]['frame']:06d}.png").any()
 
 
-def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouettes, rgbd, page, tmp_path):
+def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouettes, rgbd, tmp_path):
     """Its colour camera looks from elsewhere, with another size; some frames come without colour."""
     color = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
     rig = st.RGBDCamera(CAMERA, color, T_color_depth=st.geometry.pose([0, 0, 0], [0.02, 0, 0]))
     frames = [f.replace(color=np.ascontiguousarray(f.color[::2, ::2])) for f in scene[0]]
     for i in (0, 12):
         frames[i] = frames[i].replace(color=None)
-    rgbd(st.Sequence(frames, rig), stall=dict.fromkeys(range(FRAMES), 0.02))
-    made = page({})
+    made = rgbd(st.Sequence(frames, rig))
     out = tmp_path / "out"
     small = silhouettes[1][::2, ::2]
     assert contour(out, "--init", box_option(small), camera="faulty:") == 0
     rows = rows_of(out)
     bad = [row for row in rows if row["status"] == "bad_frame"]
-    assert {row["reason"] for row in bad} <= {"this frame has no colour image"}
+    assert {row["reason"] for row in bad} == {"this frame has no colour image"}
     assert rows[0]["status"] == rows[-1]["status"] == "ok"
     assert read_mask(out / "mask/000000.png").shape == (120, 160)
     assert st.metrics.iou(read_mask(out / "mask/000000.png"), small) > 0.8
@@ -222,21 +226,18 @@ def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouet
     assert all(frame.depth is None and frame.camera is None for frame in shown)
 
 
-def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, rgbd, page, tmp_path):
+def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, rgbd, tmp_path):
     P = np.diag([100.0, 100.0, 1.0])
     rig = st.RGBDCamera(CAMERA, projective=(P, np.zeros(3)))
     frames = [f.replace(color=np.ascontiguousarray(f.color[::2, ::2])) for f in scene[0]]
-    rgbd(st.Sequence(frames, rig), stall=dict.fromkeys(range(FRAMES), 0.02))
-    made = page({})
+    made = rgbd(st.Sequence(frames, rig))
     assert contour(tmp_path / "out", "--init", box_option(silhouettes[0][::2, ::2]), camera="faulty:") == 0
     assert {frame.camera.shape for frame, _, _ in made.shown} == {(120, 160)}
 
 
 def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, capsys):
-    rgbd(
-        st.Sequence([f.replace(color=None) for f in scene[0]], CAMERA), stall=dict.fromkeys(range(40), 0.005)
-    )
-    assert contour(tmp_path / "out", "--no-viewer", "--init", "box:9,9,9,9", "-q", camera="faulty:") == 1
+    rgbd(st.Sequence([f.replace(color=None) for f in scene[0][:30]], CAMERA))
+    assert contour(tmp_path / "out", "--init", "box:9,9,9,9", "-q", camera="faulty:") == 1
     err = capsys.readouterr().err
     assert "--contour: expected colour images" in err
     assert err.count("\n") == 1
@@ -257,14 +258,14 @@ def check_poses(scene, out):
             ]
             metres.append(min(m for m, _ in errors))
             radians.append(min(r for _, r in errors))
-    # After frames that a busy machine drops, an outline takes some frames to catch up.
-    assert np.percentile(metres, 80) < FARTHEST_M
-    assert np.percentile(radians, 80) < np.radians(5)
+    assert max(metres) < FARTHEST_M
+    assert max(radians) < np.radians(5)
 
 
-def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, tmp_path, capsys):
+def test_a_known_shape_is_followed_in_a_webcams_images(webcam, scene, page, tmp_path, capsys):
+    page({})
     out = tmp_path / "out"
-    more = ["--no-viewer", "--intrinsics", str(scene[1] / "cam.json"), "--mode", "auto"]  # without depth: rgb
+    more = ["--intrinsics", str(scene[1] / "cam.json"), "--mode", "auto"]  # without depth: rgb
     assert known(scene, out, *more) == 0
     statuses = [entry["status"] for entry in objects_of(out)]
     assert statuses.count("weak") > 0.8 * len(statuses)
@@ -292,9 +293,9 @@ def test_mode_rgb_goes_on_after_frames_without_colour(scene, rgbd, tmp_path):
     frames = list(scene[0])
     for i in (0, 28, 29, 30):
         frames[i] = frames[i].replace(color=None)
-    rgbd(st.Sequence(frames, CAMERA), stall=dict.fromkeys(range(FRAMES), 0.02))
+    rgbd(st.Sequence(frames, CAMERA))
     out = tmp_path / "out"
-    assert known(scene, out, "--no-viewer", "-q", camera="faulty:") == 0
+    assert known(scene, out, "-q", camera="faulty:") == 0
     objects = objects_of(out)
     bad = [entry["reason"] for entry in objects if entry["status"] == "bad_frame"]
     assert set(bad) == {"this frame has no colour image"}

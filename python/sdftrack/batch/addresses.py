@@ -59,12 +59,21 @@ def expanded(pattern: str, base: Path) -> list[str]:
 
 def _listed(pattern: str) -> list[str]:
     fs, path = _opened(pattern)
+    with _service(f"{pattern}: cannot list it"):
+        if glob.has_magic(path):
+            found = [_with_protocol(fs, pattern, name) for name in sorted(fs.glob(path))]
+        else:
+            found = [pattern] if fs.exists(path) else []
+    return found
+
+
+@contextlib.contextmanager
+def _service(told: str) -> Iterator[None]:
+    """What is raised inside as OSError: each service has its own errors."""
     try:
-        if not glob.has_magic(path):
-            return [pattern] if fs.exists(path) else []
-        return [_with_protocol(fs, pattern, found) for found in sorted(fs.glob(path))]
-    except Exception as error:  # each service has its own
-        raise OSError(f"{pattern}: cannot list it ({reason_of(error)})") from error
+        yield
+    except Exception as error:
+        raise OSError(f"{told} ({reason_of(error)})") from error
 
 
 def _with_protocol(fs: Any, pattern: str, path: str) -> str:
@@ -123,10 +132,8 @@ def _copy(fs: Any, path: str, place: str, target: Path) -> None:
             raise ValueError(f"{place}: expected names below it, got {name}")
         to = target / below
         to.parent.mkdir(parents=True, exist_ok=True)
-        try:
+        with _service(f"{place}: cannot read {name}"):
             fs.get_file(name, str(to))
-        except Exception as error:  # each service has its own
-            raise OSError(f"{place}: cannot read {name} ({reason_of(error)})") from error
         size = info.get("size")
         if size is not None and to.stat().st_size != size:
             raise OSError(f"{place}: {name} came with {to.stat().st_size} of {size} bytes")
@@ -134,12 +141,9 @@ def _copy(fs: Any, path: str, place: str, target: Path) -> None:
 
 def _files(fs: Any, path: str, place: str) -> dict[str, Any]:
     """Information on each file below `path`, or on the file that it is."""
-    try:
+    found: dict[str, Any] = {}
+    with _service(f"{place}: cannot list it"), contextlib.suppress(FileNotFoundError):
         found = dict(sorted(fs.find(path, detail=True).items()))
-    except FileNotFoundError:
-        found = {}
-    except Exception as error:  # each service has its own
-        raise OSError(f"{place}: cannot list it ({reason_of(error)})") from error
     if not found:
         raise FileNotFoundError(f"{place}: nothing is there")
     return found

@@ -42,10 +42,12 @@ class Journal:
                 "another recording; choose another folder, or give the job another name"
             )
 
-    def status(self, item: Item) -> str | None:
+    def status(self, name: str) -> str | None:
         """How an item ended; None: not yet."""
-        row = self.ended.get(item.name)
-        return None if row is None else str(row["status"])
+        return self.ended.get(name, {}).get("status")
+
+    def succeeded(self, name: str) -> bool:
+        return self.status(name) in SUCCEEDED
 
     def add(self, item: Item, result: Result) -> None:
         """An item has ended."""

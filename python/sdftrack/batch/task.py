@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from sdftrack.batch.addresses import fetched
+from sdftrack.batch.plan import Item
 
 RECORD = ".batch.json"  # in each folder of results
 PART = ".part"
@@ -27,19 +28,22 @@ TIMED_OUT = "timed out after"
 class Call:
     """What a worker needs to know; paths are whole.
 
-    `command`: name of the command and its inputs, paths or addresses; `words`: options, of which those in `files` are
-    addresses; `run`: runs a command line; `cache`: folder for copies of what lies at addresses.
+    `run`: runs a command line; `out`: the folder of the batch; `cache`: one for copies of what lies at addresses.
     """
 
     run: Callable[[list[str]], int]
-    command: list[str]
-    words: list[str]
-    files: tuple[int, ...]
-    digest: str
-    folder: str
-    log: str
-    cache: str | None = None
-    timeout_s: float | None = None
+    item: Item
+    out: Path
+    cache: Path | None = None
+
+    @property
+    def inputs(self) -> list[str]:
+        """Paths or addresses: results of another item, the recording, or both."""
+        item = self.item
+        if item.after is None:
+            return [item.source]
+        results = str(self.out / item.after)
+        return [results, item.source] if item.command == "evaluate" else [results]
 
 
 @dataclass(frozen=True)
@@ -54,20 +58,20 @@ class Result:
 
 def call(what: Call) -> Result:
     """Run the command unless its results are there."""
-    folder = Path(what.folder)
+    folder, log, digest = what.out / what.item.name, log_of(what.out, what.item.name), what.item.digest
     there = read_record(folder)
     if there is not None:
         return there
-    late = late_reason(Path(what.log))
+    late = late_reason(log)
     if late:
-        return Result("refused", late, digest=what.digest)
+        return Result("refused", late, digest=digest)
     folder.parent.mkdir(parents=True, exist_ok=True)
     part = folder.parent / f".{folder.name}.{uuid.uuid4().hex[:8]}{PART}"
     began = time.monotonic()
     try:
-        code, reason = _run(what, part)
+        code, reason = _run(what, part, log)
         seconds = round(time.monotonic() - began, 3)
-        result = Result(STATUS.get(code, "refused"), reason, seconds, what.digest)
+        result = Result(STATUS.get(code, "refused"), reason, seconds, digest)
         return result if result.status == "refused" else _placed(part, folder, result)
     finally:
         shutil.rmtree(part, ignore_errors=True)
@@ -99,10 +103,14 @@ def _placed(part: Path, folder: Path, result: Result) -> Result:
     return result
 
 
-def _run(what: Call, part: Path) -> tuple[int, str]:
+def log_of(out: Path, name: str) -> Path:
+    return out / "logs" / f"{name}.log"
+
+
+def _run(what: Call, part: Path, log: Path) -> tuple[int, str]:
     """Exit code and the last error of the command; its output goes to the log."""
     _check_alone()
-    log = Path(what.log)
+    item = what.item
     log.parent.mkdir(parents=True, exist_ok=True)
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(log.open("w", encoding="utf-8", errors="replace"))
@@ -110,16 +118,16 @@ def _run(what: Call, part: Path) -> tuple[int, str]:
         stack.enter_context(contextlib.redirect_stderr(file))
 
         def local(place: str) -> str:
-            return str(stack.enter_context(fetched(place, Path(what.cache) if what.cache else None)))
+            return str(stack.enter_context(fetched(place, what.cache)))
 
         try:
-            paths = [local(place) for place in what.command[1:]]
-            words = [local(word) if i in what.files else word for i, word in enumerate(what.words)]
+            paths = [local(place) for place in what.inputs]
+            words = [local(word) if i in item.files else word for i, word in enumerate(item.words)]
         except (OSError, ValueError, ImportError) as error:
             print(f"{ERROR}{error}")
             return 1, str(error)
-        stack.enter_context(_time_limit(what.timeout_s, log))
-        code = what.run([what.command[0], *paths, *words, "--out", str(part)])
+        stack.enter_context(_time_limit(item.timeout_s, log))
+        code = what.run([item.command, *paths, *words, "--out", str(part)])
     return code, _last_error(log) if code else ""
 
 

@@ -75,7 +75,7 @@ def batch(commands: Callable[[], Commands], job: Batch) -> None:
 
 def _run(job: Batch, items: list[Item], commands: Commands) -> dict[str, dict[str, Any]]:
     """The last event of each item."""
-    from sdftrack.batch.run import Running, run_items
+    from sdftrack.batch.run import Running
 
     out = job.folder.resolve()
     with progress_counter(job.quiet) as tell:
@@ -87,10 +87,7 @@ def _run(job: Batch, items: list[Item], commands: Commands) -> dict[str, dict[st
             if not job.quiet:
                 print(f"dashboard: {address}")
 
-        how = Running(
-            job.scheduler, job.jobs, job.retries, job.again, job.overwrite, job.cache, progress, page
-        )
-        ended, names = run_items(items, out, how, commands)
+        ended, names = Running(items, out, job, commands, progress, page).run()
     if not job.quiet:
         _show([item.name for item in items], ended, out)
         print(f"written to {out}: {', '.join(names)}")
@@ -107,7 +104,7 @@ def _show_plan(items: list[Item]) -> None:
 
 def _show(names: list[str], ended: Mapping[str, Mapping[str, Any]], out: Path) -> None:
     from sdftrack.batch.journal import FAILED, SUCCEEDED
-    from sdftrack.batch.run import log_of
+    from sdftrack.batch.task import log_of
 
     jobs: dict[str, list[str]] = {}
     for name in names:
