@@ -31,7 +31,7 @@ GIVE_UP_S = 3600.0
     "batch_faults",
     chosen_on="nothing was chosen",
     reported_on="1,000 rendered recordings of three images",
-    short={"recordings": 12, "kill_every_s": 4.0},
+    short={"recordings": 6, "kill_every_s": 4.0},
 )
 def batch_faults(*, recordings: int = 1000, kill_every_s: float = 20.0, seed: int = 0) -> list[Table]:
     """Short recordings tracked by two workers, without faults and while processes are killed.
@@ -53,7 +53,7 @@ def batch_faults(*, recordings: int = 1000, kill_every_s: float = 20.0, seed: in
         ):
             out = folder / label.replace(" ", "_")
             began = time.monotonic()
-            kills = run(plan, out, kill_every_s, random.Random(seed))
+            kills = run(plan, out, recordings, kill_every_s, random.Random(seed))
             seconds = time.monotonic() - began
             summary, results, done = tables(out)
             work = sum(row["seconds"] for row in read_journal(out).values())
@@ -72,19 +72,19 @@ def batch_faults(*, recordings: int = 1000, kill_every_s: float = 20.0, seed: in
     return [Table("A batch whose processes are killed", columns, rows)]
 
 
-def _undisturbed(plan: Path, out: Path, every_s: float, rng: random.Random) -> int:
+def _undisturbed(plan: Path, out: Path, recordings: int, every_s: float, rng: random.Random) -> int:
     _wait(quiet(command(plan, out, "--jobs", str(WORKERS))))
     return 0
 
 
-def _workers_killed(plan: Path, out: Path, every_s: float, rng: random.Random) -> int:
+def _workers_killed(plan: Path, out: Path, recordings: int, every_s: float, rng: random.Random) -> int:
     batch = quiet(command(plan, out, "--jobs", str(WORKERS), "--retries", "20"))
-    with _killing(lambda: _workers_of(batch.pid), every_s, rng) as kills:
+    with _killing(lambda: _workers_of(batch.pid), out, every_s, rng) as kills:
         _wait(batch)
     return len(kills)
 
 
-def _scheduler_killed(plan: Path, out: Path, every_s: float, rng: random.Random) -> int:
+def _scheduler_killed(plan: Path, out: Path, recordings: int, every_s: float, rng: random.Random) -> int:
     port = _free_port()
     with contextlib.ExitStack() as stack:
         scheduler = stack.enter_context(
@@ -98,25 +98,27 @@ def _scheduler_killed(plan: Path, out: Path, every_s: float, rng: random.Random)
         ]
         line = command(plan, out, "--scheduler", f"tcp://127.0.0.1:{port}", "--retries", "20")
         batch = _started_when_reached(line, port)
-        with _killing(lambda: [pid for w in workers for pid in _workers_of(w())], every_s, rng) as kills:
-            while not _some_done(out, 0.3) and batch.poll() is None:
+        with _killing(lambda: [pid for w in workers for pid in _workers_of(w())], out, every_s, rng) as kills:
+            while len(read_journal(out)) < 0.3 * recordings and batch.poll() is None:
                 time.sleep(0.2)
             os.kill(scheduler(), signal.SIGKILL)
             _wait(batch)
         return len(kills) + 1
 
 
-def _batch_killed(plan: Path, out: Path, every_s: float, rng: random.Random) -> int:
-    kills = 0
+def _batch_killed(plan: Path, out: Path, recordings: int, every_s: float, rng: random.Random) -> int:
+    kills = before = 0
+    batch = quiet(command(plan, out, "--jobs", str(WORKERS)))
     while True:
-        batch = quiet(command(plan, out, "--jobs", str(WORKERS)))
         try:
             batch.wait(timeout=every_s)
             return kills
         except subprocess.TimeoutExpired:
-            batch.kill()
-            batch.wait()
-            kills += 1
+            if (done := len(read_journal(out))) > before:
+                before, kills = done, kills + 1
+                batch.kill()
+                batch.wait()
+                batch = quiet(command(plan, out, "--jobs", str(WORKERS)))
 
 
 def _wait(process: subprocess.Popen[bytes]) -> None:
@@ -124,23 +126,21 @@ def _wait(process: subprocess.Popen[bytes]) -> None:
         raise RuntimeError(f"expected that the batch succeeds, got exit code {process.returncode}")
 
 
-def _some_done(out: Path, share: float) -> bool:
-    with contextlib.suppress(OSError):
-        total = len((out / "items.jsonl").read_text(encoding="utf-8").splitlines())
-        return len(read_journal(out)) >= share * total
-    return False
-
-
 @contextlib.contextmanager
-def _killing(pids: Callable[[], list[int]], every_s: float, rng: random.Random) -> Iterator[list[int]]:
-    """Kill a random one of `pids` every so often, in a thread."""
+def _killing(
+    pids: Callable[[], list[int]], out: Path, every_s: float, rng: random.Random
+) -> Iterator[list[int]]:
+    """Kill a random one of `pids` every so often, in a thread; on a slow machine not before another recording is
+    done, or nothing would ever be."""
     killed: list[int] = []
     end = threading.Event()
 
     def run() -> None:
+        before = 0
         while not end.wait(every_s):
-            there = pids()
-            if there:
+            there, done = pids(), len(read_journal(out))
+            if there and done > before:
+                before = done
                 pid = rng.choice(there)
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
