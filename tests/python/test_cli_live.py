@@ -17,7 +17,7 @@ from sdftrack.cli.app import run
 from sdftrack.cli.live import files as live_files
 from sdftrack.cli.live import run as live_run
 from sdftrack.live.sources import CAMERAS, CameraKind
-from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
+from sdftrack.viz.viewer import Box, Click, Pause, Record, Save
 from support.faulty_camera import FaultyCamera
 
 FRAMES = 60

@@ -17,7 +17,7 @@ from sdftrack.imaging.pose_hint import moved_into
 from sdftrack.io.frames import read_mask
 from sdftrack.live.sources import CAMERAS, CameraKind
 from sdftrack.synth.duck import duck_mesh
-from sdftrack.viz.viewer.requests import Box, Click, Record, Save
+from sdftrack.viz.viewer import Box, Click, Record, Save
 
 FRAMES = 40
 LEAST_IOU = 0.85  # of outlines with the true silhouettes; measured 0.95

@@ -58,7 +58,7 @@ def test_even_the_jerk_is_continuous(kind):
         # Between closer times it changes less; a jump would remain.
         coarse, fine = (
             np.abs(np.diff(made.sample(np.linspace(0, made.duration_s, n), k).jerks_mps3, axis=1)).max()
-            for n in (20_001, 80_001)
+            for n in (5_001, 20_001)
         )
         assert fine < 0.35 * coarse
 
@@ -126,10 +126,10 @@ def test_the_tremor_has_the_frequency_and_amplitude_of_the_truth():
 
 def test_the_objects_stay_in_view_and_above_the_table():
     camera = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
-    meshes = {name: st.synth.exercise_object(name).vertices[::50] for name in OBJECTS}
-    for made, k in all_of(seeds=range(8)):
+    meshes = {name: st.synth.exercise_object(name).vertices[::200] for name in OBJECTS}
+    for made, k in all_of(seeds=range(4)):
         n, d = made.table
-        for T in made.poses(np.arange(0, made.duration_s, 0.2), k):
+        for T in made.poses(np.arange(0, made.duration_s, 0.4), k):
             for name, vertices in meshes.items():
                 p = st.geometry.transform_points(T, vertices)
                 px = camera.project(p)

@@ -11,7 +11,11 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.io.video import write_video
+from sdftrack.live import open_camera
+from sdftrack.live.streams import open_stream
+from sdftrack.viz.viewer import Viewer
 
+CAMERA = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
 PICTURES = [np.full((47, 65, 3), (10 * i, 90, 200 - 10 * i), np.uint8) for i in range(12)]
 
 
@@ -60,3 +64,31 @@ def test_a_command_writes_the_rest_and_says_so_in_one_line_each(tmp_path, capsys
     written = {p.name for p in (tmp_path / "o").rglob("*")}
     assert {"overlay.mp4", "report.json", "poses.csv", "result.json", "table.txt"} <= written
     assert not any(name.endswith(".png") for name in written)
+
+
+def stream(address):
+    return lambda: open_stream(address, ["duck"], CAMERA)
+
+
+@pytest.mark.parametrize(
+    ("use", "package", "extra"),
+    [
+        (stream("ws://localhost:0"), "websockets", "stream"),
+        (stream("osc://localhost:9"), "pythonosc", "stream"),
+        (stream("mcap:poses.mcap"), "mcap", "bags"),
+        (stream("mcap:poses.mcap"), "rosbags", "bags"),
+        (stream("foxglove:"), "foxglove", "foxglove"),
+        (stream("foxglove:"), "foxglove.websocket", "foxglove"),
+        (stream("foxglove:"), "rosbags", "bags"),
+        (lambda: Viewer(st.SDF.sphere(0.1, voxels=16), CAMERA, port=0), "viser", "viewer"),
+        (lambda: open_camera("realsense:"), "pyrealsense2", "realsense"),
+    ],
+)
+def test_a_missing_extra_is_an_import_error_with_the_pip_line(use, package, extra, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, package, None)
+    if package == "foxglove":
+        monkeypatch.delitem(sys.modules, "foxglove.websocket", raising=False)
+    with pytest.raises(ImportError, match=rf"pip install 'sdftrack\[{extra}\]'"):
+        use()
+    assert list(tmp_path.iterdir()) == []

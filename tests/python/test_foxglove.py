@@ -100,16 +100,12 @@ def test_poses_and_transforms_arrive_as_they_were_sent(server):
     ]  # fmt: skip
     assert [time_ns for _, time_ns, _ in rows] == [round(1e9 * (100 + i / 30)) for i in (0, 0, 0, 0, 1, 1)]
     assert st.Camera.from_ros(rows[0][2]) == CAMERA
-    for row, (i, k) in zip((1, 2, 4), ((0, 0), (0, 1), (1, 1)), strict=True):
-        message = rows[row][2]
-        got = numbers_of((message.pose.pose.position, message.pose.pose.orientation))
-        assert np.abs(got - sent[i].poses[k]).max() < ROUNDING
-        assert np.array_equal(message.pose.covariance.reshape(6, 6), sent[i].covariances[k])
-    assert [t.child_frame_id for t in rows[3][2].transforms] == ["box_1", "duck"]
-    (moved,) = rows[5][2].transforms
-    assert moved.header.frame_id == "camera_depth_optical_frame"
-    got = numbers_of((moved.transform.translation, moved.transform.rotation))
-    assert np.abs(got - sent[1].poses[1]).max() < ROUNDING
+    at = rows[4][2].pose.pose  # the contents of all of them are tested by the file of the same messages
+    assert np.abs(numbers_of((at.position, at.orientation)) - sent[1].poses[1]).max() < ROUNDING
+    assert [[t.child_frame_id for t in rows[n][2].transforms] for n in (3, 5)] == [
+        ["box_1", "duck"],
+        ["duck"],
+    ]
     assert (server.sent, server.dropped, server.error) == (2, 0, "")
 
 
@@ -193,15 +189,6 @@ def test_closing_delivers_what_waits_ends_the_connection_and_frees_the_port(capf
     assert capfd.readouterr() == ("", "")
 
 
-def test_servers_of_one_process_have_their_own_topics(server):
-    with open_stream("foxglove://127.0.0.1:0", ["cup"], CAMERA) as other, client(server) as made:
-        with connect(url_of(other), subprotocols=["foxglove.sdk.v1"]) as connection:
-            connection.recv(timeout=10)
-            topics = {c["topic"] for c in json.loads(connection.recv(timeout=10))["channels"]}
-        assert "/sdftrack/cup/pose" in topics
-        assert {c["topic"] for c in made.channels.values()} == set(TOPICS)
-
-
 def test_only_this_computer_reaches_it_unless_a_host_is_given():
     for address in ("foxglove:", "foxglove://"):
         with open_stream(address, NAMES, CAMERA) as stream:
@@ -210,14 +197,3 @@ def test_only_this_computer_reaches_it_unless_a_host_is_given():
         assert stream.note.endswith("everyone in the network can read the poses")
         with client(stream):
             pass
-
-
-def test_a_server_that_cannot_start_is_an_error_in_one_line(monkeypatch):
-    import foxglove
-
-    def fails(**_):
-        raise RuntimeError("FoxgloveError: no threads")
-
-    monkeypatch.setattr(foxglove, "start_server", fails)
-    with pytest.raises(OSError, match="foxglove://localhost:0: FoxgloveError: no threads"):
-        open_stream("foxglove://localhost:0", NAMES, CAMERA)

@@ -12,7 +12,6 @@ from sdftrack.live import CameraLost, LiveCamera, open_camera
 from sdftrack.live.camera import CameraClock
 from sdftrack.live.replay import Replay
 from sdftrack.live.sources import CAMERAS, CameraKind
-from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)
 
@@ -190,10 +189,3 @@ def test_a_clock_that_drifts_does_not_make_frames_look_old():
         clock.arrived(i / 30 * (1 - 5e-5), 7000 + i / 30 + 0.004)
     assert clock.age_s(35999 / 30 * (1 - 5e-5), 7000 + 35999 / 30 + 0.010) == pytest.approx(0.006, abs=5e-4)
     assert np.isnan(CameraClock().age_s(1.0, 2.0))
-
-
-def test_a_camera_with_faults_delivers_what_it_is_told_to():
-    faulty = FaultyCamera(sequence(8), drop=[1], repeat=[2], swap=[4], unplugged=range(6, 7), real_time=False)
-    with LiveCamera(faulty, waiting=20) as live:
-        got = [f.error.partition(":")[0] or number(f) for f in live]
-    assert got == [0, 2, 2, 3, 5, 4, "camera with faults", 7]

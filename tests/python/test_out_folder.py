@@ -31,7 +31,7 @@ pytest.importorskip("fcntl", reason="there are no locks on this system")
 
 OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
 BUSY = r"out: expected a folder that no other run writes into, got .*, used by"
-PAIRS = 20
+PAIRS = 8
 WAIT_S = 60.0
 
 HOLD = """

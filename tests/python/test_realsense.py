@@ -198,14 +198,6 @@ def test_presets_are_chosen_by_name_and_unknown_ones_listed():
         set_preset(rs, sensor, "High Density")
 
 
-def test_a_missing_sdk_names_the_extra(monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(ImportError, match=r"pip install 'sdftrack\[realsense\]'"):
-        open_camera("realsense:")
-
-
 def test_a_pulled_cable_gives_bad_frames_until_it_is_back(camera, monkeypatch):
     monkeypatch.setattr("sdftrack.live.realsense.SILENT_S", 0.1)
     monkeypatch.setattr("sdftrack.live.camera.RETRY_S", 0.02)

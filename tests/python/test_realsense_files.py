@@ -2,7 +2,6 @@
 """RealSense's recordings: written by the SDK's own recorder, and compared with its own player."""
 
 import sqlite3
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -81,17 +80,6 @@ def played(path):
         sensor.stop()
         sensor.close()
     return images, scale, T
-
-
-def test_frames_are_read_on_any_thread(recorded):
-    found = []
-    with st.open_sequence(recorded) as seq:
-        threads = [threading.Thread(target=lambda: found.extend(f.error for f in seq)) for _ in range(3)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-    assert found == [""] * 3 * COUNT
 
 
 def test_a_recording_without_colour(tmp_path):

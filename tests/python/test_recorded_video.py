@@ -317,7 +317,7 @@ def test_a_depth_image_that_fails_leaves_no_colour_behind(tmp_path, monkeypatch)
         assert len(seq) == 1
 
 
-def test_what_a_video_cannot_hold_is_refused(tmp_path, monkeypatch, capsys):
+def test_what_a_video_cannot_hold_is_refused(tmp_path, monkeypatch):
     seq = st.Sequence(frames(3), CAMERA)
     with pytest.raises(ValueError, match="the mcap layout holds images one by one; use png or jpg"):
         st.save_sequence(tmp_path / "s", seq, layout="mcap", color="video")
@@ -332,16 +332,6 @@ def test_what_a_video_cannot_hold_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(video_writer, "ENCODER", "no such encoder")
     with pytest.raises(ValueError, match=r"no H\.264 encoder"):
         st.save_sequence(tmp_path / "s", seq, color="video")
-    monkeypatch.undo()
-    st.save_sequence(tmp_path / "s", seq)
-    assert (
-        run(
-            ["convert", str(tmp_path / "s"), "--to", "mcap", "--color", "video", "--out", str(tmp_path / "o")]
-        )
-        == 1
-    )
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (tmp_path / "o").exists()
 
 
 def test_a_video_of_another_program_is_refused(tmp_path):

@@ -211,25 +211,6 @@ def test_a_box_dragged_on_the_page_starts_an_outline(page, tmp_path):
     assert st.metrics.iou(last, silhouette) > 0.7
 
 
-def test_clicks_are_right_from_another_point_of_view(page):
-    sequence, sdf, results = scene()
-    place = (120, 130)
-    with Viewer(sdf, CAMERA, port=0) as viewer:
-        opened(viewer, page)
-        shown(viewer, page, marked(sequence[0], place), results[0])
-        marks(page, 1)
-        (client,) = viewer._server.viser.get_clients().values()
-        board = viewer._scene.board
-        client.camera.position = np.add(board.center, (0.5, -0.4, -1.2))
-        client.camera.look_at = np.array(board.center)
-        page.wait_for_timeout(1500)
-        ((x, y), *_) = marks(page, 1)
-        page.mouse.click(x, y)
-        until(page, lambda: viewer._requests)
-        (click,) = viewer.requests()
-        np.testing.assert_allclose((click.x_px, click.y_px), place, atol=CLICK_PX)
-
-
 def test_switches_and_the_button_become_requests(page):
     sequence, sdf, results = scene()
     with Viewer(sdf, CAMERA, port=0) as viewer:

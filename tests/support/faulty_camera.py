@@ -10,21 +10,13 @@ from typing import Any
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CameraLost
 
+FPS = 30.0  # of the timestamps
+
 
 class FaultyCamera:
-    """A sequence as a camera that stalls, repeats, reorders and drops frames, or is unplugged for a while.
+    """A sequence as a camera that stalls (frame: seconds), repeats, reorders and drops frames, or is unplugged.
 
-    Parameters
-    ----------
-    sequence : Sequence
-    drop, repeat, swap : collection of int
-        Frames that never arrive, arrive twice, or arrive after their successor.
-    stall : {int: float}
-        Seconds that the camera waits before these frames.
-    unplugged : range
-        Frames that pass while the camera is not connected.
-    fps : float
-        Frames per second of the camera's timestamps; frames are delivered at once unless `real_time`.
+    Frames are delivered at once unless `real_time`.
     """
 
     def __init__(
@@ -36,14 +28,13 @@ class FaultyCamera:
         swap: Iterable[int] = (),
         stall: dict[int, float] | None = None,
         unplugged: range = range(0),
-        fps: float = 30.0,
         real_time: bool = True,
     ) -> None:
         self.camera, self.name = sequence.camera, "camera with faults"
         self._sequence = sequence
         self._order = _order(len(sequence), set(drop), set(repeat), set(swap))
         self._stall, self._unplugged = stall or {}, unplugged
-        self._fps, self._real_time = fps, real_time
+        self._real_time = real_time
         self._start = time.time()
         self._away_until = 0.0
         self._been_away = False
@@ -56,10 +47,10 @@ class FaultyCamera:
             return None
         if i in self._unplugged:
             self._been_away = True
-            self._away_until = self._start + (self._unplugged.stop / self._fps if self._real_time else 0)
+            self._away_until = self._start + (self._unplugged.stop / FPS if self._real_time else 0)
             raise CameraLost("no frame for 1 s; is the cable connected?")
         time.sleep(self._stall.get(i, 0.0))
-        stamp = self._start + i / self._fps
+        stamp = self._start + i / FPS
         if self._real_time:
             time.sleep(max(0.0, stamp - time.time()))
         return self._sequence[i].replace(timestamp=stamp)

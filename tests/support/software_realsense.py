@@ -15,29 +15,14 @@ from sdftrack._internal.extras import need
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
+START_S = 1.7e9
 PAUSE_S = 0.04  # between frames: the recorder drops what comes faster than it writes
 
 
 class SoftwareRealSense:
-    """A software device whose depth and colour sensors deliver what it is fed with.
+    """A software device whose sensors deliver what it is fed with; all behind the USB cable is the SDK's own.
 
-    Everything behind the USB cable is the SDK's own: sensors, profiles, queues, frames, recorder.
-
-    Parameters
-    ----------
-    camera : RGBDCamera
-        With `T_color_depth`, or without colour.
-    depth_scale : float
-        Metres per unit of the depth images.
-    serial, name : str
-    fps : int
-        Rate in the stream profiles.
-    sizes : list of (width, height, fps)
-        Further depth profiles, in the lists only.
-
-    Attributes
-    ----------
-    device : pyrealsense2.software_device
+    `depth_scale`: metres per unit; `sizes`: (width, height, fps) of further depth profiles, in the lists only.
     """
 
     def __init__(
@@ -45,14 +30,13 @@ class SoftwareRealSense:
         camera: RGBDCamera,
         depth_scale: float = 0.001,
         serial: str = "000001",
-        name: str = "Intel RealSense D435",
         fps: int = 30,
         sizes: tuple[tuple[int, int, int], ...] = (),
     ) -> None:
         self._rs = rs = need("pyrealsense2", "realsense")
         self.camera, self.depth_scale, self._fed = camera, depth_scale, 0
         self.device = rs.software_device()
-        self.device.register_info(rs.camera_info.name, name)
+        self.device.register_info(rs.camera_info.name, "Intel RealSense D435")
         self.device.register_info(rs.camera_info.serial_number, serial)
         self._uids = iter(range(1, 100))
         self._depth_sensor = self.device.add_sensor("Stereo Module")
@@ -111,13 +95,7 @@ class SoftwareRealSense:
         sensor.on_video_frame(image)
 
 
-def record(
-    path: Path,
-    camera: SoftwareRealSense,
-    frames: Iterable[Frame],
-    start_s: float = 1.7e9,
-    pause_s: float = PAUSE_S,
-) -> None:
+def record(path: Path, camera: SoftwareRealSense, frames: Iterable[Frame], pause_s: float = PAUSE_S) -> None:
     """Feed the frames, 30 a second by their times, through the SDK's own recorder."""
     rs = need("pyrealsense2", "realsense")
     recorder = rs.recorder(str(path), camera.device)
@@ -126,7 +104,7 @@ def record(
         sensor.open(sensor.get_stream_profiles()[:1])
         sensor.start(queue)
     for i, frame in enumerate(frames):
-        camera.feed(frame, start_s + i / 30, color_delay_s=0.004)
+        camera.feed(frame, START_S + i / 30, color_delay_s=0.004)
         time.sleep(pause_s)
     for sensor in sensors:
         sensor.stop()

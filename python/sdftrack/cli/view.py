@@ -82,7 +82,7 @@ def _serve(shown: Any, job: View) -> None:
 def _save(viewer: Any, out: Path | None) -> None:
     """Write the shown image for each `Save` that the page asked for."""
     from sdftrack.io.frames import write_color
-    from sdftrack.viz.viewer.requests import Save
+    from sdftrack.viz.viewer import Save
 
     for request in viewer.requests():
         if isinstance(request, Save) and viewer.picture is not None:

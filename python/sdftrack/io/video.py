@@ -194,10 +194,7 @@ class ColorVideo:
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[tuple[int, NDArray[np.uint8] | ValueError | OSError]]:
-        """Numbers and images of a range of frames; an exception object instead of an unreadable image of a folder.
-
-        >>> for number, image in ColorVideo(path).frames(step=2): ...  # doctest: +SKIP
-        """
+        """Numbers and images of a range of frames; an exception object instead of an unreadable image of a folder."""
         if not self.files:
             yield from itertools.islice(enumerate(self), start, stop, step)
             return

@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.validation import whole
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
@@ -101,8 +102,7 @@ class LiveCamera(ClosedByWith):
     """
 
     def __init__(self, source: FrameSource, waiting: int = 2) -> None:
-        if isinstance(waiting, bool) or not isinstance(waiting, int) or waiting < 1:
-            raise ValueError(f"waiting: expected a number of frames, at least 1, got {waiting!r}")
+        whole(waiting, "waiting", 1, what="a number of frames, at least 1")
         self.camera: RGBDCamera = source.camera
         self.name = source.name
         self.taken = self.dropped = 0
@@ -208,12 +208,6 @@ class CameraClock:
     """Estimates by how much the camera's clock differs from the computer's: the least difference on arrival.
 
     A camera whose stamps are the computer's time (RealSense with global time) has no difference.
-
-    >>> clock = CameraClock()
-    >>> clock.arrived(10.0, 5000.02)  # the camera counts from when it was switched on
-    >>> clock.arrived(10.1, 5000.105)
-    >>> round(clock.age_s(10.1, 5000.125), 6)
-    0.02
     """
 
     def __init__(self) -> None:

@@ -210,15 +210,6 @@ class Pairing:
     Two streams of the same period: once a colour image is within half a period, no other one is nearer, so that
     nothing has to wait for the next one. A depth image whose colour image is missing is returned alone, as soon as a
     later colour image shows that it is.
-
-    >>> pairing = Pairing(1 / 30)
-    >>> pairing.add_color(0.001, "c0")
-    >>> pairing.add_depth(0.0, "d0")
-    >>> pairing.pop()
-    (0.0, 'd0', 'c0')
-    >>> pairing.add_depth(0.033, "d1")
-    >>> pairing.pop() is None  # its colour may still come
-    True
     """
 
     def __init__(self, period_s: float) -> None:

@@ -20,7 +20,7 @@ from sdftrack.cli.live.followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.progress import PLAIN_EVERY_S
 from sdftrack.io.frames import write_color
 from sdftrack.motion.live import LiveMotion, LiveValues
-from sdftrack.viz.viewer.requests import Box, Click, Pause, Record, Save
+from sdftrack.viz.viewer import Box, Click, Pause, Record, Save
 
 KEPT = 4096  # ages of the newest frames, for the percentiles
 MESH_EVERY_S = 2.0  # of a growing shape; and of the copy of it that pictures show, which takes milliseconds

@@ -91,11 +91,7 @@ _FORM = re.compile(r"//(?P<host>\[[0-9A-Fa-f:.]+\]|[^\s:/?#\[\]@]*)(?::(?P<port>
 
 
 def host_and_port(rest: str, scheme: str, port: int | None = None) -> tuple[str, int]:
-    """Host and port of ``//HOST:PORT``; IPv6 in brackets. `port` is that of an address without one.
-
-    >>> host_and_port("//[::1]:9000", "osc")
-    ('::1', 9000)
-    """
+    """Host and port of ``//HOST:PORT``; IPv6 in brackets. `port` is that of an address without one."""
     whole = f"{scheme}:{rest}"
     found = _FORM.fullmatch(rest)
     if found is None or not found["host"]:
@@ -110,11 +106,7 @@ def host_and_port(rest: str, scheme: str, port: int | None = None) -> tuple[str,
 
 
 def safe_names(names: Sequence[str]) -> list[str]:
-    """Names of letters, digits and underscores, each once, none beginning with a digit.
-
-    >>> safe_names(["drill", "box 1", "box/1", "2nd", ""])
-    ['drill', 'box_1', 'box_1_2', '_2nd', 'object_4']
-    """
+    """Names of letters, digits and underscores, each once, none beginning with a digit."""
     out: list[str] = []
     for k, name in enumerate(names):
         safe = re.sub(r"[^A-Za-z0-9_]", "_", name) or f"object_{k}"

@@ -34,6 +34,11 @@ class Shown:
     mask: NDArray[np.bool_] | None = None
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def count(self) -> int:
+        """Number of objects."""
+        return 0 if self.result is None else len(self.result.poses)
+
 
 def object_rgb(k: int) -> tuple[int, int, int]:
     """Colour of object `k`, in the overlay and in the 3-D view."""

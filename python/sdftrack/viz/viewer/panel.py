@@ -6,16 +6,58 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from sdftrack.viz.overlay import STATUS_RGB
 from sdftrack.viz.viewer.drawing import Shown, object_rgb
 from sdftrack.viz.viewer.history import History
-from sdftrack.viz.viewer.requests import Pause, Record, Request, Save
 
 MAGNIFIED = 10.0  # position errors are below a millimetre, and would not be seen
 STYLE = "padding:0.2em 0.9em; font-size:0.9em; line-height:1.5"
 HELP = "Click the object in the image, or drag a box around it, to start it."
+
+
+@dataclass(frozen=True)
+class Click:
+    """Start object `k` at this pixel of the depth image: ``tracker.recover(frame, k, ...)`` or ``start(clicks=)``."""
+
+    k: int
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True)
+class Box:
+    """Start object `k` in this rectangle of the depth image: left, top, width and height in pixels."""
+
+    k: int
+    x: float
+    y: float
+    w: float
+    h: float
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Stop taking frames (`on`), or go on."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Record:
+    """Start (`on`) or end a recording."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Save:
+    """Save what there is now: the reconstruction, or the shown image."""
+
+
+Request = Click | Box | Pause | Record | Save
 
 
 class Panel:
@@ -55,23 +97,16 @@ class Panel:
             hint="Magnification of the ellipsoids, which show three standard deviations of the position.",
         )  # fmt: skip
 
-        # Coroutines run in the order of the events.
-        async def paused(_: Any) -> None:
-            ask(Pause(bool(pause.value)))
+        def then(work: Callable[[], None]) -> Callable[[Any], Any]:
+            async def happened(_: Any) -> None:  # coroutines run in the order of the events
+                work()
 
-        async def recorded(_: Any) -> None:
-            ask(Record(bool(record.value)))
+            return happened
 
-        async def saved(_: Any) -> None:
-            ask(Save())
-
-        async def changed(_: Any) -> None:
-            again()
-
-        pause.on_update(paused)
-        record.on_update(recorded)
-        save.on_click(saved)
-        self._magnified.on_update(changed)
+        pause.on_update(then(lambda: ask(Pause(bool(pause.value)))))
+        record.on_update(then(lambda: ask(Record(bool(record.value)))))
+        save.on_click(then(lambda: ask(Save())))
+        self._magnified.on_update(then(again))
 
     @property
     def chosen(self) -> int:

@@ -44,17 +44,12 @@ class Scene:
     ) -> None:
         self._viser, self._on_click, self._on_box = viser, on_click, on_box
         viser.scene.set_up_direction("-y")
-        self._board: Board | None = None
+        self.board: Board | None = None  # where the image stands; None before the first frame
         self._image: Any = None
         self._cloud: Any = None
         self._models: dict[int, tuple[Any, Any]] = {}  # k -> (what it shows, node)
         self._trails: dict[int, Any] = {}
         self._errors: dict[int, Any] = {}
-
-    @property
-    def board(self) -> Board | None:
-        """Where the image stands; None before the first frame."""
-        return self._board
 
     def update(
         self, shown: Shown, camera: Any, meshes: dict[int, Any], history: History, magnified: float
@@ -68,15 +63,15 @@ class Scene:
         points, colors = cloud(shown.frame, camera, distance or 1.0)
         new_models = self._new_models(shown, meshes)
         with self._viser.atomic():  # image, cloud and models of one frame appear together
-            if self._board is None or self._misplaced(distance, size):
+            if self.board is None or self._misplaced(distance, size):
                 self._set_stage(lens, distance or 1.0, picture)
             else:
                 self._image.image = picture
-            assert self._board is not None
+            assert self.board is not None
             if self._cloud is None:
                 gap_px = cloud_step(size[0] * size[1])
                 self._cloud = self._viser.scene.add_point_cloud(
-                    "/cloud", points, colors, point_size=POINT * gap_px * self._board.center[2] / float(lens.K[0, 0]),
+                    "/cloud", points, colors, point_size=POINT * gap_px * self.board.center[2] / float(lens.K[0, 0]),
                     precision="float32", point_shading="flat",
                 )  # fmt: skip
             else:
@@ -89,15 +84,15 @@ class Scene:
         return picture
 
     def _misplaced(self, distance: float | None, size: tuple[int, int]) -> bool:
-        assert self._board is not None
-        if size != (self._board.width_px, self._board.height_px):
+        assert self.board is not None
+        if size != (self.board.width_px, self.board.height_px):
             return True
-        ratio = 1.0 if distance is None else distance / self._board.center[2]
+        ratio = 1.0 if distance is None else distance / self.board.center[2]
         return not 1 / MOVED < ratio < MOVED
 
     def _set_stage(self, lens: Any, distance: float, picture: Any) -> None:
         """Board, frustum and view for a scene at this distance; pages that are open turn there."""
-        self._board = board = place_board(lens, distance)
+        self.board = board = place_board(lens, distance)
         self._image = self._viser.scene.add_image(
             "/image", picture, board.width_m, board.height_m, format="jpeg", jpeg_quality=JPEG_QUALITY,
             position=board.center, cast_shadow=False, receive_shadow=False,
@@ -116,7 +111,7 @@ class Scene:
     def _new_models(self, shown: Shown, meshes: dict[int, Any]) -> dict[int, tuple[Any, Any]]:
         """Meshes that the page does not show yet; made before the scene is locked, since that takes a while."""
         new = {}
-        for k in range(0 if shown.result is None else len(shown.result.poses)):
+        for k in range(shown.count):
             key = meshes.get(k, shown.shapes[k])
             if k not in self._models or self._models[k][0] is not key:
                 new[k] = (key, light_mesh(key if k in meshes else key.to_mesh()))
@@ -132,9 +127,8 @@ class Scene:
         )  # fmt: skip
 
     def _place_models(self, shown: Shown) -> None:
-        count = 0 if shown.result is None else len(shown.result.poses)
         for k, (_, node) in self._models.items():
-            if k >= count or not np.isfinite(shown.result.poses[k]).all():
+            if k >= shown.count or not np.isfinite(shown.result.poses[k]).all():
                 node.visible = False
                 continue
             T = shown.result.poses[k]
@@ -146,31 +140,24 @@ class Scene:
                 node.visible = known
 
     def _place_trails(self, shown: Shown, history: History) -> None:
-        assert self._board is not None
-        count = 0 if shown.result is None else len(shown.result.poses)
-        for k in range(max(count, len(self._trails))):
-            segments = (
-                trail_segments(list(history.positions(k))) if k < count else np.zeros((0, 2, 3), np.float32)
-            )
-            if not len(segments):
-                if k in self._trails:
-                    self._trails[k].visible = False
-            elif k not in self._trails:
+        for k in range(max(shown.count, len(self._trails))):
+            segments = trail_segments(list(history.positions(k)) if k < shown.count else [])
+            if k in self._trails:
+                self._trails[k].visible = len(segments) > 0
+            if len(segments) and k in self._trails:
+                self._trails[k].points = segments  # its one colour stays
+            elif len(segments):
                 self._trails[k] = self._viser.scene.add_line_segments(
                     f"/trail_{k}", segments, object_rgb(k), thickness=2.0, thickness_units="screen"
                 )
-            else:
-                self._trails[k].points = segments  # its one colour stays
-                self._trails[k].visible = True
 
     def _place_errors(self, shown: Shown, magnified: float) -> None:
-        count = 0 if shown.result is None else len(shown.result.poses)
-        for k in range(max(count, len(self._errors))):
-            known = k < count and str(shown.result.status[k]) in ("ok", "weak")
+        for k in range(max(shown.count, len(self._errors))):
+            known = k < shown.count and str(shown.result.status[k]) in ("ok", "weak")
             shape = ellipsoid(shown.result.covariances[k]) if known else None
+            if k in self._errors:
+                self._errors[k].visible = shape is not None
             if shape is None:
-                if k in self._errors:
-                    self._errors[k].visible = False
                 continue
             axes, R = shape
             if k not in self._errors:
@@ -180,4 +167,3 @@ class Scene:
             node = self._errors[k]
             node.scale = tuple(float(max(magnified * a, 1e-6)) for a in axes)
             node.position, node.wxyz = shown.result.poses[k][:3, 3], wxyz(R)
-            node.visible = True

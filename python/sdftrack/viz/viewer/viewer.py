@@ -19,8 +19,7 @@ from sdftrack.mesh import Mesh
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import MeshShape, Shown
 from sdftrack.viz.viewer.history import History
-from sdftrack.viz.viewer.panel import Panel
-from sdftrack.viz.viewer.requests import Box, Click, Request
+from sdftrack.viz.viewer.panel import Box, Click, Panel, Request
 from sdftrack.viz.viewer.scene import Scene
 from sdftrack.viz.viewer.server import PageServer
 
