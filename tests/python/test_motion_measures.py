@@ -171,11 +171,6 @@ class TestTimes:
         cut = movement(t, *(np.outer(s, WAY) for s in step(t, -0.2)))
         found = movement_of(cut)
         assert (found.onset_s[0], found.offset_s[0]) == (0.0, 0.6)
-        assert not found.begins[0]
-        assert not found.ends[0]
-        whole = movement_of(reach())
-        assert whole.begins[0]
-        assert whole.ends[0]
 
 
 class TestPath:

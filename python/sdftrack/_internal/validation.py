@@ -63,6 +63,23 @@ def _kind(values: Any) -> str:
     return f" of {KINDS[kind]} (dtype {values.dtype}); convert it with {convert}"
 
 
+def vector(value: Any, name: str) -> NDArray[np.float64]:
+    """`value` as (3,) finite numbers."""
+    v = numbers(value, name)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise ValueError(f"{name}: expected three finite numbers (x, y, z), got {shown(value)}")
+    return v
+
+
+def direction(value: Any, name: str) -> NDArray[np.float64]:
+    """`value` as (3,), of unit length."""
+    v = numbers(value, name)
+    length = float(np.linalg.norm(v))
+    if v.shape != (3,) or not (math.isfinite(length) and length > 0):
+        raise ValueError(f"{name}: expected a direction (x, y, z), got {shown(v)}")
+    return v / length
+
+
 INT_MAX = 2**31 - 1  # of the core's int
 THREADS = "a whole number from 0 (0: all cores)"
 

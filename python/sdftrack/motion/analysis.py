@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, numbers, of_kind, shown, whole
+from sdftrack._internal.validation import THREADS, direction, numbers, of_kind, whole
 from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.repeatability import mean_dtw_distance
@@ -143,8 +143,8 @@ def analyze(
         definitions += definitions_of_target(target, number)
     _check_spans(motion.trajectory, spans_s)
     context = {
-        "up": None if up is None else _unit(up, "up"),
-        "axis_obj": _unit(axis_obj, "axis_obj"),
+        "up": None if up is None else direction(up, "up"),
+        "axis_obj": direction(axis_obj, "axis_obj"),
     }
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
@@ -177,14 +177,6 @@ def _check_spans(trajectory: Trajectory, spans_s: Sequence[tuple[float, float]] 
             raise ValueError(
                 f"spans_s: expected start < end within the recording, {first:g} to {last:g} s, got {a:g} to {b:g}"
             )
-
-
-def _unit(vector: ArrayLike, name: str) -> Array:
-    v = numbers(vector, name)
-    length = float(np.linalg.norm(v))
-    if v.shape != (3,) or not (np.isfinite(length) and length > 0):
-        raise ValueError(f"{name}: expected a direction (x, y, z), got {shown(v)}")
-    return v / length
 
 
 def _cue_of(repetition: Repetition, found: list[Repetition], cues: Array) -> float | None:

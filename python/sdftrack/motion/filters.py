@@ -38,8 +38,8 @@ def resample(trajectory: Trajectory, rate_hz: float, *, max_gap_s: float = 0.3) 
         at = np.clip(times[inside], t[part[0]], t[part[-1]])
         out[inside] = np.eye(4)
         out[inside, :3, 3] = CubicSpline(t[part], poses[part, :3, 3])(at)
-        q = continuous_quaternions(poses[part, :3, :3])
-        out[inside, :3, :3] = _slerp(t[part], q, at)
+        rotations = Rotation.from_quat(continuous_quaternions(poses[part, :3, :3]))
+        out[inside, :3, :3] = Slerp(t[part], rotations)(at).as_matrix()
     status = np.where(np.isfinite(out[:, 0, 0]), "ok", "lost").tolist()
     return dataclasses.replace(trajectory, times_s=times, poses=out, covariances=None, status=status)
 
@@ -99,7 +99,3 @@ def _rate(rate_hz: float) -> float:
     if not 0 < rate <= 10_000:
         raise ValueError(f"rate_hz: expected more than 0 and at most 10000, got {rate_hz!r}")
     return rate
-
-
-def _slerp(t: Array, q: Array, at: Array) -> Array:
-    return np.asarray(Slerp(t, Rotation.from_quat(q))(at).as_matrix())

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import geometry
-from sdftrack._internal.validation import number, numbers, shown
+from sdftrack._internal.validation import direction, number, vector
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def at_point(trajectory: Trajectory, point_obj_m: ArrayLike) -> Trajectory:
     point_obj_m : (3,) array
         In the object frame, m.
     """
-    point = _vector(point_obj_m, "point_obj_m")
+    point = vector(point_obj_m, "point_obj_m")
     poses = trajectory.poses.copy()
     lever = poses[:, :3, :3] @ point
     poses[:, :3, 3] += lever
@@ -57,7 +57,7 @@ def best_known_point(trajectory: Trajectory, near_obj_m: ArrayLike = (0.0, 0.0, 
     (3,) float64
         For :func:`at_point`.
     """
-    near = _vector(near_obj_m, "near_obj_m")
+    near = vector(near_obj_m, "near_obj_m")
     if trajectory.covariances is None:
         return near
     used = trajectory.usable & np.isfinite(trajectory.covariances).all(axis=(1, 2))
@@ -95,13 +95,10 @@ def table_frame(normal: ArrayLike, offset_m: float) -> Array:
     z points up from the table, y away from the camera, x to the right as the camera sees it; the origin is where the
     optical axis meets the table, or, if it does not, below the camera.
     """
-    n, d = _vector(normal, "normal"), number(offset_m, "offset_m")
-    length = float(np.linalg.norm(n))
-    if not (np.isfinite(length) and length > 0 and np.isfinite(d)):
-        raise ValueError(
-            f"normal: expected a direction and an offset that are finite, got {n.tolist()}, {offset_m}"
-        )
-    z, d = n / length, d / length
+    z = direction(normal, "normal")
+    d = number(offset_m, "offset_m") / float(np.linalg.norm(normal))
+    if not np.isfinite(d):
+        raise ValueError(f"offset_m: expected a finite number, got {offset_m}")
     if d < 0:  # the camera is above the table
         z, d = -z, -d
     ahead = np.array([0.0, 0.0, 1.0]) - z[2] * z
@@ -114,13 +111,6 @@ def table_frame(normal: ArrayLike, offset_m: float) -> Array:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = R, -R @ origin
     return T
-
-
-def _vector(value: ArrayLike, name: str) -> Array:
-    v = numbers(value, name)
-    if v.shape != (3,) or not np.isfinite(v).all():
-        raise ValueError(f"{name}: expected three finite numbers (x, y, z), got {shown(value)}")
-    return v
 
 
 def _cross_matrices(v: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import number, whole
+from sdftrack._internal.validation import number
 from sdftrack.motion.quaternion_curves import (
     angular_velocities_first,
     exponentials_first,
@@ -104,19 +104,19 @@ class SmoothedMotion:
         self._count = samples
         self._drawn: dict[int, Coefficients] = {}
 
+    def _average(self, values: list[Any]) -> Any:
+        """Of the pieces, weighted by their lengths."""
+        return np.average(values, axis=0, weights=[p.end_s - p.start_s for p in self.pieces])
+
     @property
     def noise_scales(self) -> tuple[float, float]:
-        lengths = np.array([p.end_s - p.start_s for p in self.pieces])
-        scales = np.array([p.noise_scales for p in self.pieces])
-        position, rotation = np.average(scales, axis=0, weights=lengths)
+        position, rotation = self._average([p.noise_scales for p in self.pieces])
         return float(position), float(rotation)
 
     @property
     def position_noise_m(self) -> float:
         """Standard deviation of the noise of a measured position from frame to frame, all axes together, m."""
-        lengths = np.array([p.end_s - p.start_s for p in self.pieces])
-        variances = np.array([p.position_noise_m**2 for p in self.pieces])
-        return float(np.sqrt(np.average(variances, weights=lengths)))
+        return float(np.sqrt(self._average([p.position_noise_m**2 for p in self.pieces])))
 
     def times_s(self, rate_hz: float) -> Array:
         """Regular times over the whole trajectory."""
@@ -169,11 +169,6 @@ class SmoothedMotion:
 def _as_samples(times: Array, fields: list[Array], observed: NDArray[np.bool_]) -> MotionSamples:
     p, v, a, j, rotations, turning = fields
     return MotionSamples(times, p, v, a, j, rotations, turning, observed)
-
-
-def checked_samples(samples: int, seed: int) -> tuple[int, int]:
-    """The number of samples and the seed, in range."""
-    return whole(samples, "samples", 2, 100_000), whole(seed, "seed", 0)
 
 
 def checked_gap(max_gap_s: float) -> float:

@@ -25,17 +25,11 @@ LEAST_SPEED_MPS, LEAST_TURN_RADPS = 0.005, 0.05
 REST_S = 0.1  # shorter halts belong to the movement
 
 
-@dataclass(frozen=True)
-class Rests:
-    """Times (start, end) of the rests, s, and the thresholds of speed and angular speed that bound them."""
-
-    spans: list[tuple[float, float]]
-    speed_mps: float
-    turn_radps: float
+Spans = list[tuple[float, float]]
 
 
-def rests_of(motion: SmoothedMotion, rate_hz: float) -> Rests:
-    """Rests of at least 0.1 s: speed and angular speed below 5 % of their usual peaks, after a 3 Hz low pass."""
+def rests_of(motion: SmoothedMotion, rate_hz: float) -> Spans:
+    """(start, end) of 0.1 s and more with speed and angular speed below 5 % of their usual peaks, after a 3 Hz low pass."""
     times = motion.times_s(rate_hz)
     mean = motion.mean(times)
     speed = _slow_norm(mean.velocities_mps[0], mean.observed, rate_hz)
@@ -44,12 +38,11 @@ def rests_of(motion: SmoothedMotion, rate_hz: float) -> Rests:
     limits = max(MOVING_PART * fastest, LEAST_SPEED_MPS), max(MOVING_PART * turning, LEAST_TURN_RADPS)
     # A gap is no rest: what was not seen may have moved.
     resting = (speed < limits[0]) & (turn < limits[1]) & mean.observed
-    spans = []
-    for a, b in runs(resting):
-        start, end = times[a], times[b - 1]
-        if end - start >= REST_S or a == 0 or b == len(times):
-            spans.append((float(start), float(end)))
-    return Rests(spans, *limits)
+    return [
+        (float(times[a]), float(times[b - 1]))
+        for a, b in runs(resting)
+        if times[b - 1] - times[a] >= REST_S or a == 0 or b == len(times)
+    ]
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -237,7 +230,7 @@ def _peaks(values: Array, found: Excursion) -> NDArray[np.int64]:
     return np.asarray(find_peaks(padded, prominence=prominence)[0] - 1)
 
 
-def _spans(found: Excursion, rests: Rests) -> list[tuple[float, float]]:
+def _spans(found: Excursion, rests: Spans) -> Spans:
     """Start and end of the excursion about each peak."""
     e, t = found.values, found.times_s
     peaks = _peaks(e, found)
@@ -256,20 +249,20 @@ def _spans(found: Excursion, rests: Rests) -> list[tuple[float, float]]:
     return spans
 
 
-def _edge(e: Array, t: Array, rests: Rests, peak: int, valley: int, before: bool) -> float:
+def _edge(e: Array, t: Array, rests: Spans, peak: int, valley: int, before: bool) -> float:
     """Where the movement about `peak` leaves the rest at `valley`, or `valley` itself if the object does not rest."""
     near = e[valley] + NEAR * (e[peak] - e[valley])
     low, high = min(t[valley], t[peak]), max(t[valley], t[peak])
-    for start, end in reversed(rests.spans) if before else rests.spans:
+    for start, end in reversed(rests) if before else rests:
         at = end if before else start
         if low - 1e-9 <= at <= high + 1e-9 and e[min(int(np.searchsorted(t, at)), len(e) - 1)] <= near:
             return at
     return float(t[valley])
 
 
-def _phases(start: float, end: float, rests: Rests) -> list[Phase]:
+def _phases(start: float, end: float, rests: Spans) -> list[Phase]:
     """Movements and the holds between them; the last movement is the return if there was a hold."""
-    holds = [(max(a, start), min(b, end)) for a, b in rests.spans if a > start + 1e-9 and b < end - 1e-9]
+    holds = [(max(a, start), min(b, end)) for a, b in rests if a > start + 1e-9 and b < end - 1e-9]
     if not holds:
         return [Phase("move", start, end)]
     phases, at = [], start

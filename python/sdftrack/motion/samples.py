@@ -68,9 +68,14 @@ class MotionSamples:
 
     def _between(self, start_s: float, end_s: float) -> MotionSamples:
         a, b = np.searchsorted(self.times_s, [start_s - 1e-9, end_s + 1e-9])
+        return self.part(slice(None), slice(a, b))
+
+    def part(self, samples: slice, times: slice) -> MotionSamples:
+        """Some of the samples and of the times."""
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}
+        of_times = ("times_s", "observed")
         return MotionSamples(
-            **{k: v[a:b] if k in ("times_s", "observed") else v[:, a:b] for k, v in values.items()}
+            **{k: v[times] if k in of_times else v[samples, times] for k, v in values.items()}
         )
 
 

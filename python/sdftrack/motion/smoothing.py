@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.special import gammaincinv
 
 from sdftrack._internal.validation import of_kind, whole
-from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap, checked_samples
+from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap
 from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacobians
 from sdftrack.motion.spline import BandedPosterior, UniformSpline, slow_errors
 from sdftrack.motion.trajectory import Trajectory
@@ -143,7 +143,7 @@ def smooth(
     of_kind(trajectory, Trajectory, "trajectory")
     order = whole(order, "order", 2, 4)
     gap = checked_gap(max_gap_s)
-    count, seed = checked_samples(samples, seed)
+    count, seed = whole(samples, "samples", 2, 100_000), whole(seed, "seed", 0)
     used = np.flatnonzero(trajectory.usable)
     cuts = np.flatnonzero(np.diff(trajectory.times_s[used]) > gap) + 1
     stretches = [part for part in np.split(used, cuts) if len(part) >= MIN_FRAMES]

@@ -58,14 +58,18 @@ class Trajectory:
     def __post_init__(self) -> None:
         times = numbers(self.times_s, "times_s")
         poses = numbers(self.poses, "poses")
+        covariances = None if self.covariances is None else numbers(self.covariances, "covariances")
         if times.ndim != 1 or not len(times):
             raise ValueError(f"times_s: expected one time per pose, at least one, got shape {times.shape}")
-        if poses.shape != (len(times), 4, 4):
-            raise ValueError(f"poses: expected shape ({len(times)}, 4, 4), as times_s, got {poses.shape}")
+        for name, array, side in (("poses", poses, 4), ("covariances", covariances, 6)):
+            shape = (len(times), side, side)
+            if array is not None and array.shape != shape:
+                raise ValueError(f"{name}: expected shape {shape}, as times_s, got {array.shape}")
+        if covariances is not None and not np.isfinite(covariances).any():
+            covariances = None
         status = [str(s) for s in self.status] if self.status is not None else ["ok"] * len(times)
         if len(status) != len(times):
             raise ValueError(f"status: expected {len(times)} of them, as times_s, got {len(status)}")
-        covariances = self._checked_covariances(len(times))
         _check_times(times)
         usable = np.isin(status, USABLE) & np.isfinite(poses).all(axis=(1, 2))
         if not usable.any():
@@ -85,16 +89,6 @@ class Trajectory:
             object.__setattr__(self, field, value)
 
     usable: NDArray[np.bool_] = dataclasses.field(init=False, repr=False)
-
-    def _checked_covariances(self, count: int) -> Array | None:
-        if self.covariances is None:
-            return None
-        covariances = numbers(self.covariances, "covariances")
-        if covariances.shape != (count, 6, 6):
-            raise ValueError(
-                f"covariances: expected shape ({count}, 6, 6), as times_s, got {covariances.shape}"
-            )
-        return covariances if np.isfinite(covariances).any() else None
 
     def __len__(self) -> int:
         return len(self.times_s)

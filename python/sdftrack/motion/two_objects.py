@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,9 +66,7 @@ def surface_distances(a: MotionSamples, b: MotionSamples, sdf_a: SDF, points_b: 
     (S, n) array
         m; negative where they overlap, NaN in gaps of either.
     """
-    points = numbers(points_b, "points_b")
-    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
-        raise ValueError(f"points_b: expected points (V, 3), finite, at least one, got shape {points.shape}")
+    points = _surface_points(points_b, "points_b")
     if a.positions_m.shape != b.positions_m.shape or not np.allclose(a.times_s, b.times_s, rtol=0, atol=1e-6):
         raise ValueError("a, b: expected the same number of samples at the same times")
     seen = a.observed & b.observed
@@ -80,6 +77,13 @@ def surface_distances(a: MotionSamples, b: MotionSamples, sdf_a: SDF, points_b: 
         t = to_a @ (b.positions_m - a.positions_m)[s, seen][..., None]
         distances[s, seen] = sdf_a((R @ points.T + t).swapaxes(1, 2)).min(axis=1)
     return distances
+
+
+def _surface_points(points: ArrayLike, name: str) -> Array:
+    p = numbers(points, name)
+    if p.ndim != 2 or p.shape[1] != 3 or not len(p) or not np.isfinite(p).all():
+        raise ValueError(f"{name}: expected points (K, 3), finite, at least one, got shape {p.shape}")
+    return p
 
 
 def contacts(
@@ -159,9 +163,7 @@ def contact(
     """
     of_kind(first, Analysis, "first")
     of_kind(second, Analysis, "second")
-    points = numbers(points_m, "points_m")
-    if points.ndim != 2 or points.shape[1] != 3 or not len(points):
-        raise ValueError(f"points_m: expected points (K, 3), got shape {points.shape}")
+    points = _surface_points(points_m, "points_m")
     near = number(threshold_m, "threshold_m")
     points = points[:: -(-len(points) // MOST_POINTS)]
     t, u = first.trajectory.times_s, second.trajectory.times_s
@@ -173,7 +175,10 @@ def contact(
     times = np.arange(start, end, 1 / RATE_HZ)
     mean = _touches(first.motion.mean(times), second.motion.mean(times), shape, points, near)
     # The samples of two objects are drawn alike, and their errors are not: those of the second are shifted.
-    drawn = _some(first.motion.samples(times), 0), _some(second.motion.samples(times), 1)
+    drawn = (
+        analysis.motion.samples(times).part(slice(shift, shift + SAMPLES), slice(None))
+        for shift, analysis in enumerate((first, second))
+    )
     each = _touches(*drawn, shape, points, near)
     values = {}
     for (name, unit, text, wide), at_mean, sampled in zip(MEASURES, mean, each, strict=True):
@@ -213,13 +218,6 @@ def _touches(a: MotionSamples, b: MotionSamples, shape: Any, points: Array, near
     distances = np.nan_to_num(surface_distances(a, b, shape, points), nan=np.inf)
     found = contacts(distances, a.times_s, touching_m=near)
     return found.nearest_m, found.share * len(a.times_s) / RATE_HZ, found.count
-
-
-def _some(samples: MotionSamples, shift: int) -> MotionSamples:
-    """The first 40 samples, or those after the first `shift`."""
-    fields = {f.name: getattr(samples, f.name) for f in dataclasses.fields(samples) if f.init}
-    kept = slice(shift, shift + SAMPLES)
-    return MotionSamples(**{k: v if k in ("times_s", "observed") else v[kept] for k, v in fields.items()})
 
 
 def symmetry_index(left: ArrayLike, right: ArrayLike) -> NDArray[np.float64]:

@@ -7,11 +7,10 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from sdftrack._internal.files import replacing, write_text
-from sdftrack._internal.validation import numbers, of_kind
+from sdftrack._internal.validation import of_kind, vector
 from sdftrack.motion.files.c3d import write_c3d
 from sdftrack.motion.files.opensim import orientation_text, position_text, trc_text
 from sdftrack.motion.files.record import Array
@@ -95,10 +94,7 @@ def _checked_points(
             raise ValueError(f"points: expected names of the trajectories, {names}, got {name!r}")
         checked[name] = {}
         for label, point in labelled.items():
-            p = numbers(point, f"points[{name!r}][{label!r}]")
-            if p.shape != (3,) or not np.isfinite(p).all() or not label:
-                raise ValueError(
-                    f"points[{name!r}][{label!r}]: expected a label and three finite numbers, got {point!r}"
-                )
-            checked[name][label] = p
+            if not label:
+                raise ValueError(f"points[{name!r}]: expected a label of the point, got {label!r}")
+            checked[name][label] = vector(point, f"points[{name!r}][{label!r}]")
     return checked

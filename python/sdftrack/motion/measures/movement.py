@@ -34,15 +34,12 @@ class Movement:
     """The movement about the largest peak of the speed, for each sample.
 
     `onset_s` and `offset_s` are NaN where nothing moves, and the ends of the repetition where the speed is not low
-    there; `within` (S, n) marks what is between. `begins`, `ends`: onset, offset lies in the repetition, which is at
-    rest before, after.
+    there; `within` (S, n) marks what is between.
     """
 
     onset_s: Array
     offset_s: Array
     within: Mask
-    begins: Mask
-    ends: Mask
 
     @property
     def duration_s(self) -> Array:
@@ -67,16 +64,16 @@ def _found(repetition: MotionSamples) -> Movement:
     threshold = ONSET_PART * peak
     moves = (peak >= LEAST_PEAK_MPS) & (speed[:, start] >= threshold)
     count = max(1, round(REST_S * repetition.rate_hz))
-    onset, begins = _last_rest(speed[:, : start + 1], times[: start + 1], threshold, count)
+    onset = _last_rest(speed[:, : start + 1], times[: start + 1], threshold, count)
     # The offset is the onset of the movement played backwards.
-    offset, ends = _last_rest(speed[:, start:][:, ::-1], times[start:][::-1], threshold, count)
+    offset = _last_rest(speed[:, start:][:, ::-1], times[start:][::-1], threshold, count)
     onset, offset = np.where(moves, onset, np.nan), np.where(moves, offset, np.nan)
     within = (times >= onset[:, None] - 1e-9) & (times <= offset[:, None] + 1e-9)
-    return Movement(onset, offset, within, begins & moves, ends & moves)
+    return Movement(onset, offset, within)
 
 
-def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> tuple[Array, Mask]:
-    """The time at which the last rest before the last sample ends, and whether there is one; the first time if not."""
+def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> Array:
+    """The time at which the last rest before the last sample ends; the first time if there is none."""
     n = speed.shape[1]
     # Rest may have begun before the repetition, so what lies before it counts as rest.
     below = np.pad(speed < threshold[:, None], ((0, 0), (count, 0)), constant_values=True)
@@ -90,9 +87,9 @@ def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> tupl
     found = (last > 0) & (last < n)
     i = np.clip(last, 1, max(n - 1, 1))
     if n < 2:
-        return np.full(len(speed), times[0]), found
+        return np.full(len(speed), times[0])
     rows = np.arange(len(speed))
     before, after = speed[rows, i - 1], speed[rows, i]
     rise = np.where(after > before, after - before, 1.0)
     crossing = times[i - 1] + np.clip((threshold - before) / rise, 0, 1) * (times[i] - times[i - 1])
-    return np.where(found, crossing, times[0]), found
+    return np.where(found, crossing, times[0])

@@ -154,21 +154,13 @@ def unit_text(unit: str) -> str:
     return unit.replace("/", "_per_").replace("^", "").replace("%", "percent")
 
 
-def repetitions_json(a: Analysis) -> dict[str, Any]:
-    """Start and end of the repetitions of one object."""
-    return {
-        "object": a.trajectory.name,
-        "repetitions": [[r.span.start_s, r.span.end_s] for r in a.repetitions],
-    }
-
-
 def repetitions_text(analyses: Sequence[Analysis]) -> str:
     """``repetitions.json``: a line per repetition, to be corrected by hand and given back with --repetitions."""
     objects = []
-    for one in map(repetitions_json, analyses):
-        rows = [f"      [{start:.3f}, {end:.3f}]" for start, end in one["repetitions"]]
+    for a in analyses:
+        rows = [f"      [{r.span.start_s:.3f}, {r.span.end_s:.3f}]" for r in a.repetitions]
         listed = "[\n" + ",\n".join(rows) + "\n    ]" if rows else "[]"
-        name = json.dumps(one["object"], ensure_ascii=False)
+        name = json.dumps(a.trajectory.name, ensure_ascii=False)
         objects.append(f'  {{\n    "object": {name},\n    "repetitions": {listed}\n  }}')
     return '{"columns": ["start_s", "end_s"], "objects": [\n' + ",\n".join(objects) + "\n]}\n"
 
