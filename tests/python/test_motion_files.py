@@ -74,12 +74,6 @@ def test_a_table_gives_back_what_was_saved(tmp_path_factory, seed, names, status
             assert b.covariances is None
 
 
-def test_a_table_without_covariances_has_no_columns_for_them(tmp_path):
-    st.motion.save(tmp_path / "a.csv", trajectory(), covariances=False)
-    assert "cov_" not in (tmp_path / "a.csv").read_text()
-    assert st.motion.load(tmp_path / "a.csv")[0].covariances is None
-
-
 def test_a_table_keeps_the_frame_and_poses_of_lost_frames(tmp_path):
     T = poses(3)
     a = st.motion.Trajectory([0, 1, 2], T, None, ["ok", "lost", "ok"], "cup", "table")
@@ -133,10 +127,7 @@ def test_a_result_folder_is_read_with_covariances_and_statuses(tmp_path):
         for x, y in zip((a, b), read, strict=True):
             assert_same(x, y)
             np.testing.assert_allclose(x.covariances, y.covariances, rtol=1e-12)
-    assert [t.name for t in st.motion.load(tmp_path / "run", obj_id=4)] == ["box"]
     assert [t.name for t in st.motion.load(tmp_path / "run", name="cup")] == ["cup"]
-    with pytest.raises(ValueError, match=r"obj_id: .*run has no object 9; it has 3, 4"):
-        st.motion.load(tmp_path / "run", obj_id=9)
     with pytest.raises(ValueError, match=r"name: .*run has no object 'mug'; it has box, cup"):
         st.motion.load(tmp_path / "run", name="mug")
 
@@ -247,7 +238,6 @@ def test_an_image_with_another_object_is_a_gap_of_this_one(tmp_path):
     path = write(tmp_path / "a.csv", BOP + "".join(rows))
     one, seven = st.motion.load(path, fps=1)
     assert (one.status, seven.status) == (("ok", "ok", "lost"), ("ok",) * 3)
-    assert [t.name for t in st.motion.load(path, fps=1, obj_id=7)] == ["object_7"]
 
 
 def at(x):

@@ -118,7 +118,6 @@ class TestContacts:
         assert found.count.tolist() == [1]
         assert found.share[0] == pytest.approx(0.5, abs=0.01)
         assert found.onset_s[0] == pytest.approx(0.51)
-        assert motion.contacts([distance], t, min_s=0).count.tolist() == [3]
 
     def test_never_touching_is_no_contact_and_a_gap_is_not_known(self):
         t = times()

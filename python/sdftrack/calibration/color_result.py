@@ -13,6 +13,7 @@ from sdftrack._internal.array_equality import Compared
 from sdftrack.calibration.pairs import BallPairs, ColorMapping
 from sdftrack.calibration.statistics import student_t975
 from sdftrack.camera import Camera, RGBDCamera
+from sdftrack.io.report_file import plain
 
 Array = NDArray[np.float64]
 
@@ -93,33 +94,40 @@ class ColorCalibration(Compared):
         return student_t975(self.freedom) * self.sd_px(points)
 
     def to_dict(self) -> dict[str, Any]:
-        """Convert to plain numbers for JSON."""
+        """Convert to plain numbers for JSON, None where unknown."""
         p = self.pairs
-        return {
-            "P": self.P.tolist(),
-            "q": self.q.tolist(),
-            "covariance": self.covariance.tolist(),
-            "covariance_of": "P row by row, then q; scale held by |row 3 of P K| = 1",
-            "degrees_of_freedom": self.freedom,
-            "rms_px": self.rms_px,
-            "T_color_depth": self.T_color_depth.tolist(),
-            "T_covariance": None if self.T_covariance is None else self.T_covariance.tolist(),
-            "K_color": self.K_color.tolist(),
-            "time_offset_s": self.time_offset_s,
-            "time_offset_sd_s": self.time_offset_sd_s,
-            "pairs_found": len(p),
-            "pairs_kept": int(np.count_nonzero(p.kept)),
-            "pairs": [
+        names = (
+            "P",
+            "q",
+            "covariance",
+            "rms_px",
+            "T_color_depth",
+            "T_covariance",
+            "K_color",
+            "time_offset_s",
+        )
+        each = zip(p.index, p.center_cam, p.color_px, p.residual_px, p.kept, strict=True)
+        return dict(
+            plain(
                 {
-                    "frame": int(p.index[i]),
-                    "center_cam_m": p.center_cam[i].tolist(),
-                    "color_px": p.color_px[i].tolist(),
-                    "residual_px": p.residual_px[i].tolist() if np.isfinite(p.residual_px[i]).all() else None,
-                    "kept": bool(p.kept[i]),
+                    **{name: getattr(self, name) for name in (*names, "time_offset_sd_s")},
+                    "covariance_of": "P row by row, then q; scale held by |row 3 of P K| = 1",
+                    "degrees_of_freedom": self.freedom,
+                    "pairs_found": len(p),
+                    "pairs_kept": np.count_nonzero(p.kept),
+                    "pairs": [
+                        {
+                            "frame": i,
+                            "center_cam_m": center,
+                            "color_px": px,
+                            "residual_px": residual if np.isfinite(residual).all() else None,
+                            "kept": kept,
+                        }
+                        for i, center, px, residual, kept in each
+                    ],
                 }
-                for i in range(len(p))
-            ],
-        }
+            )
+        )
 
     def camera_dict(self, depth_scale_m: float = 0.001) -> dict[str, Any]:
         """Contents of a camera.json of the k1 layout (docs/data.md), including the mapping."""

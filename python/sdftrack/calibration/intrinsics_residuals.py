@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -16,6 +17,7 @@ from sdftrack.calibration.lens import EXTRA
 from sdftrack.calibration.observability import COLUMNS, MIN_IN_CELL, ROWS
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
+from sdftrack.io.report_file import plain
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -40,9 +42,7 @@ class Misfit:
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain values, None where unknown."""
-        cells = [[float(v) if np.isfinite(v) else None for v in row] for row in self.cells_m]
-        median = float(self.median_m) if np.isfinite(self.median_m) else None
-        return {"median_m": median, "cells_m": cells, "frames": self.frames}
+        return dict(plain(dataclasses.asdict(self)))
 
 
 class Frames(Protocol):

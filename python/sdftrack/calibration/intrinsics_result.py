@@ -14,6 +14,7 @@ from sdftrack._internal.array_equality import Compared
 from sdftrack.calibration.observability import Observability
 from sdftrack.calibration.statistics import fuse
 from sdftrack.camera import Camera
+from sdftrack.io.report_file import plain
 from sdftrack.results import Step
 
 Array = NDArray[np.float64]
@@ -122,31 +123,32 @@ class IntrinsicsResult(Compared):
         return f"IntrinsicsResult({', '.join(parts)}; {len(self.frames)} frames, {self.status})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Convert to numbers, lists and strings for JSON."""
-        camera = {name: getattr(self.camera, name) for name in ("fx", "fy", "cx", "cy", "width", "height")}
-        observed = dataclasses.asdict(self.observability)
-        return {
-            "camera": {**camera, "distortion": list(self.camera.distortion)},
-            "free": list(self.free),
-            "values": self.values.tolist(),
-            "covariance": self.covariance.tolist(),
-            "interval95": self.interval95.tolist(),
-            "extra": self.extra,
-            "bias": self.bias.tolist(),
-            "fused": {
-                "values": self.per_frame.fused.tolist(),
-                "covariance": self.per_frame.fused_covariance.tolist(),
-            },
-            "status": self.status,
-            "reason": self.reason,
-            "joint": self.joint,
-            "frames": self.frames,
-            "left_out": {str(i): reason for i, reason in self.left_out.items()},
-            "noise_m": self.noise_m.tolist(),
-            "poses": self.poses.tolist(),
-            "observability": {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in observed.items()},
-            "seconds": self.seconds,
-        }
+        """Convert to numbers, lists and strings for JSON, None where unknown."""
+        names = (
+            "free",
+            "values",
+            "covariance",
+            "interval95",
+            "extra",
+            "bias",
+            "status",
+            "reason",
+            "joint",
+            "frames",
+        )
+        return dict(
+            plain(
+                {
+                    "camera": dataclasses.asdict(self.camera),
+                    **{
+                        name: getattr(self, name)
+                        for name in (*names, "left_out", "noise_m", "poses", "seconds")
+                    },
+                    "fused": {"values": self.per_frame.fused, "covariance": self.per_frame.fused_covariance},
+                    "observability": dataclasses.asdict(self.observability),
+                }
+            )
+        )
 
 
 def per_frame_of(estimates: dict[str, Any], order: list[int], frames: list[int]) -> PerFrame:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import INT_MAX, numbers, shown
+from sdftrack._internal.validation import INT_MAX, number, numbers, shown
 
 _DISTORTION_LENGTHS = (0, 4, 5, 8)
 NORMALISED, PICTURE = 4.0, 32  # all intrinsics below this are no pixels of an image with sides above that
@@ -150,11 +150,8 @@ class Camera:
     @classmethod
     def from_fov(cls, fov_x_rad: float, width: int, height: int) -> Camera:
         """Ideal camera with square pixels and a horizontal field of view of `fov_x_rad` radians, edge to edge."""
-        fov_x_rad, width, height = (
-            _finite("fov_x_rad", fov_x_rad),
-            _pixels("width", width),
-            _pixels("height", height),
-        )
+        fov_x_rad = _finite("fov_x_rad", fov_x_rad)
+        width, height = _pixels("width", width), _pixels("height", height)
         if not 0.0 < fov_x_rad < math.pi:
             raise ValueError(f"fov_x_rad: expected radians between 0 and pi, got {fov_x_rad:g}")
         f = 0.5 * width / math.tan(0.5 * fov_x_rad)
@@ -296,12 +293,7 @@ def _pixels(name: str, value: Any) -> int:
 
 
 def _finite(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except OverflowError:  # an integer of hundreds of digits
-        number = math.inf
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected a number, got {type(value).__name__}") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{name}: expected a finite number, got {number}")
-    return number
+    out = number(value, name)
+    if not math.isfinite(out):
+        raise ValueError(f"{name}: expected a finite number, got {out}")
+    return out

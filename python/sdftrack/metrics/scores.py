@@ -198,7 +198,8 @@ def _nearest_in(points: Array) -> Callable[[Array], Array]:
     """The function that gives, for each of (N, 3) points, the distance to the nearest of `points`."""
     from scipy.spatial import KDTree
 
-    tree, centre = KDTree(points), points.mean(axis=0)
+    # Of many points at one place a tree is one leaf, which each query would go through as a whole.
+    tree, centre = KDTree(np.unique(points, axis=0)), points.mean(axis=0)
 
     def nearest(queries: Array) -> Array:
         # From the centre: for those that are NaN, or so far away that it is all one.

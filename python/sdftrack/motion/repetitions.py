@@ -29,7 +29,7 @@ Spans = list[tuple[float, float]]
 
 
 def rests_of(motion: SmoothedMotion, rate_hz: float) -> Spans:
-    """(start, end) of 0.1 s and more with speed and angular speed below 5 % of their usual peaks, after a 3 Hz low pass."""
+    """(start, end) of rests: 0.1 s and more with speeds below 5 % of their usual peaks, after a 3 Hz low pass."""
     times = motion.times_s(rate_hz)
     mean = motion.mean(times)
     speed = _slow_norm(mean.velocities_mps[0], mean.observed, rate_hz)

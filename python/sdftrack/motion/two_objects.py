@@ -13,7 +13,7 @@ from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.definitions import Definition, of_two_objects
 from sdftrack.motion.intervals import Measured, measured
-from sdftrack.motion.measures.targets import MIN_S, beginnings, settled
+from sdftrack.motion.measures.targets import beginnings, settled
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.sdf import SDF
 
@@ -86,12 +86,10 @@ def _surface_points(points: ArrayLike, name: str) -> Array:
     return p
 
 
-def contacts(
-    distances_m: ArrayLike, times_s: ArrayLike, *, touching_m: float = TOUCHING_M, min_s: float = MIN_S
-) -> Contacts:
+def contacts(distances_m: ArrayLike, times_s: ArrayLike, *, touching_m: float = TOUCHING_M) -> Contacts:
     """When two objects touch: their distance is `touching_m` or less.
 
-    Breaks shorter than `min_s` do not end a contact, and what is then shorter than that is none.
+    Breaks shorter than 0.1 s do not end a contact, and what is then shorter than that is none.
 
     Parameters
     ----------
@@ -101,7 +99,6 @@ def contacts(
         Regular, at least two.
     touching_m : float
         Above the error of shapes and poses together.
-    min_s : float
 
     >>> contacts([[0.1, 0.0, 0.0, 0.1]], [0.0, 0.1, 0.2, 0.3]).share
     array([0.5])
@@ -114,9 +111,7 @@ def contacts(
     if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
         raise ValueError("times_s: expected times that are finite and increase")
     limit = number(touching_m, "touching_m")
-    if not 0 <= number(min_s, "min_s") < np.inf:
-        raise ValueError(f"min_s: expected 0 or more, got {min_s!r}")
-    touch = settled(d <= limit, 1 / float(t[1] - t[0]), min_s)
+    touch = settled(d <= limit, 1 / float(t[1] - t[0]))
     first = np.where(touch.any(axis=1), t[touch.argmax(axis=1)], np.nan)
     values = touch.mean(axis=1), first, beginnings(touch).sum(axis=1), d.min(axis=1)
     known = np.isfinite(d).all(axis=1)
@@ -175,11 +170,11 @@ def contact(
     times = np.arange(start, end, 1 / RATE_HZ)
     mean = _touches(first.motion.mean(times), second.motion.mean(times), shape, points, near)
     # The samples of two objects are drawn alike, and their errors are not: those of the second are shifted.
-    drawn = (
-        analysis.motion.samples(times).part(slice(shift, shift + SAMPLES), slice(None))
-        for shift, analysis in enumerate((first, second))
-    )
-    each = _touches(*drawn, shape, points, near)
+    drawn = [
+        a.motion.samples(times).part(slice(k, k + SAMPLES), slice(None))
+        for k, a in enumerate((first, second))
+    ]
+    each = _touches(drawn[0], drawn[1], shape, points, near)
     values = {}
     for (name, unit, text, wide), at_mean, sampled in zip(MEASURES, mean, each, strict=True):
         asked = Definition(

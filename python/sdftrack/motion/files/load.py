@@ -30,7 +30,6 @@ def load(
     *,
     fps: float | None = None,
     unit: str | None = None,
-    obj_id: int | None = None,
     name: str | None = None,
 ) -> list[Trajectory]:
     """Trajectories of a file, one per object (docs/data.md, "Trajectory files").
@@ -46,8 +45,6 @@ def load(
     unit : {"m", "cm", "mm"}, optional
         Unit of the lengths in the file. Default: that of the format, which is metres, for BOP millimetres, and for C3D
         the one that the file names.
-    obj_id : int, optional
-        Only this object of a result folder or of BOP results.
     name : str, optional
         Only objects of this name; where the file names none (TUM, BOP), the name that the object gets.
 
@@ -74,10 +71,11 @@ def load(
     if unit is not None and unit not in UNITS:
         raise ValueError(f"unit: expected one of {list(UNITS)}, got {unit!r}")
     records, own_unit, names_objects = _read(path, fps, unit)
-    if obj_id is not None:
-        records = _chosen(records, "obj_id", obj_id, path)
     if name is not None and names_objects:
-        records = _chosen(records, "name", name, path)
+        known = sorted({record.name for record in records})
+        records = [record for record in records if record.name == name]
+        if not records:
+            raise ValueError(f"name: {path} has no object {name!r}; it has {', '.join(known) or 'none'}")
     elif name is not None:
         for k, record in enumerate(records):
             record.name = name if len(records) == 1 else f"{name}_{k + 1}"
@@ -118,14 +116,6 @@ def _read(path: Path, fps: float | None, unit: str | None) -> tuple[list[Record]
         f"{path}: expected BOP results, which begin with 'scene_id,im_id,obj_id,', or a table of st.motion.save, which "
         f"begins with '{TITLE}', got {text[:40].splitlines()[0]!r}"
     )
-
-
-def _chosen(records: list[Record], what: str, value: object, path: Path) -> list[Record]:
-    has = [getattr(record, what) for record in records]
-    if value not in has:
-        known = sorted({str(v) for v in has if v is not None})
-        raise ValueError(f"{what}: {path} has no object {value!r}; it has {', '.join(known) or 'no ' + what}")
-    return [record for record, v in zip(records, has, strict=True) if v == value]
 
 
 def _trajectories(records: list[Record], metres: float, path: Path) -> list[Trajectory]:
@@ -175,22 +165,19 @@ def read_result_folder(folder: Path, fps: float | None) -> list[Record]:
         images = np.array([row["im_id"] for row in rows], np.float64)
         stamps = np.array([np.nan if r.timestamp is None else r.timestamp for r in results], np.float64)
         entries = {int(entry["k"]): entry for row in rows for entry in row["objects"]}
-        names = {k: (str(e["name"]), int(e["obj_id"])) for k, e in sorted(entries.items())}
+        names = {k: str(entry["name"]) for k, entry in sorted(entries.items())}
     if fps is not None or not np.isfinite(stamps).all():
         missing = int(np.count_nonzero(~np.isfinite(stamps)))
         why = f"{path}: {missing} of {len(rows)} frames have no timestamp"
         stamps = times_from_numbers(images, fps, why)
     records = []
-    for k, (name, obj_id) in names.items():
+    for k, name in names.items():
         poses, covariances = np.full((len(rows), 4, 4), np.nan), np.full((len(rows), 6, 6), np.nan)
         status = ["lost"] * len(rows)
         for i, (result, place) in enumerate(zip(results, places, strict=True)):
             if k in place:
                 j = place[k]
-                poses[i], covariances[i], status[i] = (
-                    result.poses[j],
-                    result.motion_covariances[j],
-                    str(result.status[j]),
-                )
-        records.append(Record(name, stamps, poses, status, covariances, obj_id))
+                poses[i], covariances[i] = result.poses[j], result.motion_covariances[j]
+                status[i] = str(result.status[j])
+        records.append(Record(name, stamps, poses, status, covariances))
     return records

@@ -19,14 +19,13 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Record:
-    """One object of a file; lengths in the unit of the file, NaN in gaps. `obj_id` None: objects have no numbers."""
+    """One object of a file; lengths in the unit of the file, NaN in gaps."""
 
     name: str
     times_s: Array
     poses: Array
     status: list[str]
     covariances: Array | None = None
-    obj_id: int | None = None
     frame: str = "camera"
 
 

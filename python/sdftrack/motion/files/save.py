@@ -24,7 +24,6 @@ def save(
     path: str | os.PathLike[str],
     trajectories: Trajectory | Sequence[Trajectory],
     *,
-    covariances: bool = True,
     points: Mapping[str, Mapping[str, ArrayLike]] | None = None,
 ) -> None:
     """Write trajectories, completely or not at all; the suffix names the format (docs/data.md, "Trajectory files").
@@ -32,13 +31,11 @@ def save(
     Parameters
     ----------
     path : path
-        ``.csv``: a table with everything, one row per object and frame. ``.c3d``: rigid bodies (extra ``motion``).
-        ``.sto``: orientations for OpenSim, and the positions beside it as ``<stem>_position.sto``. ``.trc``: markers
-        for OpenSim. A file of that name is replaced.
+        ``.csv``: a table with everything, one row per object and frame; no other format has room for covariances.
+        ``.c3d``: rigid bodies (extra ``motion``). ``.sto``: orientations for OpenSim, and the positions beside it as
+        ``<stem>_position.sto``. ``.trc``: markers for OpenSim. A file of that name is replaced.
     trajectories : Trajectory or sequence of Trajectory
         With different names. Except in CSV, all objects have the same times; C3D and TRC have one frame rate.
-    covariances : bool
-        Whether a CSV contains the covariances that are known; no other format has room for them.
     points : {name: {label: (3,) array}}, optional
         For ``.trc``: points of an object, in its frame, m, written as markers "<name>_<label>" beside its origin.
 
@@ -60,7 +57,7 @@ def save(
     if points is not None and suffix != ".trc":
         raise ValueError(f"points: only a .trc file has markers, got {str(path)!r}")
     if suffix == ".csv":
-        write_text(path, table_text(chosen, covariances))
+        write_text(path, table_text(chosen))
     elif suffix == ".trc":
         write_text(path, trc_text(chosen, _checked_points(points or {}, chosen), path.name))
     elif suffix == ".c3d":

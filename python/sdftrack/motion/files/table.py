@@ -33,9 +33,9 @@ UPPER = np.triu_indices(6)
 COVARIANCE = tuple(f"cov_{AXES[i]}_{AXES[j]}" for i, j in zip(*UPPER, strict=True))
 
 
-def table_text(trajectories: Sequence[Trajectory], covariances: bool) -> str:
+def table_text(trajectories: Sequence[Trajectory]) -> str:
     """The text of the file. Numbers have the digits that give the same double back; unknown ones are empty."""
-    with_covariance = covariances and any(t.covariances is not None for t in trajectories)
+    with_covariance = any(t.covariances is not None for t in trajectories)
     heads = [json.dumps({"name": t.name, "frame": t.frame}, ensure_ascii=False) for t in trajectories]
     rows = [*HEADER, *(text_cell(OBJECT + head) for head in heads)]  # one cell each, whatever the name
     rows.append(",".join([*COLUMNS, *(COVARIANCE if with_covariance else ())]))

@@ -61,15 +61,8 @@ def read_bop(path: Path, text: str, fps: float | None) -> list[Record]:
             poses = np.full((len(numbers), 4, 4), np.nan)
             for im, rows in images.items():
                 poses[(im - seen[0]) // step] = rows[k][1]
-            records.append(
-                Record(
-                    name if count == 1 else f"{name}_{k + 1}",
-                    times,
-                    poses,
-                    gaps_as_lost(poses),
-                    obj_id=obj_id,
-                )
-            )
+            label = name if count == 1 else f"{name}_{k + 1}"
+            records.append(Record(label, times, poses, gaps_as_lost(poses)))
     return records
 
 

@@ -12,30 +12,23 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import number, numbers, shown, whole
+from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of
 from sdftrack.motion.samples import MotionSamples
 
 Array = NDArray[np.float64]
 LEAST_HZ, MOST_HZ = 1e-9, 1e9
-MOST_PADDING = 12  # doublings of the length
+CUTOFF_HZ, THRESHOLD, PADDING = 10.0, 0.05, 4  # of the spectrum; doublings of its length
 SOURCE = "Balasubramanian et al. 2015, doi 10.1186/s12984-015-0090-9"
 
 
-def sparc(
-    speeds: ArrayLike,
-    rate_hz: float,
-    *,
-    cutoff_hz: float = 10.0,
-    threshold: float = 0.05,
-    padding: int = 4,
-) -> Array:
+def sparc(speeds: ArrayLike, rate_hz: float) -> Array:
     """Spectral arc length of speed profiles: minus the length of the normalised spectrum's curve.
 
     SPARC = - integral from 0 to w_c of sqrt((1 / w_c)^2 + (d V / d w)^2) dw, with V = |V(w)| / V(0) the magnitude
-    of the Fourier transform and w_c the last frequency up to `cutoff_hz` at which V is `threshold` or more. Near -1.4
-    for a minimum-jerk movement, more negative for movements that are less smooth.
+    of the Fourier transform and w_c the last frequency up to 10 Hz at which V is 0.05 or more: what is beyond is taken
+    for noise. Near -1.4 for a minimum-jerk movement, more negative for movements that are less smooth.
 
     Parameters
     ----------
@@ -43,10 +36,6 @@ def sparc(
         Norms of the velocity at regular times, from onset to offset.
     rate_hz : float
         Samples per second.
-    cutoff_hz, threshold : float
-        Frequencies above `cutoff_hz` and spectra below `threshold` are taken for noise.
-    padding : int
-        The transform has 2^padding times as many points as the next power of two of n.
 
     Returns
     -------
@@ -62,16 +51,13 @@ def sparc(
         raise ValueError(f"speeds: expected shape (..., n) with n of 2 or more, got {v.shape}")
     if (v < 0).any():
         raise ValueError("speeds: expected norms of velocities, got a negative number")
-    if not (0 < number(cutoff_hz, "cutoff_hz") < np.inf):
-        raise ValueError(f"cutoff_hz: expected Hz above 0, got {shown(cutoff_hz)}")
-    whole(padding, "padding", 0, MOST_PADDING)
-    size = 2 ** (math.ceil(math.log2(v.shape[-1])) + padding)
+    size = 2 ** (math.ceil(math.log2(v.shape[-1])) + PADDING)
     step = rate / size
-    kept = int(min(cutoff_hz, rate / 2) / step + 1e-9) + 1
+    kept = int(min(CUTOFF_HZ, rate / 2) / step + 1e-9) + 1
     spectrum = np.abs(np.fft.rfft(v, size, axis=-1)[..., :kept])
     with np.errstate(divide="ignore", invalid="ignore"):
         spectrum /= spectrum[..., :1]
-        last = kept - 1 - (spectrum >= threshold)[..., ::-1].argmax(axis=-1)  # spectrum[0] is 1
+        last = kept - 1 - (spectrum >= THRESHOLD)[..., ::-1].argmax(axis=-1)  # spectrum[0] is 1
         steps = np.sqrt((1 / last[..., None]) ** 2 + np.diff(spectrum, axis=-1) ** 2)
         length = np.where(np.arange(kept - 1) < last[..., None], steps, 0).sum(axis=-1)
     defined = np.isfinite(v).all(axis=-1) & (v > 0).any(axis=-1) & (last > 0)

@@ -52,14 +52,7 @@ class Tremor:
     determined: bool
 
 
-def tremor_of(
-    trajectory: Trajectory,
-    start_s: float,
-    end_s: float,
-    *,
-    noise_m: float,
-    band_hz: tuple[float, float] = BAND_HZ,
-) -> Tremor | None:
+def tremor_of(trajectory: Trajectory, start_s: float, end_s: float, *, noise_m: float) -> Tremor | None:
     """The tremor in a hold.
 
     Parameters
@@ -70,7 +63,6 @@ def tremor_of(
     noise_m : float
         Standard deviation of a measured position, all three axes together, m: of the covariances, scaled by the
         smoother's `noise_scales`.
-    band_hz : (float, float)
 
     Returns
     -------
@@ -93,7 +85,7 @@ def tremor_of(
     step = float(np.median(np.diff(t)))
     if np.diff(t).max() > 1.5 * step:
         return None
-    rate, low, high = 1 / step, band_hz[0], min(band_hz[1], 0.45 / step)
+    rate, low, high = 1 / step, BAND_HZ[0], min(BAND_HZ[1], 0.45 / step)
     if high <= low * 1.25:
         return None
     frequencies, spectra = _spectra(t, x, rate)
