@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 
 class ClosedByWith:
@@ -22,3 +24,14 @@ class ClosedByWith:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+@contextmanager
+def closed_on_error(*things: Any) -> Iterator[None]:
+    """Whatever goes wrong within closes these before it goes on."""
+    try:
+        yield
+    except BaseException:
+        for thing in things:
+            thing.close()
+        raise

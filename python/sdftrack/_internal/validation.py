@@ -25,6 +25,14 @@ def number(value: Any, name: str) -> float:
         raise TypeError(f"{name}: expected a number, got {value!r}") from None
 
 
+def within(value: Any, name: str, least: float, most: float, unit: str = "") -> float:
+    """`value` as a float in least..most; errors name the argument."""
+    x = number(value, name)
+    if not least <= x <= most:
+        raise ValueError(f"{name}: expected {least:g} to {most:g}{unit and ' ' + unit}, got {value!r}")
+    return x
+
+
 def shown(value: Any) -> str:
     """A value as messages tell it, in part of one line.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import quaternion, rotation
-from sdftrack._internal.text_files import named, read_text
+from sdftrack._internal.text_files import contents, named, read_text
 from sdftrack._internal.validation import shown
 
 TUM_HEADER = "# timestamp tx ty tz qx qy qz qw"
@@ -60,7 +60,7 @@ def log_lines(number: int, T: Array) -> list[str]:
 def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
     """Poses of a Redwood trajectory log, by the first integer of their header line."""
     lines = [s for s in read_text(path).splitlines() if s.strip()]
-    try:
+    with contents(path, "blocks of 'i i n' and four rows of four numbers"):
         blocks = [lines[i : i + 5] for i in range(0, len(lines), 5)]
         return {
             int(block[0].split()[0]): np.array(
@@ -68,5 +68,3 @@ def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
             ).reshape(4, 4)
             for block in blocks
         }
-    except (ValueError, IndexError):
-        raise ValueError(f"{path}: expected blocks of 'i i n' and four rows of four numbers") from None

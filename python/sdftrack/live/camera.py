@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
 
-from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.closing import ClosedByWith, closed_on_error
 from sdftrack._internal.validation import whole
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
@@ -70,11 +70,8 @@ def open_camera(address: str, **options: Any) -> LiveCamera:
         raise ValueError(f"address: expected one of {known}, got {address!r}")
     waiting = options.pop("waiting", 2)
     source = CAMERAS[name].open(rest, **options)
-    try:
+    with closed_on_error(source):
         return LiveCamera(source, waiting=waiting)
-    except BaseException:
-        source.close()
-        raise
 
 
 class LiveCamera(ClosedByWith):

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.live.sources import CameraLost, register_camera
@@ -44,7 +45,7 @@ class Webcam:
         self.name = f"webcam {self._device}"
         self._capture: Any = None
         self._open()
-        try:
+        with closed_on_error(self):
             size = self._size()
             if camera is not None and not isinstance(camera, Camera):
                 camera = _loaded(camera, *size)
@@ -55,9 +56,6 @@ class Webcam:
                     f"camera: these intrinsics are of {known.width} x {known.height} pixels, but {self.name} delivers "
                     f"{size[0]} x {size[1]}; pass width= and height=, or intrinsics scaled to its images"
                 )
-        except BaseException:
-            self.close()
-            raise
 
     def read(self) -> Frame | None:
         for _ in range(FIRST_TRIES if self._first else TRIES):

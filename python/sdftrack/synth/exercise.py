@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import geometry
 from sdftrack._internal.files import write_json
-from sdftrack._internal.text_files import read_json
-from sdftrack._internal.validation import number, numbers, whole
+from sdftrack._internal.text_files import contents, read_json
+from sdftrack._internal.validation import numbers, whole, within
 from sdftrack.camera import Camera
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.synth.exercise_plans import PLANS, Wishes
@@ -195,16 +195,16 @@ def exercise(
     arguments: dict[str, Any] = {
         "seed": whole(seed, "seed", 0),
         "repetitions": whole(repetitions, "repetitions", 1, 1000),
-        "fps": _between(fps, "fps", 1, 10_000, "frames per second"),
+        "fps": within(fps, "fps", 1, 10_000, "frames per second"),
         "submovements": None if submovements is None else whole(submovements, "submovements", 1, 100),
-        "tremor_hz": None if tremor_hz is None else _between(tremor_hz, "tremor_hz", 0.1, 1000, "Hz"),
+        "tremor_hz": None if tremor_hz is None else within(tremor_hz, "tremor_hz", 0.1, 1000, "Hz"),
         "tremor_amplitude_m": (
             None
             if tremor_amplitude_m is None
-            else _between(tremor_amplitude_m, "tremor_amplitude_m", 0, 0.02, "m")
+            else within(tremor_amplitude_m, "tremor_amplitude_m", 0, 0.02, "m")
         ),
-        "origin_m": _between(origin_m, "origin_m", -0.5, 0.5, "m"),
-        "meeting_m": _between(meeting_m, "meeting_m", 0.01, 0.2, "m"),
+        "origin_m": within(origin_m, "origin_m", -0.5, 0.5, "m"),
+        "meeting_m": within(meeting_m, "meeting_m", 0.01, 0.2, "m"),
     }
     if kind not in TREMBLING and (tremor_hz is not None or tremor_amplitude_m):
         raise ValueError(f"tremor: expected one of the kinds {', '.join(TREMBLING)}, got {kind!r}")
@@ -220,13 +220,6 @@ def exercise(
             told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(plan).items()}
             return Exercise(kind, arguments, arguments["fps"], T_cam_table=view, **told)
     raise ValueError(f"{kind}: found no view of all of it in {VIEWS} tries; change seed or meeting_m")
-
-
-def _between(value: float, name: str, least: float, most: float, unit: str) -> float:
-    x = number(value, name)
-    if not least <= x <= most:
-        raise ValueError(f"{name}: expected {least:g} to {most:g} {unit}, got {value!r}")
-    return x
 
 
 # -- Exercises from their files
@@ -252,11 +245,9 @@ def load_exercise(path: str | os.PathLike[str]) -> Exercise:
     if file.is_dir():
         file /= "exercise.json"
     stored = read_json(file)
-    try:
+    with contents(file, "the file of an exercise"):
         made = exercise(stored["kind"], **stored["arguments"])
         same = _differences(made.truth(), stored) <= SAME
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{file}: expected the file of an exercise ({error})") from None
     if not same:
         raise ValueError(
             f"{file}: written by a version that makes other exercises of these arguments; make it anew"

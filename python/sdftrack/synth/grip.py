@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import geometry
+from sdftrack._internal.validation import whole, within
 from sdftrack.synth.bodies import SKIN, Body, Stage
 from sdftrack.synth.capsules import Capsules, cast
 from sdftrack.synth.surroundings import Layer
@@ -56,18 +57,10 @@ class Grip:
     grow: int = 0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.share <= 0.7:
-            raise ValueError(f"occluder: Grip(share): expected 0 to 0.7, got {self.share:g}")
-        if not 0.002 <= self.finger_m <= 0.03:
-            raise ValueError(
-                f"occluder: Grip(finger_m): expected 0.002 to 0.03, metres, got {self.finger_m:g}"
-            )
-        if self.hold < 1 or self.slide < 1:
-            raise ValueError(
-                f"occluder: Grip(hold, slide): expected at least 1, got {self.hold}, {self.slide}"
-            )
-        if self.grow < 0:
-            raise ValueError(f"occluder: Grip(grow): expected at least 0, got {self.grow}")
+        within(self.share, "occluder: Grip(share)", 0, 0.7)
+        within(self.finger_m, "occluder: Grip(finger_m)", 0.002, 0.03, "m")
+        for name, least in (("hold", 1), ("slide", 1), ("grow", 0)):
+            whole(getattr(self, name), f"occluder: Grip({name})", least)
         if isinstance(self.color, str):
             known = self.color in ("skin", "similar", "other")
         else:

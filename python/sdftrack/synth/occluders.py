@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import within
 from sdftrack.synth.bodies import SKIN, Occluder, Stage
 from sdftrack.synth.grip import Grip
 from sdftrack.synth.surroundings import Layer, box_mesh, hand_mesh, mesh_layer
@@ -25,8 +26,7 @@ class Hand:
     share: float = 0.3
 
     def __post_init__(self) -> None:
-        if not 0 <= self.share <= 0.8:
-            raise ValueError(f"occluder: expected a fraction of 0 to 0.8, got {self.share:g}")
+        within(self.share, "occluder: a fraction", 0, 0.8)
 
     def ready(self, stage: Stage) -> Callable[[int, Any, Any], Layer]:
         """A function (frame, visible, depth) -> the hand's picture."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import RotationErrors, rigid_pose
-from sdftrack._internal.text_files import read_json
+from sdftrack._internal.text_files import contents, read_json
 from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
@@ -42,8 +42,7 @@ def open_bop(root: Path) -> Sequence:
         Entry(
             depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
             VideoImage(video, i) if video else color.get(f"{i:06d}"),
-            _depth_scale(root, i, cameras[i]),
-            _timestamp(root, i, cameras[i]),
+            *_scale_and_time(root, i, cameras[i]),
             camera=None if intrinsics[0] == K else K,
         )
         for i, K in zip(ids, intrinsics, strict=True)
@@ -79,35 +78,19 @@ def _by_number(path: Path, kind: type) -> dict[int, Any]:
 
 
 def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: int) -> Camera:
+    with contents(f"{root / 'scene_camera.json'}, image {im_id}", "cam_K, the 9 numbers of a camera"):
+        return Camera._from_K(np.reshape(np.asarray(values["cam_K"], dtype=float), (3, 3)), width, height)
+
+
+def _scale_and_time(root: Path, im_id: int, values: dict[str, Any]) -> tuple[float, float | None]:
+    """Metres per unit, and seconds: an addition to BOP's files, which have no times."""
+    scale, time_s = values.get("depth_scale", 1.0), values.get("timestamp")
     where = f"{root / 'scene_camera.json'}, image {im_id}"
-    try:
-        K = np.reshape(np.asarray(values["cam_K"], dtype=float), (3, 3))
-    except (KeyError, TypeError, ValueError, OverflowError):
-        raise ValueError(f"{where}: expected cam_K with 9 numbers") from None
-    try:
-        return Camera._from_K(K, width, height)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
-
-
-def _depth_scale(root: Path, im_id: int, values: dict[str, Any]) -> float:
-    value = values.get("depth_scale", 1.0)
-    if not _is_number(value) or not value > 0:
-        raise ValueError(
-            f"{root / 'scene_camera.json'}, image {im_id}: depth_scale: expected mm per unit, a number above 0, "
-            f"got {shown(value)}"
-        )
-    return M_PER_MM * float(value)
-
-
-def _timestamp(root: Path, im_id: int, values: dict[str, Any]) -> float | None:
-    """Seconds; an addition to BOP's files, which have no times."""
-    value = values.get("timestamp")
-    if value is None or _is_number(value):
-        return value
-    raise ValueError(
-        f"{root / 'scene_camera.json'}, image {im_id}: timestamp: expected s, got {shown(value)}"
-    )
+    if not _is_number(scale) or not scale > 0:
+        raise ValueError(f"{where}: depth_scale: expected mm per unit, a number above 0, got {shown(scale)}")
+    if time_s is not None and not _is_number(time_s):
+        raise ValueError(f"{where}: timestamp: expected s, got {shown(time_s)}")
+    return M_PER_MM * float(scale), time_s
 
 
 def _ground_truth(
@@ -129,26 +112,19 @@ def _ground_truth(
     for i, im_id in enumerate(ids):
         seen: dict[int, int] = {}
         for place, entry in enumerate(listed.get(im_id, ())):
-            try:
+            where = f"{path}, image {im_id}, entry {place}"
+            with contents(where, "obj_id (a whole number), cam_R_m2c (9), cam_t_m2c (3)"):
                 obj_id = _whole(entry["obj_id"])
                 instance = _whole(entry["instance"]) if "instance" in entry else None
                 T = np.eye(4)
                 T[:3, :3] = np.reshape(entry["cam_R_m2c"], (3, 3))
                 T[:3, 3] = M_PER_MM * np.reshape(np.asarray(entry["cam_t_m2c"], dtype=float), (3,))
-            except (KeyError, TypeError, ValueError, OverflowError):
-                raise ValueError(
-                    f"{path}, image {im_id}, entry {place}: expected obj_id (a whole number), cam_R_m2c (9), "
-                    "cam_t_m2c (3)"
-                ) from None
-            try:
-                T = rigid_pose(T, f"{path}, image {im_id}, entry {place}", errors)
-            except ValueError as error:
-                raise ValueError(str(error)) from None
+            T = rigid_pose(T, where, errors)
             rank = seen[obj_id] = seen.get(obj_id, -1) + 1
             key = (obj_id, rank if instance is None else instance)
             k = instances.setdefault(key, len(instances))
             if k in poses.get(i, {}):
-                raise ValueError(f"{path}, image {im_id}, entry {place}: instance {instance} is there twice")
+                raise ValueError(f"{where}: instance {instance} is there twice")
             places.setdefault(i, {})[k] = place
             poses.setdefault(i, {})[k] = T
             numbered &= instance is not None
@@ -163,7 +139,7 @@ def _ground_truth(
 
 def _whole(value: Any) -> int:
     if not _is_number(value) or value != int(value):
-        raise ValueError
+        raise ValueError(f"{shown(value)} is not a whole number")
     return int(value)
 
 

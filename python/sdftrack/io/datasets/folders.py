@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.text_files import contents
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.camera.files import load_camera
 from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered, numbers_of
@@ -51,7 +52,5 @@ def open_folders(root: Path) -> Sequence:
 
 
 def _matrix(file: Path) -> NDArray[np.float64]:
-    try:
+    with contents(file, "the 16 numbers of T_cam_obj, metres"):
         return np.array(file.read_text(encoding="utf-8").split(), dtype=float).reshape(4, 4)
-    except ValueError:
-        raise ValueError(f"{file}: expected the 16 numbers of T_cam_obj, metres") from None

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.io.datasets.bags.bag import Bag, Messages
 from sdftrack.io.datasets.bags.decoding import Picture
@@ -43,7 +44,7 @@ def open_realsense(path: Path) -> Sequence:
     is_db3 = _is_db3(path)
     bag = Bag(path, [SqliteFile(path) if is_db3 else Rosbag1(path)])
     about = _Database(bag) if is_db3 else _Ros1(bag)
-    try:
+    with closed_on_error(bag):
         try:
             sensors, depth_scale = _sensors(bag, about), about.depth_scale()
         except (ValueError, KeyError, IndexError, struct.error) as error:
@@ -72,9 +73,6 @@ def open_realsense(path: Path) -> Sequence:
             warnings.warn(f"{path}: {bag.damage}; what is whole is used: {count} depth images", stacklevel=3)
         frames = StreamFrames(path.name, depth.stream, color.stream if color else None, depth_scale)
         return Sequence(frames, camera, layout="realsense", name=path.stem, close=bag.close)
-    except BaseException:
-        bag.close()
-        raise
 
 
 def _is_db3(path: Path) -> bool:

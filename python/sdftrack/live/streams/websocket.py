@@ -16,6 +16,7 @@ from http import HTTPStatus
 from typing import Any, Self
 from urllib.parse import parse_qs
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack.camera import Camera
@@ -191,11 +192,8 @@ def open_websocket(
     admission = Admission.at(host, origins)
     listening = listen(host, port, f"ws://{host}:{port}")
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # connections inherit it
-    try:
+    with closed_on_error(listening):
         server = WebsocketServer(listening, admission, names, camera)
-    except BaseException:
-        listening.close()
-        raise
     used = listening.getsockname()[1]
     server.address = admission.address(host, used)
     notes = []

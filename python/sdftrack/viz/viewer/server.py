@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from http import HTTPStatus
 from typing import Any
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack._internal.validation import whole
@@ -42,15 +43,9 @@ class PageServer:
         self._gate = Gate(listening, token)
         self._closed = False
         inner = "".join(["127.0.0.", "1"])  # a string of our own: the gate knows viser's call by it
-        try:
-            with _silent(), self._gate.in_front_of(inner):
-                self.viser: Any = viser.ViserServer(inner, self.port, label="sdftrack", verbose=False)
-        except BaseException:
-            listening.close()
-            raise
-        if (
-            not self._gate.serving
-        ):  # another version has opened a server of its own; it has not shown anything yet
+        with closed_on_error(listening), _silent(), self._gate.in_front_of(inner):
+            self.viser: Any = viser.ViserServer(inner, self.port, label="sdftrack", verbose=False)
+        if not self._gate.serving:  # a version with a server of its own; it has not shown anything yet
             self.close()
             listening.close()
             raise ImportError(

@@ -9,6 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.datasets.bags.parts import NO_CHUNK, Channel, LastChunks, Part, entries
@@ -40,14 +41,11 @@ class McapFile(Part):
         self._schemas: dict[int, Any] = {}
         self._last = LastChunks(self._content)
         self._places: dict[int, list[tuple[int, int, int]]] = {}
-        try:
+        with closed_on_error(self._file):
             if self._file.read(len(MAGIC)) != MAGIC:
                 raise ValueError(f"{path}: expected an MCAP file, got another file")
             if not self._read_summary():
                 self._scan()
-        except BaseException:
-            self._file.close()
-            raise
         self.index = {n: entries(found) for n, found in self._places.items() if n in self.channels}
 
     # -- Opening

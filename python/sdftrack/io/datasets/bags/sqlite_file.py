@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack.io.datasets.bags.parts import ENTRY, Channel, Part
 
@@ -31,16 +32,12 @@ class SqliteFile(Part):
             if file.read(len(START)) != START:
                 raise ValueError(f"{path}: expected an SQLite database, got another file")
         self._base = _connect(path)
-        try:
-            self._read_index()
-        except sqlite3.Error as error:
-            self._base.close()
-            raise ValueError(
-                f"{path}: expected a ROS 2 bag, got a database that cannot be read ({error})"
-            ) from None
-        except BaseException:
-            self._base.close()
-            raise
+        with closed_on_error(self._base):
+            try:
+                self._read_index()
+            except sqlite3.Error as error:
+                told = f"{path}: expected a ROS 2 bag, got a database that cannot be read ({error})"
+                raise ValueError(told) from None
 
     def _read_index(self) -> None:
         rows: list[tuple[int, int, int]] = []
