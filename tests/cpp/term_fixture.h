@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "energies/photometric.h"
 #include "energies/pixel_set.h"
 #include "volume_fixture.h"
 
@@ -28,6 +29,38 @@ energies::PixelSet some_pixels(int count) {
   }
   return pixels;
 }
+
+// The box's colours, and pixels that show them at kPose under another light.
+struct Painted {
+  std::vector<std::uint16_t> rgb_seen;
+  energies::GreyPixels grey;
+  std::vector<energies::PhotometricHit> hits;
+
+  explicit Painted(const energies::PixelSet& pixels) {
+    const SdfView sdf = kBox.view();
+    for (int i = 0; i < sdf.nx * sdf.ny * sdf.nz; ++i) {
+      const int x = i % sdf.nx, y = i / sdf.nx % sdf.ny, z = i / (sdf.nx * sdf.ny);
+      const double level = 0.5 + 0.2 * std::sin(0.9 * x + 0.4 * z) + 0.2 * std::cos(0.7 * y);
+      for (int k = 0; k < 3; ++k) rgb_seen.push_back(static_cast<std::uint16_t>(65280 * level));
+      rgb_seen.push_back(x > 4 ? 9 : 0);  // a border that nobody has seen
+    }
+    std::mt19937 random(3);
+    std::normal_distribution<float> noise(0, 0.02f);
+    for (std::size_t i = 0; i < pixels.depth_m.size(); i += 2) {
+      const Vec3f p = kPose * (pixels.depth_m[i] * ray(kCamera, pixels.u_px[i], pixels.v_px[i]));
+      double level = 0.5;
+      Vec3d unused;
+      energies::sample_brightness(sdf, {rgb_seen.data(), 1}, p.cast<double>(), &level, &unused);
+      grey.push(pixels.u_px[i], pixels.v_px[i], pixels.depth_m[i],
+                0.9f * static_cast<float>(level) + 0.04f + noise(random));
+    }
+  }
+  energies::PhotometricEnergy energy(const optim::State& x) {
+    energies::PhotometricEnergy made(kBox.view(), {rgb_seen.data(), 1}, &grey, {}, &hits);
+    EXPECT_GT(made.settle(x), 50);
+    return made;
+  }
+};
 
 energies::SingleObject<float> field_of(energies::SingleObject<float>*) { return {kBox.view(), kPose}; }
 energies::ScaledObject<float> field_of(energies::ScaledObject<float>*) { return {kBox.view(), kPose, 1.1f}; }

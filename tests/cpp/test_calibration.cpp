@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <random>
 
+#include "base/normal.h"
+#include "calibration/intrinsics.h"
 #include "calibration/lens_energy.h"
 #include "calibration/noise_fit.h"
 #include "volume_fixture.h"
@@ -203,6 +205,66 @@ TEST(Arrow, its_step_is_that_of_the_dense_equations) {
   optim::minimize(energy, options, &record);
   const Eigen::VectorXd dense = -H.ldlt().solve(g);
   EXPECT_LT((energy.state_ - dense).norm(), 1e-8 * dense.norm());
+}
+
+// The body as a lens of 160 x 120 pixels sees it from three sides, with noise.
+calibration::IntrinsicsProblem solved_problem(const frame::Shape& shape, const calibration::Lens& lens) {
+  calibration::IntrinsicsProblem problem(shape, lens,
+                                         {calibration::LensUnknown::kFx, calibration::LensUnknown::kFy}, {});
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.004);
+  for (const double turn : {0.4, 1.1, 2.0}) {
+    const Rigidd T_cam_obj{rotation_exp(Vec3d{0.5, turn, 0.3}), {0.03 * turn - 0.03, 0.01, 0.4}};
+    std::vector<float> depth_m;
+    for (int i = 0; i < 160 * 120; ++i) {
+      const Vec3d ray = calibration::look_through(lens, false, i % 160, i / 160).ray;
+      double z = 0.25, phi;
+      Vec3d unused;
+      for (int k = 0; k < 60 && z < 0.6; ++k) {
+        energies::SingleObject<double>{kBody.view(), inverse(T_cam_obj)}.value(z * ray, &phi, &unused);
+        z += 0.7 * phi;
+      }
+      depth_m.push_back(z < 0.6 ? static_cast<float>(z + noise(random)) : 0.0f);
+    }
+    problem.add({{depth_m.data(), 160, 120}, nullptr, nullptr}, T_cam_obj);
+  }
+  problem.solve(0.004, nullptr, false);
+  return problem;
+}
+
+TEST(Intrinsics, the_bias_is_the_mean_error_of_estimates_from_mirrored_noise) {
+  const frame::Shape shape = frame::make_shape(kBody.view(), 100, 10);
+  calibration::IntrinsicsProblem problem =
+      solved_problem(shape, {{{131, 131, 79.5, 59.5}, 160, 120, {}}, 0, 1, 0});
+  const calibration::Lens truth = problem.lens();
+  const std::vector<calibration::FrameEstimate> each = problem.examine();
+  constexpr std::uint64_t kSeed = 7;
+  const optim::SharedVector bias = problem.bias(kSeed, 2);
+  optim::SharedVector sum = optim::SharedVector::Zero(2);
+  for (int draw = 0; draw < 4; ++draw) {
+    std::mt19937_64 random(kSeed + static_cast<std::uint64_t>(draw / 2));
+    Normal normal;
+    std::vector<calibration::LensFrame> twins(3);
+    std::vector<calibration::LensFrame*> frames;
+    for (int m = 0; m < 3; ++m) {
+      calibration::LensFrame& twin = twins[static_cast<std::size_t>(m)];
+      const Rigidd T = problem.T_cam_obj(m);
+      twin.T_obj_cam = inverse(Rigidd{T.R, T * shape.centre_obj});
+      twin.pixels = problem.pixels(m), twin.noise_m = each[static_cast<std::size_t>(m)].noise_m;
+      for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
+        const double error = (draw % 2 ? -1 : 1) * twin.noise_m * normal(random);
+        if (twin.pixels.used[i]) twin.pixels.reading_m[i] = twin.pixels.hit_m[i] + error;
+      }
+      frames.push_back(&twin);
+    }
+    calibration::Lens lens = truth;
+    const calibration::IntrinsicsOptions options;
+    calibration::LensSolver(shape.sdf, problem.free(), options, frames, &lens, nullptr)
+        .fine(options.stride(options.twin_pixels));
+    sum[0] += lens.camera.K.fx - truth.camera.K.fx, sum[1] += lens.camera.K.fy - truth.camera.K.fy;
+  }
+  EXPECT_GT(bias.norm(), 1e-3);
+  EXPECT_LT((bias - sum / 4).norm(), 1e-6 * bias.norm());
 }
 
 TEST(NoiseFit, exact_samples_give_back_the_model) {

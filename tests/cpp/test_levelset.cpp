@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "levelset/distance.h"
 #include "levelset/evolve.h"
 #include "levelset/voxel_ops.h"
 #include "volume_fixture.h"
@@ -92,6 +93,71 @@ TEST(Levelset, a_plane_without_evidence_stays_where_it_is_up_to_the_faces_of_the
       worst = std::max(worst, std::abs(static_cast<double>(after[i] - plane.phi[i])));
     // Voxels; the polynomial's error of 2e-6 at a slope of 1 makes a flux that differs in rounding only.
     EXPECT_LT(worst / plane.voxel_m, 1e-4);
+  }
+}
+
+// What no frame has seen is inside a ball.
+levelset::EvidenceVolume guessed_ball(const sdf::Grid& grid, double radius_m) {
+  std::vector<float> prior;
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x)
+        prior.push_back(static_cast<float>((radius_m - norm(grid.point(x, y, z))) / grid.voxel_m));
+  return {grid, prior.data()};
+}
+
+levelset::EvidenceDistance first_distance(const levelset::EvidenceVolume& evidence, float band_voxels) {
+  levelset::EvidenceDistance out(evidence);
+  std::vector<int> all;
+  for (int b = 0; b < evidence.blocks().count(); ++b) all.push_back(b);
+  out.update(evidence, all, 4, band_voxels, 1, true);
+  out.sweep_far(band_voxels);
+  out.fill_far(band_voxels, 0, evidence.grid().nz, 1);
+  return out;
+}
+
+TEST(Levelset, distances_to_a_ball_are_right_near_it_and_far_from_it) {
+  const sdf::Grid grid{48, 48, 48, 0.002, {-0.047, -0.047, -0.047}};
+  const double radius_m = 0.02;
+  const levelset::EvidenceDistance distance = first_distance(guessed_ball(grid, radius_m), 4);
+  double worst = 0;
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) {
+        const double exact = norm(grid.point(x, y, z)) - radius_m;
+        const auto found = static_cast<double>(distance.phi()[grid.index(x, y, z)]);
+        EXPECT_EQ(found < 0, exact < 0);
+        worst = std::max(worst, std::abs(found - exact));
+      }
+  EXPECT_LT(worst, 4 * grid.voxel_m);  // the lattice of the far distances has every fourth voxel
+}
+
+TEST(Levelset, a_surface_that_moves_is_said_to_have_moved_by_as_much_on_the_mean) {
+  const sdf::Grid grid{40, 40, 40, 0.002, {-0.039, -0.039, -0.039}};
+  levelset::EvidenceVolume before = guessed_ball(grid, 0.02), after = guessed_ball(grid, 0.0206);
+  levelset::EvidenceDistance distance = first_distance(before, 4);
+  std::vector<int> all;
+  for (int b = 0; b < before.blocks().count(); ++b) all.push_back(b);
+  distance.update(after, all, 4, 4, 1);
+  EXPECT_NEAR(distance.change_m(), 0.0006,
+              0.0003);  // a voxel's distance is that to a plane through crossings
+  distance.update(after, all, 4, 4, 1);
+  EXPECT_EQ(distance.change_m(), 0);
+}
+
+TEST(Levelset, a_larger_volume_has_the_same_evidence_at_the_same_places) {
+  const sdf::Grid grid{16, 24, 32, 0.002, {-0.01, -0.02, -0.03}};
+  const levelset::EvidenceVolume evidence = guessed_ball(grid, 0.02);
+  const std::array<int, 3> before{1, 2, 0}, after{3, 1, 2};
+  const levelset::EvidenceVolume larger = evidence.padded(before, after);
+  const int block = levelset::EvidenceVolume::kBlock;
+  EXPECT_EQ(larger.grid().nx, 16 + 4 * block);
+  EXPECT_EQ(larger.grid().ny, 24 + 3 * block);
+  EXPECT_EQ(larger.grid().nz, 32 + 2 * block);
+  for (const auto& [x, y, z] : {std::array{0, 0, 0}, {15, 23, 31}, {7, 12, 3}}) {
+    const int X = x + block * before[0], Y = y + block * before[1], Z = z + block * before[2];
+    EXPECT_NEAR(norm(larger.grid().point(X, Y, Z) - grid.point(x, y, z)), 0, 1e-12);
+    EXPECT_EQ(larger.log_ratio()[larger.grid().index(X, Y, Z)], evidence.log_ratio()[grid.index(x, y, z)]);
   }
 }
 

@@ -60,5 +60,23 @@ void expect_the_same_bits() {
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
+TEST(Photometric, the_gradient_is_the_slope_of_the_cost_with_the_tone_eliminated) {
+  Painted painted(some_pixels(1500));
+  const optim::State x{{kPose.cast<double>()}, kCamera.cast<double>(), {}};
+  energies::PhotometricEnergy energy = painted.energy(x);
+  optim::NormalEquations eq;
+  for (int round = 0; round < 10; ++round) eq.reset(6), energy.linearize(x, &eq);  // the tone comes to rest
+  EXPECT_NEAR(eq.cost, energy.cost(x), 1e-5 * eq.cost);
+  for (int j = 0; j < 6; ++j) {
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(6);
+    d[j] = 1e-6;
+    const double slope = (energy.cost(optim::retract(energy.unknowns(), x, d)) -
+                          energy.cost(optim::retract(energy.unknowns(), x, -d))) /
+                         (2 * d[j]);
+    // Per standard deviation of the unknown; the colours have kinks between voxels.
+    EXPECT_NEAR(eq.gradient[j], slope, 0.02 * std::sqrt(eq.hessian(j, j))) << "unknown " << j;
+  }
+}
+
 }  // namespace
 }  // namespace sdftrack
