@@ -37,13 +37,20 @@ def scene(tmp_path_factory):
     return root, f"{x.min()},{y.min()},{np.ptp(x) + 1},{np.ptp(y) + 1}", video
 
 
+def contour(scene, out, *more, source=None, code=0):
+    """Runs the command, quietly, from the box unless a mask is given; returns the report."""
+    root, box, _ = scene
+    place = [] if "--mask" in more else ["--box", box]
+    words = ["contour", str(source or root / "rgb"), *place, "--out", str(out), "-q", *map(str, more)]
+    assert run(words) == code
+    return json.loads((out / "result.json").read_text()) if (out / "result.json").is_file() else None
+
+
 def test_a_folder_and_a_box_give_masks_a_video_and_a_report(scene, tmp_path, capsys):
     root, box, video = scene
     out = tmp_path / "out"
-    assert (
-        run(["contour", str(root / "rgb"), "--box", box, "--masks", str(root / "mask"), "--out", str(out)])
-        == 0
-    )
+    words = ["contour", str(root / "rgb"), "--box", box, "--masks", str(root / "mask"), "--out", str(out)]
+    assert run(words) == 0
     assert "6 frames, 6 ok" in capsys.readouterr().out
     report = json.loads((out / "result.json").read_text())
     assert [f["frame"] for f in report["frames"]] == list(range(FRAMES))
@@ -60,9 +67,8 @@ def test_a_folder_and_a_box_give_masks_a_video_and_a_report(scene, tmp_path, cap
 def test_a_video_and_a_mask_do_as_well_and_a_part_of_the_frames_keeps_their_numbers(scene, tmp_path):
     root, _, video = scene
     out = tmp_path / "out"
-    given = f"contour {root / 'blob.mp4'} --mask {root / 'mask' / '000001.png'} --start 1 --step 2 --out {out}".split()
-    assert run([*given, "--warp", "affine", "--quiet"]) == 0
-    report = json.loads((out / "result.json").read_text())
+    part = ["--mask", root / "mask" / "000001.png", "--start", 1, "--step", 2, "--warp", "affine"]
+    report = contour(scene, out, *part, source=root / "blob.mp4")
     assert report["settings"]["warp"] == "affine"
     assert [f["frame"] for f in report["frames"]] == [1, 3, 5]
     assert sorted(p.name for p in (out / "mask").iterdir()) == ["000001.png", "000003.png", "000005.png"]
@@ -70,13 +76,12 @@ def test_a_video_and_a_mask_do_as_well_and_a_part_of_the_frames_keeps_their_numb
     assert not (out / "iou.png").exists()
 
 
-def stepped(scene, tmp_path, spoil):
-    """A copy of the frames with the fourth spoilt, and its command."""
-    root, box, video = scene
+def spoilt(scene, tmp_path, spoil):
+    """A copy of the frames with the fourth spoilt."""
     folder = tmp_path / "rgb"
-    shutil.copytree(root / "rgb", folder)
-    spoil(folder / "000003.png", video)
-    return ["contour", str(folder), "--box", box, "--out", str(tmp_path / "out"), "-q"], tmp_path / "out"
+    shutil.copytree(scene[0] / "rgb", folder)
+    spoil(folder / "000003.png", scene[2])
+    return folder
 
 
 @pytest.mark.parametrize(
@@ -95,9 +100,10 @@ def stepped(scene, tmp_path, spoil):
     ids=["truncated", "empty", "another size"],
 )
 def test_a_bad_frame_is_told_of_and_the_track_goes_on(scene, tmp_path, spoil, told):
-    given, out = stepped(scene, tmp_path, spoil)
-    assert run([*given, "--masks", str(scene[0] / "mask")]) == 0
-    frames = json.loads((out / "result.json").read_text())["frames"]
+    out = tmp_path / "out"
+    frames = contour(scene, out, "--masks", scene[0] / "mask", source=spoilt(scene, tmp_path, spoil))[
+        "frames"
+    ]
     assert [f["status"] for f in frames] == ["ok", "ok", "ok", "bad_frame", "ok", "ok"]
     assert told in frames[3]["reason"]
     assert frames[3]["iou"] == 0
@@ -107,10 +113,10 @@ def test_a_bad_frame_is_told_of_and_the_track_goes_on(scene, tmp_path, spoil, to
 
 
 def test_a_first_frame_that_cannot_be_read_is_an_error(scene, tmp_path, capsys):
-    given, out = stepped(scene, tmp_path, lambda file, video: file.write_bytes(b""))
-    assert run([*given, "--start", "3"]) == 1
+    folder = spoilt(scene, tmp_path, lambda file, video: file.write_bytes(b""))
+    contour(scene, tmp_path / "out", "--start", 3, source=folder, code=1)
     assert "000003.png: the image file is empty" in capsys.readouterr().err
-    assert not out.exists()
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -125,15 +131,13 @@ def test_what_was_found_before_an_interruption_is_kept(scene, tmp_path, monkeypa
         raise error
 
     monkeypatch.setattr(ColorVideo, "frames", some)
-    root, box, _ = scene
-    given = ["contour", str(root / "blob.mp4"), "--box", box, "--out", str(tmp_path / "out"), "-q"]
-    assert run(given) == code
-    report = json.loads((tmp_path / "out" / "result.json").read_text())
+    out, film = tmp_path / "out", scene[0] / "blob.mp4"
+    report = contour(scene, out, source=film, code=code)
     assert report["stopped"] == told
     assert len(report["frames"]) == 4
-    assert sum(1 for _ in ColorVideo(tmp_path / "out" / "overlay.mp4")) == 4
+    assert sum(1 for _ in ColorVideo(out / "overlay.mp4")) == 4
     monkeypatch.undo()
-    assert run([*given, "--overwrite"]) == 0  # what the broken run wrote is its own
+    contour(scene, out, "--overwrite", source=film)  # what the broken run wrote is its own
 
 
 def test_a_video_that_breaks_off_is_tracked_so_far(scene, tmp_path, capsys):
@@ -158,19 +162,17 @@ def test_a_video_that_breaks_off_is_tracked_so_far(scene, tmp_path, capsys):
 
 
 def test_files_of_others_are_never_deleted_or_replaced(scene, tmp_path, capsys):
-    root, box, _ = scene
     out = tmp_path / "out"
     (out / "mask").mkdir(parents=True)
-    shutil.copy(root / "mask" / "000002.png", out / "mask" / "000002.png")
+    shutil.copy(scene[0] / "mask" / "000002.png", out / "mask" / "000002.png")
     (out / "mask" / "notes.png").write_bytes(b"mine")
     before = (out / "mask" / "000002.png").read_bytes()
-    given = ["contour", str(root / "rgb"), "--box", box, "--out", str(out), "-q", "--overwrite"]
-    assert run(given) == 1
+    contour(scene, out, "--overwrite", code=1)
     assert "masks of this command alone, got 000002.png" in capsys.readouterr().err
     assert (out / "mask" / "000002.png").read_bytes() == before
     (out / "mask" / "000002.png").unlink()
-    assert run(given) == 0
-    assert run([*given, "--stop", "2"]) == 0
+    contour(scene, out, "--overwrite")
+    contour(scene, out, "--overwrite", "--stop", 2)
     assert sorted(p.name for p in (out / "mask").iterdir()) == ["000000.png", "000001.png", "notes.png"]
     assert (out / "mask" / "notes.png").read_bytes() == b"mine"
 
@@ -197,43 +199,34 @@ def test_inputs_that_results_would_replace_are_refused(scene, tmp_path, capsys, 
 
 
 def test_the_tables_options_reach_the_tracker(scene, tmp_path, capsys):
-    root, box, _ = scene
-    given = ["contour", str(root / "rgb"), "--box", box, "--stop", "2", "-q"]
     file = tmp_path / "o.toml"
     file.write_text('[contour]\nwarp = "affine"\nbins = 32\n')
-    assert run([*given, "--config", str(file), "--out", str(tmp_path / "a")]) == 0
-    settings = json.loads((tmp_path / "a" / "result.json").read_text())["settings"]
+    given = ["--stop", 2, "--config", file]
+    settings = contour(scene, tmp_path / "a", *given)["settings"]
     assert (settings["warp"], settings["bins"]) == ("affine", 32)
-    assert run([*given, "--config", str(file), "--warp", "similarity", "--out", str(tmp_path / "b")]) == 0
-    assert json.loads((tmp_path / "b" / "result.json").read_text())["settings"]["warp"] == "similarity"
+    assert contour(scene, tmp_path / "b", *given, "--warp", "similarity")["settings"]["warp"] == "similarity"
     assert run(["config"]) == 0
     file.write_text(capsys.readouterr().out)
-    assert run([*given, "--config", str(file), "--out", str(tmp_path / "d")]) == 0
+    contour(scene, tmp_path / "d", *given)
 
 
 def test_a_memory_is_kept_in_a_file_and_goes_on_from_it(scene, tmp_path, capsys):
-    root, box, _ = scene
     kept = tmp_path / "blob.shapes"
-    command = ["contour", str(root / "rgb"), "--box", box, "--memory", "--memory-file", str(kept), "--quiet"]
-    assert run([*command, "--out", str(tmp_path / "a")]) == 0
+    memory = ["--memory", "--memory-file", kept]
+    contour(scene, tmp_path / "a", *memory)
     learnt = ShapeMemory.load(kept).n_learnt
     assert learnt == FRAMES - 1
-    assert run([*command, "--burn-in", "60", "--out", str(tmp_path / "b")]) == 0
+    contour(scene, tmp_path / "b", *memory, "--burn-in", 60)
     assert ShapeMemory.load(kept).n_learnt == 2 * learnt
-    assert run([*command, "--out", str(tmp_path / "c")]) == 0
-    judged = json.loads((tmp_path / "c" / "result.json").read_text())["frames"][1:]
-    assert all(
-        frame["judgement"] is not None for frame in judged
-    )  # a taught memory judges from the first frame
+    judged = contour(scene, tmp_path / "c", *memory)["frames"][1:]
+    # A taught memory judges from the first frame.
+    assert all(frame["judgement"] is not None for frame in judged)
 
 
 def test_masks_of_others_beside_those_of_a_killed_run_are_kept(scene, tmp_path):
-    root, box, video = scene
-    masks = tmp_path / "out" / "mask"
-    masks.mkdir(parents=True)
-    (tmp_path / "out" / WRITTEN).write_text("mask/000000.png\n../other.png\n")
-    write_mask(masks / "000001.png", video.masks[1])
-    assert (
-        run(["contour", str(root / "rgb"), "--box", box, "--out", str(tmp_path / "out"), "--overwrite"]) == 1
-    )
-    assert read_mask(masks / "000001.png").any()
+    out = tmp_path / "out"
+    (out / "mask").mkdir(parents=True)
+    (out / WRITTEN).write_text("mask/000000.png\n../other.png\n")
+    write_mask(out / "mask" / "000001.png", scene[2].masks[1])
+    contour(scene, out, "--overwrite", code=1)
+    assert read_mask(out / "mask" / "000001.png").any()

@@ -3,8 +3,6 @@
 
 import json
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -222,42 +220,17 @@ def test_an_unknown_object_is_reconstructed_and_its_mesh_grows(scene, page, tmp_
     assert made.shown[-1][2]["shapes"] is not None
 
 
-@pytest.mark.slow
-def test_poses_go_to_a_stream_and_a_file(scene, tmp_path):
-    from websockets.sync.client import connect
-
-    mcap, out = tmp_path / "poses.mcap", tmp_path / "out"
-    arguments = [
-        *("live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "10", "--no-viewer", "--no-video"),
-        *known(scene),
-        *("--stream", "ws://localhost:0", "--stream", f"mcap:{mcap}", "--out", str(out)),
-    ]
-    child = subprocess.Popen(
-        [sys.executable, "-m", "sdftrack", *arguments],
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    address = next(line.split()[1] for line in child.stderr if line.startswith("stream: ws"))
-    with connect(address) as client:
-        message = json.loads(client.recv(timeout=20))
-    said = child.communicate(timeout=60)
-    assert child.returncode == 0, said
-    assert message["objects"][0]["name"] == "duck"
-    assert message["objects"][0]["status"] == "ok"
-    frames = report_of(out)
-    assert message["timestamp"] in [f["timestamp"] for f in frames]
-    assert mcap.stat().st_size > 1000
-    assert "messages sent" in said[0]
-
-
-def test_foxglove_is_told_where_the_poses_are(scene, faulty, tmp_path, capsys):
+def test_poses_go_to_streams(scene, faulty, tmp_path, capsys):
     pytest.importorskip("foxglove.websocket")
     faulty(real_time=False)
-    assert live(scene, tmp_path / "out", "--no-viewer", "--stream", "foxglove://127.0.0.1:0") == 0
+    mcap, out = tmp_path / "poses.mcap", tmp_path / "out"
+    streams = ["--stream", "foxglove://127.0.0.1:0", "--stream", f"mcap:{mcap}"]
+    assert live(scene, out, "--no-viewer", *streams) == 0
     said = capsys.readouterr()
     assert "in Foxglove, open a connection to ws://127.0.0.1:" in said.err
     assert "0 messages sent, 0 dropped" in said.out  # nobody listened
+    assert said.out.count("messages sent") == said.err.count("stream: ") == 2
+    assert mcap.stat().st_size > 1000
 
 
 @pytest.mark.slow

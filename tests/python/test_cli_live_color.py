@@ -3,12 +3,14 @@
 
 import json
 import time
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 import test_webcam
 from live_scene import CAMERA, Page, PatientCamera, recorded
+from refusals import error_line
 
 import sdftrack as st
 from sdftrack.cli import live as live_module
@@ -49,7 +51,7 @@ def box_option(mask):
 class Capture(test_webcam.Capture):
     """Shows the frames of a sequence, then is ended by Ctrl-C."""
 
-    size, frames, away, shown, page = (320, 240), (), (), 0, None
+    size, frames, shown, page = (320, 240), (), 0, None
 
     def grab(self):
         mine = type(self)
@@ -60,7 +62,7 @@ class Capture(test_webcam.Capture):
         if mine.shown == len(mine.frames):
             raise KeyboardInterrupt
         mine.shown += 1
-        return mine.shown - 1 not in mine.away
+        return True
 
     def retrieve(self):
         return True, np.ascontiguousarray(self.frames[self.shown - 1].color[..., ::-1])
@@ -73,7 +75,10 @@ def webcam(monkeypatch, scene):
 
     monkeypatch.setattr(cv2, "VideoCapture", Fresh)
     monkeypatch.setattr("sdftrack.live.webcam._video_devices", lambda: None)
-    monkeypatch.setattr("sdftrack.live.camera.RETRY_S", 0.01)
+    # Times are those of the frames, however busy the machine is.
+    start = time.time()
+    clock = SimpleNamespace(time=lambda: start + Fresh.shown / 30)
+    monkeypatch.setattr("sdftrack.live.webcam.time", clock)
     return Fresh
 
 
@@ -142,12 +147,8 @@ def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
     assert {row["status"] for row in rows} == {"ok"}
     assert np.all(np.diff([row["timestamp"] for row in rows]) > 0)
     assert min(scores(out, silhouettes)) > LEAST_IOU
-    settings = report["settings"]
-    assert (settings["command"], settings["source"], settings["warp"]) == (
-        "contour",
-        "webcam:0",
-        "similarity",
-    )
+    wanted = {"command": "contour", "source": "webcam:0", "warp": "similarity"}
+    assert wanted.items() <= report["settings"].items()
     said = capsys.readouterr()
     assert f"{len(rows)} frames" in said.out
     assert "camera: webcam 0" in said.err
@@ -192,19 +193,6 @@ def test_a_box_on_the_page_starts_the_outline_and_starts_it_again(webcam, silhou
     assert min(scores(out, silhouettes)) > LEAST_IOU
 
 
-def test_an_unplugged_webcam_gives_bad_frames_and_the_outline_goes_on(webcam, silhouettes, tmp_path):
-    webcam.away = range(12, 20)
-    out = tmp_path / "out"
-    assert contour(out, "--no-viewer", "--init", box_option(silhouettes[0]), "-q") == 0
-    rows = rows_of(out)
-    bad = [row for row in rows if row["status"] == "bad_frame"]
-    assert bad
-    assert "is the cable connected" in bad[0]["reason"]
-    assert bad[0]["area_px"] == 0
-    assert rows[-1]["status"] == "ok"
-    assert not read_mask(out / f"mask/{bad[0]['frame']:06d}.png").any()
-
-
 def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouettes, rgbd, tmp_path):
     """Its colour camera looks from elsewhere, with another size; some frames come without colour."""
     color = st.Camera(131.25, 131.25, 79.5, 59.5, 160, 120)
@@ -238,9 +226,7 @@ def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, 
 def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, capsys):
     rgbd(st.Sequence([f.replace(color=None) for f in scene[0][:30]], CAMERA))
     assert contour(tmp_path / "out", "--init", "box:9,9,9,9", "-q", camera="faulty:") == 1
-    err = capsys.readouterr().err
-    assert "--contour: expected colour images" in err
-    assert err.count("\n") == 1
+    assert "--contour: expected colour images" in error_line(capsys)
     assert not (tmp_path / "out").exists()
 
 
@@ -316,25 +302,12 @@ def test_a_shape_is_moved_to_where_it_fills_a_box(distance):
     assert metres < 0.05 * distance
 
 
-# -- bad input
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("--init none.json --intrinsics cam.json", "no such file: none.json"),
-        ("--init poses.json --intrinsics big.json", "--intrinsics: these intrinsics are of 640 x"),
-        ("--init poses.json --intrinsics no.json", "no.json"),
-    ],
-)
-def test_files_for_a_webcam_that_will_not_do(
-    webcam, scene, tmp_path, capsys, monkeypatch, arguments, message
+def test_intrinsics_of_another_size_are_one_line_and_leave_nothing(
+    webcam, scene, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(scene[1])
     CAMERA.scaled(2).save("big.json")
-    line = "live --model duck.ply --camera webcam:0 --no-viewer --voxels 50 -q"
-    assert run([*line.split(), *arguments.split(), "--out", str(tmp_path / "out")]) == 1
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1, error
-    assert message in error
+    line = "live --model duck.ply --camera webcam:0 --no-viewer --voxels 50 -q --init poses.json"
+    assert run([*line.split(), "--intrinsics", "big.json", "--out", str(tmp_path / "out")]) == 1
+    assert "--intrinsics: these intrinsics are of 640 x" in error_line(capsys)
     assert not (tmp_path / "out").exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import sys
 
 import cv2
@@ -16,16 +17,14 @@ from refusals import error_line
 
 import sdftrack as st
 from sdftrack.cli.app import run
+from sdftrack.viz.turntable import PAPER_RGB
 
 VOXELS = ["--voxels", "64"]
 MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanwhile, in voxels of 6 mm
+POSES = duck_scene.poses(2.0)
 MAX_SURFACE_M = 0.003  # half a voxel, of the median: pixels along the outline say nothing, and are many here
 TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json"}
 SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
-
-
-def poses():
-    return duck_scene.poses(2.0)
 
 
 def saved(folder, number, mesh, at):
@@ -38,14 +37,12 @@ def saved(folder, number, mesh, at):
 
 @pytest.fixture(scope="module")
 def duck():
-    from sdftrack.synth.duck import duck_mesh
-
-    return duck_mesh()
+    return st.synth.duck_mesh()
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory, duck):
-    return saved(tmp_path_factory.mktemp("data"), "000003", duck, poses())
+    return saved(tmp_path_factory.mktemp("data"), "000003", duck, POSES)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +50,7 @@ def other(tmp_path_factory, duck):
     """A second recording of the duck, lain down on its side: the scene, and its true poses."""
     middle = st.geometry.pose(t_m=duck.bounds.mean(axis=0))
     lain = middle @ st.geometry.pose([0, 0.5, 0]) @ st.geometry.inverse(middle)
-    at = st.geometry.pose([0, 0, np.pi / 2], [0, 0, 0]) @ poses() @ lain
+    at = st.geometry.pose([0, 0, np.pi / 2], [0, 0, 0]) @ POSES @ lain
     return saved(tmp_path_factory.mktemp("data"), "000004", duck, at), at
 
 
@@ -62,7 +59,7 @@ def bare(tmp_path_factory, duck):
     """Depth alone: no colours, no masks, no truth."""
     root = tmp_path_factory.mktemp("data") / "bare"
     st.save_sequence(
-        root, st.Sequence([f.replace(color=None) for f in scene(duck, poses())[:4]], CAMERA), layout="bop"
+        root, st.Sequence([f.replace(color=None) for f in scene(duck, POSES)[:4]], CAMERA), layout="bop"
     )
     return root
 
@@ -89,10 +86,6 @@ def poses_of(out):
     return [int(r["im_id"]) for r in rows], found
 
 
-def rows_of(path):
-    return np.loadtxt(path, ndmin=2)
-
-
 @pytest.mark.slow
 def test_it_writes_the_documented_files_and_lists_them(whole):
     files = TRACK_FILES | SHAPE_FILES | {"overlay.mp4", "turntable.mp4", "mesh.obj", "refined_0.txt"}
@@ -110,7 +103,7 @@ def test_the_mesh_is_closed_and_where_the_duck_is(whole, duck):
     # What the first camera sees of it is the duck's own surface.
     _, found = poses_of(whole)
     seen = mesh.raycast(CAMERA, found[0])[0]
-    true = duck.raycast(CAMERA, poses()[0])[0]
+    true = duck.raycast(CAMERA, POSES[0])[0]
     both = (seen > 0) & (true > 0)
     assert both.sum() > 0.9 * (true > 0).sum()
     assert np.median(np.abs(seen - true)[both]) < MAX_SURFACE_M
@@ -121,24 +114,27 @@ def test_the_mesh_is_closed_and_where_the_duck_is(whole, duck):
 def test_the_poses_follow_the_truth_from_the_first_image_on(whole):
     ids, found = poses_of(whole)
     assert ids == list(range(FRAMES))
-    true = poses() @ np.linalg.solve(poses()[0], found[0])
+    check_poses(whole, found, POSES @ np.linalg.solve(POSES[0], found[0]), MAX_ERROR_M)
+
+
+def check_poses(folder, found, true, max_error_m):
+    """Poses frame by frame, and the text files beside them, all of the mesh's own frame."""
     metres, radians = st.metrics.pose_error(found, true)
-    assert metres.max() < MAX_ERROR_M
+    assert metres.max() < max_error_m
     assert radians.max() < MAX_ERROR_RAD
-    truth, tracked, refined = (
-        rows_of(whole / f"{n}_0.txt") for n in ("ground_truth", "trajectory", "refined")
-    )
-    np.testing.assert_allclose(truth[:, 1:4], true[:, :3, 3], atol=1e-6)  # in the mesh's own frame
+    names = ("ground_truth", "trajectory", "refined")
+    truth, tracked, refined = (np.loadtxt(folder / f"{name}_0.txt", ndmin=2) for name in names)
+    np.testing.assert_allclose(truth[:, 1:4], true[:, :3, 3], atol=1e-6)
     np.testing.assert_allclose(tracked[:, 1:4], found[:, :3, 3], atol=1e-6)
     assert set(refined[:, 0]) <= set(tracked[:, 0])
-    assert np.linalg.norm(refined[:, 1:4] - truth[: len(refined), 1:4], axis=1).max() < MAX_ERROR_M
+    assert np.linalg.norm(refined[:, 1:4] - truth[: len(refined), 1:4], axis=1).max() < max_error_m
 
 
 def test_evaluate_compares_them_in_the_frame_of_the_mesh(recording, whole, tmp_path):
     assert run(["evaluate", str(whole), str(recording), "--out", str(tmp_path / "e"), "-q"]) == 0
     (scores,) = json.loads((tmp_path / "e" / "result.json").read_text())["objects"]
     _, found = poses_of(whole)
-    metres = np.linalg.norm((found @ np.linalg.solve(found[0], poses()[0]) - poses())[:, :3, 3], axis=1)
+    metres = np.linalg.norm((found @ np.linalg.solve(found[0], POSES[0]) - POSES)[:, :3, 3], axis=1)
     assert scores["translation_mm"]["max"] == pytest.approx(1e3 * metres.max(), rel=1e-3)
     assert (
         scores["translation_mm"]["max"] < 2e3 * MAX_ERROR_M
@@ -160,8 +156,6 @@ def test_the_report_says_how_far_the_shape_may_be_trusted(whole):
 
 
 def test_the_pictures_show_four_sides_and_tint_what_was_not_seen(whole):
-    from sdftrack.viz.turntable import PAPER_RGB
-
     picture = cv2.imread(str(whole / "mesh.png"))[..., ::-1].astype(int)
     assert picture.shape[1] == 4 * 420
     sides = np.split(picture[:420], 4, axis=1)
@@ -177,8 +171,7 @@ def test_the_pictures_show_four_sides_and_tint_what_was_not_seen(whole):
 
 def test_it_says_how_it_goes_and_how_it_went(recording, tmp_path, capsys):
     out = tmp_path / "out"
-    common = ["--out", str(out), "--no-video", "--no-refine", "--stop", "3", *VOXELS]
-    assert run(["reconstruct", str(recording), *common]) == 0
+    assert quick(recording, out, quiet=False) == 0
     printed = capsys.readouterr()
     assert "3/3, " in printed.err
     assert ", surface moved" in printed.err
@@ -188,13 +181,15 @@ def test_it_says_how_it_goes_and_how_it_went(recording, tmp_path, capsys):
     assert report_of(out)["reconstruction"]["refined"] is None
 
 
-def quick(seq, out, *more):
-    video = [] if "--video" in more else ["--no-video"]
-    return run([*f"reconstruct {seq} --out {out} -q --no-refine --stop 3".split(), *video, *VOXELS, *more])
+def quick(seq, out, *more, quiet=True):
+    words = ["-q"] if quiet else []
+    return run(
+        [*f"reconstruct {seq} --out {out} --no-video --no-refine --stop 3".split(), *words, *VOXELS, *more]
+    )
 
 
 def test_a_box_and_a_mask_file_begin_at_the_object(bare, duck, tmp_path):
-    seen = duck.raycast(CAMERA, poses()[0])[0] > 0
+    seen = duck.raycast(CAMERA, POSES[0])[0] > 0
     ys, xs = np.nonzero(seen)
     box = f"box:{xs.min()},{ys.min()},{np.ptp(xs) + 1},{np.ptp(ys) + 1}"
     cv2.imwrite(str(tmp_path / "mask.png"), 255 * seen.astype(np.uint8))
@@ -204,7 +199,7 @@ def test_a_box_and_a_mask_file_begin_at_the_object(bare, duck, tmp_path):
         _, found = poses_of(tmp_path / name)
         x, y = CAMERA.project(found[0][:3, 3][None])[0].round().astype(int)
         assert seen[y, x]
-        assert abs(found[0][2, 3] - poses()[0][2, 3]) < 0.1
+        assert abs(found[0][2, 3] - POSES[0][2, 3]) < 0.1
     assert not (tmp_path / "a" / "ground_truth_0.txt").exists()
 
 
@@ -214,7 +209,7 @@ def test_a_first_guess_is_a_ball_a_mesh_or_a_shape_of_before(recording, whole, d
     assert report_of(tmp_path / "a")["reconstruction"]["voxel_m"] == pytest.approx(0.4 / 63, rel=1e-3)
     assert quick(recording, tmp_path / "b", "--shape", str(tmp_path / "kind.ply"), "--init", "gt") == 0
     _, found = poses_of(tmp_path / "b")
-    np.testing.assert_allclose(found[0], poses()[0], atol=1e-6)  # the object frame is that of the guess
+    np.testing.assert_allclose(found[0], POSES[0], atol=1e-6)  # the object frame is that of the guess
     assert quick(recording, tmp_path / "c", "--shape", str(whole / "shape.npz")) == 0
 
 
@@ -258,14 +253,7 @@ def test_a_further_recording_continues_the_shape(recording, other, whole, tmp_pa
     _, first = poses_of(out)
     ids, found = poses_of(later)
     assert ids == list(range(FRAMES))
-    metres, radians = st.metrics.pose_error(found, at @ np.linalg.solve(poses()[0], first[0]))
-    assert metres.max() < 2 * MAX_ERROR_M
-    assert radians.max() < MAX_ERROR_RAD
-    truth, tracked, refined = (
-        rows_of(later / f"{n}_0.txt") for n in ("ground_truth", "trajectory", "refined")
-    )
-    assert np.linalg.norm(tracked[:, 1:4] - truth[:, 1:4], axis=1).max() < 2 * MAX_ERROR_M
-    assert set(refined[:, 0]) <= set(tracked[:, 0])
+    check_poses(later, found, at @ np.linalg.solve(POSES[0], first[0]), 2 * MAX_ERROR_M)
 
 
 def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
@@ -273,7 +261,7 @@ def test_a_recording_by_another_camera_is_told_before_the_first_one_is_followed(
 ):
     nearer = st.Camera(0.9 * CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy, CAMERA.width, CAMERA.height)
     folder, out = tmp_path / "nearer", tmp_path / "o"
-    st.save_sequence(folder, st.Sequence(list(scene(duck, poses())), nearer), layout="bop")
+    st.save_sequence(folder, st.Sequence(list(scene(duck, POSES)), nearer), layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "box:40,20,80,80") == 1
     assert "expected the camera of the first recording" in (text := error_line(capsys))
     assert str(folder) in text
@@ -284,7 +272,7 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     box = st.SDF.box((0.1, 0.16, 0.12), voxels=48).to_mesh()
     grey = st.Mesh(box.vertices, box.faces, np.full(box.vertices.shape, 90, np.uint8))
     folder, out = tmp_path / "boxes", tmp_path / "o"
-    st.save_sequence(folder, scene(grey, poses()), layout="bop")
+    st.save_sequence(folder, scene(grey, POSES), layout="bop")
     assert quick(recording, out, "--then", str(folder), "--then-init", "mask") == 1
     text = error_line(capsys)
     assert "not found reliably in image 0" in text or "size" in text
@@ -294,27 +282,21 @@ def test_a_recording_of_something_else_is_an_error_that_leaves_the_first_one(rec
     assert not (out / "recording_2").exists()
 
 
-def test_the_sources_evolution_can_be_asked_for_and_brings_its_tracker(bare, tmp_path):
-    out = tmp_path / "out"
-    assert quick(bare, out, "--init", "box:40,20,80,80", "--evolution", "printed") == 0
-    settings = report_of(out)["settings"]
+def test_options_are_taken_from_a_file_and_the_sources_evolution_brings_its_tracker(bare, tmp_path):
+    config = tmp_path / "o.toml"
+    config.write_text("[tracker]\nmax_pixels = 1500\n[reconstruct]\nkept_frames = 2\nevidence = 'printed'\n")
+    start = ["--init", "box:40,20,80,80"]
+    assert quick(bare, tmp_path / "file", *start, "--config", str(config)) == 0
+    settings = report_of(tmp_path / "file")["settings"]
+    assert settings["tracker"]["max_pixels"] == 1500
+    assert (settings["reconstructor"]["kept_frames"], settings["reconstructor"]["evidence"]) == (2, "printed")
+    assert quick(bare, tmp_path / "printed", *start, "--evolution", "printed") == 0
+    settings = report_of(tmp_path / "printed")["settings"]
     assert settings["reconstructor"]["evolution"] == "printed"
     assert settings["tracker"]["stop_rule"] == "printed"
 
 
-def test_options_are_taken_from_a_file(bare, tmp_path):
-    config = tmp_path / "o.toml"
-    config.write_text("[tracker]\nmax_pixels = 1500\n[reconstruct]\nkept_frames = 2\nevidence = 'printed'\n")
-    out = tmp_path / "out"
-    assert quick(bare, out, "--init", "box:40,20,80,80", "--config", str(config)) == 0
-    settings = report_of(out)["settings"]
-    assert settings["tracker"]["max_pixels"] == 1500
-    assert (settings["reconstructor"]["kept_frames"], settings["reconstructor"]["evidence"]) == (2, "printed")
-
-
 def test_a_bad_frame_in_the_middle_is_reported_and_adds_nothing(recording, tmp_path):
-    import shutil
-
     shutil.copytree(recording, tmp_path / "seq")
     image = sorted((tmp_path / "seq" / "depth").iterdir())[2]
     image.write_bytes(image.read_bytes()[:200])

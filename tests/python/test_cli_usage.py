@@ -50,7 +50,7 @@ TABLE = """
 1 | track seq --model m.ply -o seq | expected another folder than the sequence
 1 | track seq --model m.ply -o o --start 9 | --start, --stop: expected some of the 4 frames
 1 | track seq --model m.ply -o o --symmetry absent.json | no such file: absent.json
-1 | track seq --model m.ply -o o --init none.png | no such file
+1 | track seq --model m.ply -o o --init none.png | --init none.png: the file is missing
 1 | track seq --model m.ply -o o --init small.png | geometry of the depth image
 1 | track seq --model m.ply -o o --init empty.png | empty
 1 | track seq --model m.ply -o o --init text.png | text.png
@@ -80,7 +80,7 @@ TABLE = """
 2 | reconstruct seq -o o --init gt | --shape
 2 | reconstruct seq -o o --shape sphere:big | sphere:RADIUS
 2 | reconstruct seq -o o --shape sphere:80 | metres
-2 | reconstruct seq -o o --extent -1 | --extent: expected metres above 0 and below 10, got -1
+2 | reconstruct seq -o o --extent -1 | --extent: expected metres above 0 and up to 10, got -1
 2 | reconstruct seq -o o --format ply,dwg | ply, obj
 2 | reconstruct seq -o o --quality fine --voxels 64 | one of --quality and --voxels
 2 | reconstruct seq seq -o o --then bare | --then: expected one SEQ

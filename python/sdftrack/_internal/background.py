@@ -13,9 +13,13 @@ _END: Any = object()
 
 
 class Background(Generic[T]):
-    """Calls `work(item)` for one item after the other on a thread of its own, with at most `waiting` that wait."""
+    """Calls `work(item)` for one item after the other on a thread of its own, with at most `waiting` that wait.
+
+    `dropped`: how many found no place, and nobody waited.
+    """
 
     def __init__(self, work: Callable[[T], object], waiting: int, name: str) -> None:
+        self.dropped = 0
         self._work = work
         self._items: queue.Queue[T] = queue.Queue(waiting)
         self._error: BaseException | None = None
@@ -28,6 +32,7 @@ class Background(Generic[T]):
         try:
             self._items.put(item, block=wait)
         except queue.Full:
+            self.dropped += 1
             return False
         self._raise()
         return True

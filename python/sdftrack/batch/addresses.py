@@ -150,7 +150,6 @@ def _files(fs: Any, path: str, place: str) -> dict[str, Any]:
 
 
 def _opened(place: str) -> tuple[Any, str]:
-    """File system and path in it."""
     fsspec = need("fsspec", "batch")
     try:
         fs, path = fsspec.core.url_to_fs(place)

@@ -50,7 +50,6 @@ class Journal:
         return self.status(name) in SUCCEEDED
 
     def add(self, item: Item, result: Result) -> None:
-        """An item has ended."""
         row = {
             "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "item": item.name, "status": result.status,
             "reason": result.reason, "seconds": result.seconds, "digest": item.digest,

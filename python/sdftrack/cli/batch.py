@@ -95,7 +95,6 @@ def _run(job: Batch, items: list[Item], commands: Commands) -> dict[str, dict[st
 
 
 def _show_plan(items: list[Item]) -> None:
-    """The calls that a plan stands for."""
     rows = [
         (i.name, i.command, " ".join([i.source if i.after is None else i.after, *i.words])) for i in items
     ]

@@ -28,12 +28,12 @@ def device_name(value: str) -> str:
 
 
 def above_zero(what: str, limit: float = math.inf) -> Any:
-    """A check of numbers: above 0, finite and below the limit."""
+    """A check of numbers: above 0, finite and up to the limit."""
 
     def check(value: float) -> float:
-        if not 0 < value < limit:
-            below = "" if limit == math.inf else f" and below {limit:g}"
-            raise Usage(f"expected {what} above 0{below}, got {value:g}")
+        if not 0 < value <= limit or value == math.inf:
+            most = "" if limit == math.inf else f" and up to {limit:g}"
+            raise Usage(f"expected {what} above 0{most}, got {value:g}")
         return value
 
     return check

@@ -41,7 +41,6 @@ class Contour(Frames, Common):
     )
 
     def place(self) -> dict[str, Any]:
-        """Arguments of `ContourTracker.start`."""
         from sdftrack.io.frames import read_mask
 
         if self.mask is not None:
@@ -58,7 +57,6 @@ class Contour(Frames, Common):
         return ShapeMemory(), BURN_IN if self.burn_in is None else self.burn_in
 
     def settings(self, burn_in: int) -> dict[str, Any]:
-        """For result.json."""
         return {
             "source": str(self.source), "box": self.box, "mask": self.mask and str(self.mask), "memory": self.memory,
             "memory_file": self.memory_file and str(self.memory_file), "burn_in": burn_in,
@@ -109,7 +107,6 @@ def contour(job: Contour) -> None:
 
 
 def _first(job: Contour, frames: Any) -> tuple[int, Any]:
-    """Number and image of the first frame."""
     first = next(frames, None)
     if first is None:
         raise ValueError(f"--start, --stop: expected some of the frames of {job.source}, got none")

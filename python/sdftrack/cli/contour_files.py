@@ -149,7 +149,6 @@ class ContourFiles:
         return {"iou": st.metrics.iou(mask, true)}
 
     def drop(self) -> None:
-        """Remove all files of this run."""
         if self._video is not None:
             self._video.drop()
         for name in self._files:
@@ -202,7 +201,6 @@ class ContourFiles:
         return fig
 
     def summary(self, source: Path) -> str:
-        """Lines for the terminal."""
         count = {s: sum(row["status"] == s for row in self.rows) for s in ("ok", "weak", "lost", "bad_frame")}
         told = ", ".join(f"{n} {s.replace('_', ' ')}" for s, n in count.items() if n)
         text = f"{source}: {len(self.rows)} frames, {told}"

@@ -114,7 +114,6 @@ def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> Non
 def _report(
     job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[Any], row: list[str], summary: str
 ) -> None:
-    """Plots and the table of errors."""
     import numpy as np
 
     from sdftrack.io.frames import write_color
@@ -161,7 +160,6 @@ def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
 
 
 def _row(name: str, values: Any) -> list[str]:
-    """Mean, median and largest."""
     import numpy as np
 
     return [name, *(f"{v:.2f}" for v in (np.mean(values), np.median(values), np.max(values)))]

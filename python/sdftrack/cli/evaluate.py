@@ -10,9 +10,11 @@ from typing import Any
 import sdftrack as st
 from sdftrack._internal.files import write_json, write_text
 from sdftrack.cli.common import Common, show_table, text_table
-from sdftrack.cli.objects import check_symmetry, symmetries_of
+from sdftrack.cli.objects import check_symmetry, symmetry_of
 from sdftrack.cli.options import argument, option
 from sdftrack.cli.sources import Layout
+
+VOXELS = 80  # of a model whose symmetries are looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +42,7 @@ def evaluate(job: Evaluate) -> None:
     job.refuse_out()
     with st.open_sequence(job.seq, **job.opening) as sequence:
         objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
-        known = None if job.symmetry == "recorded" else symmetries_of(job.symmetry, sequence, objects)
-        scores = compare(report, sequence, known)
+        scores = compare(report, sequence, _symmetries(job.symmetry, sequence, objects))
     title = f"{job.directory} against {job.seq}"
     _write(job, title, scores)
     if not job.quiet:
@@ -49,6 +50,20 @@ def evaluate(job: Evaluate) -> None:
         for score in scores:
             print(score.told())
         print(f"written to {job.out}")
+
+
+def _symmetries(text: str, seq: Any, objects: list[int]) -> dict[int, Any] | None:
+    """By obj_id; None: those of the results."""
+    if text == "recorded":
+        return None
+    if text == "none":
+        return {}
+    known = {k for k in objects if text != "auto" or k in seq.symmetries or k in seq.models}
+
+    def found(k: int) -> Any:
+        return symmetry_of(text, seq, k, True, lambda: st.SDF.from_mesh(seq.models[k], voxels=VOXELS))
+
+    return {k: found(k) for k in known}
 
 
 def _write(job: Evaluate, title: str, scores: list[Any]) -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -91,7 +91,6 @@ class Fit(Frames, Layout, Common):
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
 
     def options(self) -> dict[str, Any]:
-        """Keyword arguments of `fit_primitive`."""
         return {"seed": self.seed, "threads": self.threads, **({"plane": None} if self.no_plane else {})}
 
 
@@ -109,14 +108,21 @@ def fit(job: Fit) -> None:
     cloud = not alone and source.is_file() and source.suffix.lower() in CLOUDS
     job.check_source(alone, cloud)
     if alone:
-        _fit_image(job, window)
+        found, about, picture = _fit_image(job, window)
     elif cloud:
-        _fit_cloud(job)
+        found, about, picture = _fit_cloud(job)
     else:
-        _fit_sequence(job, window)
+        found, about, picture = _fit_sequence(job, window)
+    _write(job, found, about)
+    picture()
+    if not job.quiet:
+        _tell(job, found)
 
 
-def _fit_cloud(job: Fit) -> None:
+Fitted = tuple[Any, dict[str, Any], Callable[[], object]]  # the result, what it is of, what makes fit.png
+
+
+def _fit_cloud(job: Fit) -> Fitted:
     from sdftrack.io.clouds import read_cloud
     from sdftrack.mesh.files import unit_scale
     from sdftrack.viz.plots import write_plots
@@ -127,51 +133,37 @@ def _fit_cloud(job: Fit) -> None:
     if job.unit is not None:
         options["unit"] = job.unit
     found = st.fit_primitive(points, job.kind, **options)
-    _write(job, found, {"cloud": str(job.source), "kind": job.kind, "points": len(points), **options})
     metres = points * unit_scale(job.unit)
-    write_plots(job.folder, {"fit.png": lambda: plot_cloud(metres, found)})
-    _tell(job, found)
+    about = {"cloud": str(job.source), "kind": job.kind, "points": len(points), **options}
+    return found, about, lambda: write_plots(job.folder, {"fit.png": lambda: plot_cloud(metres, found)})
 
 
-def _fit_image(job: Fit, window: tuple[float, ...] | None) -> None:
+def _fit_image(job: Fit, window: tuple[float, ...] | None) -> Fitted:
     frame = _depth_image(job)
     found = st.fit_primitive(frame, job.kind, mask=_mask(job, window, frame, []), **job.options())
-    _write(job, found, {"depth": str(job.source), "kind": job.kind, **job.options()})
-    _draw(job, frame, found, frame.camera)
-    _tell(job, found)
+    about = {"depth": str(job.source), "kind": job.kind, **job.options()}
+    return found, about, lambda: _draw(job, frame, found, frame.camera)
 
 
-def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> None:
+def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> Fitted:
     source = job.source
     with st.open_sequence(source, **job.opening) as seq:
-        numbers = range(len(seq))[job.part]
-        if not len(numbers):
-            raise ValueError(
-                f"--frame, --start, --stop: expected some of the {len(seq)} frames of {source}, got none"
-            )
-        first = fitting(seq[numbers[0]], seq.camera)
-        options = {
-            "camera": seq.camera,
-            "mask": _mask(job, window, first, list(seq.masks(numbers[0]).values())),
-            **job.options(),
-        }
+        numbers, camera = job.numbers(seq, source, "--frame, --start, --stop"), seq.camera
+        last = first = fitting(seq[numbers[0]], camera)
+        mask = _mask(job, window, first, list(seq.masks(numbers[0]).values()))
 
         def frames() -> Iterator[Any]:
             for i in progress(numbers, len(numbers), source.name or str(source), job.quiet):
-                yield first if i == numbers[0] else fitting(seq[i], seq.camera)
+                yield first if i == numbers[0] else fitting(seq[i], camera)
 
-        last = first
-        if len(numbers) == 1:
-            found = st.fit_primitive(first, job.kind, **options)
-        else:
-            found = st.fit_primitive(frames(), job.kind, **options)
+        given = first if len(numbers) == 1 else frames()
+        found = st.fit_primitive(given, job.kind, camera=camera, mask=mask, **job.options())
+        if len(numbers) > 1:
             found = replace(found, skipped={numbers[i]: why for i, why in found.skipped.items()})
             used = [i for i in numbers if i not in found.skipped] or [numbers[0]]
-            last = fitting(seq[used[-1]], seq.camera)
-        about = {"sequence": str(source), "kind": job.kind, "frames": list(numbers), **job.options()}
-        _write(job, found, about)
-        _draw(job, last, found, seq.camera)
-    _tell(job, found)
+            last = fitting(seq[used[-1]], camera)
+    about = {"sequence": str(source), "kind": job.kind, "frames": list(numbers), **job.options()}
+    return found, about, lambda: _draw(job, last, found, camera)
 
 
 def _mask(job: Fit, window: tuple[float, ...] | None, frame: Any, own: list[Any]) -> Any:
@@ -181,9 +173,7 @@ def _mask(job: Fit, window: tuple[float, ...] | None, frame: Any, own: list[Any]
     from sdftrack.io.frames import read_mask
 
     if job.mask is not None:
-        if not job.mask.is_file():
-            raise FileNotFoundError(f"--mask: no such file: {job.mask}")
-        return read_mask(job.mask)
+        return read_mask(job.mask, f"--mask {job.mask}")
     if window is None:
         known = [m for m in own if m.any()]
         return known[0] if len(known) == 1 else None
@@ -258,8 +248,6 @@ def _draw(job: Fit, frame: Any, found: Any, camera: Any) -> None:
 
 
 def _tell(job: Fit, found: Any) -> None:
-    if job.quiet:
-        return
     print(f"{job.source}: {found!r}")
     if found.reason:
         print(f"  {found.reason}")

@@ -162,10 +162,7 @@ def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArr
     """The given mask.png, of the image's shape and not empty."""
     from sdftrack.io.frames import read_mask
 
-    path = Path(init.text)
-    if not path.is_file():
-        raise FileNotFoundError(f"--init: no such file: {path}")
-    mask = read_mask(path)
+    mask = read_mask(init.text, init.option)
     if mask.shape != shape:
         size = f"{mask.shape[1]} x {mask.shape[0]}"
         raise ValueError(
@@ -175,6 +172,13 @@ def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArr
     if not mask.any():
         raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")
     return mask
+
+
+def place_of(init: Init, shape: tuple[int, int], image: str = "depth") -> dict[str, Any]:
+    """A box or a mask, as the argument of a start."""
+    if init.kind == "box":
+        return {"box": box_inside(init, shape, image)}
+    return {"mask": mask_file(init, shape, image)}
 
 
 def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:

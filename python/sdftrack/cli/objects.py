@@ -5,15 +5,13 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import sdftrack as st
 from sdftrack.cli.options import Usage
-
-VOXELS = 80  # of a model whose symmetries are looked for
 
 
 @dataclass
@@ -111,43 +109,28 @@ def check_symmetry(text: str) -> str:
     return text
 
 
-def symmetries_of(text: str, seq: Any, objects: list[int]) -> dict[int, Any]:
-    """Symmetries by obj_id: from a models_info.json, or with "auto" from the data set, else detected in the model."""
-    if text == "none":
-        return {}
+def symmetry_of(text: str, seq: Any, obj_id: int, known: bool, shape: Callable[[], Any]) -> Any:
+    """Listed in a models_info.json, or with "auto" of the data set if it has the model, else found in the shape."""
     if text != "auto":
-        return _listed(text)
-    found = {}
-    for obj_id in set(objects):
-        if obj_id in seq.symmetries:
-            found[obj_id] = seq.symmetries[obj_id]
-        elif obj_id in seq.models:
-            found[obj_id] = st.find_symmetries(st.SDF.from_mesh(seq.models[obj_id], voxels=VOXELS)) or None
-    return found
+        from sdftrack.io.datasets.bop import read_symmetries
 
-
-def _listed(text: str) -> dict[int, Any]:
-    from sdftrack.io.datasets.bop import read_symmetries
-
-    if not Path(text).is_file():
-        raise FileNotFoundError(f"--symmetry: no such file: {text}")
-    return dict(read_symmetries(Path(text)))
+        if not Path(text).is_file():
+            raise FileNotFoundError(f"--symmetry: no such file: {text}")
+        return read_symmetries(Path(text)).get(obj_id)
+    if known and obj_id in seq.symmetries:
+        return seq.symmetries[obj_id]
+    return st.find_symmetries(shape()) or None
 
 
 def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -> None:
     """Set each target's symmetry; none if colours resolve it (--colored)."""
     if text == "none" or colored:
         return
+    first = {target.path.resolve(): target for target in reversed(targets)}
 
-    listed = None if text == "auto" else _listed(text)
-    found: dict[Path, Any] = {}
+    def found(one: Target) -> Any:
+        return symmetry_of(text, seq, one.obj_id, one.known, lambda: one.sdf)
+
+    by_path = {path: found(one) for path, one in first.items()}
     for target in targets:
-        if listed is not None:
-            target.symmetry = listed.get(target.obj_id)
-        elif target.known and target.obj_id in seq.symmetries:
-            target.symmetry = seq.symmetries[target.obj_id]
-        else:
-            key = target.path.resolve()
-            if key not in found:
-                found[key] = st.find_symmetries(target.sdf)
-            target.symmetry = found[key] or None
+        target.symmetry = by_path[target.path.resolve()]

@@ -44,15 +44,8 @@ def argument(help: str, metavar: str, default: Any = ...) -> Any:
 class Field:
     """A field of a job as the command line knows it.
 
-    Attributes
-    ----------
-    name, off : str
-        "--depth-topic"; of an argument its metavar. "--no-viewer" of a flag that is on by default.
-    is_option, is_files, is_flag, is_repeated : bool
-    parameter : inspect.Parameter
-        For typer.
-    convert : function
-        The value of the field from that of typer.
+    `name`: "--depth-topic", of an argument its metavar; `off`: "--no-viewer" of a flag that is on by default;
+    `parameter`: for typer; `convert`: makes the value of the field from that of typer.
     """
 
     name: str

@@ -21,9 +21,16 @@ def progress(
     Both have the rate, the remaining time and what `note` says at that moment.
     """
     with progress_counter(quiet) as tell:
-        for n, item in enumerate(items, 1):
-            yield item
-            tell(n, total, label, note())
+        yield from counted(items, total, label, tell, note)
+
+
+def counted(
+    items: Iterable[T], total: int, label: str, tell: Tell, note: Callable[[], str] = lambda: ""
+) -> Iterator[T]:
+    """The items, each told of when it is done."""
+    for n, item in enumerate(items, 1):
+        yield item
+        tell(n, total, label, note())
 
 
 class Tell(Protocol):

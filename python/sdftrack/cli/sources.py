@@ -59,11 +59,11 @@ class Frames:
     def part(self) -> slice:
         return slice(self.start, self.stop, self.step)
 
-    def numbers(self, seq: Any, folder: Path) -> range:
+    def numbers(self, seq: Any, folder: Path, options: str = "--start, --stop") -> range:
         """The numbers of the frames; ValueError if there are none."""
         numbers = range(len(seq))[self.part]
         if not len(numbers):
-            raise ValueError(f"--start, --stop: expected some of the {len(seq)} frames of {folder}, got none")
+            raise ValueError(f"{options}: expected some of the {len(seq)} frames of {folder}, got none")
         return numbers
 
 

@@ -10,16 +10,10 @@ from typing import Any, Literal
 
 import sdftrack as st
 from sdftrack._internal.files import write_json, write_whole
-from sdftrack.cli.common import Common
-from sdftrack.cli.options import Usage, argument, option
+from sdftrack.cli.common import Common, above_zero
+from sdftrack.cli.options import argument, option
 
 FILES = ("labels.png", "labels.npy", "boundaries.png", "mean.png", "result.json")
-
-
-def _compactness(value: float) -> float:
-    if not 0 < value <= 4000:
-        raise Usage(f"expected a number above 0 and up to 4000, got {value}")
-    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +26,9 @@ class Superpixels(Common):
 
     image: Path = argument("PNG, JPEG or another image file.", "IMAGE")
     segments: int = option(1200, "Approximate number of segments.", min=1)
-    compactness: float = option(10.0, "Compactness m; larger: rounder segments.", check=_compactness)
+    compactness: float = option(
+        10.0, "Compactness m; larger: rounder segments.", check=above_zero("a number", 4000)
+    )
     iterations: int = option(5, "Maximum number of k-means iterations.", min=1)
     color_space: Literal["lab", "xyz", "rgb"] = option("lab", "Colour space of the comparison.")
     distance: Literal["slic", "thesis"] = option("slic", "slic: squared; thesis: d_lab + (m / S) d_xy.")
@@ -69,7 +65,7 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
     from sdftrack.io.frames import write_color
 
     segments = int(labels.max())
-    files = _save_labels(out, labels, segments)
+    files = _save_labels(out, labels)
     write_color(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
     write_color(out / "mean.png", st.superpixels.mean_colors(picture, labels))
     areas = np.bincount(labels.ravel())[1:]
@@ -88,17 +84,18 @@ def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], secon
     )
 
 
-def _save_labels(out: Path, labels: Any, segments: int) -> list[str]:
+def _save_labels(out: Path, labels: Any) -> list[str]:
     """Write labels as 16-bit PNG, and as an array if they do not fit; returns the file names."""
     import numpy as np
 
     from sdftrack.io.frames import write_depth_units
     from sdftrack.io.out_folder import earlier_files
 
-    if segments > np.iinfo(np.uint16).max:
+    most = np.iinfo(np.uint16).max
+    write_depth_units(out / "labels.png", np.minimum(labels, most).astype(np.uint16))
+    if labels.max() > most:
         write_whole(out / "labels.npy", lambda file: np.save(file, labels))
-    elif "labels.npy" in earlier_files(out, "result.json", "superpixels"):
+        return ["labels.png", "labels.npy"]
+    if "labels.npy" in earlier_files(out, "result.json", "superpixels"):
         (out / "labels.npy").unlink(missing_ok=True)
-    shown = np.minimum(labels, np.iinfo(np.uint16).max).astype(np.uint16)
-    write_depth_units(out / "labels.png", shown)
-    return ["labels.png", "labels.npy"] if segments > np.iinfo(np.uint16).max else ["labels.png"]
+    return ["labels.png"]

@@ -101,7 +101,6 @@ def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
 
 
 def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[Any, Any]:
-    """The exercise and its sequence."""
     _refuse(job, {"--motion": job.motion})
     if job.around in ("objects", "touching"):
         raise Usage("expected none, wall or table for an exercise", "--around")

@@ -77,14 +77,12 @@ class Track(Meshes, Frames, Layout, Sensor, Common):
     no_video: bool = option(False, "Do not write overlay.mp4.")
 
     def models(self) -> list[Path]:
-        """The mesh of each object."""
         counts = self.count or (1,) * len(self.model)
         if len(counts) != len(self.model):
             raise Usage(f"expected one per --model ({len(self.model)}), got {len(counts)}", "--count")
         return [path for path, count in zip(self.model, counts, strict=True) for _ in range(count)]
 
     def inits(self) -> list[Init]:
-        """Where the objects are."""
         inits = parse_inits(self.init or ["gt"], len(self.models()))
         if self.mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
             raise Usage(
@@ -187,7 +185,6 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
 
 
 def _settings(job: Track, targets: list[Target], tracker: Any) -> dict[str, Any]:
-    """For report.json."""
     inits = job.inits()
     symmetries = [t.symmetry.to_dict() if t.symmetry else None for t in targets]
     return {

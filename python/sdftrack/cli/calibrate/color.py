@@ -45,7 +45,6 @@ class Color(Frames, Layout, Common):
     seed: int = option(0, "Random seed of the search for consistent pairs.", min=0)
 
     def rgb(self) -> tuple[float, ...] | None:
-        """The numbers of --ball-color."""
         if self.ball_color is None:
             return None
         values = floats(self.ball_color, 3)

@@ -55,7 +55,6 @@ class Intrinsics(Meshes, Frames, Layout, Common):
     max_pixels: int = option(5000, "Maximum number of depth pixels used per frame.", min=MIN_PIXELS)
 
     def unknowns(self) -> tuple[str, ...]:
-        """The names of --free."""
         from sdftrack.calibration.lens import check_free
 
         try:
@@ -64,7 +63,6 @@ class Intrinsics(Meshes, Frames, Layout, Common):
             raise Usage(str(error).removeprefix("free: "), "--free") from None
 
     def guessed(self) -> tuple[float, float, float, float] | None:
-        """The numbers of --guess."""
         if self.guess is None:
             return None
         if self.camera is not None:
@@ -145,7 +143,6 @@ def _first_guess(job: Intrinsics, own: Any) -> Any:
 
 
 def _place(inits: list[Init], target: Target, frames: Selected, folder: Path) -> dict[str, Any]:
-    """--init as arguments of `calibrate_intrinsics`."""
     kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
     told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)
     return {kinds[kind]: values[0] for kind, values in told.items() if values is not None}

@@ -27,7 +27,7 @@ from sdftrack.cli.common import (
     refuse_cuda,
     tracker_settings,
 )
-from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, parse_inits
+from sdftrack.cli.init import Init, parse_init, parse_inits, place_of
 from sdftrack.cli.options import Usage, option
 from sdftrack.cli.sources import CameraSize, is_webcam
 
@@ -237,17 +237,14 @@ def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Followe
         return OutlineFollower(st.contour.ContourTracker(**settings), one), unseen
     if job.reconstruct:
         star = st.Reconstructor(camera, voxels=job.voxels, mode=job.mode, threads=job.threads, **settings)
-        where: dict[str, Any] | None = None
-        if one is not None:
-            shape = camera.depth.shape
-            where = {"box": box_inside(one, shape)} if one.kind == "box" else {"mask": mask_file(one, shape)}
+        where = None if one is None else place_of(one, camera.depth.shape)
         return ReconstructorFollower(star, where), unseen
     targets = load_targets(job.model, unknown_sequence(camera), job.unit, job.voxels)
     shapes = [t.sdf for t in targets]
     mode = "rgb" if job.by_color else job.mode
     names = [t.name for t in targets]
-    where = {"device": job.device, "threads": job.threads}
-    tracker = st.Tracker(shapes, camera, mode=mode, names=names, **{**settings, **where})
+    settings |= {"device": job.device, "threads": job.threads}
+    tracker = st.Tracker(shapes, camera, mode=mode, names=names, **settings)
     return TrackerFollower(tracker, targets, inits), shapes
 
 

@@ -16,24 +16,18 @@ from sdftrack.io.writers import Contents
 WAITING = 30  # frames that may wait for the disk
 
 
-class RawRecording:
+class RawRecording(Background[Any]):
     """The camera's frames in a folder of their own, written by another thread."""
 
     def __init__(self, folder: Path, camera: Any) -> None:
         self.folder = folder
-        self.dropped = 0
         self._writer = opened(folder, Contents(camera))
-        self._work: Background[Any] = Background(self._writer.add, WAITING, "recording")
-
-    def add(self, frame: Any) -> None:
-        """Never waits; OSError once the disk is full."""
-        if not self._work.put(frame, wait=False):
-            self.dropped += 1
+        super().__init__(self._writer.add, WAITING, "recording")
 
     def close(self) -> None:
         """Finish what was written, also after an error."""
         try:
-            self._work.close()
+            super().close()
         finally:
             with contextlib.suppress(ValueError):
                 self._writer.finish()
@@ -63,7 +57,7 @@ class LiveFiles:
         if self._raw is None or frame.error:
             return ""
         try:
-            self._raw.add(frame)
+            self._raw.put(frame, wait=False)
         except OSError as error:
             return f"{error}; {self._end()}"
         return ""

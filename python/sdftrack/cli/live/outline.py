@@ -12,7 +12,7 @@ from typing import Any
 import sdftrack as st
 from sdftrack._internal.background import Background
 from sdftrack.cli.contour_files import ContourFiles, bad_frame, trouble_of
-from sdftrack.cli.init import Init, box_inside, mask_file
+from sdftrack.cli.init import Init, place_of
 from sdftrack.cli.live.followers import NO_COLOR, Follower
 from sdftrack.io.report_file import result_of
 
@@ -74,7 +74,6 @@ class OutlineFollower(Follower):
 
     @property
     def options(self) -> dict[str, Any]:
-        """Those of the contour tracker, with their values."""
         return dict(self._tracker.options)
 
     @property
@@ -88,7 +87,9 @@ class OutlineFollower(Follower):
 
     def step(self, frame: Any) -> Any:
         if self.outline is None:
-            return None if self._init is None or frame.color is None else self._begin(frame, self._init)
+            if self._init is None or frame.color is None:
+                return None
+            return self._start(frame, **place_of(self._init, frame.shape, "colour"))
         trouble = frame.error if frame.color is None else trouble_of(frame.color, self.outline)
         if trouble:
             self.outline = bad_frame(self.outline, trouble)
@@ -101,11 +102,6 @@ class OutlineFollower(Follower):
 
     def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
         return self._start(frame, box=box)
-
-    def _begin(self, frame: Any, init: Init) -> Any:
-        if init.kind == "box":
-            return self._start(frame, box=box_inside(init, frame.shape, "colour"))
-        return self._start(frame, mask=mask_file(init, frame.shape, "colour"))
 
     def _start(self, frame: Any, **where: Any) -> Any:
         self.outline = self._tracker.start(frame.color, **where)
@@ -124,22 +120,24 @@ class OutlineFiles:
 
     def __init__(self, files: ContourFiles, follower: OutlineFollower) -> None:
         self.directory = files.out
-        self.dropped = 0
         self._failed: OSError | None = None
         self._files, self._follower = files, follower
         self._work: Background[Any] = Background(lambda item: files.add(*item), WAITING, "outline files")
+
+    @property
+    def dropped(self) -> int:
+        return self._work.dropped
 
     def add(self, frame: Any, result: Any, *, im_id: int, shapes: Any = None) -> None:
         """Never waits; OSError once the disk is full."""
         item = (im_id, frame.color, self._follower.outline, frame.timestamp)
         try:
-            self.dropped += not self._work.put(item, wait=False)
+            self._work.put(item, wait=False)
         except OSError as error:
             self._failed = error
             raise
 
     def close(self) -> None:
-        """Write what waits, the video and the report."""
         failed = self._failed
         try:
             self._work.close()

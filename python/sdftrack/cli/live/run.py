@@ -44,14 +44,11 @@ class Statistics:
         if math.isfinite(age_s):
             self._ages_s.append(age_s)
 
-    def age_ms(self, percent: float) -> float:
-        """Percentile of the age of results; NaN without timestamps."""
-        return 1e3 * float(np.percentile(self._ages_s, percent)) if self._ages_s else math.nan
-
     def line(self, seconds: float, camera: Any) -> str:
         parts = [f"{self.frames} frames", f"{self.frames / max(seconds, 1e-9):.1f}/s"]
         if self._ages_s:
-            parts.append(f"{self.age_ms(50):.1f} ms old (99 %: {self.age_ms(99):.1f})")
+            middle, most = 1e3 * np.percentile(self._ages_s, (50, 99))
+            parts.append(f"{middle:.1f} ms old (99 %: {most:.1f})")
         parts += [f"{camera.dropped} dropped", self._counts()]
         return ", ".join(p for p in parts if p)
 
@@ -147,15 +144,12 @@ class Run:
         if not self._motions:
             return None
         seen = [s in ("ok", "weak") for s in result.status]
+        seconds = time.monotonic() if frame.timestamp is None else float(frame.timestamp)
         self.movements = [
-            motion.add(self._seconds(frame), pose[:3, 3] if found else None)
+            motion.add(seconds, pose[:3, 3] if found else None)
             for motion, pose, found in zip(self._motions, result.poses, seen, strict=True)
         ]
         return [v.to_dict() for v in self.movements]
-
-    @staticmethod
-    def _seconds(frame: Any) -> float:
-        return time.monotonic() if frame.timestamp is None else float(frame.timestamp)
 
     def _follow(self, frame: Any) -> Any:
         try:

@@ -9,7 +9,7 @@ from typing import Any
 
 import sdftrack as st
 from sdftrack.cli.common import floats
-from sdftrack.cli.init import Init, box_inside, mask_file, parse_init, shape_of
+from sdftrack.cli.init import Init, parse_init, place_of, shape_of
 from sdftrack.cli.objects import about_file, load_mesh
 from sdftrack.cli.options import Usage
 
@@ -29,7 +29,6 @@ class Place:
 
 
 def parse_place(text: str, option: str, forms: str) -> Init:
-    """Parse the value of an option."""
     init = parse_init(text, forms, option)
     if init.kind not in ("box", "mask", "gt") or init.kind not in forms:
         raise Usage(f"expected {forms.replace('|', ', ')}, got {text!r}", option)
@@ -37,7 +36,6 @@ def parse_place(text: str, option: str, forms: str) -> Init:
 
 
 def known_shape(text: str) -> str:
-    """Check the value of --shape."""
     if text.startswith("sphere:"):
         _radius(text)
     elif Path(text).suffix.lower() not in (*MESHES, ".npz"):
@@ -59,7 +57,6 @@ def _radius(text: str) -> float:
 
 
 def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
-    """The SDF given by --shape, or None."""
     if text is None:
         return None
 
@@ -87,10 +84,7 @@ def find_place(
         number = 0
     if init.kind == "gt":
         return _true_pose(number, seq, first, folder)
-    shape = shape_of(frame, seq)
-    if init.kind == "box":
-        return Place({"box": box_inside(init, shape)}, number)
-    return Place({"mask": mask_file(init, shape)}, number)
+    return Place(place_of(init, shape_of(frame, seq)), number)
 
 
 def _own_mask(number: int | None, seq: Any, first: int, folder: Path) -> Place:

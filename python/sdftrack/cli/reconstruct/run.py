@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ import sdftrack as st
 from sdftrack._internal.files import write_text
 from sdftrack.cli.followed import Followed
 from sdftrack.cli.init import Init
-from sdftrack.cli.progress import Tell, progress_counter
+from sdftrack.cli.progress import Tell, counted, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import fitting
 from sdftrack.io.report_file import tum_row
@@ -162,7 +161,6 @@ class Run:
         return {0: np.asarray(here) @ np.linalg.solve(first, self.recording.results[0].pose)}
 
     def _extend(self, folder: Path, init: Init | None, out: Path, stack: Any, tell: Tell) -> None:
-        """Extend the shape with a further recording."""
         seq = stack.enter_context(st.open_sequence(folder, **self.job.opening))
         recording = Recording.of(folder, out, seq, self.job, init)
         result = self.star.resume(recording.frame, **recording.place.arguments)
@@ -186,7 +184,6 @@ class Run:
             recording.write_poses(files, self.refined.poses)
 
     def _keep(self, recorder: Any) -> None:
-        """Write the files of the current shape."""
         from sdftrack.io.frames import write_color
         from sdftrack.reconstruction.quality import seen_part
         from sdftrack.viz.turntable import four_sides
@@ -215,16 +212,10 @@ class Run:
         pictures = turning(
             self.star.mesh(), first.results[0].pose, TURN_PICTURES, threads=self.job.threads, min_seen=seen
         )
-
-        def told() -> Iterator[Any]:
-            for n, picture in enumerate(pictures, 1):
-                yield picture
-                tell(n, TURN_PICTURES, "turntable.mp4")
-
-        write_video(first.out / "turntable.mp4", told(), TURN_FPS)
+        told = counted(pictures, TURN_PICTURES, "turntable.mp4", tell)
+        write_video(first.out / "turntable.mp4", told, TURN_FPS)
 
     def _note(self, recorder: Any, mesh: Any) -> None:
-        """The section of report.json about the shape."""
         quality, volume, first, refined = (
             self.star.quality(mesh),
             self.star.shape,
@@ -254,7 +245,6 @@ class Run:
         recorder.note("reconstruction", section)
 
     def _settings(self, recording: Recording) -> dict[str, Any]:
-        """For the report of a recording."""
         job = self.job
         return {
             "command": "reconstruct",
