@@ -177,13 +177,10 @@ class LiveCamera(ClosedByWith):
             return self._source.read()
         except CameraLost as lost:
             if self._disconnected:
-                self._wait(RETRY_S)
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closed, RETRY_S)
             self._disconnected = True
             return Frame.unreadable(f"{self.name}: {lost}")
-
-    def _wait(self, seconds: float) -> None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._closed, seconds)
 
     def _offer(self, frame: Frame) -> None:
         with self._changed:

@@ -62,7 +62,9 @@ def color_profile(device: Any, depth: Any) -> Any:
     for sensor in device.query_sensors():
         profiles = _video(sensor, "color", COLOR_FORMATS)
         if profiles:
-            return sensor, min(profiles, key=lambda p: (*_distance(p, wanted), _format_rank(p)))
+            return sensor, min(
+                profiles, key=lambda p: (*_distance(p, wanted), COLOR_FORMATS.index(_word(p.format())))
+            )
     return None
 
 
@@ -101,10 +103,6 @@ def _video(sensor: Any, kind: str, formats: Iterable[str]) -> list[Any]:
 
 def _word(value: Any) -> str:
     return str(value).rsplit(".", 1)[-1]
-
-
-def _format_rank(profile: Any) -> int:
-    return COLOR_FORMATS.index(_word(profile.format()))
 
 
 def _distance(profile: Any, wanted: tuple[int, int, int]) -> tuple[int, int, int]:

@@ -95,8 +95,10 @@ class Exercise:
 
     def sample(self, times_s: ArrayLike | None = None, object: int = 0) -> MotionSamples:
         """Exact motion (S = 1) of an object's origin in the camera frame; None: at `times_s` of the frames."""
-        times = self._times(times_s)
-        motion = self._motion(object)
+        times = self.times_s if times_s is None else np.atleast_1d(numbers(times_s, "times_s"))
+        if times.ndim != 1 or not np.isfinite(times).all():
+            raise ValueError(f"times_s: expected finite times of shape (n,), got shape {times.shape}")
+        motion = self.motions[whole(object, "object", 0, self.objects - 1)]
         R, w = motion.rotations(times)
         R_cam = self.T_cam_table[:3, :3]
         place, velocity, acceleration, jerk = (motion.places(times) @ R_cam.T)[:, None]
@@ -129,15 +131,6 @@ class Exercise:
             f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("T_cam_table", "motions")
         }
         return {**told, "up": n.tolist(), "table": {"n": n.tolist(), "d_m": d}}
-
-    def _times(self, times_s: ArrayLike | None) -> Array:
-        times = self.times_s if times_s is None else np.atleast_1d(numbers(times_s, "times_s"))
-        if times.ndim != 1 or not np.isfinite(times).all():
-            raise ValueError(f"times_s: expected finite times of shape (n,), got shape {times.shape}")
-        return times
-
-    def _motion(self, k: int) -> ObjectMotion:
-        return self.motions[whole(k, "object", 0, self.objects - 1)]
 
 
 def exercise(

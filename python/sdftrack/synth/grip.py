@@ -25,6 +25,11 @@ Array = NDArray[np.float64]
 DIRECTIONS = 64  # of a finger's curve around a section
 JOINT_M = 0.006  # between the capsules of a finger: its curve is bent, not a few straight bones
 BEYOND_RAD = 0.5  # how far past the farther rim a finger can reach
+FINGER_M = 0.009  # radius
+HOLD, SLIDE = (
+    20,
+    10,
+)  # frames for which the hand moves with the object, and in which it then slides back into view
 SPARE = 0.25  # breadth of the hand beyond the share that it must hide
 GLOVES = (SKIN, (40, 90, 200), (60, 170, 70), (235, 225, 60), (25, 25, 30))
 
@@ -40,10 +45,6 @@ class Grip:
     color : "skin", "similar", "other" or (r, g, b)
         "similar": every finger has a colour found on the object. "other": the colour among skin and some gloves that
         differs most from the object's.
-    finger_m : float
-        A finger's radius.
-    hold, slide : int
-        Frames for which the hand moves with the object, and in which it then slides back into view.
     grow : int
         Number of frames in which the hand closes: the share rises linearly from zero; 0: closed from the first frame
         on.
@@ -51,16 +52,11 @@ class Grip:
 
     share: float = 0.4
     color: str | tuple[int, int, int] = "skin"
-    finger_m: float = 0.009
-    hold: int = 20
-    slide: int = 10
     grow: int = 0
 
     def __post_init__(self) -> None:
         within(self.share, "occluder: Grip(share)", 0, 0.7)
-        within(self.finger_m, "occluder: Grip(finger_m)", 0.002, 0.03, "m")
-        for name, least in (("hold", 1), ("slide", 1), ("grow", 0)):
-            whole(getattr(self, name), f"occluder: Grip({name})", least)
+        whole(self.grow, "occluder: Grip(grow)", 0)
         if isinstance(self.color, str):
             known = self.color in ("skin", "similar", "other")
         else:
@@ -90,7 +86,7 @@ class _Held:
         body, rng = stage.body, np.random.default_rng([stage.seed, 5])
         self._side, self._phase = rng.uniform(0, 2 * np.pi, 2)
         breadth = float(2 * np.linalg.norm(body.points - body.centre, axis=1).max())
-        pitch = 2.05 * grip.finger_m
+        pitch = 2.05 * FINGER_M
         count = max(4, int(np.ceil((grip.share + SPARE) * breadth / pitch)))
         self._offsets = pitch * (np.arange(count) - 0.5 * (count - 1))
         self._drift_m = 0.08 * breadth
@@ -125,7 +121,7 @@ class _Held:
 
     def hand(self, i: int) -> _Hand:
         """All of the hand with its fingers as long as they can be, object frame."""
-        grip, stage = self._grip, self._stage
+        stage = self._stage
         R = self._orientation(i)
         across, inward, up = R.T
         points = (stage.body.points - stage.body.centre) @ R
@@ -133,17 +129,17 @@ class _Held:
         offsets = self._offsets + self._drift_m * np.sin(0.7 * seconds + self._phase)
         parts, finger, reach, knuckles = [], [], [], []
         for j, d in enumerate(offsets):
-            curve = _finger_curve(points, d, grip.finger_m)
+            curve = _finger_curve(points, d, FINGER_M)
             if curve is None:
                 continue
             joints = stage.body.centre + d * across + curve @ np.stack([inward, up])
-            parts.append(Capsules(joints[:-1], joints[1:], np.full(len(joints) - 1, grip.finger_m)))
+            parts.append(Capsules(joints[:-1], joints[1:], np.full(len(joints) - 1, FINGER_M)))
             finger.append(np.full(len(joints) - 1, j))
             lag = self._lag_m[j] + 0.006 * np.sin(1.3 * seconds + self._creep[j])
             reach.append(JOINT_M * np.arange(1, len(joints)) + lag)
             knuckles.append(joints[0])
         if knuckles:
-            bones = _palm(np.array(knuckles), inward, up, grip.finger_m)
+            bones = _palm(np.array(knuckles), inward, up, FINGER_M)
             parts.append(bones)
             finger.append(np.full(len(bones), len(self._offsets)))
             reach.append(np.full(len(bones), -np.inf))
@@ -154,15 +150,15 @@ class _Held:
 
     def _orientation(self, i: int) -> Array:
         """Columns across the fingers, along them, and up to the camera, in the object's frame."""
-        grip, n = self._grip, len(self._stage.poses)
-        turn, within = divmod(i, grip.hold + grip.slide)
-        first = turn * (grip.hold + grip.slide)
-        held = self._home(min(first + grip.hold // 2, n - 1))
-        if within < grip.hold:
+        n = len(self._stage.poses)
+        turn, at = divmod(i, HOLD + SLIDE)
+        first = turn * (HOLD + SLIDE)
+        held = self._home(min(first + HOLD // 2, n - 1))
+        if at < HOLD:
             return held
         # Smooth at both ends: the hand neither starts nor stops with a jerk.
-        s = (within - grip.hold + 1) / (grip.slide + 1)
-        target = self._home(min(first + grip.hold + grip.slide + grip.hold // 2, n - 1))
+        s = (at - HOLD + 1) / (SLIDE + 1)
+        target = self._home(min(first + HOLD + SLIDE + HOLD // 2, n - 1))
         change = np.eye(4)
         change[:3, :3] = held.T @ target
         w = geometry.log(change)[3:]

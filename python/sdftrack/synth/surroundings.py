@@ -105,7 +105,8 @@ def background(
             )
             color = tuple(int(c) for c in rng.integers(40, 230, 3))
             size = rng.uniform(0.05, 0.12, 3)
-            mesh = _ellipsoid(0.6 * size) if i % 2 else box_mesh(size)
+            vertices, faces = _sphere_grid()
+            mesh = Mesh(vertices * (0.6 * size), faces) if i % 2 else box_mesh(size)
             scene.put(mesh_layer(mesh, camera, geometry.pose(rng.normal(size=3), at), color))
     return scene
 
@@ -150,7 +151,9 @@ def hand_mesh(scale_m: float) -> Mesh:
     parts.append(((-0.26, 0.8, 0), (-0.5, 0.48, 0.05), 0.085))
     parts.append(((0, 0.95, 0), (0, 2.6, -0.1), 0.19))
     meshes = [_capsule(scale_m * np.array(a), scale_m * np.array(b), scale_m * r) for a, b, r in parts]
-    return _joined(meshes)
+    first = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])
+    faces = np.concatenate([m.faces + n for m, n in zip(meshes, first, strict=True)])
+    return Mesh(np.concatenate([m.vertices for m in meshes]), faces)
 
 
 def _sphere_grid(rows: int = 12, columns: int = 20) -> tuple[Array, NDArray[np.int32]]:
@@ -176,21 +179,10 @@ def _capsule(a: Array, b: Array, radius: float) -> Mesh:
     return Mesh(p, f)
 
 
-def _ellipsoid(radii: Array) -> Mesh:
-    v, f = _sphere_grid()
-    return Mesh(v * radii, f)
-
-
 def box_mesh(size: Array) -> Mesh:
     corners = 0.5 * size * np.array([[x, y, z] for x in (-1.0, 1) for y in (-1, 1) for z in (-1, 1)])
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return Mesh(corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-
-
-def _joined(meshes: list[Mesh]) -> Mesh:
-    first = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])
-    faces = np.concatenate([m.faces + n for m, n in zip(meshes, first, strict=True)])
-    return Mesh(np.concatenate([m.vertices for m in meshes]), faces)
 
 
 # -- A table under the object, and boxes and cans on it that are pushed against the object

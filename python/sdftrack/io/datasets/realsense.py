@@ -249,8 +249,7 @@ def _depth(picture: Picture) -> NDArray[Any]:
     return decode_depth_units(data[max(0, data.find(b"\x89PNG")) :], "the depth image")
 
 
-def _color(picture: Picture) -> NDArray[Any]:
-    return color_of(picture, "the colour image")
-
-
-READERS = {"Depth": _depth, "Color": _color}
+READERS: dict[str, Callable[[Picture], NDArray[Any]]] = {
+    "Depth": _depth,
+    "Color": lambda picture: color_of(picture, "the colour image"),
+}

@@ -109,7 +109,9 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
             if not words or words[0].startswith("#"):
                 continue
             try:
-                times.append(_finite(words[0]))
+                times.append(float(words[0]))
+                if not math.isfinite(times[-1]):
+                    raise ValueError
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
             except (ValueError, IndexError):
@@ -117,13 +119,6 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
                     f"{path}, line {number}: expected 'timestamp file', got {shown(line)}"
                 ) from None
     return np.array(times), files, numbers
-
-
-def _finite(word: str) -> float:
-    value = float(word)
-    if not math.isfinite(value):
-        raise ValueError
-    return value
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:

@@ -29,7 +29,6 @@ class Shown:
     shapes: list[Any]
     names: list[str]
     latency_s: float | None
-    rate_hz: float | None
     dropped: int | None
     mask: NDArray[np.bool_] | None = None
     notes: list[str] = field(default_factory=list)

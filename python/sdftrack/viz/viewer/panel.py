@@ -123,7 +123,7 @@ class Panel:
         self._choice.visible = self._pause.visible = self._record.visible = False
 
     def update(self, shown: Shown, history: History) -> None:
-        rate = history.rate_hz() if shown.rate_hz is None and not self._finished else shown.rate_hz
+        rate = None if self._finished else history.rate_hz()
         self._rates.content = rates_html(rate, shown.latency_s, shown.dropped)
         heads = [text for text in (self.message, getattr(shown.frame, "error", ""), *shown.notes) if text]
         self._lines.content = lines_html(shown.result, shown.names, heads)

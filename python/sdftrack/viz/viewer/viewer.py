@@ -117,7 +117,6 @@ class Viewer(ClosedByWith):
         result: Any,
         *,
         latency_s: float | None = None,
-        rate_hz: float | None = None,
         dropped: int | None = None,
         shapes: Any = None,
         mask: NDArray[np.bool_] | None = None,
@@ -133,8 +132,6 @@ class Viewer(ClosedByWith):
             None: the frame alone.
         latency_s : float, optional
             Age of the frame, s; ``live.age_s(frame)``.
-        rate_hz : float, optional
-            Frames per second. Default: from the calls of this method.
         dropped : int, optional
             Number of frames that the program never saw; ``live.dropped``.
         shapes : SDF, Mesh, or list of them, optional
@@ -165,7 +162,6 @@ class Viewer(ClosedByWith):
                 now[:count],
                 self._names[:count],
                 latency_s,
-                rate_hz,
                 dropped,
                 mask,
                 list(notes),

@@ -55,7 +55,8 @@ def encoding_of(picture: Picture) -> str:
         return text
     if is_compressed_depth(picture):
         return "32fc1" if text.startswith("32fc1") else "16uc1"
-    if _sixteen_bit_png(bytes(picture.data[:26])):
+    start = bytes(picture.data[:26])
+    if start.startswith(b"\x89PNG") and start[24:26] == b"\x10\x00":  # bit depth 16, one channel
         return "16uc1"
     return text.partition(";")[0].strip()
 
@@ -117,11 +118,6 @@ def _pixels(picture: Picture, name: str, kind: str, channels: int) -> NDArray[An
     stored = dtype.newbyteorder(">" if picture.big_endian else "<")
     pixels = np.ascontiguousarray(rows).view(stored).astype(dtype, copy=False)
     return pixels.reshape(picture.height, picture.width, channels) if channels > 1 else pixels
-
-
-def _sixteen_bit_png(start: bytes) -> bool:
-    """By its header: bit depth 16, one channel."""
-    return start.startswith(b"\x89PNG") and start[24:26] == b"\x10\x00"
 
 
 def is_compressed_depth(picture: Picture) -> bool:

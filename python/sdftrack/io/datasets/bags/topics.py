@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from sdftrack._internal.text_files import named
 from sdftrack.camera import Camera
 from sdftrack.io.datasets.bags.bag import Bag, Topic
 from sdftrack.io.datasets.bags.decoding import IMAGE_TYPES, INFO_TYPES, Info
@@ -121,7 +122,8 @@ def find_camera(bag: Bag, topic: str, frame_id: str, size: tuple[int, int]) -> t
         in_frame,
     ):
         if found and (len(found) == 1 or len({str(camera_of(infos[n], image)) for n in found}) == 1):
-            return _named_camera(bag, infos[found[0]], image, found[0]), found[0]
+            with named(f"{bag.path}, {found[0]}"):
+                return camera_of(infos[found[0]], image), found[0]
     return None, ", ".join(infos) or "none"
 
 
@@ -144,10 +146,3 @@ def camera_of(info: Info, image: str) -> Camera:
                 width=message.width, height=message.height, distortion_model="plumb_bob", d=(), k=K, **rest
             )
     return Camera.from_ros(message)
-
-
-def _named_camera(bag: Bag, info: Info, image: str, topic: str) -> Camera:
-    try:
-        return camera_of(info, image)
-    except ValueError as error:
-        raise ValueError(f"{bag.path}, {topic}: {error}") from None
