@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,11 +76,7 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
     with named(root):
         sequence = kind.open(root, **given)
     warn_if_doubtful(sequence.camera, str(root))
-    return sequence.can_be_opened_again(_opened, root.resolve(), kind.name, given)
-
-
-def _opened(path: Path, layout: str, options: dict[str, Any]) -> Sequence:
-    return open_sequence(path, layout, **options)
+    return sequence.can_be_opened_again(partial(open_sequence, layout=kind.name, **given), root.resolve())
 
 
 def _detected(root: Path) -> Layout:

@@ -143,19 +143,11 @@ class Sequence(ClosedByWith):
         if not len(numbers):
             raise ValueError(f"slice: expected at least one of the {len(self)} frames, got none")
         truth = {new: self.ground_truth[old] for new, old in enumerate(numbers) if old in self.ground_truth}
-        chosen = Sequence(
-            _Picked(self, numbers),
-            self.camera,
-            truth,
-            self.models,
-            objects=self.objects,
-            ids=[self.ids[i] for i in numbers],
-            masks=lambda i: self.masks(numbers[i]),
-            symmetries=self.symmetries,
-            layout=self.layout,
-            name=self.name,
-            close=self.close,
-        )
+        chosen = Sequence.__new__(Sequence)
+        chosen.__dict__.update(
+            self.__dict__, _frames=_Picked(self, numbers), _masks=lambda i: self.masks(numbers[i]),
+            ground_truth=truth, ids=[self.ids[i] for i in numbers], _close=self.close,
+        )  # fmt: skip
         return chosen.can_be_opened_again(Sequence.part, self, list(numbers))
 
     def masks(self, i: int) -> Masks:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.closing import ClosedByWith, closed_on_error
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
@@ -71,10 +71,9 @@ def open_stream(address: str, names: Sequence[str], camera: Camera | RGBDCamera,
         known = ", ".join(f'"{kind.address}"' for kind in STREAMS.values())
         raise ValueError(f"address: expected one of {known}, got {address!r}")
     waiting = options.pop("waiting", None)
-    if waiting is not None:
-        waiting = _waiting(waiting)
     receiver = STREAMS[scheme].open(rest, [str(name) for name in names], depth_camera(camera), **options)
-    return Stream(receiver, waiting)
+    with closed_on_error(receiver):
+        return Stream(receiver, waiting)
 
 
 class Stream(ClosedByWith):
@@ -99,7 +98,8 @@ class Stream(ClosedByWith):
     def __init__(self, receiver: Receiver, waiting: int | None = None) -> None:
         self.address, self.note = receiver.address, receiver.note
         self._receiver = receiver
-        self._limit = receiver.waiting if waiting is None else _waiting(waiting)
+        limit = receiver.waiting if waiting is None else waiting
+        self._limit = whole(limit, "waiting", 1, what="a number of frames, at least 1")
         self._packets: deque[Packet] = deque()
         self._changed = threading.Condition()
         self._closed = False
@@ -185,10 +185,6 @@ class Stream(ClosedByWith):
         with self._changed:
             self._changed.wait_for(lambda: self._packets or self._closed)
             return self._packets.popleft() if self._packets else None
-
-
-def _waiting(value: Any) -> int:
-    return whole(value, "waiting", 1, what="a number of frames, at least 1")
 
 
 def _line(error: Exception) -> str:
