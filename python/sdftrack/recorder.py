@@ -25,8 +25,8 @@ from sdftrack.io.report_file import (
     number_or_none,
     object_entry,
     plain,
-    tum_row,
 )
+from sdftrack.io.trajectories import tum_line
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult
 
@@ -179,9 +179,9 @@ class Recorder(ClosedByWith):
             track = self._track(f"trajectory_{k}.txt")
             if str(result.status[k]) in ("ok", "weak"):
                 self._rows.add(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
-                track.add(tum_row(time, result.poses[k]))
+                track.add(tum_line(time, result.poses[k], ".9f"))
         for k, T in truth.items():
-            self._track(f"ground_truth_{int(k)}.txt").add(tum_row(time, np.asarray(T, np.float64)))
+            self._track(f"ground_truth_{int(k)}.txt").add(tum_line(time, np.asarray(T, np.float64), ".9f"))
         entry = {
             "im_id": im_id,
             "timestamp": number_or_none(stamp),

@@ -10,6 +10,7 @@ from typing import Any
 
 from sdftrack._internal.extras import need
 from sdftrack._internal.files import UnbufferedFile
+from sdftrack._internal.text_files import reason_of
 
 LATCHED = """- history: 1
   depth: 1
@@ -92,34 +93,18 @@ def copy_whole(path: Path, output: McapOutput, last_topic: str, count: int) -> N
     ValueError if the file holds fewer.
     """
     from mcap.exceptions import McapError
-    from mcap.records import Channel, Message, Schema
-    from mcap.stream_reader import StreamReader
+    from mcap.reader import NonSeekingReader
 
-    schemas: dict[int, Any] = {}
-    channels: dict[int, Any] = {}
     found = 0
     with path.open("rb") as file:
+        messages: Any = NonSeekingReader(file).iter_messages(log_time_order=False)
         try:
-            for record in StreamReader(file).records:
-                if found == count:
-                    return
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    channels[record.id] = record
-                elif isinstance(record, Message):
-                    channel = channels[record.channel_id]
-                    output.add(
-                        channel.topic,
-                        schemas[channel.schema_id].name,
-                        record.data,
-                        record.log_time,
-                        record.sequence,
-                        latched=bool(channel.metadata.get("offered_qos_profiles")),
-                    )
-                    found += channel.topic == last_topic
-        except (McapError, EOFError, ValueError, KeyError, struct.error) as error:
-            if found < count:
-                raise ValueError(f"{path}: expected {count} whole frames, got {found} ({error})") from None
-    if found < count:
-        raise ValueError(f"{path}: expected {count} whole frames, got {found}")
+            while found < count:
+                schema, channel, m = next(messages)
+                latched = bool(channel.metadata.get("offered_qos_profiles"))
+                output.add(channel.topic, schema.name, m.data, m.log_time, m.sequence, latched=latched)
+                found += channel.topic == last_topic
+        except (McapError, EOFError, StopIteration, ValueError, KeyError, struct.error) as error:
+            raise ValueError(
+                f"{path}: expected {count} whole frames, got {found} ({reason_of(error)})"
+            ) from None

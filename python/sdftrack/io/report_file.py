@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import contents, read_json
-from sdftrack.io.trajectories import tum_line
 from sdftrack.results import Status, TrackResult
 
 BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
@@ -89,11 +88,6 @@ def _unstated(result: TrackResult, k: int) -> dict[str, Any]:
     if result.unstated is None or not result.unstated[k].any():
         return {}
     return {"unstated": plain(result.unstated[k])}
-
-
-def tum_row(time: float, T: Array) -> str:
-    """``timestamp tx ty tz qx qy qz qw``, metres."""
-    return tum_line(time, T, ".9f")
 
 
 def plain(value: Any) -> Any:

@@ -18,7 +18,7 @@ from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, counted, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import fitting
-from sdftrack.io.report_file import tum_row
+from sdftrack.io.trajectories import tum_line
 
 if TYPE_CHECKING:
     from sdftrack.cli.reconstruct import Reconstruct
@@ -94,7 +94,7 @@ class Recording(Followed):
             n: float(i if r.timestamp is None else r.timestamp)
             for n, (i, r) in enumerate(zip(self.ids, self.results, strict=False))
         }
-        rows = [tum_row(times[n], T) + "\n" for n, T in self.poses_of(poses).items()]
+        rows = [tum_line(times[n], T, ".9f") + "\n" for n, T in self.poses_of(poses).items()]
         write_text(self.out / "refined_0.txt", "".join(rows) or "\n")
         recorder.wrote("refined_0.txt")
 
