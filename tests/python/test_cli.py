@@ -17,6 +17,7 @@ from refusals import error_line
 
 import sdftrack as st
 from sdftrack._internal.option_files import options_as_toml
+from sdftrack.cli import demo
 from sdftrack.cli.app import parser, run
 from sdftrack.cli.sources import folder_each
 
@@ -33,10 +34,6 @@ def commands(command=None, name=()):
 
 
 COMMANDS = {" ".join(name): command for name, command in commands()}
-
-
-def test_the_commands_of_groups_are_among_them():
-    assert {"track", "fit", "calibrate intrinsics", "calibrate color"} <= set(COMMANDS)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -286,6 +283,8 @@ def test_the_demo_needs_nothing_and_writes_pictures(tmp_path, monkeypatch, capsy
     assert "reconstructed surface (mm)" in printed
     report = json.loads((tmp_path / "sdftrack-demo" / "report.json").read_text())
     assert report["reconstruction"]["mean_distance_m"] < MAX_DEMO_SURFACE_M
+    for name in ("VOXELS", "TURN_VOXELS"):  # the second one is made in the place of the first, faster
+        monkeypatch.setattr(demo, name, 48)
     assert run(["demo", "--frames", "12", "-q"]) == 0
     with st.open_sequence(tmp_path / "sdftrack-demo" / "sequence") as seq:
         assert len(seq) == len(seq.ground_truth) == 12

@@ -15,7 +15,6 @@ import typer
 from sdftrack._internal.unknown_option import unknown_option
 from sdftrack.cli import (
     batch,
-    calibrate,
     contour,
     demo,
     evaluate,
@@ -31,6 +30,7 @@ from sdftrack.cli import (
     track,
     view,
 )
+from sdftrack.cli.calibrate import color, depth, intrinsics
 from sdftrack.cli.options import Field, command, fields_of, job_of
 from sdftrack.io.folder_lock import one_run
 
@@ -74,7 +74,7 @@ def parser(only: str | None = None) -> Any:
         handed = [_commands] if each is batch.batch else []
         app.command()(command(each, *handed, bare=only not in (None, each.__name__)))
     calibrations = typer.Typer(help="Calibrate cameras from recorded sequences.", no_args_is_help=True)
-    for each in (calibrate.intrinsics, calibrate.color, calibrate.depth):
+    for each in (intrinsics.intrinsics, color.color, depth.depth):
         calibrations.command()(command(each, bare=only not in (None, "calibrate")))
     app.add_typer(calibrations, name="calibrate")
     return typer.main.get_command(app)

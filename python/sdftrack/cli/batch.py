@@ -65,7 +65,10 @@ def batch(commands: Callable[[], Commands], job: Batch) -> None:
     given = {key: value for key, value in common.items() if value not in (None, "auto")}
     items = read_plan(Path(job.plan[0]), given, commands())
     if job.check:
-        _show_plan(items)
+        rows = [
+            (i.name, i.command, " ".join([i.source if i.after is None else i.after, *i.words])) for i in items
+        ]
+        show_table(f"{len(items)} calls", ("results", "command", "inputs and options"), rows[:SHOWN_CALLS])
         return
     ended = _run(job, items, commands())
     failed = sum(ended[item.name]["status"] in FAILED for item in items)
@@ -92,13 +95,6 @@ def _run(job: Batch, items: list[Item], commands: Commands) -> dict[str, dict[st
         _show([item.name for item in items], ended, out)
         print(f"written to {out}: {', '.join(names)}")
     return ended
-
-
-def _show_plan(items: list[Item]) -> None:
-    rows = [
-        (i.name, i.command, " ".join([i.source if i.after is None else i.after, *i.words])) for i in items
-    ]
-    show_table(f"{len(items)} calls", ("results", "command", "inputs and options"), rows[:SHOWN_CALLS])
 
 
 def _show(names: list[str], ended: Mapping[str, Mapping[str, Any]], out: Path) -> None:

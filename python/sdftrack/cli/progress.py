@@ -58,14 +58,12 @@ def progress_counter(quiet: bool) -> Iterator[Tell]:
         )
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
             tasks: dict[str, Any] = {}
-            began: dict[str, float] = {}
 
             def move(done: int, total: int, label: str, note: str = "") -> None:
                 if label not in tasks:
-                    began[label] = time.monotonic()
                     tasks[label] = bar.add_task(label, total=total or None, rate="", note="")
-                rate = _rate(done, time.monotonic() - began[label])
-                bar.update(tasks[label], completed=done, rate=rate, note=note)
+                seconds = bar.tasks[tasks[label]].elapsed or 0.0
+                bar.update(tasks[label], completed=done, rate=_rate(done, seconds), note=note)
 
             yield move
     else:

@@ -126,9 +126,7 @@ def _make_empty(out: Path, overwrite: bool) -> None:
     refuse_folder(out, overwrite)
     if out.is_dir():
         _hold(out)
-    files = (
-        [path for path in out.rglob("*") if not path.is_dir() and path.name != LOCK] if out.is_dir() else []
-    )
+    files = [path for path in out.rglob("*") if not path.is_dir() and path.name != LOCK]
     if files and not ((out / NAME).is_file() or Journal.is_in(out)):
         raise FileExistsError(
             f"out: expected an earlier recording in {out}, got other files; choose another folder"
@@ -139,8 +137,8 @@ def _make_empty(out: Path, overwrite: bool) -> None:
     prepare_folder(out, overwrite)
 
 
-def write_all(writer: Any, items: Iterable[Item], source: str, command: str, quiet: bool) -> int:
-    """Add the items and finish the recording, also if the disk is full or on Ctrl-C; returns the number of frames.
+def write_all(writer: Any, items: Iterable[Item], source: str, command: str, quiet: bool) -> None:
+    """Add the items and finish the recording, also if the disk is full or on Ctrl-C.
 
     OSError after what could be written was finished; an interruption of a command that has no other end is its end.
     """
@@ -170,7 +168,6 @@ def write_all(writer: Any, items: Iterable[Item], source: str, command: str, qui
         )
     if not quiet:
         _tell(writer)
-    return int(writer.count)
 
 
 def _tell(writer: Any) -> None:
