@@ -149,22 +149,10 @@ def sdk_project(point, entry, full):
     return np.array([(u * fx + cx) * full[0], (v * fy + cy) * full[1]])
 
 
-@pytest.mark.parametrize(
-    ("size", "full", "crop"),
-    [
-        ((640, 576), (1024, 1024), (192, 180)),
-        ((320, 288), (512, 512), (96, 90)),
-    ],
-)
-def test_the_depth_camera_is_a_crop_of_the_sensor(size, full, crop):
-    values = calibration()
-    cameras = azure_cameras(values, size, None)
-    point = np.array([0.11, -0.07, 0.5])
-    wanted = sdk_project(point, values["CalibrationInformation"]["Cameras"][0], full) - crop - 0.5
-    np.testing.assert_allclose(cameras.depth.project(point), wanted, atol=1e-9)
-    assert (cameras.depth.width, cameras.depth.height) == size
+SENSORS = {(640, 576): ((1024, 1024), (192, 180)), (320, 288): ((512, 512), (96, 90))}  # full image, crop
 
 
+@pytest.mark.parametrize("depth_size", SENSORS)
 @pytest.mark.parametrize(
     ("size", "full", "crop"),
     [
@@ -175,11 +163,15 @@ def test_the_depth_camera_is_a_crop_of_the_sensor(size, full, crop):
         ((4096, 3072), (4096, 3072), (0, 0)),
     ],
 )
-def test_the_colour_camera_and_where_depth_lies_in_it(size, full, crop):
+def test_the_cameras_are_crops_of_their_sensors_and_where_depth_lies_in_colour(depth_size, size, full, crop):
     values = calibration(depth_turn=st.geometry.exp([0.001, 0.002, 0.003, 0.01, 0.02, -0.01]))
     depth, color = values["CalibrationInformation"]["Cameras"]
-    cameras = azure_cameras(values, (640, 576), size)
+    cameras = azure_cameras(values, depth_size, size)
     p_depth = np.array([0.1, 0.05, 0.8])
+    sensor, corner = SENSORS[depth_size]
+    wanted = sdk_project(p_depth, depth, sensor) - corner - 0.5
+    np.testing.assert_allclose(cameras.depth.project(p_depth), wanted, atol=1e-9)
+    assert (cameras.depth.width, cameras.depth.height) == depth_size
     T_color, T_depth = np.eye(4), np.eye(4)
     for T, one in ((T_color, color), (T_depth, depth)):
         T[:3, :3], T[:3, 3] = np.reshape(one["Rt"]["Rotation"], (3, 3)), one["Rt"]["Translation"]

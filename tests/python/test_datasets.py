@@ -71,29 +71,18 @@ def test_bop_holds_several_objects_masks_and_cameras(tmp_path):
     assert seq.masks(1).keys() == {1}
 
 
-def test_bop_depth_scale_is_millimetres_per_unit(tmp_path):
-    _write_bop(tmp_path, depth_scale=0.1, unit_value=8000)
-    seq = st.open_sequence(tmp_path)
-    np.testing.assert_allclose(seq[0].depth[10, 10], 0.8, rtol=1e-6)
-    np.testing.assert_allclose(seq.ground_truth[0][0][:3, 3], [0.01, 0.02, 0.8])
-
-
-def test_wrong_units_show_when_a_sequence_is_opened(tmp_path):
-    _write_bop(tmp_path, depth_scale=100.0, unit_value=8000)
+def test_the_unit_of_a_bop_scene_is_millimetres_and_a_wrong_one_shows_when_it_is_opened(tmp_path):
+    st.save_sequence(tmp_path, _sequence())
+    path = tmp_path / "scene_camera.json"
+    cameras = json.loads(path.read_text())
+    units = image_io.read_depth_units(tmp_path / "depth/000000.png")
+    scale_m = cameras["0"]["depth_scale"] / 1000
+    np.testing.assert_allclose(st.open_sequence(tmp_path)[0].depth, units * scale_m, rtol=1e-6)
+    np.testing.assert_allclose(units * scale_m, _sequence()[0].depth, atol=HALF_UNIT_M["bop"])
+    cameras["0"]["depth_scale"] *= 1000
+    path.write_text(json.dumps(cameras))
     with pytest.raises(ValueError, match=r"depth/000000\.png.*median"):
         st.open_sequence(tmp_path)
-
-
-def _write_bop(root: Path, depth_scale: float, unit_value: int, n: int = 3) -> None:
-    (root / "depth").mkdir()
-    camera = {"cam_K": CAMERA.K.ravel().tolist(), "depth_scale": depth_scale}
-    gt = [{"obj_id": 1, "cam_R_m2c": np.eye(3).ravel().tolist(), "cam_t_m2c": [10, 20, 800]}]
-    (root / "scene_camera.json").write_text(json.dumps(dict.fromkeys(range(n), camera)))
-    (root / "scene_gt.json").write_text(json.dumps(dict.fromkeys(range(n), gt)))
-    for i in range(n):
-        image_io.write_depth_units(
-            root / "depth" / f"{i:06d}.png", np.full(CAMERA.shape, unit_value, np.uint16)
-        )
 
 
 def _with_a_huge_header(data: bytes) -> bytes:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import os
 import re
 import signal
@@ -14,11 +13,9 @@ import threading
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fault_commands import FRAMES, inputs
 from tracking_fakes import CAMERA, frame, pose, result
-from viewer_scene import wait_until
 
 import sdftrack as st
 from sdftrack._internal import files
@@ -29,10 +26,7 @@ from sdftrack.recorder import Recorder
 
 pytest.importorskip("fcntl", reason="there are no locks on this system")
 
-OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
 BUSY = r"out: expected a folder that no other run writes into, got .*, used by"
-PAIRS = 8
-WAIT_S = 60.0
 
 HOLD = """
 import sys, time
@@ -185,47 +179,6 @@ def test_two_saved_sequences_of_one_name_are_one_of_them(tmp_path: Path) -> None
 @pytest.fixture(scope="module")
 def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return inputs(tmp_path_factory.getbasetemp()) / "seq"
-
-
-def tracking(
-    seq: Path, out: Path, *more: str, program: tuple[str, ...] = ("-m", "sdftrack")
-) -> subprocess.Popen[str]:
-    words = f"track {seq} --model {next(seq.rglob('*.ply'))} --out {out} --init gt --threads 1 -q".split()
-    return subprocess.Popen([sys.executable, *program, *words, *more], stderr=subprocess.PIPE, text=True)
-
-
-def check_whole(out: Path) -> None:
-    """All files of one run, each complete, and nothing else."""
-    import av
-
-    extra = {name for name in names_in(out) if re.fullmatch(r"ground_truth_0\.txt|sdftrack_.*\.csv", name)}
-    assert names_in(out) - extra == OWN
-    assert len(json.loads((out / "report.json").read_text())["frames"]) == FRAMES
-    assert len(np.loadtxt(out / "trajectory_0.txt")) == FRAMES
-    assert len((out / "poses.csv").read_text().splitlines()) == FRAMES + 1
-    with av.open(str(out / "overlay.mp4")) as video:
-        assert sum(1 for _ in video.decode(video=0)) == FRAMES
-
-
-@pytest.mark.slow
-def test_of_two_runs_into_one_folder_each_is_refused_or_whole(sequence: Path, tmp_path: Path) -> None:
-    refused = 0
-    for i in range(PAIRS):
-        out, more = tmp_path / str(i), ["--overwrite"] * (i % 2)
-        first = tracking(sequence, out, *more)
-        if i % 4 > 1:  # while the first one writes; else both begin together
-            wait_until(lambda out=out: (out / ".overlay.mp4.part").exists() or (out / "report.json").exists())
-        second = tracking(sequence, out, *more)
-        errors = {child: child.communicate(timeout=WAIT_S)[1] for child in (first, second)}
-        assert 0 in (first.returncode, second.returncode), errors
-        for child, text in errors.items():
-            assert child.returncode in (0, 1), text
-            if child.returncode:
-                refused += 1
-                assert text.count("\n") == 1
-                assert re.search(rf"{BUSY} process|with files in it", text), text
-        check_whole(out)
-    assert refused >= PAIRS // 2
 
 
 def test_a_recording_that_is_written_cannot_be_continued_by_another_run(
