@@ -41,6 +41,13 @@ def session(starts_s=(1.0, 4.5, 8.0), away_m=(0.25, 0.1, 0.0), seed=0, move_s=0.
     return noisy(t, reaches(t, starts_s, away_m, move_s), seed=seed, **fields)
 
 
+def unseen(start_s, end_s):
+    """The session with the object lost for a while."""
+    trajectory = session()
+    status = ["lost" if start_s < t < end_s else "ok" for t in trajectory.times_s]
+    return dataclasses.replace(trajectory, status=status)
+
+
 def measured_session(**fields):
     return motion.analyze(session(**fields), up=UP)
 
@@ -204,36 +211,28 @@ class TestSessions:
 
 
 class TestErrorsOfTheTracker:
-    def test_a_rotation_that_nobody_sees_is_not_determined_while_positions_are(self):
-        """A can: its rotation about the axis stays as it began, and the covariance tells that it is not known."""
+    @pytest.mark.parametrize(
+        ("axis", "unseen", "seen"),
+        [
+            (5, TURNS, ("max_tilt", *POSITIONS)),  # a can: its rotation about the axis, which itself is seen
+            (3, ("max_tilt", "mean_tilt", *TURNS), ("reach",)),  # a lying round stick
+        ],
+    )
+    def test_what_needs_a_rotation_that_nobody_sees_is_not_determined(self, axis, unseen, seen):
+        """It stays as it began, and the covariance tells that it is not known."""
         trajectory = session()
         C = trajectory.covariances.copy()
-        C[:, 5, :5] = C[:, :5, 5] = 0
-        C[:, 5, 5] = 3.0**2
+        C[:, axis] = C[:, :, axis] = 0
+        C[:, axis, axis] = 3.0**2
         found = motion.analyze(dataclasses.replace(trajectory, covariances=C), up=UP)
-        for r in found.repetitions:
-            for name in TURNS:
-                assert not r.values[name].determined, name
-                assert "rotation is not seen" in r.values[name].note
-                assert 0 <= r.values[name].low <= r.values[name].value <= r.values[name].high, name
-        for name in TURNS:
-            assert not found.averages[name].determined, name
-            assert "rotation is not seen" in found.averages[name].note
-        for name in POSITIONS:
+        for values in (found.averages, *(r.values for r in found.repetitions)):
+            for name in unseen:
+                m = values[name]
+                assert not m.determined, name
+                assert "rotation is not seen" in m.note
+                assert 0 <= m.low <= m.value <= m.high, name
+        for name in seen:
             assert found.averages[name].determined, name
-        # The axis itself is seen.
-        assert found.averages["max_tilt"].determined
-
-    def test_the_tilt_of_a_lying_round_stick_is_not_determined(self):
-        trajectory = session()
-        C = trajectory.covariances.copy()
-        C[:, 3, :3] = C[:, :3, 3] = C[:, 3, 4:] = C[:, 4:, 3] = 0
-        C[:, 3, 3] = 3.0**2
-        found = motion.analyze(dataclasses.replace(trajectory, covariances=C), up=UP)
-        for name in ("max_tilt", "mean_tilt", *TURNS):
-            assert not found.averages[name].determined, name
-            assert "rotation is not seen" in found.averages[name].note
-        assert found.averages["reach"].determined
 
     def test_errors_that_change_slowly_widen_the_intervals_of_positions(self):
         trajectory = session()
@@ -279,10 +278,9 @@ class TestErrorsOfTheTracker:
         assert np.mean(apart) < 0.1
 
     def test_a_gap_is_told_and_its_repetition_left_out_of_the_averages(self):
-        trajectory = session()
-        status = ["lost" if 4.8 < t < 5.4 else "ok" for t in trajectory.times_s]
-        found = motion.analyze(dataclasses.replace(trajectory, status=status), up=UP)
-        assert found.shares["lost"] == pytest.approx(status.count("lost") / len(status))
+        trajectory = unseen(4.8, 5.4)
+        found = motion.analyze(trajectory, up=UP)
+        assert found.shares["lost"] == pytest.approx(1 - trajectory.usable.mean())
         cut = [r for r in found.repetitions if r.gap_s]
         assert len(cut) == 1
         assert cut[0].gap_s == pytest.approx(0.6, abs=0.1)
@@ -294,17 +292,11 @@ class TestErrorsOfTheTracker:
     @pytest.mark.parametrize("lost", [(4.6, 5.2), (4.45, 5.0), (6.2, 6.75), (6.4, 6.9)])
     def test_a_gap_as_the_object_starts_or_arrives_is_no_rest(self, lost):
         """A repetition that began or ended with the gap would be too short, and its measures told as if seen."""
-        trajectory = session()
-        status = ["lost" if lost[0] < t < lost[1] else "ok" for t in trajectory.times_s]
-        found = motion.analyze(
-            dataclasses.replace(trajectory, status=status), measures=["path_length", "reach"]
-        )
+        found = motion.analyze(unseen(*lost), measures=["path_length", "reach"])
         second = found.repetitions[1]
         assert second.gap_s > 0.4
         assert np.isnan(second.values["path_length"].value)
 
     def test_a_gap_while_the_object_rests_costs_nothing(self):
-        trajectory = session()
-        status = ["lost" if 3.6 < t < 4.2 else "ok" for t in trajectory.times_s]
-        found = motion.analyze(dataclasses.replace(trajectory, status=status), measures=["path_length"])
+        found = motion.analyze(unseen(3.6, 4.2), measures=["path_length"])
         assert [r.gap_s for r in found.repetitions] == [0, 0, 0]

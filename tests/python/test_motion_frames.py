@@ -48,33 +48,16 @@ def test_covariances_in_another_frame_are_those_of_sampled_errors():
     np.testing.assert_allclose(moved.covariances[0], expected, atol=0.06 * np.abs(expected).max())
 
 
-def test_only_the_centre_of_a_ball_has_a_known_position():
-    """Its rotation is unknown, so the position of any other point is, too."""
-    C = np.diag([1e-8] * 3 + [1.0] * 3)
-    centre = np.array([0, 0, 0.03])
-    T = np.eye(4)[None]
-    J = np.eye(6)
-    J[:3, 3:] = np.array([[0, -0.03, 0], [0.03, 0, 0], [0, 0, 0]])  # the origin is 30 mm below the centre
-    at_origin = Trajectory([0.0], T, (J @ C @ J.T)[None])
-    assert np.sqrt(at_origin.covariances[0, 0, 0]) > 0.02
-    np.testing.assert_allclose(motion.at_point(at_origin, centre).covariances[0], C, atol=1e-12)
-
-
 @pytest.mark.parametrize("normal", [[0, -0.8, -0.6], [0, 0.8, 0.6], [0, 0, -1], [0, -1, 0]])
 def test_z_of_the_table_frame_is_the_height_above_it(normal):
     n, d = np.array(normal, float), 0.5
     T = motion.table_frame(n, d)
+    np.testing.assert_allclose(T, motion.table_frame(-n, -d))
     np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-12)
     assert np.linalg.det(T[:3, :3]) == pytest.approx(1)
     points = np.random.default_rng(0).normal(size=(5, 3))
     np.testing.assert_allclose(geometry.transform_points(T, points)[:, 2], points @ n + d, atol=1e-12)
     assert T[2, 3] == pytest.approx(d)  # the camera is above the table
-
-
-def test_z_points_up_whatever_the_sign_of_the_normal():
-    np.testing.assert_allclose(
-        motion.table_frame([0, 0.8, 0.6], -0.5), motion.table_frame([0, -0.8, -0.6], 0.5)
-    )
 
 
 class TestResampling:
@@ -139,9 +122,14 @@ class TestFilters:
 
 class TestBestKnownPoint:
     def test_it_is_the_centre_of_a_ball(self):
+        """Its rotation is unknown, so the position of any other point is, too."""
         C = np.diag([1e-8] * 3 + [1.0] * 3)
-        at_origin = motion.at_point(Trajectory([0.0], np.eye(4)[None], C[None]), [0, 0, -0.03])
+        J = np.eye(6)
+        J[:3, 3:] = np.array([[0, -0.03, 0], [0.03, 0, 0], [0, 0, 0]])  # the origin is 30 mm below the centre
+        at_origin = Trajectory([0.0], np.eye(4)[None], (J @ C @ J.T)[None])
+        assert np.sqrt(at_origin.covariances[0, 0, 0]) > 0.02
         np.testing.assert_allclose(motion.best_known_point(at_origin), [0, 0, 0.03], atol=1e-4)
+        np.testing.assert_allclose(motion.at_point(at_origin, [0, 0, 0.03]).covariances[0], C, atol=1e-12)
 
     def test_it_is_on_the_axis_of_a_can_as_near_as_possible(self):
         C = np.diag([1e-8] * 3 + [1e-6, 1e-6, 1.0])

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -66,19 +65,6 @@ def test_values_are_ready_for_json_before_the_first_repetition():
     values = LiveMotion().add(0.0, [0, 0, 0.8])
     assert json.loads(json.dumps(values.to_dict()))["last_repetition_s"] is None
     assert "0 repetitions" in values.text()
-
-
-def test_memory_does_not_grow():
-    live = LiveMotion()
-
-    def size():
-        return sum(sys.getsizeof(v) for v in vars(live).values())
-
-    live.add(0.0, [0, 0, 0.8])
-    before = size()
-    for k in range(1, 5000):
-        live.add(k / 30, [0.1 * np.sin(k / 20), 0, 0.8])
-    assert size() <= before + 64
 
 
 def test_a_position_of_another_shape():

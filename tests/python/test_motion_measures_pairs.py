@@ -7,6 +7,7 @@ from itertools import groupby
 
 import numpy as np
 import pytest
+from motion_cases import noisy, reaches
 from scipy.spatial.transform import Rotation
 
 import sdftrack as st
@@ -149,3 +150,33 @@ class TestSymmetryIndex:
 
     def test_nothing_to_compare_is_nan(self):
         assert np.isnan(motion.symmetry_index([0.0, 1.0, np.nan], [0.0, -2.0, 1.0])).all()
+
+
+def carried(away_m, seed, start_s=0.0):
+    """An object that is carried along x and back, twice."""
+    t = np.arange(240) / 30
+    x = reaches(t, [1.0, 4.5], (away_m, 0, 0))
+    return motion.analyze(noisy(t + start_s, x, seed=seed, sd_m=2e-4, sd_rad=2e-3))
+
+
+class TestTwoTrajectories:
+    def test_a_ball_that_is_carried_to_another_one_touches_it_twice(self, ball):
+        sdf, points = ball
+        moving = carried(0.2, seed=0)
+        resting = np.tile([0.2 + 2 * RADIUS_M, 0, 0.8], (240, 1))
+        second = motion.analyze(noisy(moving.trajectory.times_s, resting, seed=1, sd_m=2e-4, sd_rad=2e-3))
+        found = motion.contact(moving, second, sdf, points)
+        assert found["surface_distance"].value == pytest.approx(0.0, abs=2e-3)
+        assert found["contacts"].value == 2
+        # Held for 0.7 s each, and within 3 mm for the last and first parts of the movements.
+        assert 2 * 0.7 < found["contact_time"].value < 2 * 1.3
+        assert found["contact_time"].low <= found["contact_time"].value <= found["contact_time"].high
+        with pytest.raises(ValueError, match="expected a trajectory of the same time"):
+            motion.contact(moving, carried(0.2, 0, start_s=100.0), sdf, points)
+
+    def test_symmetry_of_equal_and_of_unequal_movements(self):
+        left, same, short = (carried(away_m, seed) for seed, away_m in enumerate((0.2, -0.2, 0.1), 1))
+        equal, unequal = motion.symmetry(left, same)["reach"], motion.symmetry(left, short)["reach"]
+        assert equal.low < 0 < equal.high
+        assert unequal.low < 200 * 0.1 / 0.3 < unequal.high
+        assert motion.symmetry(short, left)["reach"].value == pytest.approx(-unequal.value)

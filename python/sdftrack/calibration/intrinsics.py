@@ -166,24 +166,17 @@ class _Problem:
         self.first, self.free, self.joint = camera, free, joint
         self.sorted = tuple(name for name in UNKNOWNS if name in free)  # the core's order
         self.order = [self.sorted.index(name) for name in free]
-        volume = sdf._core_args
-        self.core = _core.Calibration(
-            volume, core_lens(camera), [UNKNOWNS.index(name) for name in self.sorted], options
-        )
+        unknowns = [UNKNOWNS.index(name) for name in self.sorted]
+        self.core = _core.Calibration(sdf._core_args, core_lens(camera), unknowns, options)
         self.steps: list[Any] = []
         self.per_frame: PerFrame | None = None
 
     def improve(self, frames: int) -> None:
         """Estimate the lens from the frames so far; a generic prior stabilises it while they are few."""
-        now = self._values(self._start())
+        start = core_lens(self.first).values
+        now = [start[UNKNOWNS.index(name)] for name in self.sorted]
         sd = prior_sd(self.sorted, self.first)
         self.core.solve(FIRST_SCALE_M if frames < 20 else SCALE_M, now, sd, quick=True)
-
-    def _start(self) -> list[float]:
-        return list(core_lens(self.first).values)
-
-    def _values(self, lens: Sequence[float]) -> list[float]:
-        return [lens[UNKNOWNS.index(name)] for name in self.sorted]
 
     def refuse_what_slides(self, frames: int) -> None:
         """ValueError if the pose is ambiguous in most frames, so that parameters are unobservable without a prior."""

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.metrics import auc, average_recall, mspd, vsd
+from sdftrack.metrics.bop import TAUS
 from sdftrack.symmetry import Symmetry
 
 Array = NDArray[np.float64]
-TAUS = np.arange(0.05, 0.51, 0.05)  # of the diameter: how far apart two surfaces of VSD may be
 POINTS = 2000  # of the mesh, that distances are taken between
 BLOCK = 500
 

@@ -192,18 +192,14 @@ def table_rows(scores: list[ObjectScore]) -> list[list[str]]:
     for score in scores:
         d = score.to_dict()
 
-        def shown(part: str, key: str, d: dict[str, Any] = d) -> str:
-            value = d[part][key]
-            return "-" if value is None else f"{value:.3f}"
-
-        rows.append(
-            [score.name, str(score.frames), str(score.compared), str(score.lost)]
-            + [shown(p, key) for p in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")]
-            + [shown("add_mm", "mean"), "-" if d["add_auc"] is None else f"{d['add_auc']:.3f}"]
-            + [shown("adds_mm", "mean"), shown("mssd_mm", "mean")]
-            + [shown("mspd_px", "mean"), shown("vsd", "mean")]
-            + ["-" if d["average_recall"] is None else f"{d['average_recall']['AR']:.3f}"]
-        )
+        values = [
+            d[part][key] for part in ("translation_mm", "rotation_deg") for key in ("mean", "median", "max")
+        ]
+        values += [d["add_mm"]["mean"], d["add_auc"]]
+        values += [d[part]["mean"] for part in ("adds_mm", "mssd_mm", "mspd_px", "vsd")]
+        values += [(d["average_recall"] or {}).get("AR")]
+        counts = [str(count) for count in (score.frames, score.compared, score.lost)]
+        rows.append([score.name, *counts, *("-" if v is None else f"{v:.3f}" for v in values)])
     return rows
 
 

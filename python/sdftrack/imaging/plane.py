@@ -76,6 +76,10 @@ def remove_plane(
     >>> mask, (n, d) = remove_plane(frame, camera)  # doctest: +SKIP
     """
     pinhole = _camera_of(frame, camera)
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    if not isinstance(feet, (bool, np.bool_)):
+        raise TypeError(f"feet: expected True or False, got {feet!r}")
     assert frame.depth is not None
     x, y = _start(start_px, frame.depth.shape)
     tolerance = _tolerance(tolerance)
@@ -86,10 +90,10 @@ def remove_plane(
         x,
         y,
         tolerance,
-        _method(method),
+        method,
         _law(noise),
         noise is None,
-        _switch(feet, "feet"),
+        bool(feet),
         whole(threads, "threads", 0, what=THREADS),
     )
     if isinstance(found, str):
@@ -104,18 +108,6 @@ def _camera_of(frame: Any, camera: Any) -> Camera:
     if camera is None and frame.camera is None:
         raise ValueError("camera: expected the depth camera, got None, and the frame has none of its own")
     return depth_camera(camera if camera is not None else frame.camera)
-
-
-def _method(method: Any) -> str:
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
-    return method
-
-
-def _switch(value: Any, name: str) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name}: expected True or False, got {value!r}")
-    return bool(value)
 
 
 def _start(start_px: tuple[float, float] | None, shape: tuple[int, ...]) -> tuple[int, int]:

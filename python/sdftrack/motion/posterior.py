@@ -147,14 +147,14 @@ class SmoothedMotion:
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:
         S, n = self._count if sampled else 1, len(times)
         observed = np.zeros(n, bool)
-        fields = None
+        fields: Any = None
         for k, piece in enumerate(self.pieces):
             inside = (times >= piece.start_s - 1e-9) & (times <= piece.end_s + 1e-9)
             if not inside.any():
                 continue
-            values = piece.evaluate(times[inside], self._coefficients(k, sampled))
+            values: Any = piece.evaluate(times[inside], self._coefficients(k, sampled))
             if inside.all():
-                return _as_samples(times, values, np.ones(n, bool))
+                return MotionSamples(*(times, *values, inside))
             if fields is None:
                 fields = [np.full((S, n, *v.shape[2:]), np.nan) for v in values]
             for field, value in zip(fields, values, strict=True):
@@ -163,12 +163,7 @@ class SmoothedMotion:
         if fields is None:
             fields = [np.full((S, n, 3), np.nan) for _ in range(6)]
             fields[4] = np.full((S, n, 3, 3), np.nan)
-        return _as_samples(times, fields, observed)
-
-
-def _as_samples(times: Array, fields: list[Array], observed: NDArray[np.bool_]) -> MotionSamples:
-    p, v, a, j, rotations, turning = fields
-    return MotionSamples(times, p, v, a, j, rotations, turning, observed)
+        return MotionSamples(*(times, *fields, observed))
 
 
 def checked_gap(max_gap_s: float) -> float:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,7 +122,7 @@ class UniformSpline:
 
     def penalty_band(self, precision: Array) -> Array:
         """Lower band (order + 1, size) of the sum of `precision` (size - m,) times squared differences."""
-        row = _binomial(self.order) / self.step_s**self.order
+        row = np.diff(np.eye(self.order + 1), self.order, axis=0)[0] / self.step_s**self.order
         band = np.zeros((self.order + 1, self.size))
         count = self.size - self.order
         for a in range(self.order + 1):
@@ -130,32 +131,13 @@ class UniformSpline:
         return band
 
 
-def _binomial(m: int) -> Array:
-    row = np.array([1.0])
-    for _ in range(m):
-        row = np.convolve(row, [-1.0, 1.0])
-    return row
-
-
+@functools.cache
 def _pieces(degree: int, derivative: int) -> Array:
     """(degree + 1, degree + 1): row p, column a is the coefficient of x^p of the a-th B-spline on one interval."""
-    key = (degree, derivative)
-    if key not in _CACHE:
-        knots = np.arange(-degree, degree + 2, dtype=float)
-        nodes = (np.arange(degree + 1) + 0.5) / (degree + 1)
-        values = np.column_stack(
-            [
-                BSpline(knots, np.eye(degree + 1)[a], degree).derivative(derivative)(nodes)
-                if derivative
-                else BSpline(knots, np.eye(degree + 1)[a], degree)(nodes)
-                for a in range(degree + 1)
-            ]
-        )
-        _CACHE[key] = np.linalg.solve(nodes[:, None] ** np.arange(degree + 1), values)
-    return _CACHE[key]
-
-
-_CACHE: dict[tuple[int, int], Array] = {}
+    knots = np.arange(-degree, degree + 2, dtype=float)
+    nodes = (np.arange(degree + 1) + 0.5) / (degree + 1)
+    values = [BSpline(knots, one, degree).derivative(derivative)(nodes) for one in np.eye(degree + 1)]
+    return np.linalg.solve(nodes[:, None] ** np.arange(degree + 1), np.column_stack(values))
 
 
 class BandedPosterior:

@@ -71,11 +71,17 @@ def find_object(
     else:
         on_object = place != 0
     ball = ball_of(depth, on_object, camera)
-    view = None
-    outline = None if posed else _outline(on_object, place)
+    view = outline = None
+    if not posed:
+        # The connected region in a box may be smaller than the object.
+        outline = _rectangle(on_object.shape, place) if isinstance(place, tuple) else on_object
     if outline is not None and (options.keep_to_mask or options.planes):
+        planes = np.zeros((0, 5))
+        if options.planes:
+            planes = planes_below(depth, on_object, camera, 2 * ball.radius_m)
+        on_object = own_pixels(depth, on_object, camera, planes)
         limits = outline if options.keep_to_mask else np.ones(outline.shape, bool)
-        on_object, view = _first_view(depth, on_object, limits, camera, 2 * ball.radius_m, options)
+        view = FirstView(room(depth, on_object, limits, options.mask_margin_px), planes)
         ball = ball_of(depth, on_object, camera)
     T = np.eye(4)
     T[:3, 3] = ball.centre_cam
@@ -110,25 +116,6 @@ def _rectangle(shape: tuple[int, ...], box: tuple[int, int, int, int]) -> Mask:
     inside = np.zeros(shape, bool)
     inside[y : y + h, x : x + w] = True
     return inside
-
-
-def _outline(on_object: Mask, place: Any) -> Mask:
-    """The pixels that may show the object; the connected region in a box may be smaller than the object."""
-    return _rectangle(on_object.shape, place) if isinstance(place, tuple) else on_object
-
-
-def _first_view(
-    depth: NDArray[np.float32],
-    on_object: Mask,
-    outline: Mask,
-    camera: Camera,
-    size_m: float,
-    options: ReconstructorOptions,
-) -> tuple[Mask, FirstView]:
-    """The object's pixels without planes, and the region that can contain it."""
-    planes = planes_below(depth, on_object, camera, size_m) if options.planes else np.zeros((0, 5))
-    own = own_pixels(depth, on_object, camera, planes)
-    return own, FirstView(room(depth, own, outline, options.mask_margin_px), planes)
 
 
 def inside_points(shape: SDF) -> Array:
@@ -221,21 +208,29 @@ def measured_noise(depth: NDArray[np.float32], mask: Mask) -> float:
     return max(MIN_NOISE_M, float(np.mean(found))) if found else 1e-3
 
 
-def ball_prior(
-    ball: Ball,
-    weight: float,
-    voxels: tuple[int, int, int],
-    voxel_m: float,
-    origin: Array,
-    bounded: bool = False,
-) -> NDArray[np.float32]:
+@dataclass(frozen=True)
+class Lattice:
+    """Voxel centres: ``origin + voxel_m * (x, y, z)``, object frame."""
+
+    voxels: tuple[int, int, int]
+    voxel_m: float
+    origin: tuple[float, float, float]
+
+    def distances(self, shape: SDF) -> NDArray[np.float32]:
+        """Signed distances of a shape, in its own object frame, (nz, ny, nx)."""
+        zyx = np.indices(self.voxels[::-1], dtype=np.float64)
+        points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * self.voxel_m + self.origin
+        return shape(points).reshape(self.voxels[::-1]).astype(np.float32)
+
+
+def ball_prior(ball: Ball, weight: float, lattice: Lattice, *, bounded: bool) -> NDArray[np.float32]:
     """Prior log ratio (z, y, x) of a ball around the object frame's origin.
 
     If the first view bounds the guess laterally, its depth is the mask's shorter side, and the ball is wider.
     """
     x, y, z = (
-        np.arange(n, dtype=np.float32) * np.float32(voxel_m) + np.float32(o)
-        for n, o in zip(voxels, origin, strict=True)
+        np.arange(n, dtype=np.float32) * np.float32(lattice.voxel_m) + np.float32(o)
+        for n, o in zip(lattice.voxels, lattice.origin, strict=True)
     )
     guess: NDArray[np.float32] = z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2
     np.sqrt(guess, out=guess)
@@ -243,7 +238,7 @@ def ball_prior(
     if bounded:
         back = np.float32(ball.shorter_m - ball.behind_m) - z
         np.minimum(guess, back[:, None, None], out=guess)
-    return _faded(guess, weight, voxel_m)
+    return _faded(guess, weight, lattice.voxel_m)
 
 
 def _faded(inside_m: NDArray[np.float32], weight: float, voxel_m: float) -> NDArray[np.float32]:
@@ -252,15 +247,9 @@ def _faded(inside_m: NDArray[np.float32], weight: float, voxel_m: float) -> NDAr
     return np.clip(inside_m, -weight, weight, out=inside_m)
 
 
-def shape_prior(
-    shape: SDF, weight: float, voxels: tuple[int, int, int], voxel_m: float, origin: Array
-) -> NDArray[np.float32]:
-    """Prior log ratio of a given shape, in its own object frame."""
-    nx, ny, nz = voxels
-    zyx = np.indices((nz, ny, nx), dtype=np.float64)
-    points = np.moveaxis(zyx[::-1], 0, -1).reshape(-1, 3) * voxel_m + origin
-    phi = shape(points).reshape(nz, ny, nx)
-    return _faded(-phi.astype(np.float32), weight, voxel_m)
+def shape_prior(shape: SDF, weight: float, lattice: Lattice) -> NDArray[np.float32]:
+    """Prior log ratio of a given shape."""
+    return _faded(-lattice.distances(shape), weight, lattice.voxel_m)
 
 
 # -- Initialisation and tracking with ``evolution="printed"``: first shape, prior, tracker options
@@ -271,28 +260,23 @@ PRINTED_SCALE_VOXELS = 2.0  # s of the tracker's likelihood (below Eq. 4.13)
 Field = NDArray[np.float32]
 
 
-def printed_shape(
-    ball: Ball,
-    initial: SDF | None,
-    voxels: tuple[int, int, int],
-    voxel_m: float,
-    origin: tuple[float, float, float],
-) -> Field:
+def printed_shape(ball: Ball, initial: SDF | None, lattice: Lattice) -> Field:
     """Signed distance to the initial shape of the evolution: `initial`, or a ball of the mask's size.
 
     The thesis does not specify the location of its sphere. Ours has the mean width of the mask, and its front touches
     the object's, because the steps of the first frame move the surface by only about ten voxels. The origin of the
     object frame is the centre of `ball`.
     """
-    x, y, z = (np.arange(n, dtype=np.float64) * voxel_m + o for n, o in zip(voxels, origin, strict=True))
-    if initial is None:
-        radius_m = float(np.sqrt(0.5 * ball.shorter_m * ball.radius_m))
-        back = (radius_m - ball.behind_m) * ball.centre_cam / ball.centre_cam[2]
-        x, y, z = x - back[0], y - back[1], z - back[2]
-        away = np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
-        return (away - radius_m).astype(np.float32)
-    points = np.stack([a.ravel() for a in np.meshgrid(z, y, x, indexing="ij")[::-1]], axis=1)
-    return np.asarray(initial(points), np.float32).reshape(len(z), len(y), len(x))
+    if initial is not None:
+        return lattice.distances(initial)
+    radius_m = float(np.sqrt(0.5 * ball.shorter_m * ball.radius_m))
+    back = (radius_m - ball.behind_m) * ball.centre_cam / ball.centre_cam[2]
+    x, y, z = (
+        np.arange(n, dtype=np.float64) * lattice.voxel_m + o - b
+        for n, o, b in zip(lattice.voxels, lattice.origin, back, strict=True)
+    )
+    away = np.sqrt(z[:, None, None] ** 2 + y[None, :, None] ** 2 + x[None, None, :] ** 2)
+    return (away - radius_m).astype(np.float32)
 
 
 def printed_prior(shape_m: Field, voxel_m: float) -> Field:

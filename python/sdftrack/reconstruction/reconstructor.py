@@ -30,6 +30,7 @@ from sdftrack.reconstruction.arguments import (
 from sdftrack.reconstruction.initialization import (
     PRINTED_SCALE_VOXELS,
     Beginning,
+    Lattice,
     find_object,
     printed_tracker_options,
 )
@@ -37,7 +38,7 @@ from sdftrack.reconstruction.keyframe import Keyframe, Keyframes, Refined, cut, 
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.quality import MaskExtent
 from sdftrack.reconstruction.refining import OVERFIT, Judge, learn_colors
-from sdftrack.reconstruction.volume import BLOCK, Lattice, Volume, lattice_for
+from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
 from sdftrack.results import Status, TrackResult, doubted
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -457,13 +458,10 @@ class Reconstructor:
 
     def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
         """Give the tracker (or another one) the current shape, or given copies of it."""
-        self._show(self._started("shape") if tracker is None else tracker, self._volume, phi, rgb_seen)
-
-    def _show(self, tracker: Tracker, volume: Volume, phi: Any = None, rgb_seen: Any = None) -> None:
-        core = volume.core
+        inside = TrackerInterface(self._started("shape") if tracker is None else tracker)
+        core = self._volume.core
         values = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
         colors = core.rgb_seen if rgb_seen is None else rgb_seen
-        inside = TrackerInterface(tracker)
         # The thesis tracks by all of the shape, seen or guessed.
         least = 0 if self._printed else self._least
         inside.replace_shape(0, values, colors, least, core.surface_boxes)

@@ -17,10 +17,10 @@ from sdftrack.device import resolve_device
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction.arguments import check_settings
 from sdftrack.reconstruction.first_view import FirstView
-from sdftrack.reconstruction.initialization import Ball, Beginning
+from sdftrack.reconstruction.initialization import Ball, Beginning, Lattice
 from sdftrack.reconstruction.keyframe import Keyframe, Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.volume import MAX_VOXELS, Lattice
+from sdftrack.reconstruction.volume import MAX_VOXELS
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.saved_state import camera_from, camera_record, volume_from, volume_record
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from sdftrack.device import CPU
 from sdftrack.reconstruction.initialization import (
     EXTENT_PER_BALL,
     Beginning,
+    Lattice,
     ball_prior,
     inside_points,
     printed_prior,
@@ -31,15 +31,6 @@ MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20
 BLOCKS_GROWN = 4
 FRAMES_BETWEEN = 5  # from one look whether the object has come near the border to the next
-
-
-@dataclass(frozen=True)
-class Lattice:
-    """Voxel centres: ``origin + voxel_m * (x, y, z)``, object frame."""
-
-    voxels: tuple[int, int, int]
-    voxel_m: float
-    origin: tuple[float, float, float]
 
 
 def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: float | None) -> Lattice:
@@ -81,19 +72,12 @@ class Volume:
         weight = options.prior
         prior = shape = None
         if options.evolution == "printed":
-            shape = printed_shape(beginning.ball, initial, lattice.voxels, lattice.voxel_m, lattice.origin)
+            shape = printed_shape(beginning.ball, initial, lattice)
             prior = printed_prior(shape, lattice.voxel_m)
         elif weight > 0 and initial is not None:
-            prior = shape_prior(initial, weight, lattice.voxels, lattice.voxel_m, np.array(lattice.origin))
+            prior = shape_prior(initial, weight, lattice)
         elif weight > 0:
-            prior = ball_prior(
-                beginning.ball,
-                weight,
-                lattice.voxels,
-                lattice.voxel_m,
-                np.array(lattice.origin),
-                beginning.view is not None,
-            )
+            prior = ball_prior(beginning.ball, weight, lattice, bounded=beginning.view is not None)
         core_options = options.to_core(beginning.noise_m)
         view, ball = beginning.view, beginning.ball
         if view is not None:
