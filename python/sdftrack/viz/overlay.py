@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.validation import of_kind
+from sdftrack.camera import depth_camera
 from sdftrack.results import TrackResult
 
 Picture = NDArray[np.uint8]
@@ -22,7 +23,7 @@ NOTHING_RGB = (22, 24, 30)  # pixels without a measurement
 
 def backdrop(frame: Any, camera: Any) -> Picture:
     """H x W x 3 uint8 RGB, a new array aligned with the camera's depth image."""
-    shape = _depth_camera(camera).shape
+    shape = depth_camera(camera).shape
     if frame.color is not None:
         if getattr(camera, "aligned", True):
             if frame.color.shape[:2] == shape:
@@ -32,10 +33,6 @@ def backdrop(frame: Any, camera: Any) -> Picture:
     if frame.depth is not None:
         return depth_picture(frame.depth)
     return np.full((*shape, 3), NOTHING_RGB, np.uint8)
-
-
-def _depth_camera(camera: Any) -> Any:
-    return getattr(camera, "depth", camera)
 
 
 def depth_picture(depth: NDArray[np.float32]) -> Picture:
@@ -72,18 +69,16 @@ def _warped(frame: Any, camera: Any) -> Picture:
     """Colour of every depth pixel; pixels without depth use the depth of their surroundings."""
     import cv2
 
-    depth_camera = _depth_camera(camera)
-    depth = _filled(frame.depth)
+    lens, depth = depth_camera(camera), _filled(frame.depth)
     # The mapping is affine in homogeneous colour coordinates for a fixed pixel: y = a(u, v) Z + b.
     if camera.projective is not None:
         P, q = camera.projective
-        v, u = np.mgrid[0 : depth_camera.height, 0 : depth_camera.width].astype(np.float32)
+        v, u = np.mgrid[0 : lens.height, 0 : lens.width].astype(np.float32)
         direction = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.asarray(P, np.float32).T
         y = direction * depth[..., None] + np.asarray(q, np.float32)
         px = y[..., :2] / np.maximum(y[..., 2:], 1e-6)
     else:
-        rays = depth_camera.rays
-        points = np.dstack([rays * depth[..., None], depth]).astype(np.float64)
+        points = np.dstack([lens.rays * depth[..., None], depth]).astype(np.float64)
         px = camera.project_to_color(points).astype(np.float32)
     out = cv2.remap(
         frame.color, np.ascontiguousarray(px[..., 0]), np.ascontiguousarray(px[..., 1]), cv2.INTER_LINEAR,
@@ -177,7 +172,7 @@ def draw(
         if given is not None and len(given) != count:
             raise ValueError(f"{label}: expected {count}, one per tracked object, got {len(given)}")
     camera = frame.camera if getattr(frame, "camera", None) is not None else camera
-    lens = getattr(camera, "depth", camera)
+    lens = depth_camera(camera)
     picture = backdrop(frame, camera)
     shade = SHADE
     if result.membership is not None:

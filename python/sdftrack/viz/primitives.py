@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack.camera import depth_camera
+
 if TYPE_CHECKING:
     from sdftrack.primitives import PrimitiveFit
 
@@ -56,7 +58,6 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
     """
     import cv2
 
-    from sdftrack.camera import depth_camera
     from sdftrack.viz.overlay import backdrop
 
     lens = depth_camera(frame.camera if frame.camera is not None else camera)

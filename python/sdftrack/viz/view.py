@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-import logging
-import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sdftrack.results import TrackResult
-
-if TYPE_CHECKING:
-    from sdftrack.viz.viewer import Viewer
+from sdftrack.viz.viewer import Viewer
+from sdftrack.viz.viewer.drawer import Drawer
 
 FPS = 30.0  # of a recording without timestamps
+MAX_HZ = 1000.0  # of frames that the slider asks for
 
 
 def view(
@@ -86,8 +84,6 @@ def view(
     count = max((len(r.poses) for r in many if r is not None), default=0)
     known = _shapes_of(seq_or_frame, count) if shapes is None else shapes
 
-    from sdftrack.viz.viewer import Viewer
-
     viewer = Viewer(known, camera, names, meshes, host=host, port=port, token=token)
     viewer._history.fill(many)
     viewer._panel.of_finished_run()
@@ -129,9 +125,7 @@ class Playback:
 
     def __init__(self, viewer: Any, count: int, show: Callable[[int], None], fps: float) -> None:
         self._count, self._show, self._period_s = count, show, 1 / fps
-        self.index, self._due = -1, 0.0
-        self._wanted, self._playing, self._closed = 0, False, False
-        self._changed = threading.Condition()
+        self.index, self._playing = -1, False
         gui = viewer._server.viser.gui
         self._slider = gui.add_slider("frame", 0, max(count - 1, 1), 1, 0, disabled=count < 2)
         self._button = gui.add_checkbox("play", False, disabled=count < 2)
@@ -145,50 +139,30 @@ class Playback:
 
         self._slider.on_update(moved)
         self._button.on_update(pressed)
-        self._thread = threading.Thread(target=self._work, name="sdftrack playback", daemon=True)
-        self._thread.start()
+        self._drawer: Drawer[int] = Drawer(self._load, lambda: True, MAX_HZ)
         viewer._at_close.append(self.close)
+        self.go_to(0)
 
     def go_to(self, i: int) -> None:
         """Show frame `i`."""
-        with self._changed:
-            self._wanted = min(max(i, 0), self._count - 1)
-            self._changed.notify()
+        self._drawer.offer(min(max(i, 0), self._count - 1))
 
     def play(self, on: bool) -> None:
-        with self._changed:
-            self._playing = on and self._count > 1
-            self._changed.notify()
+        self._playing = on and self._count > 1
+        if self._playing:
+            self.go_to((self.index + 1) % self._count)
 
     def close(self) -> None:
-        with self._changed:
-            self._closed = True
-            self._changed.notify()
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout=10)
+        self._drawer.close()
 
-    def _work(self) -> None:
-        while (step := self._next()) is not None:
-            i, playing = step
-            try:
-                self._show(i)
-            except Exception:  # one frame that cannot be read does not end the others
-                logging.getLogger("sdftrack").warning("viewer: frame %d was not shown", i, exc_info=True)
+    def _load(self, i: int) -> None:
+        end = time.monotonic() + self._period_s
+        try:
+            self._show(i)
+        finally:  # one frame that cannot be read does not end the others
             self.index = i
-            if playing:
+            if self._playing:
                 self._slider.value = i
-
-    def _next(self) -> tuple[int, bool] | None:
-        """Wait for the next frame to show, and whether playing came to it; None: closed."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._playing or self._wanted != self.index)
-            playing = self._playing and self._wanted == self.index
-            if playing:
-                self._changed.wait_for(
-                    lambda: self._closed or not self._playing or self._wanted != self.index,
-                    self._due - time.monotonic(),
-                )
-                if self._playing and self._wanted == self.index:
-                    self._wanted = (self.index + 1) % self._count
-            self._due = time.monotonic() + self._period_s
-            return None if self._closed else (self._wanted, playing)
+                nothing_newer = not self._drawer.wait_for_newer(end - time.monotonic())
+                if nothing_newer and self._playing:
+                    self.go_to((i + 1) % self._count)

@@ -45,6 +45,11 @@ class Drawer(Generic[T]):
                 self._waiting = self._last
             self._changed.notify()
 
+    def wait_for_newer(self, seconds: float) -> bool:
+        """Wait until an item is handed over, or the end comes; False: neither, so long."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closed or self._waiting is not None, seconds)
+
     def close(self) -> None:
         with self._changed:
             self._closed = True

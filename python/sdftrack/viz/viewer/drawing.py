@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import quaternion
+from sdftrack.camera import depth_camera
 from sdftrack.contour.drawing import draw_outline
 from sdftrack.mesh import Mesh
 from sdftrack.viz.overlay import OBJECT_RGB, backdrop, draw
@@ -57,7 +58,7 @@ def cloud(frame: Any, camera: Any, distance_m: float) -> tuple[NDArray[np.float3
     """Points (N, 3) of the depth image, camera frame, m, and their colours (N, 3) RGB; N <= about `MAX_POINTS`."""
     if frame.depth is None:
         return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8)
-    lens = getattr(camera, "depth", camera)
+    lens = depth_camera(camera)
     step = cloud_step(frame.depth.size)
     z = frame.depth[::step, ::step]
     seen = (z > 0) & (z < FAR * distance_m)

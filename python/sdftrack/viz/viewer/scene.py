@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sdftrack.camera import depth_camera
 from sdftrack.viz.viewer.drawing import (
     Shown,
     cloud,
@@ -58,7 +59,7 @@ class Scene:
         picture = overlay(shown, camera)
         poses = None if shown.result is None else shown.result.poses
         distance = scene_distance(shown.frame.depth, poses)
-        lens = getattr(camera, "depth", camera)
+        lens = depth_camera(camera)
         size = (picture.shape[1], picture.shape[0])
         points, colors = cloud(shown.frame, camera, distance or 1.0)
         new_models = self._new_models(shown, meshes)
