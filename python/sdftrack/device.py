@@ -105,23 +105,9 @@ def _least() -> str:
 
 
 def host_array(value: Any, name: str) -> NDArray[Any]:
-    """Convert an array-like to a numpy array; arrays on a CUDA device are copied to the host.
+    """An array-like as a numpy array, copied to the host from a CUDA device; errors name the argument.
 
-    Parameters
-    ----------
-    value : array_like, or an array of CuPy, PyTorch, Numba, JAX on a CUDA device
-        Arrays on a device need ``__cuda_array_interface__`` or DLPack (``__dlpack__``).
-    name : str
-        Name of the argument in error messages.
-
-    Raises
-    ------
-    RuntimeError
-        An array on a GPU and a build without CUDA.
-    TypeError
-        An element type in DLPack that numpy does not support.
-    ValueError
-        An array on the device that is not C-contiguous, or a device other than the CPU or CUDA.
+    Arrays on a device need ``__cuda_array_interface__`` or DLPack, and to be C-contiguous.
     """
     if isinstance(value, np.ndarray):
         return value
@@ -154,13 +140,7 @@ class DeviceInput(NamedTuple):
 
 
 def device_input(value: Any, name: str, number: int) -> DeviceInput | None:
-    """`value` where it lies, if that is GPU `number` and its library has DLPack; else None.
-
-    Raises
-    ------
-    ValueError
-        An array there that is not C-contiguous.
-    """
+    """`value` where it lies, C-contiguous, if that is GPU `number` and its library has DLPack; else None."""
     if number == CPU or not hasattr(value, "__dlpack_device__"):
         return None
     place, where = value.__dlpack_device__()

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdftrack._internal.validation import INT_MAX, number, whole
+from sdftrack._internal.array_equality import same
+from sdftrack._internal.validation import INT_MAX, mask_of, number, one_of, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import host_array
 
@@ -102,7 +103,7 @@ class Frame:
                 f"depth: expected the camera's (height, width) = {depth_camera(camera).shape}, "
                 f"got {self.depth.shape}"
             )
-        self.mask = None if mask is None else _mask(host_array(mask, "mask"), self.shape)
+        self.mask = None if mask is None else _read_only(mask_of(host_array(mask, "mask"), self.shape))
 
     @classmethod
     def unreadable(cls, error: str, timestamp: float | None = None, index: int | None = None) -> Frame:
@@ -130,8 +131,7 @@ class Frame:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Frame):
             return NotImplemented
-        pairs = [(getattr(self, n), getattr(other, n)) for n in self.__slots__]
-        return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a is b or a == b for a, b in pairs)
+        return same(self.__reduce__()[1], other.__reduce__()[1])
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -265,8 +265,7 @@ def _check_unit(metres: NDArray[np.float32], dtype: np.dtype[Any]) -> None:
 
 
 def _rgb(color: NDArray[Any], color_order: str) -> NDArray[np.uint8]:
-    if color_order not in ("rgb", "bgr"):
-        raise ValueError(f'color_order: expected "rgb" or "bgr", got {color_order!r}')
+    one_of(color_order, ("rgb", "bgr"), "color_order")
     if color.dtype != np.uint8:
         raise TypeError(f"color: expected uint8, got {color.dtype}; scale to 0..255 and convert")
     if color.ndim != 3 or color.shape[2] != 3 or color.size == 0:
@@ -277,14 +276,6 @@ def _rgb(color: NDArray[Any], color_order: str) -> NDArray[np.uint8]:
             fix = "; repeat a grey image with np.repeat(grey[..., None], 3, axis=2)"
         raise ValueError(f"color: expected shape (H, W, 3), got {color.shape}{fix}")
     return _read_only(np.ascontiguousarray(color if color_order == "rgb" else color[..., ::-1]))
-
-
-def _mask(mask: NDArray[Any], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    if mask.dtype not in (np.bool_, np.uint8):
-        raise TypeError(f"mask: expected bool or uint8, got {mask.dtype}")
-    if mask.shape != shape:
-        raise ValueError(f"mask: expected shape {shape} as the image, got {mask.shape}")
-    return _read_only(np.ascontiguousarray(mask != 0))
 
 
 def _read_only(a: NDArray[Any]) -> NDArray[Any]:

@@ -53,7 +53,7 @@ def exp(twist: ArrayLike) -> Array:
     >>> exp([0.1, 0, 0, 0, 0, 0])[:3, 3].tolist()
     [0.1, 0.0, 0.0]
     """
-    x = _array(twist, "twist")
+    x = numbers(twist, "twist")
     if x.shape != (6,):
         raise ValueError(f"twist: expected shape (6,) = (v, w), got {x.shape}")
     if not np.abs(x[:3]).max() <= MOST:
@@ -72,7 +72,7 @@ def log(T: ArrayLike) -> Array:
 
 def inverse(T: ArrayLike) -> Array:
     """Inverse of rigid transforms (..., 4, 4)."""
-    M = _array(T, "T")
+    M = numbers(T, "T")
     if M.shape[-2:] != (4, 4):
         raise ValueError(f"T: expected shape (..., 4, 4), got {M.shape}")
     out = np.zeros_like(M)
@@ -84,7 +84,7 @@ def inverse(T: ArrayLike) -> Array:
 
 def transform_points(T: ArrayLike, points: ArrayLike) -> Array:
     """Apply the pose `T` (4, 4) to points (..., 3)."""
-    M, p = _array(T, "T"), _array(points, "points")
+    M, p = numbers(T, "T"), numbers(points, "points")
     if M.shape != (4, 4):
         raise ValueError(f"T: expected shape (4, 4), got {M.shape}")
     if p.ndim == 0 or p.shape[-1] != 3:
@@ -121,17 +121,8 @@ def _left_jacobian(w: Array) -> Array:
     return np.eye(3) + b * K + c * (K @ K)
 
 
-def _array(a: ArrayLike, name: str) -> Array:
-    """`a` as float64, in the order in memory that it has."""
-    try:
-        x = np.asarray(a)
-    except ValueError:  # rows of several lengths
-        return numbers(a, name)
-    return np.asarray(x, dtype=np.float64) if x.dtype.kind in "biuf" else numbers(a, name)
-
-
 def _vector(v: ArrayLike, name: str) -> Array:
-    x = _array(v, name)
+    x = numbers(v, name)
     if x.shape != (3,) or not np.isfinite(x).all():
         raise ValueError(f"{name}: expected 3 finite numbers, got {shown(x)}")
     return x

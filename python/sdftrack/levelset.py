@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers, of_kind, shown, whole
+from sdftrack._internal.validation import mask_of, number, numbers, of_kind, one_of, shown, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
 from sdftrack.frame import Frame
 from sdftrack.geometry import rigid
 from sdftrack.sdf import SDF
+from sdftrack.sdf.volume import checked_values
 
 __all__ = ["evidence", "evolve", "redistance"]
 
@@ -95,10 +96,8 @@ def evidence(
         )
     view = depth_camera(camera)
     shape, voxel_m, origin = _grid(grid)
-    if form not in ("smooth", "printed"):
-        raise ValueError(f'form: expected "smooth" or "printed", got {form!r}')
     options = _core.ReconstructionOptions()
-    options.evidence = form
+    options.evidence = one_of(form, ("smooth", "printed"), "form")
     options.sigma_d_m = _length(sigma_d_m, "sigma_d_m")
     options.noise_m = _length(noise_m, "noise_m")
     growth = number(noise_per_m, "noise_per_m")
@@ -106,20 +105,11 @@ def evidence(
         raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
     options.noise_per_m = growth
     options.usual_noise_m = options.noise_m
-    given = frame.mask if mask is None else np.asarray(mask)
-    if given is None:
-        given = np.ones(frame.depth.shape, np.uint8)
-    if given.dtype not in (np.bool_, np.uint8):
-        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}")
+    given = frame.mask if mask is None else mask
+    on = np.ones(frame.depth.shape, bool) if given is None else mask_of(given, frame.depth.shape)
     core = _core.Reconstruction(list(shape[::-1]), voxel_m, origin.tolist(), None, options, threads)
     region = [0, 0, view.width, view.height]
-    core.fuse(
-        frame.depth,
-        view._core,
-        rigid(T_cam_obj, "T_cam_obj"),
-        region,
-        np.ascontiguousarray(given != 0).view(np.uint8),
-    )
+    core.fuse(frame.depth, view._core, rigid(T_cam_obj, "T_cam_obj"), region, on.view(np.uint8))
     return np.array(core.log_ratio)
 
 
@@ -186,17 +176,16 @@ def evolve(
     >>> ball = st.SDF.sphere(0.05, voxels=40)
     >>> phi = st.levelset.evolve(ball.values, -ball.values, 5, ball.voxel_size)
     """
-    field, ratio = _volume(phi, "phi"), _volume(log_ratio, "log_ratio")
+    field, ratio = checked_values(phi, "phi"), checked_values(log_ratio, "log_ratio")
     if ratio.shape != field.shape:
         raise ValueError(f"log_ratio: expected the shape of phi, {field.shape}, got {ratio.shape}")
     _two_signs(field)
-    if regulariser not in ("double_well", "printed"):
-        raise ValueError(f'regulariser: expected "double_well" or "printed", got {regulariser!r}')
-    left, every = _count(steps, "steps"), _count(redistance_every, "redistance_every")
+    printed = one_of(regulariser, ("double_well", "printed"), "regulariser") == "printed"
+    left, every = whole(steps, "steps", 0), whole(redistance_every, "redistance_every", 0)
     voxel_m = _length(voxel_size, "voxel_size")
     number_of_gpu = device_number(device)
     options = _core.EvolveOptions()
-    options.printed = regulariser == "printed"
+    options.printed = printed
     options.sigma_h, options.sigma_phi = number(sigma_h, "sigma_h"), number(sigma_phi, "sigma_phi")
     options.dt = number(dt, "dt")
     out = _core.evolve(field, ratio, voxel_m, 0, options, threads)  # checks the options
@@ -243,7 +232,7 @@ def redistance(
     >>> ball = st.SDF.sphere(0.05, voxels=40)
     >>> phi = st.levelset.redistance(3 * ball.values, ball.voxel_size)
     """
-    field = _volume(phi, "phi")
+    field = checked_values(phi, "phi")
     _two_signs(field)
     return _core.redistance(field, _length(voxel_size, "voxel_size"), threads, device_number(device))
 
@@ -267,17 +256,6 @@ def _grid(grid: Any) -> tuple[tuple[int, int, int], float, NDArray[np.float64]]:
     return (nz, ny, nx), _length(grid[1], "grid: voxel_size"), origin
 
 
-def _volume(values: ArrayLike, name: str) -> NDArray[np.float32]:
-    v = np.asarray(values)
-    if v.dtype != np.float32:
-        raise TypeError(f"{name}: expected float32, got {v.dtype}; convert with {name}.astype(np.float32)")
-    if v.ndim != 3 or min(v.shape) < 2:
-        raise ValueError(f"{name}: expected shape (nz, ny, nx), at least 2 along each axis, got {v.shape}")
-    if not np.isfinite(v).all():
-        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
-    return np.ascontiguousarray(v)
-
-
 def _has_two_signs(phi: NDArray[np.float32]) -> bool:
     return bool((phi < 0).any() and (phi >= 0).any())
 
@@ -292,7 +270,3 @@ def _length(value: Any, name: str) -> float:
     if not 0 < x < np.inf:
         raise ValueError(f"{name}: expected a positive number, got {value!r}")
     return x
-
-
-def _count(value: Any, name: str) -> int:
-    return whole(value, name, 0)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.files import write_text
 from sdftrack._internal.text_files import read_json, read_toml, reason
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
-from sdftrack._internal.validation import number
+from sdftrack._internal.validation import number, one_of
 
 Array = NDArray[np.float64]
 STEEPEST = math.radians(85)  # incidences beyond it count as this one
@@ -154,9 +154,7 @@ class SensorModel:
     @staticmethod
     def preset(name: str) -> SensorModel:
         """Return a sensor model from published measurements: "kinect_v1", "realsense_d400" or "azure_kinect"."""
-        if name not in PRESETS:
-            raise ValueError(f"sensor: expected one of {', '.join(map(repr, PRESETS))}, got {name!r}")
-        return PRESETS[name]
+        return PRESETS[one_of(name, PRESETS, "sensor")]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to a TOML file (JSON if the name ends in .json), completely or not at all."""

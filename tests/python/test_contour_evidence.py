@@ -11,7 +11,8 @@ from sdftrack import _core
 from sdftrack._core import EVIDENCE_MOST_INSTABILITY as MOST_INSTABILITY
 from sdftrack._core import EVIDENCE_MOST_SHARED as MOST_SHARED
 from sdftrack._core import EVIDENCE_SURE as SURE
-from sdftrack.contour.evidence import Evidence, certainty, status_by_evidence
+from sdftrack._core import contour_certainty, contour_verdict
+from sdftrack.contour.result import Evidence
 from sdftrack.metrics import iou
 from sdftrack.results import Status
 
@@ -44,10 +45,10 @@ def camouflage():
 def test_each_term_alone_makes_an_outline_doubtful(term):
     bad = list(GOOD)
     bad[term] = 1.0
-    status, reason, confidence = status_by_evidence(Evidence(*bad), Status.OK, "")
-    assert certainty(GOOD) >= SURE > confidence
-    assert (status, bool(reason)) == (Status.WEAK, True)
-    assert status_by_evidence(GOOD, Status.OK, "")[:2] == (Status.OK, "")
+    status, reason, confidence = contour_verdict(Evidence(*bad), "ok", "")
+    assert contour_certainty(GOOD) >= SURE > confidence
+    assert (status, bool(reason)) == ("weak", True)
+    assert contour_verdict(GOOD, "ok", "")[:2] == ("ok", "")
 
 
 def test_the_confidence_changes_no_outline():
@@ -61,7 +62,7 @@ def test_the_confidence_changes_no_outline():
         np.testing.assert_array_equal(a.mask, b.mask)
         assert a.evidence is None
         assert b.evidence is not None
-        assert b.confidence == certainty(b.evidence) != a.confidence
+        assert b.confidence == contour_certainty(b.evidence) != a.confidence
 
 
 def test_flow_follows_what_has_the_colours_of_its_ground():

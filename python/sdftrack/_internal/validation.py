@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,25 @@ def whole(value: Any, name: str, least: int, most: int = INT_MAX, what: str = ""
     if not least <= out <= most:
         raise ValueError(f"{name}: expected {wanted}, got {shown(value)}")
     return out
+
+
+def one_of(value: Any, words: Iterable[str], name: str) -> str:
+    """`value`, which is one of these words; TypeError or ValueError naming the argument."""
+    known = list(words)
+    if not isinstance(value, str) or value not in known:
+        kind = ValueError if isinstance(value, str) else TypeError
+        raise kind(f"{name}: expected one of {', '.join(map(repr, known))}, got {shown(value)}")
+    return value
+
+
+def mask_of(mask: Any, shape: tuple[int, ...] | None, name: str = "mask") -> NDArray[np.bool_]:
+    """A mask (H, W) of bool or uint8, nonzero inside, as bool, of this shape, if any; errors name the argument."""
+    given = np.asarray(mask)
+    if given.dtype not in (np.bool_, np.uint8):
+        raise TypeError(f"{name}: expected bool or uint8, got {given.dtype}; compare first, as in mask > 0")
+    if shape is not None and given.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape} as the image, got {given.shape}")
+    return np.ascontiguousarray(given != 0)
 
 
 def of_kind(value: Any, kind: type, name: str, hint: str = "") -> None:

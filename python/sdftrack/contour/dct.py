@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack.contour.masks import checked_mask, resampled, signed_distances
+from sdftrack._internal.validation import one_of, whole
+from sdftrack.contour.masks import MOST_PX, checked_mask, resampled, signed_distances
 
 Array: TypeAlias = NDArray[np.float64]
 Order: TypeAlias = Literal["max", "sum"]
@@ -146,25 +147,16 @@ def _distances(inside: NDArray[np.bool_], h: int, w: int) -> NDArray[np.float32]
 
 
 def _check(n: int, order: str, size: int) -> None:
-    if isinstance(size, bool) or not isinstance(size, int | np.integer) or not 2 <= size <= 4096:
-        raise ValueError(f"size: expected a whole number of pixels, 2 to 4096, got {size!r}")
-    if order not in ("max", "sum"):
-        raise ValueError(f'order: expected "max" or "sum", got {order!r}')
-    if isinstance(n, bool) or not isinstance(n, int | np.integer):
-        raise TypeError(f"n: expected a whole number of harmonics, got {n!r}")
-    if not 1 <= n <= size:
-        raise ValueError(
-            f"n: expected 1 to {size} harmonics (a grid of {size} pixels has no more), got {n}; "
-            "use fewer harmonics or a larger size"
-        )
+    whole(size, "size", 2, MOST_PX)
+    one_of(order, ("max", "sum"), "order")
+    whole(n, "n", 1, int(size), f"1 to {size} harmonics (a grid of {size} pixels has no more)")
 
 
 def _harmonics_in(c: NDArray[Any], order: str) -> int:
     """Number of harmonics in a vector of coefficients; an error if its length is invalid."""
     if c.dtype.kind not in "iuf":
         raise TypeError(f"coefficients: expected numbers, as returned by harmonics(), got dtype {c.dtype}")
-    if order not in ("max", "sum"):
-        raise ValueError(f'order: expected "max" or "sum", got {order!r}')
+    one_of(order, ("max", "sum"), "order")
     m = c.size
     n = round(np.sqrt(m)) if order == "max" else int((np.sqrt(8 * m + 1) - 1) / 2 + 0.5)
     if c.ndim != 1 or m == 0 or count(n, order) != m:  # type: ignore[arg-type]

@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,22 +14,13 @@ Array: TypeAlias = NDArray[np.float64]
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
 
 
-@dataclass(frozen=True)
-class PredictedHarmonics:
-    """The m harmonics of one silhouette, the low ones predicted from the high ones.
-
-    Attributes
-    ----------
-    coefficients : (all,) the low ones as predicted, the high ones as observed
-    std : (all,) standard deviation of the prediction; 0 for the high ones
-    error : |predicted - observed| over the low ones
-    active : share of the regressions whose largest activation is above `w_gen`
-    """
+class PredictedHarmonics(NamedTuple):
+    """The m harmonics of one silhouette, the low ones predicted from the high ones."""
 
     coefficients: Array
-    std: Array
-    error: float
-    active: float
+    std: Array  # of the prediction; 0 for the high ones
+    error: float  # |predicted - observed| over the low ones
+    active: float  # share of the regressions whose largest activation is above `w_gen`
 
 
 class HarmonicRegression:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -16,20 +16,8 @@ MIN_SIDE_PX = 32  # of an image whose flow can be computed
 MAX_SIDE_PX = 160  # a larger part is examined at a lower resolution
 
 
-class BackwardFlow(NamedTuple):
-    """How far the place of each pixel in the last image is from it.
-
-    Attributes
-    ----------
-    back : (h, w, 2) float32
-        (x, y), pixels, of a part of the image.
-    x0, y0 : int
-        Corner of that part.
-    """
-
-    back: NDArray[np.float32]
-    x0: int
-    y0: int
+# (h, w, 2) float32, (x, y): how far the place of each pixel in the last image is from it, of a part; its corner x0, y0.
+BackwardFlow: TypeAlias = tuple[NDArray[np.float32], int, int]
 
 
 class ImageFlow:
@@ -63,7 +51,7 @@ class ImageFlow:
             # By rows of pairs: a product over a last axis of two is ten times slower.
             pairs = np.tile(np.array([width / small[0], height / small[1]], np.float32), width)
             np.multiply(back.reshape(height, -1), pairs, out=back.reshape(height, -1))
-        return BackwardFlow(np.ascontiguousarray(back, np.float32), columns.start, rows.start)
+        return np.ascontiguousarray(back, np.float32), columns.start, rows.start
 
 
 def _dense_inverse_search() -> Any:

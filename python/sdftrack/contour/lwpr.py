@@ -321,13 +321,7 @@ class LWPR(SklearnParts):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, LWPR):
             return NotImplemented
-        a, b = self.__getstate__(), other.__getstate__()
-        pairs = zip(a["parameters"].values(), b["parameters"].values(), strict=True)
-        same = all(
-            p is q or (p is not None and q is not None and np.array_equal(np.asarray(p), np.asarray(q)))
-            for p, q in pairs
-        )
-        return same and a["flat"] == b["flat"] and a["core"] == b["core"] and len(a) == len(b)
+        return bool(lwpr_file.plain(self.__getstate__()) == lwpr_file.plain(other.__getstate__()))
 
     __hash__ = None  # type: ignore[assignment]
 

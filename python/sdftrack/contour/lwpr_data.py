@@ -25,13 +25,7 @@ class Samples(NamedTuple):
 
 
 def inputs(x: ArrayLike, n_in: int | None, name: str = "x") -> tuple[Array, bool]:
-    """Rows of inputs, and whether a single sample was given.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Not numeric; a wrong shape. (The core rejects non-finite values.)
-    """
+    """Rows of inputs, and whether a single sample was given. (The core rejects non-finite values.)"""
     rows = _unmasked(x, name)
     single = rows.ndim == 1
     if single:

@@ -21,13 +21,7 @@ class SklearnParts:
     _first: Any = None  # samples from which settings follow
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Reset the model, then learn X (N, n_in) and y (N,) or (N, n_out) in order.
-
-        Raises
-        ------
-        ValueError
-            As in `update`; the model is then unchanged.
-        """
+        """Reset the model, then learn X (N, n_in) and y (N,) or (N, n_out) in order; errors as `update`."""
         rows = numbers(X, "X")
         if rows.ndim != 2:
             raise ValueError(
@@ -44,14 +38,7 @@ class SklearnParts:
         return self.update(X, y)  # type: ignore[attr-defined,no-any-return]
 
     def score(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> float:
-        """R^2, averaged over the outputs: 1 is perfect, 0 is as good as a constant.
-
-        Parameters
-        ----------
-        X : (N, n_in) float
-        y : (N,) or (N, n_out) float
-        sample_weight : (N,) float, optional
-        """
+        """R^2, averaged over the outputs, with weights (N,) of samples: 1 is perfect, 0 as good as a constant."""
         said = np.asarray(self.predict(X))  # type: ignore[attr-defined]
         true = numbers(y, "y")
         if true.shape != said.shape:

@@ -8,24 +8,21 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.validation import mask_of, whole
+
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
+MOST_PX = 4096  # of a grid's side
 FILL = 0.35  # square root of the area over the grid's side: a thin body three times as long as wide still fits in
 
 
 def checked_mask(mask: ArrayLike, name: str = "mask") -> Mask:
     """`mask` as an (H, W) bool array with an inside and an outside; TypeError or ValueError naming the argument."""
-    m = np.asarray(mask)
-    if m.dtype == bool:
-        inside = m
-    elif m.dtype == np.uint8:
-        inside = m != 0
-    else:
-        raise TypeError(
-            f"{name}: expected bool or uint8 (not 0: inside), got {m.dtype}; compare first, e.g. phi < 0"
+    inside = mask_of(mask, None, name)
+    if inside.ndim != 2 or min(inside.shape, default=0) < 2:
+        raise ValueError(
+            f"{name}: expected an image (H, W) of at least 2 x 2 pixels, got shape {inside.shape}"
         )
-    if m.ndim != 2 or min(m.shape, default=0) < 2:
-        raise ValueError(f"{name}: expected an image (H, W) of at least 2 x 2 pixels, got shape {m.shape}")
     if not inside.any():
         raise ValueError(f"{name}: expected some pixels inside, got none; a silhouette needs an object")
     if inside.all():
@@ -92,8 +89,7 @@ def align(mask: ArrayLike, size: int = 64, fill: float = FILL) -> tuple[Mask, Ar
     >>> aligned, T_grid_image = st.contour.align(mask)
     """
     inside = checked_mask(mask)
-    if isinstance(size, bool) or not isinstance(size, int | np.integer) or not 8 <= size <= 4096:
-        raise ValueError(f"size: expected a whole number of pixels, 8 to 4096, got {size!r}")
+    whole(size, "size", 8, MOST_PX)
     if not 0.05 <= fill <= 0.9:
         raise ValueError(f"fill: expected 0.05 to 0.9, got {fill!r}")
     y, x = np.nonzero(inside)

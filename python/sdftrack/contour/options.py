@@ -12,32 +12,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.option_files import read_tables
-from sdftrack._internal.option_schema import Option, check_options, core_schema
+from sdftrack._internal.option_schema import check_options, core_schema
+from sdftrack._internal.validation import mask_of
 
 _SCHEMA = core_schema("contour")
 MEANINGS = {name: option.meaning for name, option in _SCHEMA.items()}
 
 
 def contour_options(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the options as plain Python values of the core's types.
+    """Options by name, see `MEANINGS`, as plain values of the core's types; TypeError or ValueError names a wrong one.
 
-    Parameters
-    ----------
-    given : dict
-        Options by name, see `MEANINGS`; numpy numbers are accepted as well.
-
-    Raises
-    ------
-    TypeError
-        An unknown name (the nearest one is suggested) or a value of the wrong type.
-    ValueError
-        A value out of range. Constraints on several options are checked by the core.
-
-    >>> contour_options({"bins": np.int64(32)})
-    {'bins': 32}
+    Constraints on several options are checked by the core.
     """
-    whole = {name: _without_point(value) for name, value in given.items() if _is_whole(name)}
-    checked: dict[str, Any] = check_options({**given, **whole}, _SCHEMA, others=("memory", "burn_in"))
+    checked: dict[str, Any] = check_options(given, _SCHEMA, others=("memory", "burn_in"))
     return checked
 
 
@@ -51,20 +38,6 @@ def options_from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
         if str(error).startswith(f"{Path(path)}:"):
             raise
         raise type(error)(f"{os.fspath(path)}: [contour] {error}") from None
-
-
-def checked_whole(value: Any, option: Option) -> int:
-    """Accept a whole number, also as a float."""
-    return int(option.check(_without_point(value)))
-
-
-def _is_whole(name: str) -> bool:
-    return name in _SCHEMA and _SCHEMA[name].kind == "int"
-
-
-def _without_point(value: Any) -> Any:
-    """Convert 16.0 to 16, which this tracker accepts as a whole number."""
-    return int(value) if isinstance(value, float | np.floating) and float(value).is_integer() else value
 
 
 # -- Checks of what the contour tracker is given
@@ -97,17 +70,12 @@ def checked_image(image: ArrayLike) -> NDArray[np.uint8]:
     return np.ascontiguousarray(given)
 
 
-def checked_mask_of(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """(H, W) bool, contiguous, of the shape of the image."""
-    given = np.asarray(mask)
-    if given.dtype not in (np.bool_, np.uint8):
-        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}; use mask > 0")
-    given = given != 0
-    if given.shape != shape:
-        raise ValueError(f"mask: expected the image's size {shape}, got {given.shape}")
-    if given.all():
+def checked_part(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(H, W) bool, contiguous, of the shape of the image, with something outside."""
+    inside = mask_of(mask, shape)
+    if inside.all():
         raise ValueError("mask: expected background around the object, got a full mask; mark only the object")
-    return np.ascontiguousarray(given)
+    return inside
 
 
 def checked_box(box: Any, width: int, height: int) -> tuple[int, int, int, int]:

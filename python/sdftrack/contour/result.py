@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.array_equality import Compared
-from sdftrack.contour.evidence import Evidence
 from sdftrack.results import Status
 
 PICTURE_PX = 240  # height of a picture in a notebook, at most
@@ -47,6 +46,31 @@ def mask_png(mask: NDArray[np.bool_], more: NDArray[np.bool_] | None = None) -> 
     width = max(1, round(mask.shape[1] * height / mask.shape[0]))
     small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     return bytes(cv2.imencode(".png", small)[1])
+
+
+class Evidence(NamedTuple):
+    """What an outline is judged by.
+
+    Attributes
+    ----------
+    disagreement : float
+        1 less the IoU of the mask and the last mask moved by the optical flow.
+    mean_disagreement : float
+        The same, averaged over the last frames.
+    strangeness : float
+        1 less the affinity (sum of sqrt(p q)) of the colours inside and those at the start.
+    first_instability : float
+        1 less the mean IoU of the first mask and those of the box shifted a little; 0 for a start from a mask.
+    shared : float
+        Share of the outline beside which the colours are those of the object nearby; the largest of the last frames,
+        fading by 0.5 % per frame.
+    """
+
+    disagreement: float
+    mean_disagreement: float
+    strangeness: float
+    first_instability: float = 0.0
+    shared: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,17 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.option_schema import BURN_IN
 from sdftrack._internal.thread_guard import SingleThreadGuard
-from sdftrack.contour.evidence import Evidence, status_by_evidence
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.options import (
     checked_box,
     checked_image,
-    checked_mask_of,
-    checked_whole,
+    checked_part,
     contour_options,
 )
-from sdftrack.contour.result import ContourResult, Judgement
+from sdftrack.contour.result import ContourResult, Evidence, Judgement
 from sdftrack.device import device_number
 from sdftrack.results import Status
 
@@ -96,7 +94,7 @@ class ContourTracker:
                     f"memory: expected an object with learn, judge and recover, got {type(memory).__name__} without "
                     f"{name}"
                 )
-        self._burn_in = checked_whole(burn_in, BURN_IN)
+        self._burn_in: int = BURN_IN.check(burn_in)
         self._lock = threading.Lock()
         self._device = device
         self._core = _core.ContourCore(settings, device_number(device))
@@ -189,7 +187,7 @@ class ContourTracker:
         with SingleThreadGuard(self._lock, "tracker"):
             unstable = 0.0
             if mask is not None:
-                frame = self._core.start_mask(rgb, checked_mask_of(mask, rgb.shape[:2]))
+                frame = self._core.start_mask(rgb, checked_part(mask, rgb.shape[:2]))
             else:
                 place = checked_box(box, rgb.shape[1], rgb.shape[0])
                 frame = self._core.start_box(rgb, *place)
@@ -303,8 +301,9 @@ class ContourTracker:
 
 
 def _with_evidence(result: ContourResult, evidence: Evidence) -> ContourResult:
-    status, reason, confidence = status_by_evidence(evidence, result.status, result.reason)
-    return replace(result, status=status, reason=reason, confidence=confidence, evidence=evidence)
+    # What the colours call lost or weak stays so.
+    said, reason, confidence = _core.contour_verdict(evidence, result.status.value, result.reason)
+    return replace(result, status=Status(said), reason=reason, confidence=confidence, evidence=evidence)
 
 
 def _asked(

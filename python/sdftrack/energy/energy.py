@@ -10,15 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers, of_kind
+from sdftrack._internal.unknown_option import refuse_unknown
+from sdftrack._internal.validation import numbers, of_kind, one_of
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
-from sdftrack.energy.state import Linearization, Minimum, State, state_poses
+from sdftrack.energy.state import Linearization, Minimum, State, checked_scale, depth_and_mask, state_poses
 from sdftrack.frame import Frame
 from sdftrack.imaging.appearance import color_map
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
+from sdftrack.sdf.volume import shape_list
 
 __all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minimize"]
 
@@ -80,22 +82,16 @@ class Energy:
         device: str = "cpu",
         **options: Any,
     ) -> None:
-        many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
-        if not 1 <= len(many) <= MAX_JOINED:
+        many = shape_list(shapes)
+        if len(many) > MAX_JOINED:
             raise ValueError(f"shapes: expected 1 to {MAX_JOINED} SDFs, got {len(many)}")
-        for shape in many:
-            if not isinstance(shape, SDF):
-                raise TypeError(f"shapes: expected an SDF, got {type(shape).__name__}")
-        if penalty not in ("depth", "rgbd"):
-            raise ValueError(f"penalty: expected 'depth' or 'rgbd', got {penalty!r}")
+        one_of(penalty, ("depth", "rgbd"), "penalty")
         known = (("pose",), ("pose", "intrinsics"), ("pose", "scale"))
         if tuple(unknowns) not in known:
             raise ValueError(f"unknowns: expected one of {known}, got {unknowns!r}")
         if len(many) > 1 and tuple(unknowns) != ("pose",):
             raise ValueError(f"unknowns: expected ('pose',) of several shapes, got {unknowns!r}")
-        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        if frame.depth is None:
-            raise ValueError("frame: expected a depth image, got none")
+        depth, mask = depth_and_mask(frame)
         color = None
         if penalty == "rgbd":
             if frame.color is None:
@@ -105,17 +101,15 @@ class Energy:
             if len(many) > 1:
                 raise ValueError(f"shapes: expected one SDF with penalty='rgbd', got {len(many)}")
             color = frame.color
-        if not number(scale_m, "scale_m") > 0:
-            raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
+        scale = checked_scale(scale_m)
         self.shapes = many
         self.camera = depth_camera(camera)
         self.unknowns = tuple(unknowns)
         self.options = TrackerOptions().replace(**options)
         T = state_poses(poses, len(many))
-        mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
         self._core = _core.FrameEnergy(
             [shape._core_args for shape in many], self.camera._core,
-            frame.depth, mask, list(T), self.options._to_core(), float(scale_m),
+            depth, mask, list(T), self.options._to_core(), scale,
             "scale" in unknowns, "intrinsics" in unknowns, threads,
             color, None if color is None else color_map(camera, color), device_number(device),
         )  # fmt: skip
@@ -191,10 +185,8 @@ def minimize(energy: Energy, start: State | None = None, **lm_options: Any) -> M
     """
     of_kind(energy, Energy, "energy")
     options = _core.LmOptions()
+    refuse_unknown(lm_options, [name for name in dir(options) if not name.startswith("_")])
     for name, value in lm_options.items():
-        if not hasattr(options, name):
-            known = [n for n in dir(options) if not n.startswith("_")]
-            raise TypeError(f"unknown option {name!r}; known: {', '.join(known)}")
         try:
             setattr(options, name, value)
         except TypeError:

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, number, numbers, of_kind, whole
+from sdftrack._internal.validation import THREADS, numbers, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
-from sdftrack.energy.state import state_poses
+from sdftrack.energy.state import checked_scale, depth_and_mask, state_poses
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
+from sdftrack.sdf.volume import shape_list
 
 Array = NDArray[np.float64]
 MOST_STEPS, MOST_ROUNDS = 1000, 100
@@ -84,12 +85,7 @@ class PoseFitter:
         device: str = "auto",
         threads: int = 0,
     ) -> None:
-        many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
-        if not many:
-            raise ValueError("shapes: expected at least one SDF, got none")
-        for shape in many:
-            if not isinstance(shape, SDF):
-                raise TypeError(f"shapes: expected an SDF, got {type(shape).__name__}")
+        many = shape_list(shapes)
         self.camera = depth_camera(camera)
         distinct = list({id(shape): shape for shape in many}.values())
         place = {id(shape): k for k, shape in enumerate(distinct)}
@@ -139,11 +135,7 @@ class PoseFitter:
             A frame without depth or of another size than the camera's; another number of poses than of shapes; a
             scale or a number of steps that is not positive.
         """
-        of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        if frame.depth is None:
-            raise ValueError("frame: expected a depth image, got none")
-        if not number(scale_m, "scale_m") > 0:
-            raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
+        (depth, mask), scale = depth_and_mask(frame), checked_scale(scale_m)
         trials = whole(max_steps, "max_steps", 1, MOST_STEPS)
         looks = whole(rounds, "rounds", 1, MOST_ROUNDS)
         T = numbers(poses, "poses")
@@ -151,17 +143,10 @@ class PoseFitter:
         # The core looks whether they are rigid: here, with numpy, that would take half as long as a fit.
         starts = T if T.shape == (count, 4, 4) else state_poses(T, count)
         found = self._core.fit(
-            frame.depth,
-            None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8),
-            self._of if len(self._of) > 1 else self._of * count,
-            list(starts),
-            float(scale_m),
-            self._core_options(options),
-            trials,
-            looks,
-            self._threads,
-        )
-        return [_pose_fit(one, float(scale_m)) for one in found]
+            depth, mask, self._of if len(self._of) > 1 else self._of * count, list(starts), scale,
+            self._core_options(options), trials, looks, self._threads,
+        )  # fmt: skip
+        return [_pose_fit(one, scale) for one in found]
 
     def _core_options(self, options: dict[str, Any]) -> Any:
         """Checked once: that takes longer than a fit, and most frames have the same ones."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.array_equality import same
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.text_files import named
 from sdftrack._internal.validation import numbers, of_kind, whole
@@ -264,17 +266,12 @@ class Mesh:
         return caster
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_rebuilt, (self.vertices, self.faces, self.colors, self.seen))
+        return functools.partial(Mesh, seen=self.seen), (self.vertices, self.faces, self.colors)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):
             return NotImplemented
-        return (
-            np.array_equal(self.vertices, other.vertices)
-            and np.array_equal(self.faces, other.faces)
-            and _same(self.colors, other.colors)
-            and _same(self.seen, other.seen)
-        )
+        return all(same(getattr(self, n), getattr(other, n)) for n in ("vertices", "faces", "colors", "seen"))
 
     def __repr__(self) -> str:
         size = (
@@ -314,11 +311,3 @@ def _freeze(mesh: Mesh, name: str, a: NDArray[Any] | None) -> None:
     if a is not None:
         a.setflags(write=False)
     object.__setattr__(mesh, name, a)
-
-
-def _rebuilt(vertices: Any, faces: Any, colors: Any, seen: Any) -> Mesh:
-    return Mesh(vertices, faces, colors, seen=seen)
-
-
-def _same(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
-    return (a is None) == (b is None) and (a is None or b is None or np.array_equal(a, b))

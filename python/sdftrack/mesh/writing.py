@@ -125,17 +125,13 @@ Faces = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Textured:
-    """A mesh with texture coordinates; a vertex on a chart border is duplicated for each chart.
-
-    `uv` (V, 2) goes from 0 to 1, to the right and upwards from the image's lower left corner; `copy_of` is the index of
-    the original vertex of each vertex.
-    """
+    """A mesh with texture coordinates; a vertex on a chart border is duplicated for each chart."""
 
     vertices: Points
     faces: Faces
-    uv: Points
+    uv: Points  # (V, 2), 0 to 1, to the right and upwards from the image's lower left corner
     image: NDArray[np.uint8]
-    copy_of: NDArray[np.int64]
+    copy_of: NDArray[np.int64]  # index of the original vertex of each vertex
 
 
 def textured(mesh: Mesh, size: int, colors_from: Mesh) -> Textured:

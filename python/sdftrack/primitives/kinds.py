@@ -10,30 +10,18 @@ from sdftrack import _core
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind.
-
-    Attributes
-    ----------
-    name : str
-    sizes : tuple of str
-        Names of its lengths, m; in the order of the covariance's columns.
-    size_axes : tuple of int
-        For each length, the axis of the object frame along which the centre is uncertain if the length is.
-    extent : tuple of (int, float)
-        For x, y and z, the index of the length along it (-1: none), and the fraction of it on either side.
-    unknowns : int
-        Number of unknowns that a view can determine: a ball has no orientation, a round body no rotation about its
-        axis.
-    has_inside : bool
-        Whether it has a distance volume.
-    """
+    """One kind."""
 
     name: str
-    sizes: tuple[str, ...]
-    size_axes: tuple[int, ...]
-    extent: tuple[tuple[int, float], ...]
-    unknowns: int
-    has_inside: bool
+    sizes: tuple[str, ...]  # names of its lengths, m; in the order of the covariance's columns
+    size_axes: tuple[
+        int, ...
+    ]  # of each length, the axis along which the centre is uncertain if the length is
+    extent: tuple[
+        tuple[int, float], ...
+    ]  # along x, y, z: index of the length (-1: none), its share on either side
+    unknowns: int  # that a view can determine: a ball has no orientation, a round body no turn about its axis
+    has_inside: bool  # and so a distance volume
 
     @property
     def member(self) -> _core.PrimitiveKind:

@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number, numbers
+from sdftrack._internal.validation import mask_of, number, numbers
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.imaging.plane import remove_plane
 from sdftrack.primitives.kinds import TABLE
 
 OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
-TABLE_M = (
-    0.008  # half the thickness of a table in measurements at up to 1 m; it grows with the square of the depth
-)
+# Half the thickness of a table in measurements at up to 1 m; it grows with the square of the depth.
+TABLE_M = 0.008
 SURE_TABLE_M = 0.003  # a measurement above this may be the object's foot
 BAND = 0.5  # of TABLE_M, above and below: where a measurement's neighbours say whether it is the table's
 BAND_PX = 5  # width of the window of these neighbours
@@ -148,15 +147,11 @@ def camera_of(frame: Frame, camera: Camera | RGBDCamera | None) -> Camera:
 
 def checked_mask(mask: ArrayLike | None, frame: Frame) -> NDArray[np.bool_] | None:
     """`mask`, or the frame's own, as bool in the depth image's geometry."""
-    given = frame.mask if mask is None else np.asarray(mask)
+    given = frame.mask if mask is None else mask
     if given is None:
         return None
-    if given.dtype not in (np.bool_, np.uint8):
-        raise TypeError(f"mask: expected bool or uint8, got {given.dtype}")
-    if given.shape != frame.shape:
-        raise ValueError(f"mask: expected shape {frame.shape} as the depth image, got {given.shape}")
     assert frame.depth is not None
-    out: NDArray[np.bool_] = given != 0
+    out = mask_of(given, frame.shape)
     if not (out & (frame.depth > 0)).any():
         raise ValueError(
             f"mask: expected some depth measurements within it, got none ({np.count_nonzero(out)} pixels are set)"

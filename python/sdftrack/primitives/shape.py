@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import KW_ONLY, asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ MIN_READINGS = 200
 EVERY = 5  # frames between two looks at the size
 
 
+@dataclass
 class Primitive:
     """A primitive of unknown size among the shapes of a `Tracker`.
 
@@ -48,47 +49,26 @@ class Primitive:
     PrimitiveFit(cylinder: radius 33.1 +- 0.1 mm, height 101.7 +- 0.3 mm; rms 1.2 mm, ok)
     """
 
-    __slots__ = ("kind", "seed", "voxels")
+    kind: str = "auto"
+    _: KW_ONLY
+    voxels: int = 100
+    seed: int = 0
 
-    def __init__(self, kind: str = "auto", *, voxels: int = 100, seed: int = 0) -> None:
-        FitRequest(kind, None, seed, "exact", 0)
-        self.voxels = whole(voxels, "voxels", 16)
-        self.kind, self.seed = kind, int(seed)
-
-    def __repr__(self) -> str:
-        return f"Primitive({self.kind!r}, voxels={self.voxels}, seed={self.seed})"
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Primitive):
-            return NotImplemented
-        return (self.kind, self.voxels, self.seed) == (other.kind, other.voxels, other.seed)
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _primitive, (self.kind, self.voxels, self.seed)
+    def __post_init__(self) -> None:
+        FitRequest(self.kind, None, self.seed, "exact", 0)
+        self.voxels, self.seed = whole(self.voxels, "voxels", 16), int(self.seed)
 
     def placeholder(self) -> SDF:
         """Placeholder shape before the start."""
         return SDF.sphere(PLACEHOLDER_M, voxels=24)
 
 
-def _primitive(kind: str, voxels: int, seed: int) -> Primitive:
-    return Primitive(kind, voxels=voxels, seed=seed)
-
-
 class FreeSize:
-    """Current size estimate of one tracked primitive.
-
-    Attributes
-    ----------
-    fit : PrimitiveFit or None
-        The first fit with the current sizes; None until it is found.
-    """
+    """Current size estimate of one tracked primitive."""
 
     def __init__(self, primitive: Primitive) -> None:
         self.primitive = primitive
-        self.fit: PrimitiveFit | None = None
+        self.fit: PrimitiveFit | None = None  # the first fit with the current sizes, once it is found
         self._sum: SizeSum | None = None  # of all looks since the start
         self._shown: NDArray[np.float64] | None = None  # the lengths of the volume that is tracked
         self._voxel_m = 0.0
@@ -96,9 +76,8 @@ class FreeSize:
 
     def record(self) -> dict[str, Any]:
         """The state as a dictionary of numbers, text and arrays, for a file."""
-        solid = self.primitive
         return {
-            "primitive": {"kind": solid.kind, "voxels": solid.voxels, "seed": solid.seed},
+            "primitive": asdict(self.primitive),
             "fit": None if self.fit is None else _fit_record(self.fit),
             "sum": None if self._sum is None else self._sum.record(),
             "shown": self._shown,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
-from sdftrack._internal.validation import THREADS, number, of_kind, whole
+from sdftrack._internal.validation import THREADS, number, of_kind, one_of, whole
 from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
@@ -26,13 +26,8 @@ class FitRequest:
     """A validated request for a fit."""
 
     def __init__(self, kind: str, initial: Any, seed: int, scaling: str, threads: int) -> None:
-        for name, value in (("kind", kind), ("scaling", scaling)):
-            if not isinstance(value, str):
-                raise TypeError(f"{name}: expected a name, got {type(value).__name__}")
-        if kind != "auto" and kind not in KINDS:
-            raise ValueError(f"kind: expected {', '.join(KINDS)} or 'auto', got {kind!r}")
-        if scaling not in _core.Scaling.__members__:
-            raise ValueError(f"scaling: expected 'exact' or 'printed', got {scaling!r}")
+        one_of(kind, (*KINDS, "auto"), "kind")
+        one_of(scaling, _core.Scaling.__members__, "scaling")
         seed = whole(seed, "seed", 0, 2**32 - 1)
         self.pose: NDArray[np.float64] | None = None
         self.size: list[float] | None = None
@@ -107,9 +102,7 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
 def unbounded(names: list[str]) -> str:
     """The reason for a fit in which only these lengths are not bounded; empty if there are none."""
     return (
-        ""
-        if not names
-        else f"the observation does not bound {' and '.join(names)}: the value is a lower bound"
+        f"the observation does not bound {' and '.join(names)}: the value is a lower bound" if names else ""
     )
 
 
@@ -155,16 +148,9 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     if endless:
         status = Status.LOST
         reason = f"{' and '.join(endless)} diverged: the observed surface is nearly flat; is it of this kind?"
-    elif inliers < LOST_INLIERS:
-        status, reason = (
-            Status.LOST,
-            f"only {100 * inliers:.0f} % of the depth measurements are on its surface",
-        )
     elif inliers < WEAK_INLIERS:
-        status, reason = (
-            Status.WEAK,
-            f"only {100 * inliers:.0f} % of the depth measurements are on its surface",
-        )
+        status = Status.LOST if inliers < LOST_INLIERS else Status.WEAK
+        reason = f"only {100 * inliers:.0f} % of the depth measurements are on its surface"
     elif answer["freedom"] <= UNTOLD:
         status = Status.WEAK
         reason = (

@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 
 
 class FreeSizes:
-    """The primitives among a tracker's shapes, by number.
-
-    Attributes
-    ----------
-    shapes : Any
-        The tracker's shapes, with a volume in place of every primitive.
-    """
+    """The primitives among a tracker's shapes, by number; `shapes`: all of them, volumes in place of primitives."""
 
     def __init__(self, shapes: Any) -> None:
         several = isinstance(shapes, (list, tuple))
@@ -92,43 +86,33 @@ class FreeSizes:
     def start(self, tracker: TrackerInterface, frame: Frame, camera: Camera, places: list[Any]) -> None:
         """Fit each primitive at its location, which yields its pose."""
         self._missing = {k: places[k] for k in self._free}
-        found = self._found(frame, camera, tracker.threads, dict(self._missing))
-        self.mark_unfound(tracker)
-        if not found:
-            return
-        shapes = tracker.shapes
-        for k, fit in found.items():
-            shapes[k], places[k] = self._free[k].volume(), fit.T_cam_obj
-        tracker.replace_shapes(shapes, np.full((len(shapes), 4, 4), np.nan))
+        unknown = np.full((len(places), 4, 4), np.nan)
+        for k, pose in self._find(tracker, frame, camera, dict(self._missing), unknown).items():
+            places[k] = pose
 
     def find(
         self, tracker: TrackerInterface, frame: Frame, camera: Camera, anywhere: bool
     ) -> dict[int, NDArray[np.float64]]:
         """Poses of primitives not found before this frame; `anywhere`: also of those without a location."""
         places = {k: place for k, place in self._missing.items() if anywhere or place is not None}
-        found = self._found(frame, camera, tracker.threads, places)
-        self.mark_unfound(tracker)
-        if found:
-            shapes, poses = tracker.shapes, tracker.last_poses
-            for k, fit in found.items():
-                shapes[k], poses[k] = self._free[k].volume(), fit.T_cam_obj
-            tracker.replace_shapes(shapes, poses)
-        return {k: fit.T_cam_obj for k, fit in found.items()}
+        return self._find(tracker, frame, camera, places, tracker.last_poses)
 
-    def _found(
-        self, frame: Frame, camera: Camera, threads: int, places: dict[int, Any]
-    ) -> dict[int, PrimitiveFit]:
-        """Fits of primitives that were found now; the locations of the others applied only to this frame."""
-        found: dict[int, PrimitiveFit] = {}
-        if frame.depth is None:
-            return found
-        for k, place in places.items():
-            fit = self._free[k].start(frame, camera, place, threads)
+    def _find(
+        self, tracker: TrackerInterface, frame: Frame, camera: Camera, places: dict[int, Any], poses: Any
+    ) -> dict[int, NDArray[np.float64]]:
+        """Poses of primitives that were found now; the locations of the others applied only to this frame."""
+        found: dict[int, NDArray[np.float64]] = {}
+        shapes = tracker.shapes
+        for k, place in places.items() if frame.depth is not None else ():
+            fit = self._free[k].start(frame, camera, place, tracker.threads)
             if fit is None:
                 self._missing[k] = None
             else:
                 del self._missing[k]
-                found[k] = fit
+                shapes[k], found[k], poses[k] = self._free[k].volume(), fit.T_cam_obj, fit.T_cam_obj
+        self.mark_unfound(tracker)
+        if found:
+            tracker.replace_shapes(shapes, poses)
         return found
 
     def mark_unfound(self, tracker: TrackerInterface) -> None:

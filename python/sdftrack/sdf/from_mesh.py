@@ -20,8 +20,6 @@ from sdftrack.sdf.mesh_report import (
     voxels_for_thinnest,
     warn,
     warn_of,
-    warn_of_cracks,
-    warn_of_inward,
 )
 
 LARGEST, SMALLEST = 3.0, 3e-3  # m; a side beyond these is more likely a wrong unit than an object
@@ -70,7 +68,11 @@ def distances_of_mesh(
     grid = (shape, voxel_size, list(origin))
     if watertight:
         values, gaps = _core.mesh_to_sdf(vertices, faces, *grid, threads=threads)
-        warn_of_inward(gaps)
+        if gaps:
+            warn(
+                f"mesh: it intersects itself: {gaps} voxels lie inside faces that point inwards; their winding number "
+                "is below 0 and they count as outside"
+            )
     else:
         values, gaps = _core.open_mesh_to_sdf(vertices, faces, *grid, threads=threads)
         if holes == "error" and (gaps or not (values < 0).any()):
@@ -79,7 +81,9 @@ def distances_of_mesh(
                 "holes='close' to let the winding number close it"
             )
         if holes == "error":
-            warn_of_cracks(report)
+            warn(
+                f"mesh: it has {openness(report)}, but no gap as wide as a voxel; it was closed by the winding number"
+            )
     if not (values < 0).any():
         thin = (
             f"{use_voxels(voxels_for_thinnest(report, voxel_size, voxels)).rstrip(',')}, or "

@@ -81,22 +81,6 @@ def warn(text: str) -> None:
     warnings.warn(text, stacklevel=5)
 
 
-def warn_of_inward(voxels: int) -> None:
-    """Warn that a closed mesh intersects itself so that some of it is inside out."""
-    if voxels:
-        warn(
-            f"mesh: it intersects itself: {voxels} voxels lie inside faces that point inwards; their winding number is "
-            "below 0 and they count as outside"
-        )
-
-
-def warn_of_cracks(report: MeshReport) -> None:
-    """Warn that an open mesh was closed automatically, because all gaps are narrower than a voxel."""
-    warn(
-        f"mesh: it has {openness(report)}, but no gap as wide as a voxel; it was closed by the winding number"
-    )
-
-
 def warn_of(report: MeshReport, voxel_size: float, voxels: int) -> None:
     """Warn the caller of `SDF.from_mesh` about repairs and thin parts."""
     if report.double_sided_faces:

@@ -4,18 +4,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal import saved_file
+from sdftrack._internal.array_equality import same
 from sdftrack._internal.rotations import rigid_pose
-from sdftrack._internal.validation import number, numbers, shown, whole
+from sdftrack._internal.validation import number, numbers, one_of, shown, whole
 from sdftrack.device import device_number
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
-from sdftrack.sdf.files import checked_colors, read_volume, write_volume
 from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
 from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx, voxels_between
 from sdftrack.sdf.mesh_report import MeshReport
@@ -24,6 +26,7 @@ from sdftrack.sdf.solids import distances_of_solid, three_lengths
 if TYPE_CHECKING:
     import trimesh
 
+FILE = saved_file.FileKind("sdftrack.SDF", 1, "SDF.save")
 MOST_SAMPLES = 10_000_000  # of 24 bytes each
 COLOR_REACH_VOXELS = 3.0  # from the surface
 
@@ -60,15 +63,7 @@ class SDF:
     def __init__(
         self, values: ArrayLike, voxel_size: float, origin: ArrayLike, colors: ArrayLike | None = None
     ) -> None:
-        v = np.asarray(values)
-        if v.dtype != np.float32:
-            raise TypeError(
-                f"values: expected float32, got {v.dtype}; convert with values.astype(np.float32)"
-            )
-        if v.ndim != 3 or min(v.shape) < 2:
-            raise ValueError(
-                f"values: expected shape [z, y, x] with at least 2 voxels an axis, got {v.shape}"
-            )
+        v = checked_values(values, "values")
         size = number(voxel_size, "voxel_size")
         if not MIN_VOXEL <= size <= MAX_VOXEL:
             raise ValueError(
@@ -81,11 +76,7 @@ class SDF:
                 f"origin: expected three finite numbers (x, y, z) in metres, at most {MAX_ORIGIN:g}, "
                 f"got {shown(origin)}"
             )
-        if not np.isfinite(v).all():
-            raise ValueError(
-                "values: expected finite distances, got NaN or infinity; fill or crop them first"
-            )
-        rgba = None if colors is None else checked_colors(colors, v.shape)
+        rgba = None if colors is None else _checked_colors(colors, v.shape)
         self._set(np.array(v, order="C"), size, o, rgba)
 
     def _set(
@@ -172,8 +163,7 @@ class SDF:
             (re-oriented), double-sided faces (one side kept), unused non-finite vertices (removed), self-intersections
             (outside where the winding number is below 1/2).
         """
-        if holes not in ("error", "close"):
-            raise ValueError(f"holes: expected 'error' or 'close', got {holes!r}")
+        one_of(holes, ("error", "close"), "holes")
         mesh = mesh_of(mesh)
         values, voxel_size, origin, report = distances_of_mesh(
             mesh, voxels, padding, unit, holes, color, threads
@@ -414,12 +404,18 @@ class SDF:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write an .npz file (values, voxel_size, origin, and colors if present), completely or not at all."""
-        write_volume(path, self._values, self._voxel_size, self._origin, self._colors)
+        arrays = {"values": self._values, "voxel_size": np.array(self._voxel_size), "origin": self._origin}
+        colors = {} if self._colors is None else {"colors": self._colors}
+        saved_file.write(path, FILE, {**arrays, **colors}, compress=True)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SDF:
-        """Load a file written by `save`. FileNotFoundError; ValueError for an invalid file."""
-        return read_volume(path, cls)
+        """Load a file written by `save`, or ``numpy.savez``. FileNotFoundError; ValueError for an invalid file."""
+
+        def volume(data: Any) -> SDF:
+            return cls(data["values"], float(data["voxel_size"]), data["origin"], data.get("colors"))
+
+        return saved_file.read(path, FILE, volume, plain=("values", "voxel_size", "origin", "colors"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (SDF, (self._values, self._voxel_size, self._origin, self._colors))
@@ -427,14 +423,7 @@ class SDF:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SDF):
             return NotImplemented
-        same = (
-            self._voxel_size == other._voxel_size
-            and np.array_equal(self._origin, other._origin)
-            and np.array_equal(self._values, other._values)
-        )
-        if self._colors is None or other._colors is None:
-            return same and self._colors is other._colors
-        return same and np.array_equal(self._colors, other._colors)
+        return same(self.__reduce__()[1], other.__reduce__()[1])
 
     def __repr__(self) -> str:
         nz, ny, nx = self._values.shape
@@ -446,3 +435,39 @@ class SDF:
 
         low, high = self.bounds
         return shaded_picture(self.render, low, high)
+
+
+def checked_values(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    """Finite float32 [z, y, x], C-contiguous, or an error that names the argument."""
+    v = np.asarray(values)
+    if v.dtype != np.float32:
+        raise TypeError(f"{name}: expected float32, got {v.dtype}; convert with {name}.astype(np.float32)")
+    if v.ndim != 3 or min(v.shape) < 2:
+        raise ValueError(f"{name}: expected shape [z, y, x] with at least 2 voxels an axis, got {v.shape}")
+    if not np.isfinite(v).all():
+        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity; fill or crop them first")
+    return np.ascontiguousarray(v)
+
+
+def _checked_colors(colors: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    rgba = np.array(colors, order="C")
+    if rgba.dtype != np.uint8:
+        raise TypeError(f"colors: expected uint8, got {rgba.dtype}")
+    if rgba.shape != (*shape, 4):
+        raise ValueError(f"colors: expected RGBA beside the values, {(*shape, 4)}, got {rgba.shape}")
+    return rgba
+
+
+def shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
+    """One or more shapes as a list."""
+    several = isinstance(shapes, (list, tuple))
+    many: list[Any] = list(shapes) if isinstance(shapes, (list, tuple)) else [shapes]
+    if not many:
+        raise ValueError("shapes: expected at least one SDF, got none")
+    for k, shape in enumerate(many):
+        if not isinstance(shape, SDF):
+            name = f"shapes[{k}]" if several else "shapes"
+            raise TypeError(
+                f"{name}: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
+            )
+    return many

@@ -28,14 +28,7 @@ class Clustering:
 
 
 def segment(features: Array, inside: NDArray[np.bool_], options: Clustering) -> NDArray[np.int32]:
-    """Labels of an image or volume: `start_label`, ... in raster order of the segments, 0 outside the mask.
-
-    Parameters
-    ----------
-    features : (..., C) float64 array, finite
-    inside : array of the spatial shape of `features`, bool, with at least one True
-    options : Clustering
-    """
+    """Labels of an image or volume (..., C): `start_label`, ... in raster order of the segments, 0 outside `inside`."""
     places, side = _first_places(inside, options.n_segments)
     colors = features[tuple(np.rint(places).astype(int).T)]
     nearest = np.full(inside.shape, -1)

@@ -95,11 +95,6 @@ def part_with(inside: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> tuple
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
-def cut(image: NDArray[Any], part: tuple[slice, slice]) -> NDArray[Any]:
-    """Crop an image, C-contiguous; the image itself if it is not cropped."""
-    return np.ascontiguousarray(image[part])
-
-
 def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) -> NDArray[np.float32] | None:
     """Depth in metres as float32, 0 where missing, or None."""
     per_m = number(weight, "depth_weight")
@@ -123,15 +118,6 @@ def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) 
     return seen
 
 
-def one_of(value: Any, words: tuple[str, ...], name: str) -> str:
-    """Check that `value` is one of the allowed words."""
-    if not isinstance(value, str):
-        raise TypeError(f"{name}: expected one of {words}, got {value!r}")
-    if value not in words:
-        raise ValueError(f"{name}: expected one of {words}, got {value!r}")
-    return value
-
-
 # -- One image through the core: cut to its mask, and put back
 
 
@@ -149,8 +135,9 @@ def core_labels(
     """Labels of an image, a mask and a depth image that have been checked, as `slic` returns them."""
     shape = pixels.shape[:2]
     part = part_with(inside, shape)
-    pixels = cut(pixels, part)
-    inside, seen = (None if a is None else cut(a, part) for a in (inside, seen))
+    pixels = np.ascontiguousarray(pixels[part])
+    inside = None if inside is None else np.ascontiguousarray(inside[part])
+    seen = None if seen is None else np.ascontiguousarray(seen[part])
     try:
         made: NDArray[np.int32] = _core.slic(pixels, options, inside, seen, workers, number)[0]
         if made.shape == shape:

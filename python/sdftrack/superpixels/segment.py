@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, number, whole
+from sdftrack._internal.validation import THREADS, number, one_of, whole
 from sdftrack.device import CPU, device_input, device_number
 from sdftrack.superpixels.arguments import (
     checked_depth,
@@ -18,7 +18,6 @@ from sdftrack.superpixels.arguments import (
     checked_shape,
     checked_values,
     core_labels,
-    one_of,
 )
 from sdftrack.superpixels.scikit_image import as_theirs, given_image, is_theirs, taken
 

@@ -49,9 +49,8 @@ class CanonicalPoses:
 
     def begin(self, places: Sequence[Place]) -> None:
         """Forget all reported poses; the first result will be near the given pose, if any."""
-        poses = (isinstance(p, np.ndarray) and p.dtype == np.float64 for p in places)
         self._last = [
-            np.asarray(p, np.float64) if given else None for p, given in zip(places, poses, strict=True)
+            np.asarray(p) if isinstance(p, np.ndarray) and p.dtype == np.float64 else None for p in places
         ]
 
     def reported(self) -> list[Array | None]:
@@ -68,11 +67,8 @@ class CanonicalPoses:
 
     def add(self) -> None:
         """Add an object without symmetry."""
-        self.symmetries, self._used, self._last = (
-            [*self.symmetries, None],
-            [*self._used, None],
-            [*self._last, None],
-        )
+        for values in (self.symmetries, self._used, self._last):
+            values.append(None)  # type: ignore[attr-defined]
 
     def remove(self, k: int) -> None:
         """Remove object k."""

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.frame import Frame
 from sdftrack.results import Status, Steps, TrackResult
-from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 
 
@@ -29,11 +28,6 @@ def core_frame(
     mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
     time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
     return _core.TrackerFrame(depth, mask, color, color_map, time_s, frame.error or "")
-
-
-def volume_of(shape: SDF) -> tuple[NDArray[np.float32], float, list[float]]:
-    """Values, voxel size and origin (m)."""
-    return shape.values, shape.voxel_size, shape.origin.tolist()
 
 
 def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:

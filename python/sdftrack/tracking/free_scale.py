@@ -12,7 +12,6 @@ import numpy as np
 from sdftrack.imaging.pose_hint import Place, is_mask
 from sdftrack.results import ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
-from sdftrack.tracking.core_conversion import volume_of
 from sdftrack.tracking.scale import diameter_of, extent_of
 
 FITS = 6  # of a start, at most: each estimates the scale anew
@@ -50,7 +49,7 @@ def adjust(tracker: Any, k: int) -> float:
 def resize(tracker: Any, k: int, log_scale: float) -> None:
     """Enlarge the volume of object k by exp(`log_scale`)."""
     volume = rescaled(tracker.shapes[k], math.exp(log_scale))
-    tracker._core.rescale(k, volume_of(volume), log_scale)
+    tracker._core.rescale(k, volume._core_args, log_scale)
     tracker.shapes[k] = volume
     tracker._canonical.resize(k, math.exp(log_scale))
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,21 +20,6 @@ if TYPE_CHECKING:
     from sdftrack.tracking.tracker import Tracker
 
 Pose = NDArray[np.float64]
-
-
-class PixelEvidence(NamedTuple):
-    """Colour evidence of a frame in a region of depth pixels.
-
-    Attributes
-    ----------
-    foreground : (h, w) float32
-        Posterior probability, by colour, that a pixel belongs to the object; NaN: unknown.
-    rgb : (h, w, 3) uint8 or None
-        The colours; None: the frame has none.
-    """
-
-    foreground: NDArray[np.float32]
-    rgb: NDArray[np.uint8] | None
 
 
 class TrackerInterface:
@@ -68,15 +53,10 @@ class TrackerInterface:
         min_seen: int,
         boxes: NDArray[np.int32],
     ) -> None:
-        """Give the only object another volume, in the object frame as it was.
+        """Give the only object another volume (values, voxel size and origin, m), in the object frame as it was.
 
-        Parameters
-        ----------
-        volume : values, voxel size and origin (m)
-        rgb_seen : (z, y, x, 4) uint16
-            Colours, and the observation weight of the surface near each voxel; below `min_seen` it is unknown.
-        boxes : (n, 6) int32
-            Voxels x0 y0 z0 x1 y1 z1 that hold the surface.
+        `rgb_seen` (z, y, x, 4): colours, and the observation weight near each voxel, which below `min_seen` is unknown;
+        `boxes` (n, 6): voxels x0 y0 z0 x1 y1 z1 that hold the surface.
         """
         self._tracker._core.reshape(k, volume, rgb_seen[..., 3], min_seen, boxes, rgb_seen)
 
@@ -114,10 +94,13 @@ class TrackerInterface:
         x0, y0, x1, y1 = self._tracker._core.region(k, T_cam_obj, padding_m)
         return x0, y0, x1, y1
 
-    def pixel_evidence(self, k: int, frame: Frame, region: tuple[int, int, int, int]) -> PixelEvidence:
-        """Foreground evidence of a frame with depth in a region, by the learned colours of object k."""
+    def pixel_evidence(
+        self, k: int, frame: Frame, region: tuple[int, int, int, int]
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
+        """Of a region of a frame: probability that a pixel is of object k by its colours (NaN: unknown), and RGB."""
         given = core_frame(frame, *self._tracker._colors_of(frame), sensor=self._tracker.sensor)
-        return PixelEvidence(*self._tracker._core.look_at(given, k, region))
+        foreground, rgb = self._tracker._core.look_at(given, k, region)
+        return foreground, rgb
 
     def judge(self, k: int, frame: Frame, T_cam_obj: Pose) -> dict[str, Any]:
         """Assess object k at a fixed pose by depth; empty: too few measurements nearby."""

@@ -18,7 +18,6 @@ from sdftrack.results import Status, Steps, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
-from sdftrack.tracking.progress import Progress
 
 KIND = FileKind("sdftrack.Tracker", 2, "Tracker.save")
 # Of a result of M objects: name, dtype and shape after M.
@@ -43,14 +42,10 @@ def content_of(state: dict[str, Any]) -> dict[str, Any]:
         "shapes": [places[id(shape)] for shape in state["shapes"]],
         "camera": camera_record(state["camera"]),
         "arguments": arguments,
-        "core": progress.core,
-        "index": progress.index,
-        "last": None if progress.last is None else _result_record(progress.last),
-        "best": progress.best,
-        "sizes": progress.free_sizes.record(),
-        "frame_camera": camera_record(progress.frame_camera),
-        "reported": progress.reported,
-        "modes": progress.modes,
+        **progress,
+        "last": None if progress["last"] is None else _result_record(progress["last"]),
+        "sizes": progress["sizes"].record(),
+        "frame_camera": camera_record(progress["frame_camera"]),
     }
 
 
@@ -77,9 +72,10 @@ def state_from(content: dict[str, Any]) -> dict[str, Any]:
         modes, frame_camera = ["depth"] * count, depth_camera(camera)
     if len(reported) != count or len(modes) != count:
         raise ValueError(f"reported, modes: expected {count} of each")
-    progress = Progress(
-        content.get("core", b""), int(content["index"]), last, best, sizes, frame_camera, reported, modes
-    )
+    progress = {
+        "core": content.get("core", b""), "index": int(content["index"]), "last": last, "best": best, "sizes": sizes,
+        "frame_camera": frame_camera, "reported": reported, "modes": modes,
+    }  # fmt: skip
     return {"shapes": shapes, "camera": camera, "arguments": arguments, "progress": progress}
 
 

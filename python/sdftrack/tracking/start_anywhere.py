@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from sdftrack.camera import Camera
     from sdftrack.frame import Frame
     from sdftrack.imaging.pose_hint import Place
-    from sdftrack.results import TrackResult
     from sdftrack.tracking.tracker import Tracker
 
 FOUND_STANDING = "found among the objects on a plane; the next frame must confirm it"
@@ -73,14 +72,15 @@ def _tried(
     sdf: Any, camera: Any, frame: Any, region: Any, start: Callable[..., Any]
 ) -> tuple[float, StartHypothesis]:
     """Confidence that the object is in a region, 0..1."""
+    nothing = 0.0, StartHypothesis(region)
     try:
         result = start(masks=[region])
     except ValueError:  # of a size that cannot be the object's
-        return 0.0, StartHypothesis(region, None, None)
+        return nothing
     if result.status[0] is Status.LOST:
-        return 0.0, StartHypothesis(region, None, None)
+        return nothing
     score = score_pose(sdf, depth_camera(camera), frame.depth, result.poses[0], region, middle_of(region))
-    return score.value * search_confidence(result), StartHypothesis(region, None, score)
+    return score * search_confidence(result), StartHypothesis(region, None, score)
 
 
 def search_confidence(result: TrackResult, k: int = 0) -> float:

@@ -22,30 +22,15 @@ CONVINCING = 0.8  # score from which no other region is tried
 
 
 class StartHypothesis(NamedTuple):
-    """A hypothesis for an object's location: a region of the depth image or a box around it, and its score.
-
-    Attributes
-    ----------
-    region : (H, W) bool
-        Pixels assumed to show the object.
-    box : (x, y, w, h) or None
-        Search box, used instead of the region.
-    score : HypothesisScore or None
-        Score of the pose found there; None: no pose was found.
-    """
+    """Where an object may be: a region of the depth image, or a box that is searched in its place."""
 
     region: Mask
-    box: tuple[float, float, float, float] | None
-    score: HypothesisScore | None
+    box: tuple[float, float, float, float] | None = None
+    score: float = -1.0  # of the pose found there, 0..1; -1: none was found
 
     def place(self, camera: Any) -> Place:
         """The hint passed to the core's tracker."""
         return one_place(None, self.region if self.box is None else None, self.box, depth_camera(camera))
-
-    @property
-    def value(self) -> float:
-        """Value of the score; -1: none."""
-        return -1.0 if self.score is None else self.score.value
 
 
 def click_list(clicks: Any, count: int, camera: Any) -> list[tuple[float, float]]:
@@ -68,20 +53,7 @@ def best_at_click(
 ) -> StartHypothesis:
     """The region or box in which `start` finds the pose that best explains the image around a click.
 
-    Parameters
-    ----------
-    sdf : SDF
-    camera : Camera or RGBDCamera
-    frame : Frame
-    px : (x, y)
-        Depth pixels.
-    start : function
-        ``start(masks=[...])`` or ``start(boxes=[...])`` of a tracker of this shape alone: its result.
-
-    Raises
-    ------
-    ValueError
-        The click is not on a surface, or on a table.
+    `start` takes masks or boxes, as that of a tracker of this shape alone. ValueError: no surface there, or a table.
     """
     check_size(frame, camera, px, sdf)
     v, u = nearest_reading(frame, px)
@@ -90,15 +62,15 @@ def best_at_click(
     best: StartHypothesis | None = None
     for region, box in [*((r, None) for r in regions), (regions[0], _box_about(regions[0]))]:
         result = start(masks=[region]) if box is None else start(boxes=[box])
-        score = None
+        score = -1.0
         if str(result.status[0]) != "lost":
             score = score_pose(sdf, lens, frame.depth, result.poses[0], region, (u, v))
         hypothesis = StartHypothesis(region, box, score)
-        best = hypothesis if best is None or hypothesis.value > best.value else best
-        if best.value > CONVINCING:
+        best = hypothesis if best is None or hypothesis.score > best.score else best
+        if best.score > CONVINCING:
             break
     assert best is not None
-    if best.value < MIN_SCORE:
+    if best.score < MIN_SCORE:
         raise ValueError(
             f"expected the shape ({1e3 * size_of(sdf):.0f} mm across) at ({u}, {v}), got a surface of "
             f"{1e3 * extent_of(camera, frame.depth, regions[0]):.0f} mm that none of its poses explains; "
@@ -120,34 +92,9 @@ def _box_about(region: Mask) -> tuple[float, float, float, float]:
 # -- Score of a pose against the depth image in a region, used to compare start hypotheses
 
 
-MIN_M, PER_M = (
-    0.006,
-    0.01,
-)  # a measurement this near to the model's depth is its surface; per metre of distance
+# A measurement this near to the model's depth is its surface; per metre of distance.
+MIN_M, PER_M = 0.006, 0.01
 CLICK_PX = 4  # a pose is of another thing where nothing of it lies this near to the click
-
-
-class HypothesisScore(NamedTuple):
-    """How well a pose explains the depth image in a region, 0..1.
-
-    Attributes
-    ----------
-    seen : float
-        Fraction of the unoccluded surface that is observed where the pose predicts it.
-    explained : float
-        Fraction of the region's depth measurements that lie on the surface.
-    clicked : bool
-        Whether the clicked measurement lies on it.
-    """
-
-    seen: float
-    explained: float
-    clicked: bool
-
-    @property
-    def value(self) -> float:
-        """One number, to compare poses by."""
-        return self.seen * self.explained if self.clicked else 0.0
 
 
 def score_pose(
@@ -157,8 +104,12 @@ def score_pose(
     T: NDArray[np.float64],
     region: NDArray[np.bool_],
     px: Any,
-) -> HypothesisScore:
-    """Compare a depth image with the rendering at a pose; `px`: (x, y) that must lie on the surface."""
+) -> float:
+    """How well a pose explains the depth image in a region, 0..1; 0 where `px`, (x, y), is not on the surface.
+
+    The fraction of the unoccluded surface that is seen where the pose predicts it, times that of the region's
+    measurements that lie on it.
+    """
     expected = sdf.render(camera, T)[0]
     on = expected > 0
     near = MIN_M + PER_M * expected
@@ -168,4 +119,4 @@ def score_pose(
     seen = float(agree.sum()) / max(1.0, float(agree.sum() + past.sum()) + 0.5 * float(front.sum()))
     x, y = px
     about = agree[max(0, y - CLICK_PX) : y + CLICK_PX + 1, max(0, x - CLICK_PX) : x + CLICK_PX + 1]
-    return HypothesisScore(seen, float((agree & region).sum()) / max(1, int(region.sum())), bool(about.any()))
+    return seen * float((agree & region).sum()) / max(1, int(region.sum())) if about.any() else 0.0

@@ -17,7 +17,7 @@ from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack._internal.validation import of_kind
+from sdftrack._internal.validation import of_kind, one_of
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
@@ -29,24 +29,22 @@ from sdftrack.primitives.shape import Primitive
 from sdftrack.primitives.tracked import FreeSizes
 from sdftrack.results import ColorDelay, ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
+from sdftrack.sdf.volume import shape_list
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
 from sdftrack.tracking.arguments import (
     COLLISIONS,
     check_switches,
-    expect,
     name_list,
     object_number,
     options_of,
     pose_covariance,
-    shape_list,
 )
 from sdftrack.tracking.canonical_poses import CanonicalPoses
-from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen, volume_of
+from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen
 from sdftrack.tracking.free_scale import adjust, estimate, free_scales
 from sdftrack.tracking.free_scale import start as start_scaled
 from sdftrack.tracking.interface import TrackerInterface
-from sdftrack.tracking.progress import Progress
 from sdftrack.tracking.scale import check_scale, with_scale_doubts
 from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 
@@ -170,8 +168,8 @@ class Tracker:
         self.sensor = SensorModel.of(sensor)
         self.options = options_of(options, self.sensor, single_options)
         self.names = name_list(names, len(self.shapes))
-        expect("mode", mode, ("auto", "depth", "rgbd", "rgb"))
-        expect("motion", motion, tuple(_core.MotionModel.__members__))
+        one_of(mode, ("auto", "depth", "rgbd", "rgb"), "mode")
+        one_of(motion, _core.MotionModel.__members__, "motion")
         check_switches(collision, membership, threads)
         number = device_number(device)
         self.mode = mode
@@ -192,7 +190,7 @@ class Tracker:
         self._last: TrackResult | None = None
         self._lock = threading.Lock()
         self._core = _core.Tracker(
-            [volume_of(s) for s in self.shapes],
+            [s._core_args for s in self.shapes],
             self._frame_camera._core,
             self.options.replace(**self._always)._to_core(),
             self.threads,
@@ -224,7 +222,7 @@ class Tracker:
 
     def _replace_shapes(self, shapes: list[SDF], poses: NDArray[np.float64]) -> None:
         """Replace the volumes of the objects; tracking continues from `poses`."""
-        self._core.replace_shapes([volume_of(s) for s in shapes], np.ascontiguousarray(poses))
+        self._core.replace_shapes([s._core_args for s in shapes], np.ascontiguousarray(poses))
         self.shapes = shapes
         self._paint_all()
 
@@ -290,19 +288,11 @@ class Tracker:
                 "poses: expected one per shape with mode='rgb', got none; without depth there is no search: "
                 "start(frame, poses=[...])"
             )
-        given = [
-            (name, value)
-            for name, value in (
-                ("poses", poses),
-                ("masks", masks),
-                ("boxes", boxes),
-                ("clicks", clicks),
-            )
-            if value is not None
-        ]
+        hints = {"poses": poses, "masks": masks, "boxes": boxes, "clicks": clicks}
+        given = [(name, value) for name, value in hints.items() if value is not None]
         if len(given) > 1:
             raise ValueError(
-                f"expected one of poses, masks, boxes and clicks, got {' and '.join(name for name, _ in given)}"
+                f"expected one of {', '.join(hints)}, got {' and '.join(name for name, _ in given)}"
             )
         camera = self._camera_of(frame)
         colors = self._colors_of(frame)
@@ -484,7 +474,7 @@ class Tracker:
         place = one_place(pose, mask, box, self._frame_camera)
         with self._alone():
             volume = self._free_sizes.add(len(self.shapes), shape, place)
-            k: int = self._core.add(volume_of(volume), place)
+            k: int = self._core.add(volume._core_args, place)
             self._paint(k, volume)
             self.shapes = [*self.shapes, volume]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
@@ -566,16 +556,17 @@ class Tracker:
                     "symmetry": list(self._canonical.symmetries),
                     "scale": ["free" if free else None for free in self._free_scales],
                 },
-                "progress": Progress(
-                    self._core.state(),
-                    self._core.index,
-                    self._last,
-                    self._core.best,
-                    self._free_sizes.copy(),
-                    self._frame_camera,
-                    self._canonical.reported(),
-                    list(self.mode_used),
-                ),
+                # Nothing of it changes with this tracker. Other versions cannot read `core`: they go on from the rest.
+                "progress": {
+                    "core": self._core.state(),
+                    "index": self._core.index,
+                    "last": self._last,
+                    "best": self._core.best,
+                    "sizes": self._free_sizes.copy(),
+                    "frame_camera": self._frame_camera,
+                    "reported": self._canonical.reported(),
+                    "modes": list(self.mode_used),
+                },
             }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -583,21 +574,21 @@ class Tracker:
         single = arguments.pop("options").to_dict()  # which the sensor has been asked for already
         Tracker.__init__(self, state["shapes"], state["camera"], **arguments, **single)
         progress = state["progress"]
-        self._free_sizes, self._last = progress.free_sizes.copy(), progress.last
-        self._canonical.go_on(progress.reported)
-        self.mode_used = list(progress.modes)
-        self._use_camera(progress.frame_camera)
-        if progress.core and self._core.set_state(progress.core):
-            if self._core.index != progress.index:
-                raise ValueError(f"index: expected {self._core.index}, got {progress.index}")
+        self._free_sizes, last = progress["sizes"].copy(), progress["last"]
+        self._last = last
+        self._canonical.go_on(progress["reported"])
+        self.mode_used = list(progress["modes"])
+        self._use_camera(progress["frame_camera"])
+        if progress["core"] and self._core.set_state(progress["core"]):
+            if self._core.index != progress["index"]:
+                raise ValueError(f"index: expected {self._core.index}, got {progress['index']}")
             return
         LOG.warning(
             "the saved tracker is of another version: it continues from its last poses, without what it learned"
         )
         self._free_sizes.mark_unfound(TrackerInterface(self))
-        last = self._last
         time_s = float("nan") if last is None or last.timestamp is None else float(last.timestamp)
-        self._core.resume(progress.index, time_s, followed(last), np.ascontiguousarray(progress.best))
+        self._core.resume(progress["index"], time_s, followed(last), np.ascontiguousarray(progress["best"]))
 
     def _interrupt(self, index: int) -> None:
         """Mark a discontinuity: the last frame gets this index, and no motion is predicted from it to the next one."""
