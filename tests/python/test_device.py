@@ -79,16 +79,19 @@ def test_a_damaged_record_is_no_record(two_gpus, text):
 
 
 def test_a_self_test_that_cannot_run_has_failed(two_gpus, monkeypatch):
-    def fails(number):
+    def fails(device):
         raise RuntimeError("CUDA: cudaMalloc: no memory")
 
-    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (0.0, 0.0), "b": fails})
+    def compared(compute, difference=0.0):
+        return compute, lambda cpu, gpu: difference, 1.0
+
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": compared(str), "b": compared(fails)})
     assert [c.agrees for c in self_test.run_self_test(0)] == [True, False]
     assert device.resolve_device("auto") == "cpu"
-    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (0.0, 0.0)})
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": compared(str)})
     assert self_test.run_self_test(0)[0].agrees
     assert device.resolve_device("auto") == "cuda:0"
-    monkeypatch.setattr(self_test, "COMPARISONS", {"a": lambda number: (float("nan"), 1.0)})
+    monkeypatch.setattr(self_test, "COMPARISONS", {"a": compared(str, float("nan"))})
     assert not self_test.run_self_test(0)[0].agrees
     assert device.resolve_device("auto") == "cpu"
 
