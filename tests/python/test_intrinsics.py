@@ -153,42 +153,31 @@ def test_the_poses_come_with_them(found, swept):
 
 
 @pytest.mark.slow
-def test_the_mean_of_the_frames_own_estimates_is_there_too(found, frames, swept, box):
+def test_the_mean_of_the_frames_own_estimates_and_the_sources_residual_are_there_too(
+    found, frames, swept, box
+):
     assert found.joint
     assert np.abs(found.per_frame.fused - values_of(TRUTH)).max() < 1.5  # 0.5 %: each frame alone is noisy
     assert found.per_frame.running().shape == found.per_frame.values.shape
     assert set(found.per_frame.frames) <= set(found.frames)
     assert len(found.per_frame.frames) == len(found.per_frame.values)
     assert np.allclose(found.per_frame.running()[-1], found.per_frame.fused)
-    alone = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False)
-    assert not alone.joint
-    assert np.array_equal(values_of(alone.camera), alone.per_frame.fused)
-
-
-@pytest.mark.slow
-def test_the_sources_residual_is_there_by_name(found, frames, swept, box):
+    # Alone, and with the source's residual.
     printed = st.calibrate_intrinsics(frames, box, GUESS, swept.ground_truth[0][0], False, residual="point")
+    assert not printed.joint
+    assert np.array_equal(values_of(printed.camera), printed.per_frame.fused)
     error = printed.values - values_of(TRUTH)
     assert not np.array_equal(printed.values, found.per_frame.fused)
     assert np.abs(error[:2] / 290).max() < 1e-2  # what the source prints at 1 mm: 1 %, 2 px
     assert np.abs(error[2:]).max() < 2.0
 
 
-def test_the_result_has_the_same_bits_on_any_number_of_threads(frames, swept, box):
-    some, T = frames[:12], swept.ground_truth[0][0]
+def test_the_result_has_the_same_bits_on_any_number_of_threads_and_in_the_order_asked_for(frames, swept, box):
+    some, T, order = frames[:12], swept.ground_truth[0][0], [3, 0, 2, 1]
     one = st.calibrate_intrinsics(some, box, GUESS, T, threads=1)
-    three = st.calibrate_intrinsics(some, box, GUESS, T, threads=3)
-    assert np.array_equal(one.values, three.values)
-    assert np.array_equal(one.covariance, three.covariance)
-
-
-@pytest.mark.slow
-def test_the_unknowns_come_in_the_order_asked_for(found, frames, swept, box):
-    turned = st.calibrate_intrinsics(
-        frames, box, GUESS, swept.ground_truth[0][0], free=("cy", "fx", "cx", "fy")
-    )
-    assert np.allclose(turned.values, found.values[[3, 0, 2, 1]])
-    assert np.allclose(turned.covariance, found.covariance[np.ix_([3, 0, 2, 1], [3, 0, 2, 1])])
+    three = st.calibrate_intrinsics(some, box, GUESS, T, free=("cy", "fx", "cx", "fy"), threads=3)
+    assert np.array_equal(one.values[order], three.values)
+    assert np.array_equal(one.covariance[np.ix_(order, order)], three.covariance)
 
 
 @pytest.mark.slow

@@ -106,16 +106,13 @@ MIN_FRAMES = 8  # of a piece: fewer do not determine accelerations
 
 
 def smooth(
-    trajectory: Trajectory, *, order: int = 3, max_gap_s: float = 0.3, samples: int = 200, seed: int = 0
+    trajectory: Trajectory, *, max_gap_s: float = 0.3, samples: int = 200, seed: int = 0
 ) -> SmoothedMotion:
     """Smooth a trajectory by its covariances.
 
     Parameters
     ----------
     trajectory : Trajectory
-    order : int
-        The prior is white noise in this derivative of position and quaternion: 3 (jerk) is the movement model of
-        minimum-jerk theory; 2 to 4.
     max_gap_s : float
         Longer times without a pose ("ok" or "weak") remain gaps, s.
     samples : int
@@ -137,11 +134,11 @@ def smooth(
     -----
     The covariances of the tracker, scaled so that they agree with the noise from frame to frame (`noise_scales`), are
     the weights of the poses; "weak" ones count with four times theirs. What they say beyond that noise is an error
-    that changes slowly: no smoother averages it, so it is added to the samples. Splines with knots at every frame and a
+    that changes slowly: no smoother averages it, so it is added to the samples. The prior is white noise in the third
+    derivative of position and quaternion, as in minimum-jerk theory. Splines with knots at every frame and a
     penalty on their jerk have the posterior of a Rauch-Tung-Striebel smoother with the same process noise.
     """
     of_kind(trajectory, Trajectory, "trajectory")
-    order = whole(order, "order", 2, 4)
     gap = checked_gap(max_gap_s)
     count, seed = whole(samples, "samples", 2, 100_000), whole(seed, "seed", 0)
     used = np.flatnonzero(trajectory.usable)
@@ -153,7 +150,7 @@ def smooth(
             f"{max(len(p) for p in np.split(used, cuts))}; record longer, or allow longer gaps (max_gap_s)"
         )
     covariances = _noise(trajectory)
-    pieces = [_piece(trajectory, part, covariances[part], order) for part in stretches]
+    pieces = [_piece(trajectory, part, covariances[part]) for part in stretches]
     return SmoothedMotion(trajectory, pieces, count, seed)
 
 
@@ -185,12 +182,10 @@ def _decoupled(covariances: Array) -> Array:
     return out
 
 
-def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, order: int) -> Piece:
+def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array) -> Piece:
     times, poses = trajectory.times_s[part], trajectory.poses[part]
     step = max(float(np.median(np.diff(times))), FINEST_STEP_S)
-    spline = UniformSpline(
-        float(times[0]), step, max(1, int(np.ceil((times[-1] - times[0]) / step - 1e-6))), order
-    )
+    spline = UniformSpline(float(times[0]), step, max(1, int(np.ceil((times[-1] - times[0]) / step - 1e-6))))
     q = continuous_quaternions(poses[:, :3, :3])
     variances = np.einsum("nii->ni", covariances)
     moving = estimate_prior(spline, times, poses[:, :3, 3], variances[:, :3].mean(axis=1))
@@ -207,7 +202,7 @@ def _piece(trajectory: Trajectory, part: NDArray[np.int64], covariances: Array, 
     posterior = _coupled(spline, times, poses[:, :3, 3], q, information, moving, turning)
     level = quiet_level((moving.residuals**2).mean(axis=1), NOISE_WINDOW_S / step, 3)
     position_noise = float(np.sqrt(3 * moving.absorbed * level))
-    slow = slow_errors(times, covariances, noise, order) if trajectory.covariances is not None else None
+    slow = slow_errors(times, covariances, noise) if trajectory.covariances is not None else None
     return Piece(spline, posterior, float(times[0]), float(times[-1]), scales, position_noise, slow)
 
 

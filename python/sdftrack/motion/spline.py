@@ -33,7 +33,7 @@ class SlowErrors:
         return np.asarray(_unit_scale(self.spline) * self.factors @ normal)
 
 
-def slow_errors(times_s: Array, covariances: Array, noise: list[Array], order: int) -> SlowErrors | None:
+def slow_errors(times_s: Array, covariances: Array, noise: list[Array]) -> SlowErrors | None:
     """The slow part of covariances (n, 6, 6) at times (n,); None if all of it is noise.
 
     `noise`: (3,) variances of the noise from frame to frame over those of the covariances, along the principal axes of
@@ -43,7 +43,7 @@ def slow_errors(times_s: Array, covariances: Array, noise: list[Array], order: i
     if not np.any(rest):
         return None
     spline = UniformSpline(
-        float(times_s[0]), STEP_S, max(1, int(np.ceil((times_s[-1] - times_s[0]) / STEP_S))), order
+        float(times_s[0]), STEP_S, max(1, int(np.ceil((times_s[-1] - times_s[0]) / STEP_S)))
     )
     factors = np.zeros((spline.size, 6, 6))
     for k, part in enumerate((slice(0, 3), slice(3, 6))):
