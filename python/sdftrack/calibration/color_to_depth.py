@@ -121,8 +121,12 @@ def registered(
     first = pairs_from(looked.recording.pairs(eye._core))
     smallest = 6 if color_camera is None else 4
     check_spread(first, smallest, "frames")
-    if time_offset:
-        check_times(np.array([s.time_s for s in looked.recording.frames]))
+    times = np.array([s.time_s for s in looked.recording.frames])
+    if time_offset and not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        raise ValueError(
+            "time_offset: expected frames with growing timestamps in seconds, got some without or in another order; "
+            "pass time_offset=False, or give the frames times with frame.replace(timestamp=...)"
+        )
     found = looked.recording.registered(eye._core, color_camera is not None, time_offset, seed)
     if found is None:
         raise ValueError(no_map_agrees(len(first), smallest))
@@ -130,15 +134,6 @@ def registered(
     check_kept(fit, len(pairs), time_offset)
     check_spread(pairs.part(fit.kept), smallest, "frames")
     return fit, pairs
-
-
-def check_times(times: Array) -> None:
-    """ValueError unless the frames have increasing timestamps."""
-    if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
-        raise ValueError(
-            "time_offset: expected frames with growing timestamps in seconds, got some without or in another order; "
-            "pass time_offset=False, or give the frames times with frame.replace(timestamp=...)"
-        )
 
 
 def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bool) -> ColorCalibration:

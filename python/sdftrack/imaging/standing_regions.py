@@ -119,18 +119,11 @@ def _spread(large: Mask, points: NDArray[np.float64], apart_m: float, most: int)
 def _edges(depth: NDArray[np.float32], px: float) -> Mask:
     """The farther pixel at each depth discontinuity between neighbours."""
     edge = np.zeros(depth.shape, bool)
-    for axis in (0, 1):
-        step = np.diff(depth, axis=axis)
-        low = np.minimum(
-            np.take(depth, range(depth.shape[axis] - 1), axis),
-            np.take(depth, range(1, depth.shape[axis]), axis),
-        )
-        steep = np.abs(step) > low * (STEP + STEP_PX * px)
-        first, second = (slice(None, -1), slice(1, None))
-        before = (first, slice(None)) if axis == 0 else (slice(None), first)
-        after = (second, slice(None)) if axis == 0 else (slice(None), second)
-        edge[before] |= steep & (step < 0)
-        edge[after] |= steep & (step > 0)
+    for z, on_edge in ((depth, edge), (depth.T, edge.T)):
+        step = np.diff(z, axis=0)
+        steep = np.abs(step) > np.minimum(z[:-1], z[1:]) * (STEP + STEP_PX * px)
+        on_edge[:-1] |= steep & (step < 0)
+        on_edge[1:] |= steep & (step > 0)
     return edge
 
 

@@ -154,7 +154,8 @@ def analyze(
         counted = None if spans_s is not None else pool.submit(count_interval, motion, by=by)
         done = list(pool.map(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
     counts = (len(found),) * 3 if counted is None else counted.result()
-    shares = _shares(motion.trajectory)
+    status = np.array(motion.trajectory.status)
+    shares = {name: float(np.mean(status == name)) for name in ("ok", "weak", "lost", "bad_frame")}
     averages, variation = _averages(done, definitions)
     return Analysis(
         motion, done, (len(found), *counts[1:]), averages, variation, shares, context, definitions
@@ -206,8 +207,3 @@ def _averages(
         if len(values) > 1 and values.mean() != 0:
             variation[name] = float(values.std(ddof=1) / abs(values.mean()))
     return averages, variation
-
-
-def _shares(trajectory: Trajectory) -> dict[str, float]:
-    status = np.array(trajectory.status)
-    return {name: float(np.mean(status == name)) for name in ("ok", "weak", "lost", "bad_frame")}

@@ -46,14 +46,6 @@ class Quality(Compared):
     summary: str
 
 
-def largest_body(phi: NDArray[np.float32]) -> NDArray[np.float32]:
-    """A copy of the field with only the largest body."""
-    labels, largest = bodies(phi)
-    out = np.array(phi)
-    out[(labels > 0) & (labels != largest)] = np.float32(1e-6)
-    return out
-
-
 def bodies(phi: NDArray[np.float32]) -> tuple[NDArray[np.int32], int]:
     """Body label of each voxel, 0 outside, and the label of the largest body."""
     from scipy import ndimage
@@ -120,7 +112,9 @@ def surface_mesh(core: Any, number: int = CPU) -> Mesh:
     part = tuple(slice(a, b) for a, b in zip(low[::-1], high[::-1], strict=True))
     amount = core.seen[part]
     whole = without_cavities(core.phi[part], core.weight[part])
-    phi = largest_body(_smoothed_where_unseen(whole, amount, core.voxel_m))
+    phi = _smoothed_where_unseen(whole, amount, core.voxel_m)
+    labels, largest = bodies(phi)
+    phi[(labels > 0) & (labels != largest)] = np.float32(1e-6)
     for side in (phi[0], phi[-1], phi[:, 0], phi[:, -1], phi[:, :, 0], phi[:, :, -1]):
         np.maximum(side, np.float32(core.voxel_m), out=side)  # closed even where the volume ends
     voxels, faces = _core.zero_mesh(phi, 0, number)

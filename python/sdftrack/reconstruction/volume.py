@@ -79,9 +79,7 @@ class Volume:
         elif weight > 0:
             prior = ball_prior(beginning.ball, weight, lattice, bounded=beginning.view is not None)
         core_options = options.to_core(beginning.noise_m)
-        view, ball = beginning.view, beginning.ball
-        if view is not None:
-            view = view.to_core(camera, beginning.T_cam_obj, ball.centre_cam, ball.radius_m)
+        view = self._bounds(beginning, beginning.T_cam_obj)
         self.core: Any = _core.Reconstruction(
             lattice.voxels, lattice.voxel_m, lattice.origin, prior, core_options, threads, view, shape, device
         )
@@ -97,10 +95,11 @@ class Volume:
 
     def begin_recording(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> None:
         """Bound the following frames by the first frame of their recording, which has this pose."""
+        self.core = self.core.continued(self._bounds(beginning, T_cam_obj))
+
+    def _bounds(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> Any:
         view, ball = beginning.view, beginning.ball
-        if view is not None:
-            view = view.to_core(self.camera, T_cam_obj, ball.centre_cam, ball.radius_m)
-        self.core = self.core.continued(view)
+        return None if view is None else view.to_core(self.camera, T_cam_obj, ball.centre_cam, ball.radius_m)
 
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Fuse a frame; `depth` is its whole depth image."""
