@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.measuring import MeasuredRepetition
+from sdftrack.motion.analysis import Analysis, MeasuredRepetition
 from sdftrack.motion.samples import MotionSamples
 
 __all__ = ["true_values"]

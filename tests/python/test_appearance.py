@@ -11,7 +11,7 @@ from reference import appearance as twin
 from reference import energies as twin_energies
 from reference import tracking
 from sdftrack import _core, geometry
-from sdftrack.imaging.appearance import color_map
+from sdftrack.camera.rgbd import color_map
 
 # float32 histograms and posteriors.
 POSTERIOR_ATOL = 2e-6

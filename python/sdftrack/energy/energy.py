@@ -13,10 +13,10 @@ from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import numbers, of_kind, one_of
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.camera.rgbd import color_map
 from sdftrack.device import device_number
 from sdftrack.energy.state import Linearization, Minimum, State, checked_scale, depth_and_mask, state_poses
 from sdftrack.frame import Frame
-from sdftrack.imaging.appearance import color_map
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF

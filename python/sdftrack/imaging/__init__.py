@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Analysis of a frame before tracking: regions, planes, colours, and user hints for objects."""
+"""Analysis of a frame before tracking: regions, planes, and user hints for objects."""

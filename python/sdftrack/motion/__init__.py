@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Movement analysis: trajectories with covariance, smoothed, measured with 95 % intervals."""
 
-from sdftrack.motion.analysis import Analysis, analyze
+from sdftrack.motion.analysis import Analysis, MeasuredRepetition, analyze
 from sdftrack.motion.definitions import DEFINITIONS, Definition
 from sdftrack.motion.files import load, save
 from sdftrack.motion.filters import butterworth, resample, savitzky_golay
@@ -12,7 +12,6 @@ from sdftrack.motion.measures.repeatability import dtw_distance, mean_dtw_distan
 from sdftrack.motion.measures.smoothness import log_dimensionless_jerk, sparc
 from sdftrack.motion.measures.targets import Box, Path, Sphere, parse_target
 from sdftrack.motion.measures.tremor import Tremor, tremor_of
-from sdftrack.motion.measuring import MeasuredRepetition
 from sdftrack.motion.posterior import SmoothedMotion, smoothed_trajectory
 from sdftrack.motion.repetitions import Phase, Repetition, count_interval, find_repetitions
 from sdftrack.motion.samples import MotionSamples

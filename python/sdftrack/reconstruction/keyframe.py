@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack._internal.saved_file import array_of
 from sdftrack.camera import Camera
+from sdftrack.camera.rgbd import color_map
 from sdftrack.frame import Frame
-from sdftrack.imaging.appearance import color_map
 
 MARGIN_PX = 25  # of what is kept around the object
 Region = tuple[int, int, int, int]

@@ -19,9 +19,9 @@ from sdftrack._internal.thread_guard import SingleThreadGuard
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import of_kind, one_of
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
+from sdftrack.camera.rgbd import color_map
 from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
-from sdftrack.imaging.appearance import color_map
 from sdftrack.imaging.pose_hint import Place, is_mask, one_place, place_list
 from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit

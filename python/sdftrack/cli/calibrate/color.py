@@ -111,7 +111,7 @@ def _depth_scale(path: Path) -> float:
 
 
 def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
-    from sdftrack.calibration.color_plots import plot_coverage, plot_path, plot_residuals
+    from sdftrack.calibration.plots import plot_ball_path, plot_color_coverage, plot_color_residuals
     from sdftrack.viz.plots import write_plots
 
     write_json(out / "camera.json", result.camera_dict(depth_scale_m))
@@ -119,9 +119,9 @@ def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_
     write_plots(
         out,
         {
-            "residuals.png": lambda: plot_residuals(result, before),
-            "coverage.png": lambda: plot_coverage(result),
-            "path.png": lambda: plot_path(result),
+            "residuals.png": lambda: plot_color_residuals(result, before),
+            "coverage.png": lambda: plot_color_coverage(result),
+            "path.png": lambda: plot_ball_path(result),
         },
     )
 

@@ -12,8 +12,7 @@ import numpy as np
 from sdftrack import __version__
 from sdftrack._internal.csv_cells import text_cell
 from sdftrack.io.report_file import plain
-from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.measuring import MeasuredRepetition
+from sdftrack.motion.analysis import Analysis, MeasuredRepetition
 from sdftrack.motion.quaternion_curves import continuous_quaternions
 from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.sessions import Change
