@@ -68,6 +68,7 @@ def bop_row(result: TrackResult, k: int, scene_id: int, im_id: int, obj_id: int)
 
 def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[str, Any]:
     """Object k in ``report.json``: metres, the covariance as in Python, null where unknown."""
+    part = None if result.unstated is None else result.unstated[k]
     return {
         "obj_id": obj_id,
         "k": k,
@@ -79,15 +80,9 @@ def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[st
         "inliers": number_or_none(result.inliers[k]),
         "pose": plain(result.poses[k]) if np.isfinite(result.poses[k]).all() else None,
         "covariance": plain(result.covariances[k]) if np.isfinite(result.covariances[k]).all() else None,
-        **_unstated(result, k),
+        # The part of the covariance by a sensor of which nothing is stated, where there is one.
+        **({"unstated": plain(part)} if part is not None and part.any() else {}),
     }
-
-
-def _unstated(result: TrackResult, k: int) -> dict[str, Any]:
-    """The part of the covariance by a sensor of which nothing is stated, where there is one."""
-    if result.unstated is None or not result.unstated[k].any():
-        return {}
-    return {"unstated": plain(result.unstated[k])}
 
 
 def plain(value: Any) -> Any:

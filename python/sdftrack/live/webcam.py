@@ -44,9 +44,8 @@ class Webcam:
         self._wanted = {"width": width, "height": height, "fps": fps}
         self.name = f"webcam {self._device}"
         self._capture: Any = None
-        self._open()
+        size = self._open()
         with closed_on_error(self):
-            size = self._size()
             if camera is not None and not isinstance(camera, Camera):
                 camera = _loaded(camera, *size)
             self.camera = RGBDCamera(_guessed(self.name, *size) if camera is None else camera)
@@ -83,7 +82,8 @@ class Webcam:
         if capture is not None:
             capture.release()
 
-    def _open(self) -> None:
+    def _open(self) -> tuple[int, int]:
+        """(width, height) of the images."""
         import cv2
 
         present = _video_devices()
@@ -108,14 +108,8 @@ class Webcam:
             delivered = ", ".join(f"{name}={value:g}" for name, value in has.items())
             asked = ", ".join(f"{name}={value:g}" for name, value in given.items())
             raise ValueError(f"width, height, fps: {self.name} delivers {delivered}, got {asked}")
-
-    def _size(self) -> tuple[int, int]:
-        import cv2
-
-        return (
-            round(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)),
-            round(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
-        )
+        width, height = (round(self._capture.get(properties[name])) for name in ("width", "height"))
+        return width, height
 
 
 def _device(text: str) -> int | str:

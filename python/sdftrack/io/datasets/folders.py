@@ -31,7 +31,8 @@ def open_folders(root: Path) -> Sequence:
     for i, p in enumerate(depth):
         file = root / "annotated_poses" / f"{p.stem}.txt"
         if file.is_file():
-            poses[i] = {0: _matrix(file)}
+            with contents(file, "the 16 numbers of T_cam_obj, metres"):
+                poses[i] = {0: np.array(file.read_text(encoding="utf-8").split(), dtype=float).reshape(4, 4)}
     meshes = sorted(q for q in (root / "mesh").glob("*") if q.suffix in (".obj", ".ply", ".stl", ".glb"))
 
     def read_masks(i: int) -> dict[int, NDArray[np.bool_]]:
@@ -49,8 +50,3 @@ def open_folders(root: Path) -> Sequence:
         layout="folders",
         name=root.name,
     )
-
-
-def _matrix(file: Path) -> NDArray[np.float64]:
-    with contents(file, "the 16 numbers of T_cam_obj, metres"):
-        return np.array(file.read_text(encoding="utf-8").split(), dtype=float).reshape(4, 4)

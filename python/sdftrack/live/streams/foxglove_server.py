@@ -55,11 +55,12 @@ class FoxgloveServer(Receiver):
     def write(self, packet: Packet) -> None:
         if not self.subscribed:
             return
+        messages = list(self._messages.of_frame(packet))
         if packet.sent >= self._camera_due:
-            self._log(packet, *self._messages.of_camera(packet))
+            messages.insert(0, self._messages.of_camera(packet))
             self._camera_due = packet.sent + CAMERA_EVERY_S
-        for message in self._messages.of_frame(packet):
-            self._log(packet, *message)
+        for topic, kind, data in messages:
+            self._channel(topic, kind).log(data, log_time=packet.time_ns)
         self.sent += 1
 
     def close(self) -> None:
@@ -68,9 +69,6 @@ class FoxgloveServer(Receiver):
         self._server.stop()
         for channel in self._channels.values():
             channel.close()
-
-    def _log(self, packet: Packet, topic: str, kind: str, data: bytes) -> None:
-        self._channel(topic, kind).log(data, log_time=packet.time_ns)
 
     def _channel(self, topic: str, kind: str) -> Any:
         """The channel of a topic, advertised to clients from its first use on."""

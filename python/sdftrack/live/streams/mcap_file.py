@@ -39,11 +39,11 @@ class McapFile(Receiver):
         if self._failed:
             raise OSError(self._failed)
         try:
-            if not self._known_camera:
-                self._add(packet, *self._messages.of_camera(packet))
-                self._known_camera = True
-            for topic, kind, data in self._messages.of_frame(packet):
-                self._add(packet, topic, kind, data)
+            camera = [] if self._known_camera else [self._messages.of_camera(packet)]
+            for message in (*camera, *self._messages.of_frame(packet)):
+                # Played at the pace of the camera's clock, however fast the frames were tracked.
+                self._output.add(*message, packet.time_ns, packet.index)
+            self._known_camera = True
             self._output.mark_whole()
         except OSError as error:
             self._fail(error)
@@ -58,10 +58,6 @@ class McapFile(Receiver):
             os.replace(self._part, self._path)
         except OSError as error:
             self._fail(error)
-
-    def _add(self, packet: Packet, topic: str, kind: str, data: bytes) -> None:
-        # Played at the pace of the camera's clock, however fast the frames were tracked.
-        self._output.add(topic, kind, data, packet.time_ns, packet.index)
 
     def _fail(self, error: OSError) -> NoReturn:
         """Keep the whole chunks, and say where they are."""

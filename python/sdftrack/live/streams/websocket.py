@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any, Self
+from typing import Any
 from urllib.parse import parse_qs
 
 from sdftrack._internal.closing import closed_on_error
@@ -42,11 +42,6 @@ class Admission:
 
     token: str = ""
     origins: tuple[str, ...] = ()
-
-    @classmethod
-    def at(cls, host: str, origins: Sequence[str] = ()) -> Self:
-        """The rule of a server bound to `host`: a new token unless it is local."""
-        return cls("" if is_local(host) else secrets.token_urlsafe(16), tuple(origins))
 
     def address(self, host: str, port: int) -> str:
         """The URL for clients."""
@@ -189,7 +184,7 @@ def open_websocket(
     """Listen on HOST:PORT, or the next port that is free; `origins`: web pages admitted beside local ones."""
     host, port = host_and_port(rest if rest.strip("/") else "//localhost", "ws", PORT)
     need("websockets", "stream")
-    admission = Admission.at(host, origins)
+    admission = Admission("" if is_local(host) else secrets.token_urlsafe(16), tuple(origins))
     listening = listen(host, port, f"ws://{host}:{port}")
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # connections inherit it
     with closed_on_error(listening):
