@@ -151,13 +151,6 @@ def test_headers_without_a_time_take_that_of_recording(tmp_path):
         assert step == pytest.approx([0.033333333] * (FRAMES - 1), abs=1e-6)
 
 
-def test_depth_alone_is_a_sequence(tmp_path):
-    messages = [m for m in recording(scene()) if m.topic.startswith("/camera/depth")]
-    with st.open_sequence(write(tmp_path, messages, "ros1")) as seq:
-        assert seq[0].color is None
-        assert seq.camera.aligned
-
-
 def test_colour_without_a_transform_is_left_out_with_a_warning(tmp_path):
     rig = st.RGBDCamera(CAMERA, COLOR_CAMERA, T_color_depth=T_COLOR_DEPTH)
     whole = scene(rig, color_shape=COLOR_CAMERA.shape)

@@ -419,13 +419,6 @@ def test_a_mesh_alone_is_in_the_middle_of_its_picture(tracked):
     assert y.max() < 479
 
 
-@pytest.mark.parametrize("what", ["tracked", "recording", "duck.ply"])
-def test_the_command_prints_the_address_and_ends_after_its_time(tracked, what, capsys):
-    assert run(["view", str(tracked / what), "--port", "0", "--seconds", "0.3", "--unit", "mm"]) == 0
-    out = capsys.readouterr().out
-    assert "the page: http://localhost:" in out
-
-
 def test_ctrl_c_ends_the_command_with_0(tracked):
     command = f"-m sdftrack view {tracked / 'duck.ply'} --unit mm --port 0".split()
     with subprocess.Popen(
