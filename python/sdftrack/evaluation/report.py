@@ -208,15 +208,13 @@ def plot_errors(scores: list[ObjectScore]) -> Any:
     from sdftrack.viz.plots import figure
 
     fig, axes = figure(2, 1, size=(8.0, 5.0), sharex=True)
-    for score in scores:
-        marker = "o" if len(score.images) < 20 else None
-        axes[0].plot(score.images, 1e3 * score.translation_m, label=score.name, marker=marker)
-        axes[1].plot(score.images, np.rad2deg(score.rotation_rad), label=score.name, marker=marker)
-    axes[0].set_ylabel("translation error (mm)")
-    axes[1].set_ylabel("rotation error (deg)")
-    axes[1].set_xlabel("image")
-    for a in axes:
+    for a, label in zip(axes, ("translation error (mm)", "rotation error (deg)"), strict=True):
+        for score in scores:
+            errors = 1e3 * score.translation_m if a is axes[0] else np.rad2deg(score.rotation_rad)
+            a.plot(score.images, errors, label=score.name, marker="o" if len(score.images) < 20 else None)
+        a.set_ylabel(label)
         a.set_ylim(bottom=0)
+    axes[1].set_xlabel("image")
     axes[0].legend()
     return fig
 

@@ -23,11 +23,6 @@ def is_mask(place: Place) -> bool:
     return isinstance(place, np.ndarray) and place.dtype == np.uint8
 
 
-def pose_place(pose: Any, name: str, camera: Camera) -> NDArray[np.float64]:
-    """``T_cam_obj``, projected to the nearest rigid transform if within 0.01."""
-    return rigid_pose(pose, name)
-
-
 def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
     """(H, W) bool or uint8 of the depth image's size, nonzero on the object."""
     given = np.asarray(mask)
@@ -83,7 +78,7 @@ def moved_into(
 
 
 _KINDS: dict[str, tuple[Callable[[Any, str, Camera], Place], int, str]] = {
-    "poses": (pose_place, 2, "(4, 4) T_cam_obj"),
+    "poses": (lambda pose, name, camera: rigid_pose(pose, name), 2, "(4, 4) T_cam_obj"),
     "masks": (mask_place, 2, "(H, W) mask"),
     "boxes": (box_place, 1, "box (x, y, w, h)"),
 }
@@ -118,7 +113,7 @@ def one_place(pose: Any, mask: Any, box: Any, camera: Camera) -> Place:
     if len(given) > 1:
         raise ValueError(f"expected one of pose, mask and box, got {' and '.join(given)}")
     if pose is not None:
-        return pose_place(pose, "pose", camera)
+        return rigid_pose(pose, "pose")
     if mask is not None:
         return mask_place(mask, "mask", camera)
     return None if box is None else box_place(box, "box", camera)

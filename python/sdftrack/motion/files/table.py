@@ -84,10 +84,7 @@ def read_table(path: Path, text: str, fps: float | None) -> list[Record]:
             raise ValueError(
                 f"{path}, line {line}: expected a status of {[str(s) for s in Status]}, got {shown(status)}"
             )
-        try:
-            numbers = [float(row[column]) for column in columns]
-        except (TypeError, ValueError):  # empty cells, or what is no number
-            numbers = [_number(row[column], column, f"{path}, line {line}") for column in columns]
+        numbers = [_number(row[column], column, f"{path}, line {line}") for column in columns]
         rows[name].append((line, status, numbers))
     return [_record(path, name, frames[name], rows[name], fps) for name in frames if rows[name]]
 
