@@ -76,7 +76,7 @@ class Definition:
     source: str
     wide: float
     relative: bool
-    compute: Compute
+    compute: Compute = of_two_objects
     of: str = "repetition"
     signed: bool = False
     bias: float = 0.0

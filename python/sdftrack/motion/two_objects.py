@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.validation import number, numbers, of_kind
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.definitions import Definition, of_two_objects
+from sdftrack.motion.definitions import Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.measures.targets import beginnings, settled
 from sdftrack.motion.samples import MotionSamples
@@ -121,10 +121,13 @@ def contacts(distances_m: ArrayLike, times_s: ArrayLike, *, touching_m: float = 
 RATE_HZ = 30.0
 SAMPLES = 40  # of the posterior: each of them asks the distances of all points
 MOST_POINTS = 500
-MEASURES = (
-    ("surface_distance", "m", "Smallest distance of the surfaces.", 0.01),
-    ("contact_time", "s", "Time with a smaller distance than the threshold.", 0.5),
-    ("contacts", "1", "Number of contacts.", 1.5),
+DEFINITIONS = tuple(
+    Definition(name, name, unit, text, "", wide, False, signed=name == "surface_distance")
+    for name, unit, text, wide in (
+        ("surface_distance", "m", "Smallest distance of the surfaces.", 0.01),
+        ("contact_time", "s", "Time with a smaller distance than the threshold.", 0.5),
+        ("contacts", "1", "Number of contacts.", 1.5),
+    )
 )
 
 
@@ -175,13 +178,8 @@ def contact(
         for k, a in enumerate((first, second))
     ]
     each = _touches(drawn[0], drawn[1], shape, points, near)
-    values = {}
-    for (name, unit, text, wide), at_mean, sampled in zip(MEASURES, mean, each, strict=True):
-        asked = Definition(
-            name, name, unit, text, "", wide, False, of_two_objects, signed=name == "surface_distance"
-        )
-        values[name] = measured(asked, float(at_mean[0]), sampled)
-    return values
+    every = zip(DEFINITIONS, mean, each, strict=True)
+    return {d.name: measured(d, float(at_mean[0]), sampled) for d, at_mean, sampled in every}
 
 
 def symmetry(left: Analysis, right: Analysis) -> dict[str, Measured]:

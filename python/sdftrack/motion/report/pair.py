@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.definitions import Definition, of_two_objects
+from sdftrack.motion.definitions import Definition
 from sdftrack.motion.intervals import Measured, measured
 from sdftrack.motion.samples import MotionSamples
 
@@ -26,14 +26,7 @@ SHORTEST_S = 0.5  # a repetition whose part in the common time is shorter is lef
 class Pair:
     """Measures of two objects over the repetitions of the first one.
 
-    Attributes
-    ----------
-    names : (str, str)
-    start_s, end_s : float
-        The time in which both were recorded.
-    note : str
-        What was compared, in a sentence.
-    values : list of (Definition, Measured)
+    `start_s` to `end_s` is the time in which both were recorded, `note` a sentence about what was compared.
     """
 
     names: tuple[str, str]
@@ -54,7 +47,7 @@ class Pair:
 
 def _definition(name: str, label: str, unit: str, text: str, wide: float) -> Definition:
     source = "Distance and cross-correlation"
-    return Definition(name, label, unit, text, source, wide, False, of_two_objects, signed=name == "pair_lag")
+    return Definition(name, label, unit, text, source, wide, False, signed=name == "pair_lag")
 
 
 DEFINITIONS = (
