@@ -22,9 +22,7 @@ from sdftrack.sensor import SensorModel
 Array = NDArray[np.float64]
 MIN_FRAMES = 5
 MIN_READINGS = 400  # of the surface in a frame
-STEEPEST_DEG = (
-    40.0  # of the straightest view: from slanted ones alone the noise of a straight one is not told
-)
+STEEPEST_DEG = 40.0  # of the straightest view: slanted ones do not tell the noise of a straight one
 MIN_CORRELATION = 0.1  # of neighbours; below it each measurement has its own noise
 
 

@@ -21,7 +21,7 @@ MIN_READINGS = 200  # of the object in a frame that is used
 FIRST_LOOK, GROWTH = (
     4,
     1.5,
-)  # frames when the lens is first found, and by how many times more it is found again
+)  # frames when the lens is found first, and by how many times more it is found again
 LENS_KNOWN = 20  # frames from which a tracker may judge by the shape
 # A lens that is 10 % off bends a shape of some 10 cm by millimetres and ends it in the wrong place: as if by noise,
 # and nothing to call the object lost for.
@@ -101,12 +101,10 @@ class Follower:
         self.improve(frames)
         if self._forgives and frames >= LENS_KNOWN:
             self._forgives, self._tracker = False, None
-            self._tracked(self._blank(), {"poses": self.core.poses[-1]})
+            blank = Frame(np.zeros(self.first_camera.shape, np.float32), check_units=False)
+            self._tracked(blank, {"poses": self.core.poses[-1]})
         assert self._tracker is not None
         self._tracker.set_pose(0, self.core.poses[-1])
-
-    def _blank(self) -> Frame:
-        return Frame(np.zeros(self.first_camera.shape, np.float32), check_units=False)
 
     def _as_seen(self, depth: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> Frame:
         """The frame corrected by the current lens estimate."""

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from sdftrack.camera.pinhole import Camera
 
-FIT_TOLERANCE_PX = (
-    0.3  # at the worst pixel, a corner; a strong tangential part is what does not convert exactly
-)
+FIT_TOLERANCE_PX = 0.3  # at the worst pixel, a corner; a strong tangential part does not convert exactly
 
 Array = NDArray[np.float64]
 

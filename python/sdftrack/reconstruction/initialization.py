@@ -15,9 +15,7 @@ from sdftrack.reconstruction.first_view import FirstView, above, own_pixels, pla
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
 
-EXTENT_PER_BALL = (
-    1.8  # of its diameter (method of the thesis' section 4.6 with room for what is not seen yet)
-)
+EXTENT_PER_BALL = 1.8  # of its diameter: as in the thesis' section 4.6, with room for what is not seen yet
 MIN_READINGS = 100
 FRONT_QUANTILE = 0.05
 WIDER = 1.1  # than the ball is what may be guessed, where the mask and planes bound it

@@ -178,7 +178,10 @@ class Reconstructor:
         depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
-        found = find_object(depth, place, self._frame_camera, self.initial, self._place_options)
+        options = self.options
+        if self._printed:  # the thesis removes no planes, and lets the shape extend beyond the mask
+            options = options.replace(planes=False, keep_to_mask=False)
+        found = find_object(depth, place, self._frame_camera, self.initial, options)
         return self._begin(frame, found, begin)
 
     def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
@@ -405,11 +408,6 @@ class Reconstructor:
         if found.outline is None or self.options.keep_to_mask or self._printed:
             return None
         return MaskExtent(self._frame_camera, found.outline, found.T_cam_obj)
-
-    @property
-    def _place_options(self) -> ReconstructorOptions:
-        """Options of the initialisation: the thesis removes no planes, and lets the shape extend beyond the mask."""
-        return self.options.replace(planes=False, keep_to_mask=False) if self._printed else self.options
 
     def _new_tracker(self) -> Tracker:
         # The young shape fits the frames that it was made of too well to measure the sensor by.

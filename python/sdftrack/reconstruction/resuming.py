@@ -25,9 +25,7 @@ from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
 
-NEAR_M = (
-    0.006  # a measurement farther in front of the surface, in space observed to be free, is of another object
-)
+NEAR_M = 0.006  # a measurement farther in front of the surface, in space seen to be free, is another object's
 BEHIND_M = 0.010  # a measurement farther behind the surface contradicts it
 # As in cpp/reconstruction/reconstruction.cpp: three frames have looked past.
 EMPTY_FRAMES, EMPTY_RATIO = 3.0 / 2.94, -1.5

@@ -78,12 +78,10 @@ def _last_rest(speed: Array, times: Array, threshold: Array, count: int) -> Arra
     # Rest may have begun before the repetition, so what lies before it counts as rest.
     below = np.pad(speed < threshold[:, None], ((0, 0), (count, 0)), constant_values=True)
     run = np.cumsum(np.pad(below, ((0, 0), (1, 0))), axis=1)
-    rest_ends: Mask = (
-        run[:, count:] - run[:, :-count] == count
-    )  # of the `count` samples that end before sample i: n + 1
-    last = n - np.argmax(
-        rest_ends[:, ::-1], axis=1
-    )  # the first sample after the rest, 0 if it is the padding alone
+    # Of the `count` samples that end before sample i: n + 1.
+    rest_ends: Mask = run[:, count:] - run[:, :-count] == count
+    # The first sample after the rest, 0 if it is the padding alone.
+    last = n - np.argmax(rest_ends[:, ::-1], axis=1)
     found = (last > 0) & (last < n)
     i = np.clip(last, 1, max(n - 1, 1))
     if n < 2:

@@ -71,15 +71,13 @@ def open_questions(a: Analysis) -> list[str]:
         return lines
     defined = {d.name for d in a.definitions for m in a.averages if m.startswith(d.name)}
     missing = [d for d in a.definitions if d.name not in defined]
-    if a.settings.get("up") is None and (names := [d.label for d in missing if _of_gravity(d.text)]):
+    if a.settings.get("up") is None and (
+        names := [d.label for d in missing if "gravity" in d.text or "vertical" in d.text]
+    ):
         lines.append(f"<b>Not measured:</b> {escape(', '.join(names))} – {NO_UP}.")
     if all(r.cue_s is None for r in a.repetitions) and any(d.name == "reaction_time" for d in missing):
         lines.append(f"<b>Not measured:</b> Reaction time – {NO_CUES}.")
     return lines
-
-
-def _of_gravity(text: str) -> bool:
-    return "gravity" in text or "vertical" in text
 
 
 def trust(a: Analysis) -> str:
