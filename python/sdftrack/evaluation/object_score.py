@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,6 +124,9 @@ class ObjectScore:
         from sdftrack.io.report_file import plain
 
         mm, deg, add_mm = 1e3 * self.translation_m, np.rad2deg(self.rotation_rad), 1e3 * self.add_m
+        bop, mspd_px, discrepancy = self.bop, np.zeros(0), np.zeros(0)
+        if bop is not None:
+            mspd_px, discrepancy = bop.mspd_px, bop.vsd.mean(axis=1)  # over BOP's tolerances
 
         def three(a: Array) -> dict[str, float | None]:
             if not len(a) or not np.isfinite(a).any():
@@ -151,7 +153,9 @@ class ObjectScore:
                 else None,
                 "adds_mm": three(1e3 * self.adds_m),
                 "mssd_mm": three(1e3 * self.mssd_m),
-                **self._bop(three),
+                "mspd_px": three(mspd_px),
+                "vsd": three(discrepancy[np.isfinite(discrepancy)]),
+                "average_recall": None if bop is None else bop.recall(self.mssd_m, self.compared),
                 "per_frame": {
                     "im_id": self.images,
                     "translation_mm": mm,
@@ -159,19 +163,8 @@ class ObjectScore:
                     "add_mm": add_mm,
                     "adds_mm": 1e3 * self.adds_m,
                     "mssd_mm": 1e3 * self.mssd_m,
-                    "mspd_px": None if self.bop is None else self.bop.mspd_px,
-                    "vsd": None if self.bop is None else self.bop.vsd.mean(axis=1),
+                    "mspd_px": None if bop is None else mspd_px,
+                    "vsd": None if bop is None else discrepancy,
                 },
             }
         )
-
-    def _bop(self, three: Callable[[Array], dict[str, float | None]]) -> dict[str, Any]:
-        """MSPD, VSD (its mean over BOP's tolerances) and the average recall; None without a model."""
-        if self.bop is None:
-            return {"mspd_px": three(np.zeros(0)), "vsd": three(np.zeros(0)), "average_recall": None}
-        discrepancy = self.bop.vsd.mean(axis=1)
-        return {
-            "mspd_px": three(self.bop.mspd_px),
-            "vsd": three(discrepancy[np.isfinite(discrepancy)]),
-            "average_recall": self.bop.recall(self.mssd_m, self.compared),
-        }
