@@ -17,17 +17,6 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack._internal.files import write_json
 
-__all__ = [
-    "CPU",
-    "DeviceInput",
-    "cuda_available",
-    "device_input",
-    "device_number",
-    "host_array",
-    "info",
-    "resolve_device",
-]
-
 CPU = -1  # in place of the number of a GPU
 _DEVICES = ("cpu", "cuda", "cuda:N", "auto")
 _NAME = re.compile(r"cpu|auto|cuda(:(?P<number>\d{1,4}))?")
@@ -59,10 +48,6 @@ def resolve_device(device: str) -> str:
 
     Raises
     ------
-    TypeError
-        ``device`` is not a string.
-    ValueError
-        An unknown device.
     RuntimeError
         ``"cuda"`` without support in the build or without the device; the message says which of the two.
     """

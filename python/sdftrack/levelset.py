@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import mask_of, number, numbers, of_kind, one_of, shown, whole
+from sdftrack._internal.validation import mask_of, number, numbers, of_kind, one_of, positive, shown, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
 from sdftrack.frame import Frame
@@ -98,8 +98,8 @@ def evidence(
     shape, voxel_m, origin = _grid(grid)
     options = _core.ReconstructionOptions()
     options.evidence = one_of(form, ("smooth", "printed"), "form")
-    options.sigma_d_m = _length(sigma_d_m, "sigma_d_m")
-    options.noise_m = _length(noise_m, "noise_m")
+    options.sigma_d_m = positive(sigma_d_m, "sigma_d_m")
+    options.noise_m = positive(noise_m, "noise_m")
     growth = number(noise_per_m, "noise_per_m")
     if not 0 <= growth < np.inf:
         raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
@@ -182,7 +182,7 @@ def evolve(
     _two_signs(field)
     printed = one_of(regulariser, ("double_well", "printed"), "regulariser") == "printed"
     left, every = whole(steps, "steps", 0), whole(redistance_every, "redistance_every", 0)
-    voxel_m = _length(voxel_size, "voxel_size")
+    voxel_m = positive(voxel_size, "voxel_size")
     number_of_gpu = device_number(device)
     options = _core.EvolveOptions()
     options.printed = printed
@@ -234,7 +234,7 @@ def redistance(
     """
     field = checked_values(phi, "phi")
     _two_signs(field)
-    return _core.redistance(field, _length(voxel_size, "voxel_size"), threads, device_number(device))
+    return _core.redistance(field, positive(voxel_size, "voxel_size"), threads, device_number(device))
 
 
 def _grid(grid: Any) -> tuple[tuple[int, int, int], float, NDArray[np.float64]]:
@@ -253,7 +253,7 @@ def _grid(grid: Any) -> tuple[tuple[int, int, int], float, NDArray[np.float64]]:
     if origin.shape != (3,) or not np.isfinite(origin).all():
         raise ValueError(f"grid: expected an origin of three finite numbers (m), got {shown(grid[2])}")
     nz, ny, nx = (int(n) for n in shape)
-    return (nz, ny, nx), _length(grid[1], "grid: voxel_size"), origin
+    return (nz, ny, nx), positive(grid[1], "grid: voxel_size"), origin
 
 
 def _has_two_signs(phi: NDArray[np.float32]) -> bool:
@@ -263,10 +263,3 @@ def _has_two_signs(phi: NDArray[np.float32]) -> bool:
 def _two_signs(phi: NDArray[np.float32]) -> None:
     if not _has_two_signs(phi):
         raise ValueError("phi: expected negative (inside) and positive (outside) values, got one sign only")
-
-
-def _length(value: Any, name: str) -> float:
-    x = number(value, name)
-    if not 0 < x < np.inf:
-        raise ValueError(f"{name}: expected a positive number, got {value!r}")
-    return x

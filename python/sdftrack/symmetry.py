@@ -11,16 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import shown
+from sdftrack._internal.validation import positive, shown
 from sdftrack.geometry import rigid
-
-__all__ = ["Symmetry", "find_symmetries"]
 
 Array = NDArray[np.float64]
 M_PER_MM = 1e-3
-STEP = (
-    0.01  # of the diameter: how far the farthest point moves between two turns of a continuous symmetry (BOP)
-)
+# Of the diameter: how far the farthest point moves between two turns of a continuous symmetry (BOP).
+STEP = 0.01
 
 
 def _none() -> Array:
@@ -202,9 +199,7 @@ class _Search:
     MAX_ROTATIONS = 60  # rotations of an icosahedron
 
     def __init__(self, sdf: Any, tolerance: float) -> None:
-        if not (np.isfinite(tolerance) and tolerance > 0):
-            raise ValueError(f"tolerance: expected voxels above 0, got {tolerance}")
-        self.sdf, self.limit = sdf, tolerance * sdf.voxel_size
+        self.sdf, self.limit = sdf, positive(tolerance, "tolerance") * sdf.voxel_size
         self.points = sdf.surface_samples(1500)[0].astype(np.float64)
         if not len(self.points):
             raise ValueError("sdf: expected a surface, got values of one sign only")

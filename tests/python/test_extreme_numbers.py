@@ -11,7 +11,7 @@ from tracking_scene import CAMERA, POSE, SIZE_M, depth_of
 import sdftrack as st
 from sdftrack import _core
 from sdftrack._internal import saved_file
-from sdftrack.contour import lwpr_file
+from sdftrack.contour import lwpr_data
 
 BOX = st.SDF.box(SIZE_M, voxels=48)
 TINY = 1e-310  # has no inverse
@@ -159,7 +159,7 @@ def lwpr_file_with(path, options, n_in, field):
         total ^= total >> 32
     model = st.LWPR(n_in, 1, diagonal=options.diagonal)
     state = {**model.__getstate__(), "core": words.tobytes() + total.to_bytes(8, "little")}
-    saved_file.write(path, lwpr_file.KIND, lwpr_file.content_of(state))
+    saved_file.write(path, lwpr_data.KIND, lwpr_data.content_of(state))
 
 
 @pytest.mark.parametrize(

@@ -26,10 +26,8 @@ T = TypeVar("T")
 HEADER = "header.json"
 MAX_HEADER_BYTES = 4_000_000  # of JSON, which takes up to 25 times as much as Python's objects
 METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-ARRAY, BYTES = (
-    "$array",
-    "$bytes",
-)  # {"$array": name} stands for an array in the header, {"$bytes": name} for bytes
+# {"$array": name} stands for an array in the header, {"$bytes": name} for bytes.
+ARRAY, BYTES = "$array", "$bytes"
 
 
 @dataclass(frozen=True)

@@ -8,19 +8,11 @@ import functools
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, Concatenate, Literal, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
 Kind = Literal["changes", "brief", "reads"]
-
-
-class Lock(Protocol):
-    """A lock of the standard library, of either kind."""
-
-    def acquire(self, blocking: bool = ...) -> bool: ...
-
-    def release(self) -> None: ...
 
 
 class SingleThreadGuard:
@@ -28,7 +20,7 @@ class SingleThreadGuard:
 
     __slots__ = ("_lock", "_what")
 
-    def __init__(self, lock: Lock, what: str) -> None:
+    def __init__(self, lock: threading.Lock, what: str) -> None:
         self._lock, self._what = lock, what
 
     def __enter__(self) -> None:

@@ -23,7 +23,7 @@ def number(value: Any, name: str) -> float:
     except OverflowError:  # an integer of hundreds of digits
         return math.inf if value > 0 else -math.inf
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected a number, got {value!r}") from None
+        raise TypeError(f"{name}: expected a number, got {shown(value)}") from None
 
 
 def within(value: Any, name: str, least: float, most: float, unit: str = "") -> float:
@@ -31,6 +31,14 @@ def within(value: Any, name: str, least: float, most: float, unit: str = "") -> 
     x = number(value, name)
     if not least <= x <= most:
         raise ValueError(f"{name}: expected {least:g} to {most:g}{unit and ' ' + unit}, got {value!r}")
+    return x
+
+
+def positive(value: Any, name: str) -> float:
+    """`value` as a float above 0 and finite; errors name the argument."""
+    x = number(value, name)
+    if not 0 < x < math.inf:
+        raise ValueError(f"{name}: expected a positive number, got {shown(value)}")
     return x
 
 

@@ -14,17 +14,20 @@ from sdftrack._internal import saved_file
 from sdftrack._internal.option_schema import core_schema
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
-from sdftrack.contour import lwpr_file
 from sdftrack.contour.lwpr_data import (
     AUTO,
     FIRST,
+    KIND,
     Samples,
     check_norm,
+    content_of,
     fitted,
     inputs,
     is_auto,
     norms,
+    plain,
     samples,
+    state_from,
     warn_of_many_fields,
     without_auto,
 )
@@ -283,7 +286,7 @@ class LWPR(SklearnParts):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to a file, completely or not at all. `LWPR.load` reads it."""
-        saved_file.write(path, lwpr_file.KIND, lwpr_file.content_of(self.__getstate__()))
+        saved_file.write(path, KIND, content_of(self.__getstate__()))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> LWPR:
@@ -294,7 +297,7 @@ class LWPR(SklearnParts):
         FileNotFoundError, ValueError
             No such file; a file of another kind, truncated or damaged.
         """
-        return saved_file.loaded(path, lwpr_file.KIND, cls, lwpr_file.state_from)
+        return saved_file.loaded(path, KIND, cls, state_from)
 
     def copy(self) -> LWPR:
         """Return an independent copy of the model."""
@@ -321,7 +324,7 @@ class LWPR(SklearnParts):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, LWPR):
             return NotImplemented
-        return bool(lwpr_file.plain(self.__getstate__()) == lwpr_file.plain(other.__getstate__()))
+        return bool(plain(self.__getstate__()) == plain(other.__getstate__()))
 
     __hash__ = None  # type: ignore[assignment]
 

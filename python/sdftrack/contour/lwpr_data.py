@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack._internal.saved_file import FileKind
 from sdftrack._internal.validation import numbers
 
 Array = NDArray[np.float64]
@@ -202,3 +203,34 @@ def metric(x: Array, mean_activation: float) -> float:
         else:
             high = middle
     return float(f"{np.exp(low):.3g}")
+
+
+# -- The state of an LWPR as the content of its file
+
+
+KIND = FileKind("sdftrack.LWPR", 1, "LWPR.save")
+
+
+def content_of(state: dict[str, Any]) -> dict[str, Any]:
+    """Content of a file, from ``LWPR.__getstate__``; lists of numbers, which may be a whole metric, as arrays."""
+    parameters = {
+        name: np.array(value) if isinstance(value, list) else value
+        for name, value in plain(state["parameters"]).items()
+    }
+    return {**state, "parameters": parameters}
+
+
+def state_from(content: dict[str, Any]) -> dict[str, Any]:
+    """What ``LWPR.__setstate__`` takes, from the content of a file."""
+    return {**content, "parameters": plain(content["parameters"])}
+
+
+def plain(value: Any) -> Any:
+    """Convert numpy numbers and arrays, also inside lists and dictionaries, to plain Python types for JSON."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, dict):
+        return {name: plain(v) for name, v in value.items()}
+    return value

@@ -75,7 +75,7 @@ class MemoryOptions:
 def _checked_lwpr(given: Any) -> dict[str, Any]:
     """Options of LWPR as plain values; TypeError names one that is unknown, or set by the memory itself."""
     from sdftrack.contour.lwpr import LWPR
-    from sdftrack.contour.lwpr_file import plain
+    from sdftrack.contour.lwpr_data import plain
 
     if not isinstance(given, dict):
         raise TypeError(f"lwpr: expected a dictionary of options of st.contour.LWPR, got {given!r}")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,18 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack._internal.validation import numbers, of_kind, one_of
+from sdftrack._internal.validation import numbers, of_kind, one_of, positive
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.camera.rgbd import color_map
 from sdftrack.device import device_number
-from sdftrack.energy.state import Linearization, Minimum, State, checked_scale, depth_and_mask, state_poses
+from sdftrack.energy.state import Linearization, Minimum, State, depth_and_mask, state_poses
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
 from sdftrack.sdf.volume import shape_list
-
-__all__ = ["Energy", "Linearization", "Minimum", "State", "back_project", "minimize"]
 
 Array = NDArray[np.float64]
 MAX_JOINED = 4  # objects in a union
@@ -101,7 +100,7 @@ class Energy:
             if len(many) > 1:
                 raise ValueError(f"shapes: expected one SDF with penalty='rgbd', got {len(many)}")
             color = frame.color
-        scale = checked_scale(scale_m)
+        scale = positive(scale_m, "scale_m")
         self.shapes = many
         self.camera = depth_camera(camera)
         self.unknowns = tuple(unknowns)
@@ -155,8 +154,6 @@ class Energy:
         return self._to_state(*self._core.retract(self._state(x), step))
 
     def _to_state(self, T: Sequence[Array], K: Sequence[float], scale: float) -> State:
-        import dataclasses
-
         camera = None
         if "intrinsics" in self.unknowns:
             camera = dataclasses.replace(self.camera, fx=K[0], fy=K[1], cx=K[2], cy=K[3])

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, numbers, whole
+from sdftrack._internal.validation import THREADS, numbers, positive, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
-from sdftrack.energy.state import checked_scale, depth_and_mask, state_poses
+from sdftrack.energy.state import depth_and_mask, state_poses
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
@@ -135,7 +135,7 @@ class PoseFitter:
             A frame without depth or of another size than the camera's; another number of poses than of shapes; a
             scale or a number of steps that is not positive.
         """
-        (depth, mask), scale = depth_and_mask(frame), checked_scale(scale_m)
+        (depth, mask), scale = depth_and_mask(frame), positive(scale_m, "scale_m")
         trials = whole(max_steps, "max_steps", 1, MOST_STEPS)
         looks = whole(rounds, "rounds", 1, MOST_ROUNDS)
         T = numbers(poses, "poses")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.rotations import RotationErrors, rigid_pose
-from sdftrack._internal.validation import number, numbers, of_kind
+from sdftrack._internal.validation import numbers, of_kind
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.results import Step
@@ -66,13 +66,6 @@ def depth_and_mask(frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.uint8]
     if frame.depth is None:
         raise ValueError("frame: expected a depth image, got none")
     return frame.depth, None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-
-
-def checked_scale(scale_m: float) -> float:
-    """The s of the logistic density (thesis Eq. 3.11), m."""
-    if not number(scale_m, "scale_m") > 0:
-        raise ValueError(f"scale_m: expected a length > 0 in metres, got {scale_m!r}")
-    return float(scale_m)
 
 
 def state_poses(poses: ArrayLike, count: int) -> Array:

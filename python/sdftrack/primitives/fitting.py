@@ -102,7 +102,7 @@ def fit_primitive(
         frames: Any = points_or_frame
         camera = camera if camera is not None else getattr(frames, "camera", None)
         return fused(frames, request, mask, FrameFitter(camera, given))
-    view = points_view(in_metres(points_or_frame, unit), request.min_points(), request.flat)
+    view = points_view(points_or_frame, unit, request.min_points(), request.flat)
     if not isinstance(given, str) and given is not None:
         view.set_plane(given[0].tolist(), given[1], False)
     return solve(view, request)
@@ -125,38 +125,6 @@ def _check_belongings(frame_like: bool, given: Any, camera: Any, mask: Any, unit
             )
 
 
-def in_metres(points: Any, unit: str | None) -> Any:
-    """Convert points to metres; ValueError if no unit is given and they do not look like metres."""
-    p = numbers(points, "points")
-    if unit not in (None, "m"):
-        p = p * unit_scale(unit)
-    if p.ndim != 2 or p.shape[1] != 3 or not len(p):
-        return p  # refused with their own words
-    farthest = max(float(p.max()), -float(p.min()))
-    if not np.isfinite(farthest):
-        return p
-    if farthest >= FARTHEST_M:
-        raise ValueError(
-            f"points: expected coordinates below {FARTHEST_M:g} m, got {farthest:.3g}; check the unit, "
-            "or drop invalid points"
-        )
-    across = float(np.linalg.norm([np.ptp(p[:, k]) for k in range(3)]))
-    if across > WIDEST_M and len(p) >= MIN_SPREAD:  # or a few outliers are
-        low, high = np.quantile(p, (0.05, 0.95), axis=0)
-        across = float(np.linalg.norm(high - low))
-    if unit is None and across > WIDEST_M:
-        raise ValueError(
-            f"points: expected metres, got an extent of {across:.3g}; are they in mm? pass unit='mm' (or "
-            "unit='m' if this is meant)"
-        )
-    if unit is None and 0 < across < NARROWEST_M:
-        raise ValueError(
-            f"points: expected metres, got an extent of {across:.3g}; in which unit are they? pass unit='m' "
-            "if this is meant"
-        )
-    return p
-
-
 def _are_frames(value: Any) -> bool:
     if isinstance(value, (np.ndarray, str, bytes, dict)):
         return False
@@ -165,9 +133,9 @@ def _are_frames(value: Any) -> bool:
     return hasattr(value, "__iter__") and not hasattr(value, "__array__")
 
 
-def points_view(points: Any, least: int, flat: bool = False) -> Any:
-    """The core's view of points without a camera, (N, 3) m. `flat`: they may all lie in one plane."""
-    p: NDArray[np.float64] = numbers(points, "points")
+def points_view(points: Any, unit: str | None, least: int, flat: bool = False) -> Any:
+    """The core's view of points without a camera, (N, 3). `flat`: they may all lie in one plane."""
+    p: NDArray[np.float64] = numbers(points, "points") * unit_scale(unit)
     if p.ndim != 2 or p.shape[1] != 3:
         raise ValueError(f"points: expected shape (N, 3), got {p.shape}")
     bad = int(np.count_nonzero(~np.isfinite(p).all(axis=1)))
@@ -178,7 +146,26 @@ def points_view(points: Any, least: int, flat: bool = False) -> Any:
         )
     if len(p) < least:
         raise ValueError(f"points: expected at least {least}, as many as there are unknowns, got {len(p)}")
-    spread = np.linalg.svd(p - p.mean(axis=0), compute_uv=False) if len(p) <= 4000 else _spread(p)
+    farthest = float(np.abs(p).max())
+    if farthest >= FARTHEST_M:
+        raise ValueError(
+            f"points: expected coordinates below {FARTHEST_M:g} m, got {farthest:.3g}; check the unit, "
+            "or drop invalid points"
+        )
+    across = float(np.linalg.norm(np.ptp(p, axis=0)))
+    if across > WIDEST_M and len(p) >= MIN_SPREAD:  # or a few outliers are
+        across = float(np.linalg.norm(np.ptp(np.quantile(p, (0.05, 0.95), axis=0), axis=0)))
+    if unit is None and (across > WIDEST_M or 0 < across < NARROWEST_M):
+        likely = (
+            "are they in mm? pass unit='mm'"
+            if across > WIDEST_M
+            else "in which unit are they? pass it as unit"
+        )
+        raise ValueError(
+            f"points: expected metres, got an extent of {across:.3g}; {likely} (or unit='m' if this is meant)"
+        )
+    d = p - p.mean(axis=0)
+    spread = np.sqrt(np.maximum(np.linalg.eigvalsh(d.T @ d)[::-1], 0))
     if not spread[0] > 0:
         raise ValueError("points: expected points on a surface, got a single location")
     for thin, name in ((1, "line"), (2, "plane")):
@@ -188,9 +175,3 @@ def points_view(points: Any, least: int, flat: bool = False) -> Any:
                 f"points: expected points around a solid, got {len(p)} that all lie in one {name}{how}"
             )
     return _core.PrimitiveView.of_points(p)
-
-
-def _spread(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    d = p - p.mean(axis=0)
-    spread: NDArray[np.float64] = np.sqrt(np.maximum(np.linalg.eigvalsh(d.T @ d)[::-1], 0))
-    return spread

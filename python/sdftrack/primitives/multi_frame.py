@@ -188,10 +188,6 @@ def _odd_ones(fits: dict[int, PrimitiveFit]) -> dict[int, str]:
     return out
 
 
-def _loose(fit: PrimitiveFit) -> list[str]:
-    return [name for name, v in zip(fit.size, np.diag(fit.covariance)[6:], strict=True) if not np.isfinite(v)]
-
-
 def _with_size(
     fits: list[PrimitiveFit], size: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> PrimitiveFit:
@@ -199,13 +195,13 @@ def _with_size(
     whole = last.covariance.copy()
     whole[6:, :] = whole[:, 6:] = 0
     whole[6:, 6:] = covariance
-    names = list(last.size)
+    loose = [name for name, held in last.bounded.items() if not held]
     status, reason = last.status, last.reason
-    if np.isfinite(np.diag(covariance)).all() and reason == unbounded(_loose(last)):
+    if np.isfinite(np.diag(covariance)).all() and reason == unbounded(loose):
         status, reason = Status.OK, ""
     return replace(
         last,
-        size=dict(zip(names, size.tolist(), strict=True)),
+        size=dict(zip(last.size, size.tolist(), strict=True)),
         covariance=whole,
         status=status,
         reason=reason,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, asdict, dataclass, replace
+from dataclasses import KW_ONLY, asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -170,14 +170,8 @@ class FreeSize:
         self.fit = replace(fit, size=lengths, covariance=whole, scores=scores)
 
 
-# The fields of a fit to one frame.
-FIT_FIELDS = (
-    "kind", "T_cam_obj", "size", "covariance", "rms", "inliers", "status", "reason", "scores",
-)  # fmt: skip
-
-
 def _fit_record(fit: PrimitiveFit) -> dict[str, Any]:
-    return {name: getattr(fit, name) for name in FIT_FIELDS}
+    return {f.name: getattr(fit, f.name) for f in fields(fit) if f.name not in ("per_frame", "skipped")}
 
 
 def _fit_from(record: dict[str, Any]) -> PrimitiveFit:

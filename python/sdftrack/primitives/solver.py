@@ -106,14 +106,6 @@ def unbounded(names: list[str]) -> str:
     )
 
 
-def undetermined(names: list[str]) -> str:
-    """The reason for a fit in which these lengths were kept from growing far beyond what is seen."""
-    return (
-        f"{' and '.join(names)} is not determined: it grew to {FARTHEST:g} times the extent of the measurements, where "
-        "it was held"
-    )
-
-
 def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
     against = np.array([a["against"] for a in found.values()])
     weight = np.exp(-(against - against.min()))
@@ -161,7 +153,11 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         status = Status.WEAK
         reason = unbounded([name for name in loose if name not in far])
         if far:
-            reason = "; ".join(filter(None, (undetermined(far), reason)))
+            held = (
+                f"{' and '.join(far)} is not determined: it grew to {FARTHEST:g} times the extent of the measurements, "
+                "where it was held"
+            )
+            reason = "; ".join(filter(None, (held, reason)))
     return PrimitiveFit(
         kind=kind,
         T_cam_obj=T,

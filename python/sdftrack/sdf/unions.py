@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.validation import positive
 from sdftrack.sdf.grid import Shape3, resample, shape_zyx, voxels_between
 from sdftrack.sdf.volume import SDF
 
@@ -25,10 +26,8 @@ def smooth_union(*shapes: SDF, radius: float = 0.01) -> SDF:
     -log(sum exp(-a phi_k)) / a with a = 4 log(2) / radius, so that where two surfaces meet the new one lies
     radius / 4 outside.
     """
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"radius: expected a positive number of metres, got {radius}")
+    a = np.float32(4 * np.log(2) / positive(radius, "radius"))
     grid = _common_grid(shapes)
-    a = np.float32(4 * np.log(2) / radius)
     joined = -a * resample(shapes[0], *grid)
     for shape in shapes[1:]:
         joined = np.logaddexp(joined, -a * resample(shape, *grid))

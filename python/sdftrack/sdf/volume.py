@@ -177,13 +177,13 @@ class SDF:
     @classmethod
     def sphere(cls, radius: float, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Ball of the given radius (m), centre at the origin."""
-        return cls._primitive("sphere", [radius], np.full(3, radius), voxels, padding)
+        return cls._own(*distances_of_solid("sphere", [radius], np.full(3, radius), voxels, padding))
 
     @classmethod
     def box(cls, size: ArrayLike, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Box with full edges `size` = (x, y, z), m, centre at the origin."""
         edges = three_lengths(size, "size")
-        return cls._primitive("box", list(edges), edges / 2, voxels, padding)
+        return cls._own(*distances_of_solid("box", list(edges), edges / 2, voxels, padding))
 
     @classmethod
     def cylinder(
@@ -191,25 +191,19 @@ class SDF:
     ) -> SDF:
         """Cylinder, axis along z, origin at mid-height; m."""
         half = np.array([radius, radius, height / 2])
-        return cls._primitive("cylinder", [radius, height], half, voxels, padding)
+        return cls._own(*distances_of_solid("cylinder", [radius, height], half, voxels, padding))
 
     @classmethod
     def cone(cls, radius: float, height: float, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Cone, axis along z, apex at +height / 2, base of `radius` at -height / 2; m."""
         half = np.array([radius, radius, height / 2])
-        return cls._primitive("cone", [radius, height], half, voxels, padding)
+        return cls._own(*distances_of_solid("cone", [radius, height], half, voxels, padding))
 
     @classmethod
     def ellipsoid(cls, radii: ArrayLike, *, voxels: int = 200, padding: float | None = None) -> SDF:
         """Ellipsoid with semi-axes `radii` = (x, y, z), m; the exact distance, not a scaled sphere's."""
         r = three_lengths(radii, "radii")
-        return cls._primitive("ellipsoid", list(r), r, voxels, padding)
-
-    @classmethod
-    def _primitive(
-        cls, kind: str, size: list[float], half: NDArray[np.float64], voxels: int, padding: float | None
-    ) -> SDF:
-        return cls._own(*distances_of_solid(kind, size, half, voxels, padding))
+        return cls._own(*distances_of_solid("ellipsoid", list(r), r, voxels, padding))
 
     # ---- what it is ----
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import number
+from sdftrack._internal.validation import positive
 from sdftrack.device import host_array
 
 MAX_PIXELS = 2**31 - 65
@@ -34,9 +34,7 @@ def checked_shape(image: ArrayLike) -> NDArray[Any]:
     if given.ndim == 3 and given.shape[2] == 1:
         given = given[..., 0]
     if given.ndim not in (2, 3) or (given.ndim == 3 and given.shape[2] != 3):
-        hint = (
-            "; drop the alpha channel with image[..., :3]" if given.ndim == 3 and given.shape[2] == 4 else ""
-        )
+        hint = "; drop the alpha channel with image[..., :3]" if given.shape[2:] == (4,) else ""
         raise ValueError(f"image: expected (H, W, 3) or (H, W), got {given.shape}{hint}")
     if given.size == 0:
         raise ValueError(f"image: expected at least one pixel, got {given.shape}")
@@ -97,9 +95,7 @@ def part_with(inside: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> tuple
 
 def checked_depth(depth: ArrayLike | None, shape: tuple[int, ...], weight: Any) -> NDArray[np.float32] | None:
     """Depth in metres as float32, 0 where missing, or None."""
-    per_m = number(weight, "depth_weight")
-    if not per_m > 0:
-        raise ValueError(f"depth_weight: expected a number above 0, got {per_m:g}")
+    per_m = positive(weight, "depth_weight")
     if depth is None:
         return None
     given = host_array(depth, "depth")

@@ -32,7 +32,7 @@ class CanonicalPoses:
         self.symmetries: list[Symmetry | None] = given
         colored = [mode != "depth" and shape.colors is not None for shape in shapes]
         self._used = [s if s and not c else None for s, c in zip(given, colored, strict=True)]
-        self._last: list[Array | None] = [None] * count
+        self.last: list[Array | None] = [None] * count  # reported poses; none of them is written to
 
     def declare(self, core: Any) -> None:
         """Declare to the core which poses are equivalent."""
@@ -49,30 +49,22 @@ class CanonicalPoses:
 
     def begin(self, places: Sequence[Place]) -> None:
         """Forget all reported poses; the first result will be near the given pose, if any."""
-        self._last = [
+        self.last = [
             np.asarray(p) if isinstance(p, np.ndarray) and p.dtype == np.float64 else None for p in places
         ]
 
-    def reported(self) -> list[Array | None]:
-        """A copy of the pose of each object that the next one is to be near."""
-        return [None if T is None else np.array(T) for T in self._last]
-
-    def go_on(self, reported: Sequence[Array | None]) -> None:
-        """Continue from the poses of another tracker."""
-        self._last = [None if T is None else np.array(T) for T in reported]
-
     def set_pose(self, k: int, T: Array) -> None:
         """Set the pose of object k."""
-        self._last[k] = T
+        self.last[k] = T
 
     def add(self) -> None:
         """Add an object without symmetry."""
-        for values in (self.symmetries, self._used, self._last):
+        for values in (self.symmetries, self._used, self.last):
             values.append(None)  # type: ignore[attr-defined]
 
     def remove(self, k: int) -> None:
         """Remove object k."""
-        for values in (self.symmetries, self._used, self._last):
+        for values in (self.symmetries, self._used, self.last):
             del values[k]  # type: ignore[attr-defined]
 
     def applied(self, found: dict[str, Any]) -> dict[str, Any]:
@@ -85,14 +77,14 @@ class CanonicalPoses:
         for k, symmetry in enumerate(self._used):
             if symmetry is None or not np.isfinite(poses[k]).all():
                 continue
-            near = self._last[k]
+            near = self.last[k]
             if found["status"][k] in FOLLOWED:
                 told = symmetry.canonical(poses[k], near=near)
                 offset = told[:3, 3] - poses[k][:3, 3]
                 poses[k], covariances[k] = told, moved_covariance(covariances[k], offset)
                 unstated[k] = moved_covariance(unstated[k], offset)
                 twists[k][:3] += np.cross(twists[k][3:], offset)
-                self._last[k] = told
+                self.last[k] = told
             elif near is not None:
                 poses[k] = near
         return {**found, "poses": poses, "covariances": covariances, "unstated": unstated, "twists": twists}

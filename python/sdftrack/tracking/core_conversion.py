@@ -78,13 +78,3 @@ def assembled(
         systematic=found["systematic"],
         unstated=found["unstated"],
     )
-
-
-def modes_of(found: dict[str, Any], alone: str = "rgbd") -> list[str]:
-    """The mode of each object, as in ``mode_used``; `alone`: the mode if colours were used."""
-    return [alone if used else "depth" for used in found["color_used"]]
-
-
-def followed(result: TrackResult | None) -> list[bool]:
-    """Which objects had a pose in a frame; empty if there was no frame."""
-    return [] if result is None else [s in (Status.OK, Status.WEAK) for s in result.status]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -60,12 +61,8 @@ def best_anywhere(
         for region in regions:
             consider(region)
     places.sort(reverse=True)
-    apart = [p for k, (_, p) in enumerate(places) if all(_far(p, q) for _, q in places[:k])]
+    apart = [p for k, (_, p) in enumerate(places) if all(math.dist(p, q) > APART_PX for _, q in places[:k])]
     return (best if most >= MIN_CONFIDENCE else None), apart[:2]
-
-
-def _far(p: tuple[int, int], q: tuple[int, int]) -> bool:
-    return bool(np.hypot(p[0] - q[0], p[1] - q[1]) > APART_PX)
 
 
 def _tried(

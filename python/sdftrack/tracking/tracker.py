@@ -41,7 +41,7 @@ from sdftrack.tracking.arguments import (
     pose_covariance,
 )
 from sdftrack.tracking.canonical_poses import CanonicalPoses
-from sdftrack.tracking.core_conversion import assembled, core_frame, followed, modes_of, rgb_seen
+from sdftrack.tracking.core_conversion import assembled, core_frame, rgb_seen
 from sdftrack.tracking.free_scale import adjust, estimate, free_scales
 from sdftrack.tracking.free_scale import start as start_scaled
 from sdftrack.tracking.interface import TrackerInterface
@@ -564,7 +564,7 @@ class Tracker:
                     "best": self._core.best,
                     "sizes": self._free_sizes.copy(),
                     "frame_camera": self._frame_camera,
-                    "reported": self._canonical.reported(),
+                    "reported": list(self._canonical.last),
                     "modes": list(self.mode_used),
                 },
             }
@@ -576,7 +576,7 @@ class Tracker:
         progress = state["progress"]
         self._free_sizes, last = progress["sizes"].copy(), progress["last"]
         self._last = last
-        self._canonical.go_on(progress["reported"])
+        self._canonical.last = list(progress["reported"])
         self.mode_used = list(progress["modes"])
         self._use_camera(progress["frame_camera"])
         if progress["core"] and self._core.set_state(progress["core"]):
@@ -588,7 +588,8 @@ class Tracker:
         )
         self._free_sizes.mark_unfound(TrackerInterface(self))
         time_s = float("nan") if last is None or last.timestamp is None else float(last.timestamp)
-        self._core.resume(progress["index"], time_s, followed(last), np.ascontiguousarray(progress["best"]))
+        followed = [] if last is None else [s in (Status.OK, Status.WEAK) for s in last.status]
+        self._core.resume(progress["index"], time_s, followed, np.ascontiguousarray(progress["best"]))
 
     def _interrupt(self, index: int) -> None:
         """Mark a discontinuity: the last frame gets this index, and no motion is predicted from it to the next one."""
@@ -670,8 +671,8 @@ class Tracker:
     def _finish(
         self, frame: Frame, view: _core.TrackerFrame, found: dict[str, Any], begin: float
     ) -> TrackResult:
-        alone = self.mode == "rgb" or frame.depth is None
-        self._note_modes(found["index"], modes_of(found, "rgb" if alone else "rgbd"))
+        colored = "rgb" if self.mode == "rgb" or frame.depth is None else "rgbd"
+        self._note_modes(found["index"], [colored if used else "depth" for used in found["color_used"]])
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
             self._canonical.applied(found),
