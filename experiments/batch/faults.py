@@ -21,8 +21,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.batch.journal import read_journal
 
-__all__ = ["batch_faults"]
-
 WORKERS = 2
 GIVE_UP_S = 3600.0
 

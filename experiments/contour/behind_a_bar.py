@@ -20,8 +20,6 @@ from experiments.table import Table
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.metrics import iou
 
-__all__ = ["behind_a_bar"]
-
 SHOWN = (-3, 0.25, 0.4, 0.55, 0.7, 0.85, 3)  # frames before, shares of the occlusion, frames after
 FIGURES = {
     "6.6": ("cat", "a synthetic running cat behind a bar, in place of a car"),

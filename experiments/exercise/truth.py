@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
 from sdftrack.motion.samples import MotionSamples
 
-__all__ = ["true_values"]
-
 Array = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
 from sdftrack.synth.noise import Noise
 
-__all__ = ["resting"]
-
 Array = NDArray[np.float64]
 CASES: tuple[tuple[str, str, float, float], ...] = (  # kind, how, lean (deg), height above the table (m)
     ("cylinder", "lies", 90.0, 0.0),

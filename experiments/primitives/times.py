@@ -24,8 +24,6 @@ from sdftrack.primitives.segmentation import SegmentedFrame
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Kinect
 
-__all__ = ["primitive_times"]
-
 CAMERA = Camera(525, 525, 319.5, 239.5, 640, 480)
 POINTS = 5000
 OBJECTS = (("00", 2), ("22", 3), ("33", 2), ("43", 2))  # scenes of OSD

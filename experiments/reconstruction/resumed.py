@@ -16,8 +16,6 @@ from experiments.synth.standing import standing
 from experiments.table import Table
 from sdftrack import geometry
 
-__all__ = ["resumed"]
-
 UP = {"over": ([np.pi, 0, 0]), "on its side": ([np.pi / 2, 0, 0])}
 SEEN, TRUTH_VOXELS = 0.5, 200
 HEAD = ["object", "first", "found_mm", "found_deg", "ok", "mean_mm", "mean_deg", "seen_%", "seen_after_%", "chamfer_mm",
