@@ -16,8 +16,6 @@ benchmark a new name instead.
 
 from __future__ import annotations
 
-import os
-import platform
 import statistics
 import time
 from collections.abc import Callable
@@ -47,8 +45,8 @@ def benchmark(
     REGISTERED.append(Benchmark(name, setup, items, unit))
 
 
-def measure(bench: Benchmark) -> dict[str, object]:
-    """Median and spread of one benchmark, seconds per run."""
+def measure(bench: Benchmark) -> str:
+    """A row of the table: median and spread of one benchmark."""
     run = bench.setup()
     for _ in range(WARM_UP):
         run()
@@ -58,33 +56,7 @@ def measure(bench: Benchmark) -> dict[str, object]:
         run()
         seconds.append(time.perf_counter() - start)
     lower, median, upper = statistics.quantiles(seconds, n=4)
-    return {
-        "name": bench.name,
-        "median_s": median,
-        "quartiles_s": [lower, upper],
-        "fastest_s": min(seconds),
-        "runs": len(seconds),
-        "items": bench.items,
-        "unit": bench.unit,
-        "median_ns_per_item": 1e9 * median / bench.items,
-    }
-
-
-def machine() -> dict[str, object]:
-    """What the figures were taken on."""
-    return {
-        "cpu": cpu_name(),
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
-        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
-        "system": platform.platform(),
-        "python": platform.python_version(),
-    }
-
-
-def cpu_name() -> str:
-    try:
-        with open("/proc/cpuinfo") as file:
-            names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
-    except OSError:
-        names = []
-    return names[0] if names else platform.processor() or platform.machine()
+    return (
+        f"{bench.name:40} {1e3 * median:8.3f}ms {1e3 * lower:9.3f}..{1e3 * upper:8.3f}ms "
+        f"{len(seconds):5d}  {1e9 * median / bench.items:.1f} ns/{bench.unit}"
+    )

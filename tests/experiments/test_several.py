@@ -8,34 +8,17 @@ import pytest
 
 import sdftrack as st
 from experiments.several.identity import Tracked, swapped, swaps
-from experiments.several.shuffle import hands
-from experiments.synth import contact as paths
-from experiments.synth import several as scenes
 from experiments.synth.contact import Solid, deepest, gap
 from sdftrack import geometry
-from sdftrack.synth.duck import duck_mesh
 
 RADIUS_M = 0.05
 BALL_ATOL_M = 4e-4  # 3000 points on the ball lie 3 mm apart, the volume's voxels 2 mm
-LABEL_ATOL_M = 1e-6  # both are the same ray cast
-
-
-@pytest.fixture(scope="module")
-def duck():
-    mesh = duck_mesh()
-    mesh = st.Mesh(0.5 * mesh.vertices, mesh.faces)
-    return mesh, Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=80), points=1000)
 
 
 @pytest.fixture(scope="module")
 def ball():
     sdf = st.SDF.sphere(RADIUS_M)
     return Solid.of(sdf.to_mesh(), sdf)
-
-
-@pytest.fixture(scope="module")
-def met(duck):
-    return scenes.meetings(*duck, 90, 0, noise=None)
 
 
 def at(*place):
@@ -50,47 +33,6 @@ def test_the_gap_of_two_balls_is_that_of_their_centres(ball, overlap_m):
     np.testing.assert_allclose(found, [max(0.0, overlap_m), 0], atol=BALL_ATOL_M)
     gone = np.array([[True, False], [True, True]])  # a lost object sinks into nothing
     np.testing.assert_array_equal(deepest(ball, np.array([[a, b], [a, at(0.5, 0, 0.8)]]), gone), [0, 0])
-
-
-CASES = {
-    "meetings": lambda duck: scenes.meetings(*duck, 40, 1, noise=None),
-    "push": lambda duck: scenes.push(*duck, 40, 0, noise=None),
-    "approach": lambda duck: scenes.approach(*duck, 40, noise=None),
-    "still": lambda duck: scenes.still_pair(*duck, 20, noise=None),
-    "row": lambda duck: scenes.row(*duck, 5, 3, noise=None),
-    "hands": lambda duck: hands(*duck, 40, noise=None),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
-def test_solids_never_penetrate_and_move_by_no_more_than_stated(duck, case):
-    scene = CASES[case](duck)
-    assert scene.gaps.min() > 0
-    assert deepest(duck[1], scene.poses).max() == 0
-    assert paths.steps(duck[1], scene.poses) <= 1
-    assert scene.share.max() > 0.9
-
-
-def test_two_that_meet_touch_and_pass_before_each_other(met):
-    assert met.contacts >= 1
-    assert met.crossings >= 1
-    assert met.gaps.min() <= 0.001
-    assert met.gaps.max() > 0.02
-    assert met.share.min() < 0.5
-
-
-def test_labels_agree_with_the_depth(met, duck):
-    i = int(np.argmin(met.share.min(axis=1)))
-    alone = np.array([duck[0].raycast(met.camera.depth, T)[0] for T in met.poses[i]])
-    labels, depth = met.labels(i), met[i].depth
-    for k in range(2):
-        own = labels == k
-        np.testing.assert_allclose(depth[own], alone[k][own], atol=LABEL_ATOL_M)
-        other = alone[1 - k][own]
-        assert ((other == 0) | (other >= depth[own])).all()
-        # The silhouette alone is counted at half the size.
-        assert met.share[i, k] == pytest.approx(own.sum() / (alone[k] > 0).sum(), abs=0.03)
 
 
 # --- identity ------------------------------------------------------------------------------------------------

@@ -8,9 +8,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 from digest import digest
-from inputs import Hashes, scene_maker
+from inputs import Hashes
 
 import sdftrack as st
+from experiments.synth.gait import gait
+from experiments.synth.gait_video import gait_video
 
 
 def _outlines(images, memory=None, **start) -> tuple[str, str]:
@@ -25,7 +27,7 @@ def _outlines(images, memory=None, **start) -> tuple[str, str]:
 
 def contours() -> Hashes:
     """A walking figure that a bar passes: with and without memory, from a box and from a mask."""
-    video = scene_maker("gait_video")("cat", 26, during=(18, 23), size=(240, 180), seed=2)
+    video = gait_video("cat", 26, during=(18, 23), size=(240, 180), seed=2)
     images, truth = video.images, video.seen[0]
     y, x = np.nonzero(truth)
     box = (int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
@@ -40,7 +42,7 @@ def contours() -> Hashes:
 
 def memory() -> Hashes:
     """Shapes learned one after another, then a hidden one recovered."""
-    shapes = scene_maker("gait")("walker", 60)
+    shapes = gait("walker", 60)
     keeper = st.contour.ShapeMemory(10, 3)
     for mask in shapes[:50]:
         keeper.learn(mask)

@@ -8,9 +8,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 from digest import digest, mesh, tracked
-from inputs import CAMERA, Hashes, scene_maker
+from inputs import CAMERA, Hashes
 
 import sdftrack as st
+from experiments.synth.ball import ball_scene
 from sdftrack import geometry
 
 KINDS = ("sphere", "cylinder", "cone", "box", "ellipsoid")
@@ -90,7 +91,7 @@ def cameras() -> Hashes:
         st.Camera(262.0, 263.0, 159.0, 120.5, 320, 240),
         st.Camera(305.0, 306.0, 161.0, 118.0, 320, 240),
     )
-    scene = scene_maker("ball_scene")(16, 0.05, depth_camera=depth, color_camera=color, fps=7.5)
+    scene = ball_scene(16, 0.05, depth_camera=depth, color_camera=color, fps=7.5)
     both = st.calibrate_color_to_depth([scene.sequence[i] for i in range(16)], depth, 0.05)
     return {**out, "color": digest(both.P, both.q, both.covariance, both.rms_px)}
 

@@ -221,14 +221,3 @@ def test_commands_take_topics(tmp_path):
     topics = ["--depth-topic", DEPTH_TOPIC, "--color-topic", "none"]
     assert run(*words, *topics, "--out", str(tmp_path / "b")) == (0, "")
     assert [frame.color for frame in st.open_sequence(tmp_path / "b")] == [None] * FRAMES
-
-
-def test_a_bag_is_replayed_as_a_camera(tmp_path):
-    path = write(tmp_path, recording(scene()), "db3")
-    from sdftrack.live import open_camera
-
-    with open_camera(f"replay:{path}", depth_topic=DEPTH_TOPIC) as camera:
-        assert camera.camera == st.RGBDCamera(CAMERA)
-        frames = list(camera)
-    assert 1 <= len(frames) <= len(scene())
-    assert all(frame.error == "" for frame in frames)

@@ -239,23 +239,6 @@ def test_a_foreign_model_in_millimetres_is_numbered_from_1(recording, tmp_path):
     assert {r["obj_id"] for r in rows_of(out)} == {"1"}
 
 
-def test_a_bad_frame_in_the_middle_is_reported_and_skipped(recording, tmp_path):
-    import shutil
-
-    root, model, _ = recording
-    shutil.copytree(root, tmp_path / "seq")
-    image = sorted((tmp_path / "seq" / "depth").iterdir())[4]
-    image.write_bytes(image.read_bytes()[:200])
-    out = tmp_path / "out"
-    assert run(["track", str(tmp_path / "seq"), "--model", str(model), "--out", str(out), "-q", *VOXELS]) == 0
-    frames = json.loads((out / "report.json").read_text())["frames"]
-    assert [f["objects"][0]["status"] for f in frames].count("bad_frame") == 1
-    assert frames[4]["objects"][0]["status"] == "bad_frame"
-    assert frames[4]["objects"][0]["reason"]
-    assert frames[7]["objects"][0]["status"] in ("ok", "weak")
-    assert "4" not in [r["im_id"] for r in rows_of(out)]
-
-
 def test_several_sequences_get_a_folder_each_and_failures_come_last(recording, tmp_path, capsys):
     root, model, _ = recording
     common = ["--model", str(model), "--out", str(tmp_path), "-q", "--no-video", "--stop", "2", *VOXELS]

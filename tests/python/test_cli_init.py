@@ -81,17 +81,6 @@ def test_auto_starts_from_the_masks_of_the_sequence(scene, tmp_path):
     assert st.metrics.pose_error(found, seq.ground_truth[FRAMES - 1][0])[0] < MAX_ERROR_M
 
 
-def test_an_object_that_is_not_there_is_lost_and_told(scene, tmp_path, capsys):
-    folder, *_ = scene
-    report = track(
-        folder, tmp_path / "out", "--init", "box:2,2,60,50", code=3
-    )  # a corner with nothing but wall
-    assert {f["objects"][0]["status"] for f in report["frames"][:1]} <= {"lost", "weak"}
-    assert report["frames"][0]["objects"][0]["status"] == "lost"
-    assert report["frames"][0]["objects"][0]["pose"] is None
-    assert f"duck lost, images 0 to {FRAMES - 1}: " in capsys.readouterr().out
-
-
 def test_another_mesh_is_drawn_at_the_pose(scene, tmp_path):
     import av
 

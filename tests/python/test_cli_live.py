@@ -2,11 +2,9 @@
 """The command live: cameras with faults, what a page asks for, files, streams, and its end."""
 
 import json
-import os
 
 import numpy as np
 import pytest
-from fault_runs import stopped
 from live_scene import CAMERA, Page, PatientCamera, recorded
 
 import sdftrack as st
@@ -231,14 +229,3 @@ def test_poses_go_to_streams(scene, faulty, tmp_path, capsys):
     assert "0 messages sent, 0 dropped" in said.out  # nobody listened
     assert said.out.count("messages sent") == said.err.count("stream: ") == 2
     assert mcap.stat().st_size > 1000
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
-def test_ctrl_c_is_a_clean_end(scene, tmp_path):
-    out = tmp_path / "out"
-    arguments = ["live", "--camera", f"replay:{scene[1] / 'seq'}", "--fps", "2", "--no-viewer", *known(scene)]
-    part = out / ".frames.part"
-    code, err = stopped([*arguments, "--out", str(out)], lambda: part.is_file() and part.stat().st_size > 0)
-    assert code == 0, err
-    assert 1 <= len(report_of(out)) < FRAMES

@@ -130,20 +130,6 @@ def test_a_result_folder_is_measured(command, tmp_path):
     assert objects(command(folder))[0]["repetitions"]["count"] == 3
 
 
-def test_a_file_without_times_asks_for_the_frame_rate(command, tmp_path):
-    path = tmp_path / "poses.csv"
-    lines = [
-        f"0,{i},1,1.0,1 0 0 0 1 0 0 0 1,{x} {y} {z},0.01"
-        for i, (x, y, z) in enumerate(1000 * reaches(TIMES, STARTS))
-    ]
-    path.write_text("\n".join(["scene_id,im_id,obj_id,score,R,t,time", *lines]) + "\n")
-    assert "--fps" in command(path, code=1)
-    lengths = [
-        objects(command(path, "--fps", 30, "--unit", u))[0]["averages"][0]["value"] for u in ("mm", "cm")
-    ]
-    assert lengths[1] == pytest.approx(10 * lengths[0], rel=0.05)
-
-
 def test_a_path_of_kilometres_asks_for_the_unit(command, tmp_path):
     q = np.tile([0, 0, 0, 1.0], (len(TIMES), 1))
     for factor in (1000, 90):  # millimetres, and something that still lies before a camera

@@ -223,19 +223,6 @@ def test_record_stores_every_frame_of_a_camera(tmp_path, capsys):
     assert len(st.open_sequence(tmp_path / "2")) == 4
 
 
-@pytest.mark.slow
-def test_ctrl_c_ends_a_recording_well(tmp_path):
-    st.save_sequence(tmp_path / "0", sensor_sequence())
-    out = tmp_path / "1"
-    journal = out / ".frames.jsonl"
-    code, err = stopped(
-        ["record", f"replay:{tmp_path / '0'}", "--fps", "2", "--out", str(out)],
-        lambda: journal.is_file() and journal.read_bytes().count(b"\n") > 1,  # its header, and a frame
-    )
-    assert code == 0, err
-    assert 1 <= len(st.open_sequence(out)) < 6
-
-
 def test_overwrite_replaces_only_what_a_recording_wrote(tmp_path, capsys):
     st.save_sequence(tmp_path / "0", sensor_sequence())
     out = tmp_path / "1"
@@ -252,25 +239,6 @@ def test_overwrite_replaces_only_what_a_recording_wrote(tmp_path, capsys):
     (tmp_path / "2" / "notes.txt").write_text("mine")
     assert run(["convert", str(tmp_path / "0"), "--out", str(tmp_path / "2"), "--overwrite"]) == 1
     assert "got other files" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_synth_writes_a_sequence_that_track_follows(tmp_path, capsys):
-    out = tmp_path / "s"
-    assert run(["synth", "--frames", "5", "--around", "table", "--out", str(out)]) == 0
-    assert "try it: sdftrack track" in capsys.readouterr().out
-    seq = st.open_sequence(out)
-    assert (len(seq), sorted(seq.models), len(seq.ground_truth)) == (5, [1], 5)
-    assert seq.masks(0)[0].sum() > 1000
-    assert [f.timestamp for f in seq][:2] == [0.0, pytest.approx(1 / 30)]
-    model = out / "models" / "obj_000001.ply"
-    code = run(f"track {out} --model {model} --voxels 60 --out {tmp_path / 't'} -q --no-video".split())
-    assert code == 0
-    report = json.loads((tmp_path / "t" / "report.json").read_text())
-    assert all(f["objects"][0]["status"] == "ok" for f in report["frames"])
-    again = tmp_path / "again"
-    assert run(["synth", "--frames", "5", "--around", "table", "--out", str(again), "-q"]) == 0
-    same(seq, st.open_sequence(again))
 
 
 def test_mcap_holds_both_cameras_models_and_any_depth(tmp_path):

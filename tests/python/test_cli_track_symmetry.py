@@ -65,8 +65,9 @@ def test_errors_of_a_pose_that_looks_alike_are_counted_up_to_the_symmetry(folder
 
 def test_an_object_that_is_lost_in_all_frames_gives_exit_code_3_and_the_next_step(folder, tmp_path, capsys):
     turned = str(folder / "turned.json")
-    assert track(folder, tmp_path / "out", "--init", turned, "--quiet", scene="wall") == 3
-    err = capsys.readouterr().err
+    assert track(folder, tmp_path / "out", "--init", turned, scene="wall") == 3
+    out, err = capsys.readouterr()
+    assert f"box lost, images 0 to {FRAMES - 1}: " in out
     assert f"box is lost in all {FRAMES} frames" in err
     assert "next: check the poses' unit" in err
     assert (tmp_path / "out/report.json").is_file()

@@ -315,12 +315,6 @@ def test_back_project_is_depth_times_the_inverse_camera_matrix():
     np.testing.assert_allclose(points, expected, atol=1e-6)  # the camera's rays are float32
 
 
-def test_back_project_undoes_distortion():
-    camera = dataclasses.replace(CAMERA, distortion=(0.1, -0.05, 1e-3, -1e-3, 0.0))
-    points, pixels = st.back_project(np.full((60, 80), 0.7, np.float32), camera)
-    np.testing.assert_allclose(camera.project(points), pixels, atol=1e-3)  # px; float32 rays
-
-
 # --- what an energy is of
 
 

@@ -15,7 +15,6 @@ from reference.calibration import (
     marginal_information,
     numeric_rows,
     point_residual,
-    ray_of,
     residual,
 )
 from sdftrack import _core
@@ -56,14 +55,6 @@ def values_of(camera):
 
 
 # --- the energy against its twin
-
-
-def test_a_ray_is_that_of_the_twin():
-    camera = dataclasses.replace(TRUTH, distortion=(0.1, -0.06, 0.0, 0.0))
-    lens = _core.Lens(camera._core, 1.5, 1.02, 0.003)
-    for u, v in ((10.0, 20.0), (160.0, 120.0), (300.0, 35.0)):
-        (x, y), _, _ = lens.look_through(u, v)
-        assert np.allclose(ray_of(lens.values, u, v)[:2], (x, y), atol=1e-12)
 
 
 def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300, residual=_core.Residual.ray_hit):

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Regression by local models: files, copies, wrong input, and what scikit-learn's tools ask for."""
 
-import copy
 import functools
-import pickle
 
 import numpy as np
 import pytest
@@ -31,27 +29,6 @@ def as_saved(model, tmp_path):
 
 
 # Files and copies
-
-
-@pytest.mark.parametrize(
-    "again",
-    [
-        as_saved,
-        lambda m, _: pickle.loads(pickle.dumps(m)),
-        lambda m, _: copy.deepcopy(m),
-        lambda m, _: m.copy(),
-    ],
-    ids=["saved", "pickled", "deepcopy", "copy"],
-)
-def test_a_copy_is_equal_and_goes_on_in_the_same_way(model, tmp_path, again):
-    other = again(model, tmp_path)
-    assert other == model
-    x, y = data(900, n_out=2)
-    model.update(x[400:], y[400:])
-    assert other != model  # it is a model of its own
-    other.update(x[400:], y[400:])
-    assert other == model
-    np.testing.assert_array_equal(other.predict(x), model.predict(x))
 
 
 def test_a_model_without_data_can_be_saved(tmp_path):
