@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from experiments.calibration.convergence import within_from
 from experiments.common.pose_errors import Errors
 from experiments.common.sweeps import TRUTH, values_of
 from experiments.common.tracked_scene import Run
 from experiments.tracking import recovery
-from experiments.trust.confidence import area_under_roc
 from experiments.trust.coverage import coverage
 
 
@@ -24,12 +22,6 @@ def test_what_comes_late_into_the_band_or_leaves_it_again_is_not_called_within()
     assert within_from(running, 13) == 8  # three frames are not in the mean
     running[9, 0] += 5.8  # fx: 1 % is 5.75 px
     assert within_from(running, 10) is None
-
-
-def test_the_area_under_roc_counts_pairs():
-    score, right = np.array([0.1, 0.4, 0.4, 0.9]), np.array([False, False, True, True])
-    assert area_under_roc(score, right) == pytest.approx((1 + 0.5 + 1 + 1) / 4)
-    assert np.isnan(area_under_roc(score, np.ones(4, bool)))
 
 
 def test_coverage_is_95_percent_of_gaussian_errors():

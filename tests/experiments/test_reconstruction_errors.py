@@ -8,7 +8,7 @@ import pytest
 
 import sdftrack as st
 from experiments.reconstruction.rebuilt import relative_errors
-from experiments.reconstruction.seen_part import Truth, compare, first_seen, sampled
+from experiments.reconstruction.seen_part import Truth, compare
 from sdftrack import geometry
 
 RADIUS_M = 0.05
@@ -30,19 +30,6 @@ def truth():
     mesh = ball()
     turns = views(np.arange(0, 2 * np.pi, np.pi / 6).repeat(5))
     return Truth.of(mesh, st.SDF.sphere(RADIUS_M, voxels=100), CAMERA, turns, count=20_000)
-
-
-def test_what_is_hidden_or_seen_later_is_told_apart():
-    near, far = ball(0.03), ball(0.02, (0, 0, 0.1))
-    both = st.Mesh(
-        np.vstack([near.vertices, far.vertices]), np.vstack([near.faces, far.faces + len(near.vertices)])
-    )
-    points, normals = sampled(far, 2000)
-    poses = views([0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2])
-    found = first_seen(both, points, normals, CAMERA, poses)
-    assert not (found == 0).any()  # behind the nearer one
-    assert 0.2 < (found == 5).mean() < 0.5  # from the side
-    assert (found[found != 5] == len(poses)).all()
 
 
 def test_the_same_shape_has_no_distance(truth):

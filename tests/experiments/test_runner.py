@@ -56,28 +56,14 @@ def test_every_experiment_has_a_summary_and_says_what_it_was_chosen_and_reported
 
 def test_options_come_from_the_signature_and_the_record_has_all_that_a_reader_needs(tmp_path, capsys):
     (tmp_path / "quarry").mkdir()
-    given = [
-        "--n",
-        "5",
-        "--height",
-        "2",
-        "--only",
-        "slate,flint",
-        "--ground",
-        "rock",
-        "--wind",
-        "--set",
-        "spin=0.5",
-    ]
-    run(STONES, ["--data", str(tmp_path), "--out", str(tmp_path / "made"), *given])
+    places = f"--data {tmp_path} --out {tmp_path / 'made'}"
+    run(STONES, f"{places} --n 5 --height 2 --only slate,flint --ground rock --wind --set spin=0.5".split())
     printed = capsys.readouterr().out
     assert f"5 2.0 slate,flint rock True {{'spin': 0.5}} {tmp_path.name}" in printed
     assert "a note" in printed
     record = json.loads((tmp_path / "made" / "stones.json").read_text())
-    made = record["runs"][0]
-    assert set(made) == {"machine", "commit", "date", "settings", "seconds"}
-    assert set(made["machine"]) == {"cpu", "cores"}
-    assert made["settings"]["only"] == ["slate", "flint"]
+    assert set(record["runs"][0]) == {"machine", "commit", "date", "settings", "seconds"}
+    assert record["runs"][0]["settings"]["only"] == ["slate", "flint"]
     assert record["tables"][0]["rows"] == ROWS
     assert record["tables"][0]["numbers"] == {"a": 1.5}
 

@@ -35,17 +35,18 @@ def turning(count, step=(0.01, 0.02, 0.0)):
     return out
 
 
-def mask_of(sdf, T):
-    return sdf.silhouette(CAMERA, T)
+def followed(sdf, poses, start=None, **options):
+    """Results with their true poses; from the mask in the first image, or another start."""
+    tracker = st.Tracker(sdf, CAMERA, threads=1, **options)
+    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
+        begun = start or {"masks": sdf.silhouette(CAMERA, T)}
+        yield (tracker.track(frame) if i else tracker.start(frame, **begun)), T
 
 
 def test_the_turns_of_a_cube_stay_ambiguous_while_it_is_followed():
     sdf = cube()
-    poses = turning(8)
-    tracker = st.Tracker(sdf, CAMERA, threads=1)
     points, alike = sdf.surface_samples(300)[0].astype(float), st.find_symmetries(sdf)
-    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
-        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
+    for result, T in followed(sdf, turning(8)):
         assert str(result.status[0]) == "weak"
         assert "ambiguous" in result.reason[0]
         assert result.confidence[0] <= 0.5
@@ -53,11 +54,7 @@ def test_the_turns_of_a_cube_stay_ambiguous_while_it_is_followed():
 
 
 def test_a_pose_that_is_given_is_not_ambiguous():
-    sdf = cube()
-    poses = turning(3)
-    tracker = st.Tracker(sdf, CAMERA, threads=1)
-    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
-        result = tracker.start(frame, poses=T) if i == 0 else tracker.track(frame)
+    for result, _ in followed(cube(), turning(3), {"poses": POSE}):
         assert str(result.status[0]) == "ok"
 
 
@@ -65,11 +62,8 @@ def test_a_declared_symmetry_leaves_one_answer():
     sdf = cube()
     symmetry = st.find_symmetries(sdf)
     assert len(symmetry.discrete) == 23
-    poses = turning(6)
-    tracker = st.Tracker(sdf, CAMERA, threads=1, symmetry=symmetry)
     last = None
-    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
-        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
+    for result, _ in followed(sdf, turning(6), symmetry=symmetry):
         assert str(result.status[0]) == "ok"
         np.testing.assert_allclose(result.pose, symmetry.canonical(result.pose, near=last), atol=1e-9)
         last = result.pose
@@ -109,14 +103,10 @@ def test_the_other_side_tells_turns_apart():
         T = hidden.copy()
         T[:3, :3] = geometry.pose([0, angle, 0], [0, 0, 0])[:3, :3] @ hidden[:3, :3]
         poses.append(T)
-    tracker = st.Tracker(sdf, CAMERA, threads=1)
-    states = []
-    for i, (frame, T) in enumerate(zip(frames(sdf, poses), poses, strict=True)):
-        result = tracker.start(frame, masks=mask_of(sdf, T)) if i == 0 else tracker.track(frame)
-        states.append((str(result.status[0]), result.reason[0], st.metrics.pose_error(result.pose, T)[1]))
+    states = [(r.status[0], st.metrics.pose_error(r.pose, T)[1]) for r, T in followed(sdf, poses)]
     assert states[-1][0] == "ok"
-    assert states[-1][2] < np.deg2rad(3)
-    assert all(error < np.deg2rad(5) for status, _, error in states if status == "ok")
+    assert states[-1][1] < np.deg2rad(3)
+    assert all(error < np.deg2rad(5) for status, error in states if status == "ok")
 
 
 def test_colours_win_over_a_declared_symmetry():

@@ -109,28 +109,6 @@ def test_a_camera_with_every_fault_is_followed(scene, faulty, tmp_path, capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_an_object_that_was_carried_away_while_the_cable_was_out_is_found_again(scene, tmp_path, monkeypatch):
-    seq = scene[0]
-    away = seq.ground_truth[0][0] @ st.geometry.pose([0.1, -0.2, 0.6], [0, 0, 0])
-    away[:3, 3] += [0.12, 0.04, 0.05]
-    path = [seq.ground_truth[i][0] for i in range(20)] + [away] * 20
-    moved = st.synth.sequence(seq.models[1], 40, np.stack(path), 0.001, seed=2, camera=CAMERA, clutter="wall")
-    frames = list(moved)
-    recorded = st.Sequence([*frames[:20], *[frames[20]] * 150, *frames[20:]], CAMERA)
-    camera = lambda address, **_: FaultyCamera(recorded, unplugged=range(20, 170))  # noqa: E731  # 5 s
-    monkeypatch.setitem(CAMERAS, "faulty", CameraKind("faulty", "", camera))
-    out = tmp_path / "out"
-    assert live(scene, out, "--no-viewer") == 0
-    status = statuses(out)
-    assert "bad_frame" in status
-    last = report_of(out)[-1]["objects"][0]
-    assert last["status"] == "ok"
-    metres, radians = st.metrics.pose_error(np.array(last["pose"]), path[-1])
-    assert metres < 0.003
-    assert radians < np.radians(3)
-
-
 @pytest.fixture
 def page(monkeypatch, scene):
     """Registers a page, and the camera "faulty:" that waits for it."""

@@ -119,20 +119,15 @@ def lost(first, mask):
     return tracker
 
 
-@pytest.mark.parametrize("radius", [12, 15, 21, 30, 48, 60])
-@pytest.mark.parametrize("place", [(90, 90), (330, 200), (570, 290)])
-def test_a_disc_comes_back_anywhere_and_at_another_size(place, radius):
-    tracker = lost(*round_at(90, 90, 30))
-    image, mask = round_at(*place, radius)
-    back = [tracker.track(image) for _ in range(SOON)][-1]
-    assert back.ok
-    assert iou(back.mask, mask) > BACK_IOU
+DISCS = [(*place, r) for place in ((90, 90), (330, 200), (570, 290)) for r in (12, 15, 21, 30, 48, 60)]
+BACK = [(round_at, (90, 90, 30), disc) for disc in DISCS]
+BACK += [(bar, (100, 80), (480, 270, by)) for by in (0.5, 1.0, 1.8)]
 
 
-@pytest.mark.parametrize("by", [0.5, 1.0, 1.8])
-def test_a_bar_comes_back_across_the_image(by):
-    tracker = lost(*bar(100, 80))
-    image, mask = bar(480, 270, by)
+@pytest.mark.parametrize(("shape", "first", "later"), BACK)
+def test_what_was_lost_comes_back_anywhere_and_at_another_size(shape, first, later):
+    tracker = lost(*shape(*first))
+    image, mask = shape(*later)
     back = [tracker.track(image) for _ in range(SOON)][-1]
     assert back.ok
     assert iou(back.mask, mask) > BACK_IOU

@@ -68,20 +68,14 @@ def test_the_slope_is_the_derivative_of_the_energy_at_every_voxel(printed):
 
 @pytest.mark.parametrize("printed", [False, True])
 def test_the_core_evolves_as_the_twin_does(printed):
-    for phi, a in (rough(), (ball(13, 4.2), 50 * ratio_of(ball(13, 4.2)))):
+    of_two = [np.ascontiguousarray(x[:2, :2, :2]) for x in rough()]  # with faces only
+    for phi, a in (rough(), of_two, (ball(13, 4.2), 50 * ratio_of(ball(13, 4.2)))):
         out = _core.evolve(
             in_m(phi), a.astype(np.float32), VOXEL_M, 10, core_options(printed=printed, dt=0.7, sigma_h=3)
         )
         expected = reference.evolve(phi, a, 10, sigma_h=3, dt=0.7, printed=printed)
         assert np.abs(expected - phi).max() > 0.3
         np.testing.assert_allclose(out / VOXEL_M, expected, atol=TWIN_ATOL_VOXELS)
-
-
-def test_volumes_of_two_voxels_have_faces_only():
-    phi, a = rough()
-    phi, a = phi[:2, :2, :2].copy(), a[:2, :2, :2].copy()
-    out = _core.evolve(in_m(phi), a.astype(np.float32), VOXEL_M, 3, core_options())
-    np.testing.assert_allclose(out / VOXEL_M, reference.evolve(phi, a, 3), atol=TWIN_ATOL_VOXELS)
 
 
 @pytest.mark.parametrize("printed", [False, True])
@@ -96,17 +90,6 @@ def test_the_energy_never_grows_up_to_the_longest_step(printed):
         costs.append(reference.energy(phi / VOXEL_M, a, 4, 3, printed))
     assert (np.diff(costs) < 1e-5).all()
     assert costs[-1] < 0.7 * costs[0]
-
-
-def test_a_step_beyond_the_limit_is_refused_for_it_grows_without_end():
-    o = core_options(dt=1.6)
-    phi = in_m(ball(12, 4.2))
-    with pytest.raises(ValueError, match=f"dt: expected at most {o.longest_step:.4f}"):
-        _core.evolve(phi, phi, VOXEL_M, 1, o)
-    assert 1.4 < o.longest_step < 1.5  # 12 mu dt <= 2, a little less for the data term
-    checkers = (np.indices((12, 12, 12)).sum(axis=0) % 2 - 0.5) * 1e-3
-    grown = reference.evolve(checkers, np.zeros(checkers.shape), 200, dt=1.6) - checkers.mean()
-    assert np.abs(grown).max() > 100 * np.abs(checkers).max()
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
+from refusals import assert_refused, refused
 
 import sdftrack as st
 from sdftrack.synth.exercise_plans import PLANS
@@ -167,23 +168,34 @@ def test_frames_are_a_period_apart_and_poses_hold_the_samples():
     assert exact.observed.all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"kind": "jump"}, ValueError, "kind: expected one of reach, pouring"),
-        ({"repetitions": 0}, ValueError, "repetitions: expected"),
-        ({"repetitions": 1.5}, TypeError, "repetitions: expected"),
-        ({"fps": -30}, ValueError, "fps: expected"),
-        ({"fps": float("nan")}, ValueError, "fps: expected"),
-        ({"fps": "fast"}, TypeError, "fps: expected"),
-        ({"seed": -1}, ValueError, "seed: expected"),
-        ({"submovements": 0}, ValueError, "submovements: expected"),
-        ({"kind": "circle", "tremor_hz": 5}, ValueError, "tremor: expected one of the kinds"),
-        ({"kind": "circle", "submovements": 2}, ValueError, "submovements: circles have none"),
-        ({"tremor_amplitude_m": 3}, ValueError, "tremor_amplitude_m: expected 0 to 0.02 m"),
-    ],
+def reach(kind="reach", **given):
+    return st.synth.exercise(kind, **given)
+
+
+def shown(made=None, lower_m=0.0, count=1, **given):
+    box = st.synth.exercise_object("box")
+    moved = st.Mesh(box.vertices - [0, 0, lower_m], box.faces)
+    return st.synth.exercise_sequence(made or reach(), moved if count == 1 else [moved] * count, **given)
+
+
+@refused(
+    (lambda: reach("jump"), ValueError, "kind: expected one of reach, pouring"),
+    (lambda: reach(repetitions=0), ValueError, "repetitions: expected"),
+    (lambda: reach(repetitions=1.5), TypeError, "repetitions: expected"),
+    (lambda: reach(fps=-30), ValueError, "fps: expected"),
+    (lambda: reach(seed=-1), ValueError, "seed: expected"),
+    (lambda: reach(submovements=0), ValueError, "submovements: expected"),
+    (lambda: reach("circle", tremor_hz=5), ValueError, "tremor: expected one of the kinds"),
+    (lambda: reach("circle", submovements=2), ValueError, "submovements: circles have none"),
+    (lambda: reach(tremor_amplitude_m=3), ValueError, "tremor_amplitude_m: expected 0 to 0.02 m"),
+    (lambda: reach().sample([0.0], object=1), ValueError, "object: expected"),
+    (lambda: reach().poses([np.nan]), ValueError, "times_s: expected finite"),
+    (lambda: st.synth.exercise_object("piano"), ValueError, "name: expected one of cup"),
+    (lambda: shown(count=2), ValueError, "meshes: expected 1"),
+    (lambda: shown(lower_m=0.05), ValueError, r"create it with exercise\(\.\.\., origin_m=0\.0500\)"),
+    (lambda: shown(around="objects"), ValueError, "around: expected"),
+    (lambda: shown(frames=0), ValueError, "frames: expected"),
+    (lambda: shown("reach"), TypeError, "exercise: expected"),
 )
-def test_bad_arguments_are_one_clear_line(arguments, error, message):
-    with pytest.raises(error, match=message) as caught:
-        st.synth.exercise(**{"kind": "reach", **arguments})
-    assert "\n" not in str(caught.value)
+def test_an_exercise_that_cannot_be_says_why(call, error, words):
+    assert_refused(call, error, words)
