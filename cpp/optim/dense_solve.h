@@ -12,6 +12,9 @@ namespace sdftrack::optim {
 template <int N, int M>
 Eigen::Matrix<double, N, M> solve_symmetric(const Eigen::Matrix<double, N, N>& A,
                                             const Eigen::Matrix<double, N, M>& B) {
+  if constexpr (M == Eigen::Dynamic) {
+    if (B.cols() == 0) return B;  // which Eigen would read the first coefficient of
+  }
   return A.ldlt().solve(B);
 }
 
