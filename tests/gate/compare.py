@@ -28,7 +28,6 @@ from listing import HERE, listed
 
 ROOT = HERE.parents[1]
 WORK = ROOT / "build" / "gate"
-COMMON = ("digest.py", "inputs.py")
 COMPILED = ("CMakeLists.txt", "cpp", "bindings")
 RUN_BY = ("python", "experiments")  # of these and the extension the results are made
 FAILED = "failed"  # in the place of hashes: the run's error
@@ -56,7 +55,7 @@ def key_of(commit: str, places: tuple[str, ...]) -> str:
 def source_of(file: str) -> str:
     """A digest of the definition of a run: its file and those that all share."""
     return hashlib.sha256(
-        b"".join((HERE / name).read_bytes() for name in (f"{file}.py", *COMMON))
+        b"".join((HERE / name).read_bytes() for name in (f"{file}.py", "digest.py"))
     ).hexdigest()[:12]
 
 

@@ -9,6 +9,11 @@ from typing import Any
 
 import numpy as np
 
+import sdftrack as st
+
+Hashes = dict[str, str]
+CAMERA = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)
+
 TRACKED = (
     "poses",
     "covariances",

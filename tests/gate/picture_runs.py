@@ -7,8 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from digest import digest
-from inputs import Hashes
+from digest import Hashes, digest
 
 import sdftrack as st
 from experiments.synth.gait import gait

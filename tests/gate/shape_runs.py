@@ -7,8 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from digest import digest, mesh, tracked
-from inputs import CAMERA, Hashes
+from digest import CAMERA, Hashes, digest, mesh, tracked
 
 import sdftrack as st
 from experiments.synth.ball import ball_scene

@@ -7,8 +7,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from digest import digest, tracked
-from inputs import CAMERA, Hashes
+from digest import CAMERA, Hashes, digest, tracked
 
 import sdftrack as st
 from sdftrack import geometry

