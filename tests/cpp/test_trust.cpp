@@ -9,6 +9,7 @@
 #include "tracking/trust/open_directions.h"
 #include "tracking/trust/size.h"
 #include "tracking/trust/trust.h"
+#include "tracking/trust/visibility.h"
 #include "volume_fixture.h"
 
 namespace sdftrack {
@@ -141,6 +142,40 @@ TEST(Slips, smooth_normals_are_means_of_half_the_points_each) {
 }
 
 // Information about a can's own turn is none of an outline's.
+// A ball before a wall; within two pixels of its outline a measurement is the mean of 5 x 5 pixels.
+tracking::Visibility seen_ball(double radius_m, double model_radius_m) {
+  constexpr int kWidth = 160, kHeight = 120;
+  const Camera camera{{280, 280, 79.5, 59.5}, kWidth, kHeight, {}};
+  const double away_m = 0.6;
+  const auto exact = [&](int u, int v) {
+    const Vec3d r = camera.pixel_ray(u, v);
+    const double rr = dot(r, r), b = away_m * r.z / rr,
+                 left = b * b - (away_m * away_m - radius_m * radius_m) / rr;
+    return left > 0 ? b - std::sqrt(left) : 0.9;
+  };
+  std::vector<float> depth_m;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      double sum = 0, least = 1, most = 0;
+      for (int k = 0; k < 25; ++k) {
+        const double z = exact(u + k % 5 - 2, v + k / 5 - 2);
+        sum += z, least = std::min(least, z), most = std::max(most, z);
+      }
+      depth_m.push_back(static_cast<float>(most - least > 0.1 ? sum / 25 : exact(u, v)));
+    }
+  const Volume ball = make_volume(60, 0.08, [&](Vec3d p) { return norm(p) - model_radius_m; });
+  return tracking::compare_visible({{depth_m.data(), kWidth, kHeight}, nullptr, nullptr}, camera,
+                                   shape_of(ball), {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, away_m}},
+                                   {0.001}, {});
+}
+
+TEST(Visibility, what_is_mixed_at_the_edge_of_a_ball_says_nothing_against_it) {
+  const tracking::Visibility right = seen_ball(0.05, 0.05), large = seen_ball(0.05, 0.058);
+  EXPECT_GT(right.agree, 0.6 * right.expected);
+  EXPECT_LT(right.farther, 0.02 * right.expected);
+  EXPECT_GT(large.farther, 0.1 * large.expected);
+}
+
 TEST(Slips, they_are_taken_out_of_an_information_and_nothing_else) {
   const frame::Shape shape = shape_of(can());
   const tracking::Matrix6d left = tracking::without_slips(tracking::Matrix6d::Identity(), shape);

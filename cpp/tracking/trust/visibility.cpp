@@ -20,23 +20,30 @@ constexpr double kMaxGap_m = 0.03;
 // these, the pixels that show it are judged in their place.
 constexpr int kMinExpected = 40;
 constexpr double kMaxRays = 4000;
-constexpr int kStep_px = 3;  // as far as a step of depth is washed out
+// Depth is washed out this far from a step of it; between the step and there the surface may slope as it does
+// where it is seen under this cosine. What is seen to slope that much has to end at a step of this height.
+constexpr int kStep_px = 3;
+constexpr double kMinFacing = 0.2, kStep_m = 0.03;
 
-// Whether the measurement z at p, a point of the surface, lies between the surface and what is beyond its
-// edge, as those of time-of-flight cameras do at a step: it is of neither.
-bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, const Vec3d& p_cam, double z,
-                      double margin_m) {
+// Whether the measurement z at p, a point of the surface that is seen under the cosine `facing`, lies between
+// the surface and what is beyond its edge, as those of time-of-flight cameras do at a step: it is of neither.
+bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, const Vec3d& p_cam, double facing,
+                      double z, double margin_m) {
   const Vec2d px = camera.project_point(p_cam);
-  bool on_surface = false, farther = false;
+  const double least = std::max(facing, kMinFacing), steepness = std::sqrt(1 - least * least) / least;
+  const double slope_m = kStep_px * p_cam.z / camera.K.fx * steepness;
+  bool on_surface = false, on_slope = false;
+  double farthest = 0;
   for (const int dy : {-kStep_px, 0, kStep_px})
     for (const int dx : {-kStep_px, 0, kStep_px}) {
       const int x = to_int(px.x + 0.5) + dx, y = to_int(px.y + 0.5) + dy;
       if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) continue;
-      const double beside = frame.depth_m(x, y);
-      on_surface |= std::abs(beside - p_cam.z) < margin_m;
-      farther |= beside > z + margin_m;
+      const double beside = frame.depth_m(x, y), off = std::abs(beside - p_cam.z);
+      on_surface |= off < margin_m;
+      on_slope |= off < margin_m + slope_m;
+      if (beside > farthest) farthest = beside;
     }
-  return on_surface && farther;
+  return farthest > z + margin_m && (on_surface || (on_slope && farthest > p_cam.z + kStep_m));
 }
 
 // Counts what is read where the camera should see a point of the surface.
@@ -59,7 +66,8 @@ class Count {
     // A reading that is nearer to another object's surface is that object's, and hides this one.
     const bool known = !others_.empty() && z > 0 && beyond < tolerance_m_ &&
                        on_one_of(others_, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance_m_));
-    if (excuse_steps_ && beyond > tolerance_m_ && mixes_two_depths(frame_, camera_, p_cam, z, tolerance_m_)) {
+    if (excuse_steps_ && beyond > tolerance_m_ &&
+        mixes_two_depths(frame_, camera_, p_cam, facing, z, tolerance_m_)) {
       ++seen_.missing;
       return;
     }
