@@ -121,13 +121,9 @@ void expect_the_gradient_of_finite_differences(calibration::Outline outline) {
 }
 
 TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
-  expect_the_gradient_of_finite_differences(calibration::Outline::kAll);
-}
-TEST(LensFrame, its_gradient_is_that_of_finite_differences_within_the_outline) {
-  expect_the_gradient_of_finite_differences(calibration::Outline::kWithin);
-}
-TEST(LensFrame, its_gradient_is_that_of_finite_differences_at_the_measured_points) {
-  expect_the_gradient_of_finite_differences(calibration::Outline::kPoints);
+  using enum calibration::Outline;
+  for (const calibration::Outline outline : {kAll, kWithin, kPoints})
+    expect_the_gradient_of_finite_differences(outline);
 }
 
 // Blocks of made-up numbers whose sum is positive definite.

@@ -75,10 +75,5 @@ void expect_the_cpus_sums(int count, energies::Residual residual) {
 #include "energies/compiled.inc"
 #undef SDFTRACK_PAIR
 
-TEST(CudaWork, a_build_without_cuda_says_so) {
-  if (cuda_built()) GTEST_SKIP() << "a build with CUDA";
-  EXPECT_THROW(energies::CudaWork(), std::runtime_error);
-}
-
 }  // namespace
 }  // namespace sdftrack

@@ -32,8 +32,12 @@ void expect_same_pose(const Rigidd& got, const Rigidd& wanted) {
   EXPECT_LT(rotation_angle(got.R * transpose(wanted.R)), kSamePose);
 }
 
-#define SKIP_WITHOUT_GPU \
-  if (cuda_devices().empty()) GTEST_SKIP() << (cuda_built() ? "no CUDA device" : "a build without CUDA")
+class PoseFits : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (cuda_devices().empty()) GTEST_SKIP() << (cuda_built() ? "no CUDA device" : "a build without CUDA");
+  }
+};
 
 // Readings of the box at kPose, with those of other things beside it.
 energies::PixelSet box_pixels(int count) {
@@ -159,28 +163,24 @@ energies::SdfEnergyOptions ray_hits() {
   return options;
 }
 
-TEST(PoseFits, the_pose_is_the_cpus) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, the_pose_is_the_cpus) {
   expect_the_minimum_of_the_cpu(ray_hits(), kNothing);
   energies::SdfEnergyOptions points;
   points.residual = energies::Residual::kPoint;
   expect_the_minimum_of_the_cpu(points, kNothing);
 }
 
-TEST(PoseFits, a_prior_and_free_space_count_as_on_the_cpu) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, a_prior_and_free_space_count_as_on_the_cpu) {
   expect_the_minimum_of_the_cpu(ray_hits(), kFreeSpace);
 }
 
-TEST(PoseFits, a_scale_is_found_too) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, a_scale_is_found_too) {
   energies::SdfEnergyOptions options = ray_hits();
   options.scale = true;
   expect_the_minimum_of_the_cpu(options, kNothing);
 }
 
-TEST(PoseFits, colours_weigh_the_pixels) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, colours_weigh_the_pixels) {
   energies::SdfEnergyOptions options = ray_hits();
   options.color = true;
   expect_the_minimum_of_the_cpu(options, kFreeSpace);
@@ -188,21 +188,18 @@ TEST(PoseFits, colours_weigh_the_pixels) {
   expect_the_minimum_of_the_cpu(options, kNothing);
 }
 
-TEST(PoseFits, the_brightness_of_the_surface_counts_as_on_the_cpu) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, the_brightness_of_the_surface_counts_as_on_the_cpu) {
   expect_the_minimum_of_the_cpu(ray_hits(), kBrightness);
   expect_the_minimum_of_the_cpu(ray_hits(), kFreeSpace | kBrightness | kLines, 300);
 }
 
-TEST(PoseFits, the_outline_counts_as_on_the_cpu) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, the_outline_counts_as_on_the_cpu) {
   expect_the_minimum_of_the_cpu(ray_hits(), kLines);
   expect_the_minimum_of_the_cpu(ray_hits(), kLines | kLens);
 }
 
 // So many that each has one block, whose looks follow one another in one launch, and few with several blocks.
-TEST(PoseFits, each_of_many_is_as_if_alone) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, each_of_many_is_as_if_alone) {
   using Fits = energies::CudaPoseFits<energies::SingleObject<float>, energies::DepthLogistic<float>>;
   constexpr int kEach = 60, kMany = 270;
   const energies::PixelSet one = box_pixels(kEach);
@@ -242,8 +239,7 @@ TEST(PoseFits, each_of_many_is_as_if_alone) {
   for (std::size_t k = 0; k < many.size(); ++k) expect_same_pose(many[k], few[k % 3]);
 }
 
-TEST(PoseFits, nothing_to_fit_and_nothing_to_see) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, nothing_to_fit_and_nothing_to_see) {
   energies::PixelSet none;
   energies::SdfEnergy energy(kBox.view(), &none, {});
   energies::CudaWork device(cuda_devices().front());
@@ -304,8 +300,7 @@ void expect_the_cpus_pixels(const frame::DepthFrame& frame, const Camera& camera
   EXPECT_EQ(found > 0, wanted > 0);
 }
 
-TEST(PoseFits, the_pixels_are_the_cpus) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, the_pixels_are_the_cpus) {
   Camera camera = small_camera();
   const BoxImage image = image_of(camera, {places()[0], places()[1]}, 0, false);
   std::vector<unsigned char> mask(image.depth_m.size());
@@ -339,8 +334,7 @@ std::vector<tracking::SingleFit> fit_boxes(int device) {
   return fits.run(frame, camera, shapes, starts, options, 1);
 }
 
-TEST(PoseFits, objects_of_a_frame_are_fitted_as_on_the_cpu) {
-  SKIP_WITHOUT_GPU;
+TEST_F(PoseFits, objects_of_a_frame_are_fitted_as_on_the_cpu) {
   const auto cpu = fit_boxes(-1), gpu = fit_boxes(cuda_devices().front());
   for (std::size_t k = 0; k < cpu.size(); ++k) {
     EXPECT_EQ(gpu[k].pixels, cpu[k].pixels) << k;
@@ -355,7 +349,7 @@ TEST(PoseFits, objects_of_a_frame_are_fitted_as_on_the_cpu) {
 
 #ifdef SDFTRACK_CUDA_ON_CPU
 // And once for a volume that is sent: its values are the caller's, and may change.
-TEST(PoseFits, the_host_waits_once) {
+TEST_F(PoseFits, the_host_waits_once) {
   energies::PixelSet pixels = box_pixels(2000);
   energies::SdfEnergy energy(kBox.view(), &pixels, ray_hits());
   energies::CudaWork device(0);
@@ -370,7 +364,7 @@ TEST(PoseFits, the_host_waits_once) {
   EXPECT_EQ(cuda_on_cpu::waits() - between, 1 + 1);
 }
 
-TEST(PoseFits, the_host_waits_once_with_brightness_and_outline_too) {
+TEST_F(PoseFits, the_host_waits_once_with_brightness_and_outline_too) {
   energies::PixelSet pixels = box_pixels(600);
   SdfView sdf = kBox.view();
   sdf.id = new_volume_id();
@@ -392,7 +386,7 @@ TEST(PoseFits, the_host_waits_once_with_brightness_and_outline_too) {
 }
 
 // What the frame needs beside the fit runs on the CPU; before, the host waited for each sum.
-TEST(PoseFits, a_tracker_waits_once_for_each_stage) {
+TEST_F(PoseFits, a_tracker_waits_once_for_each_stage) {
   const Camera camera{{300, 300, 199.5, 149.5}, 400, 300, {}};
   tracking::TrackerSettings settings;
   settings.device = 0;

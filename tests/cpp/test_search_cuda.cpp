@@ -90,10 +90,5 @@ TEST_F(SearchCuda, a_search_finds_what_it_finds_on_the_cpu) {
   }
 }
 
-TEST(SearchWithoutCuda, a_build_without_cuda_says_so) {
-  if (cuda_built()) GTEST_SKIP() << "a build with CUDA";
-  EXPECT_THROW(frame::PointsOnDevice(nullptr), std::runtime_error);
-}
-
 }  // namespace
 }  // namespace sdftrack

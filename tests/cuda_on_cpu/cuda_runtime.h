@@ -93,10 +93,6 @@ T __shfl_down_sync(unsigned mask, T value, unsigned by) {
   return cuda_on_cpu::from_lane(mask, value, cuda_on_cpu::lane() + static_cast<int>(by));
 }
 template <class T>
-T __shfl_up_sync(unsigned mask, T value, unsigned by) {
-  return cuda_on_cpu::from_lane(mask, value, cuda_on_cpu::lane() - static_cast<int>(by));
-}
-template <class T>
 T __shfl_xor_sync(unsigned mask, T value, int by) {
   return cuda_on_cpu::from_lane(mask, value, cuda_on_cpu::lane() ^ by);
 }
@@ -130,10 +126,6 @@ T atomicAdd(T* at, std::type_identity_t<T> value) {
 template <class T>
 T atomicMax(T* at, std::type_identity_t<T> value) {
   return cuda_on_cpu_change(at, [&](T old) { return std::max(old, value); });
-}
-template <class T>
-T atomicMin(T* at, std::type_identity_t<T> value) {
-  return cuda_on_cpu_change(at, [&](T old) { return std::min(old, value); });
 }
 template <class T>
 T atomicExch(T* at, std::type_identity_t<T> value) {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "fault_message.h"
 
@@ -86,10 +87,9 @@ cudaError_t Machine::due(const char* call) {
 
 cudaError_t Machine::failed(cudaError_t error) { return last = error; }
 
-cudaError_t Machine::last_error(bool forget) {
-  const cudaError_t error = broken != cudaSuccess ? broken : last;
-  if (forget) last = cudaSuccess;
-  return error;
+cudaError_t Machine::last_error() {
+  const cudaError_t error = std::exchange(last, cudaSuccess);
+  return broken != cudaSuccess ? broken : error;
 }
 
 Stream* Machine::stream(cudaStream_t given) {

@@ -49,7 +49,7 @@ class Machine {
   cudaError_t refused();
   cudaError_t due(const char* call);
   cudaError_t failed(cudaError_t error);  // remembered until it is asked for
-  cudaError_t last_error(bool forget);
+  cudaError_t last_error();               // and forgets it
 
   Stream* stream(cudaStream_t given);  // the current device's own for nullptr; nullptr: unknown
   void forget_streams();               // those that were destroyed and have come to their end

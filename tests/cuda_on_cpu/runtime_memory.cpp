@@ -22,7 +22,7 @@ bool is_pinned(const Machine& m, const void* pointer) {
          static_cast<const char*>(pointer) < std::prev(next)->first + std::prev(next)->second;
 }
 
-// Copies between two devices open the other's memory, too.
+// A pointer may be of another device than the stream: that one's memory is opened, too.
 void move(Machine* m, void* to, const void* from, std::size_t bytes) {
   DeviceMemory* const a = m->memory_of(to);
   DeviceMemory* const b = m->memory_of(from);
@@ -35,10 +35,7 @@ void move(Machine* m, void* to, const void* from, std::size_t bytes) {
 
 cudaError_t copy(Machine& m, void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, Stream* s) {
   if (bytes == 0) return cudaSuccess;
-  const bool to_device = kind == cudaMemcpyHostToDevice || kind == cudaMemcpyDeviceToDevice ||
-                         (kind == cudaMemcpyDefault && m.memory_of(to));
-  const bool from_device = kind == cudaMemcpyDeviceToHost || kind == cudaMemcpyDeviceToDevice ||
-                           (kind == cudaMemcpyDefault && m.memory_of(from));
+  const bool to_device = kind == cudaMemcpyHostToDevice, from_device = kind == cudaMemcpyDeviceToHost;
   if (!s) return m.failed(cudaErrorInvalidResourceHandle);
   if (!fits(m, to, bytes, to_device) || !fits(m, from, bytes, from_device))
     return m.failed(cudaErrorInvalidValue);
@@ -100,13 +97,6 @@ cudaError_t cudaFreeHost(void* pointer) {
   return cudaSuccess;
 }
 
-cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
-  ENTER("cudaMemGetInfo");
-  const DeviceMemory& memory = *m.memory[static_cast<std::size_t>(current_device)];
-  *total = memory.bytes(), *free = memory.bytes() - memory.bytes_in_use();
-  return cudaSuccess;
-}
-
 cudaError_t cudaPointerGetAttributes(cudaPointerAttributes* out, const void* pointer) {
   ENTER("cudaPointerGetAttributes");
   *out = {cudaMemoryTypeUnregistered, -1, nullptr, const_cast<void*>(pointer)};
@@ -138,8 +128,4 @@ cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaStream_t
   if (!s || !fits(m, to, bytes, true)) return m.failed(cudaErrorInvalidValue);
   m.add(s, {[=] { std::memset(to, value, bytes); }, nullptr});
   return cudaSuccess;
-}
-
-cudaError_t cudaMemset(void* to, int value, std::size_t bytes) {
-  return cudaMemsetAsync(to, value, bytes, nullptr);
 }

@@ -39,8 +39,6 @@ const char* cudaGetErrorName(cudaError_t error) {
       return "cudaErrorInvalidDevice";
     case cudaErrorInvalidResourceHandle:
       return "cudaErrorInvalidResourceHandle";
-    case cudaErrorNotReady:
-      return "cudaErrorNotReady";
     case cudaErrorIllegalAddress:
       return "cudaErrorIllegalAddress";
     case cudaErrorLaunchOutOfResources:
@@ -56,11 +54,7 @@ const char* cudaGetErrorString(cudaError_t) { return "made up by the stand-in"; 
 
 cudaError_t cudaGetLastError() {
   const std::lock_guard lock(Machine::mutex());
-  return Machine::one().last_error(true);
-}
-cudaError_t cudaPeekAtLastError() {
-  const std::lock_guard lock(Machine::mutex());
-  return Machine::one().last_error(false);
+  return Machine::one().last_error();
 }
 
 cudaError_t cudaGetDeviceCount(int* count) {
@@ -93,9 +87,7 @@ cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device) {
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int device) {
   ENTER("cudaDeviceGetAttribute");
   if (device < 0 || device >= m.settings().devices) return m.failed(cudaErrorInvalidDevice);
-  *value = attribute == cudaDevAttrMultiProcessorCount      ? static_cast<int>(kMultiprocessors)
-           : attribute == cudaDevAttrComputeCapabilityMajor ? m.settings().compute_major
-                                                            : 0;
+  *value = attribute == cudaDevAttrComputeCapabilityMajor ? m.settings().compute_major : 0;
   return cudaSuccess;
 }
 cudaError_t cudaDeviceSynchronize() {
@@ -129,12 +121,6 @@ cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
   Stream* const s = m.stream(stream);
   if (!s) return m.failed(cudaErrorInvalidResourceHandle);
   return waited(m, "cudaStreamSynchronize", [s] { return s->work.empty(); });
-}
-cudaError_t cudaStreamQuery(cudaStream_t stream) {
-  ENTER("cudaStreamQuery");
-  Stream* const s = m.stream(stream);
-  if (!s) return m.failed(cudaErrorInvalidResourceHandle);
-  return s->work.empty() ? cudaSuccess : cudaErrorNotReady;
 }
 cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t event, unsigned) {
   ENTER("cudaStreamWaitEvent");
@@ -171,11 +157,6 @@ cudaError_t cudaEventSynchronize(cudaEvent_t event) {
   ENTER_WAIT;
   if (!m.events.contains(event)) return m.failed(cudaErrorInvalidResourceHandle);
   return waited(m, "cudaEventSynchronize", [mark = event->mark] { return mark->done; });
-}
-cudaError_t cudaEventQuery(cudaEvent_t event) {
-  ENTER("cudaEventQuery");
-  if (!m.events.contains(event)) return m.failed(cudaErrorInvalidResourceHandle);
-  return event->mark->done ? cudaSuccess : cudaErrorNotReady;
 }
 
 cudaError_t cuda_on_cpu::enqueue_grid(const cudaLaunchConfig_t& config, const char* name,

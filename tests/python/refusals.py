@@ -23,11 +23,12 @@ def assert_refused(
     error: type[Exception] | tuple[type[Exception], ...],
     words: str,
     *arguments: Any,
-) -> None:
-    """The call raises the error, whose message is one line that matches the words."""
+) -> str:
+    """The call raises the error, whose message is one line that matches the words; that line."""
     with pytest.raises(error, match=words) as told:
         call(*arguments)
     assert "\n" not in str(told.value)
+    return str(told.value)
 
 
 def error_line(capsys: pytest.CaptureFixture[str]) -> str:

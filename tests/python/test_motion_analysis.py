@@ -113,24 +113,10 @@ class TestOneSession:
         assert one.averages == other.averages
 
     @pytest.mark.parametrize(
-        ("options", "message"),
-        [
-            ({"up": (0, 0, 0)}, "up: expected a direction"),
-            ({"up": (0, 1)}, "up: expected a direction"),
-            ({"axis_obj": (0, 0, np.nan)}, "axis_obj: expected a direction"),
-            ({"by": "smell"}, "by: expected"),
-            (
-                {"measures": ["reach", "elegance"]},
-                r"measures: expected names of .*path_length.*, got 'elegance'",
-            ),
-            ({"max_gap_s": 0}, "max_gap_s: expected"),
-            ({"samples": 1}, "samples: expected"),
-            ({"spans_s": [(1.0, 13.0)]}, "spans_s: expected start < end within the recording"),
-            ({"spans_s": [(2.0, 1.0)]}, "spans_s: expected start < end"),
-        ],
+        "options", [{"by": "smell"}, {"measures": ["reach", "elegance"]}, {"spans_s": [(1.0, 13.0)]}], ids=str
     )
-    def test_wrong_options_are_told(self, options, message):
-        with pytest.raises(ValueError, match=message):
+    def test_wrong_options_are_told(self, options):
+        with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected"):
             motion.analyze(session(), **options)
 
     def test_nothing_moves(self):
@@ -259,23 +245,6 @@ class TestErrorsOfTheTracker:
         for name in POSITIONS:
             assert found.averages[name].determined, name
             assert half_width(found, name) == pytest.approx(half_width(known, name), rel=0.6), name
-
-    @pytest.mark.parametrize("start", [0, 1])
-    def test_half_of_the_frames_tell_the_same(self, start):
-        trajectory = session(fps=60)
-        found = motion.analyze(trajectory, up=UP)
-        half = motion.analyze(trajectory.part(slice(start, None, 2)), up=UP)
-        assert half.count[0] == found.count[0]
-        apart = []
-        for r, h in zip(found.repetitions, half.repetitions, strict=True):
-            assert r.values.keys() == h.values.keys()
-            for name, m in r.values.items():
-                n = h.values[name]
-                if m.determined and n.determined:
-                    apart.append(not (n.low - 1e-9 <= m.value <= n.high + 1e-9))
-        assert len(apart) > 60
-        # One in twenty by chance, and times between samples of 100 Hz.
-        assert np.mean(apart) < 0.1
 
     def test_a_gap_is_told_and_its_repetition_left_out_of_the_averages(self):
         trajectory = unseen(4.8, 5.4)

@@ -272,21 +272,15 @@ def bop_rows(*places):
         ("a.txt", "# timestamp\n", "expected at least one pose, but there is none"),
         ("a.txt", tum_row(0, "nan nan nan nan nan nan nan"), "a: lost in all frames"),
         ("a.txt", tum_row(0, "10 20 500 0 0 0 1"), r"500.* m from the origin; in mm\?"),
-        ("a.txt", "", "the file is empty"),
         ("a.txt", b"\xff\xfe\x00", "expected text, got a binary file"),
         ("a.csv", BOP + f"0,1,1,1.0,{IDENTITY[:-2]},0 0 1,0.1\n", "line 2: expected 'scene_id,"),
-        ("a.csv", BOP + "0,1,1,1.0\n", "line 2: expected 'scene_id,"),
         ("a.csv", BOP + f"0,1,1,1.0,2{IDENTITY[1:]},0 0 1,0.1\n", "line 2, R"),
         ("a.csv", bop_rows((0, 0), (1, 0), (1_700_000_000, 0)), "numbered one after the other"),
         ("a.csv", bop_rows((0, 0), (0, 1), (1, 1), (1, 0)), "obj_id 1: .*rows 1 and 2 exchange their places between"),
         ("a.csv", bop_rows((0, 0), (0, 1), (1, 1)), "obj_id 1: .*image 1 has 1 and another 2"),
-        ("a.csv", "time,x,y\n1,2,3\n", "got 'time,x,y'"),
         ("a.xlsx", "x", r"cannot be read from '\.xlsx'; expected .*\.c3d"),
-        ("report.json", "", REPORT),
         ("report.json", "{", REPORT),
-        ("report.json", "[]", REPORT),
         ("report.json", '{"frames": [{}], "settings": {}}', REPORT),
-        ("report.json", '{"frames": 3, "settings": {}}', REPORT),
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_trajectory_is_refused_with_its_name(tmp_path, name, text, words):
@@ -306,11 +300,6 @@ def test_arguments_are_checked(tmp_path):
         st.motion.load(tmp_path / "a.csv")
     with pytest.raises(ValueError, match=r"this folder has no report\.json"):
         st.motion.load(tmp_path)
-    path = write(tmp_path / "a.txt", tum_row(0))
-    with pytest.raises(ValueError, match="fps: expected images per second"):
-        st.motion.load(path, fps=0)
-    with pytest.raises(ValueError, match="unit: expected one of"):
-        st.motion.load(path, unit="inch")
     st.motion.save(tmp_path / "a.csv", trajectory())
     with pytest.raises(ValueError, match=r"unit: the columns of .*a.csv are in metres"):
         st.motion.load(tmp_path / "a.csv", unit="mm")
@@ -320,13 +309,10 @@ def test_save_refuses_what_it_cannot_write_and_writes_nothing(tmp_path):
     a = trajectory()
     for path, given_ones, words in (
         ("a.xlsx", a, "expected a suffix of"),
-        ("a.csv", [], "expected at least one"),
         ("a.csv", [a, a], "a different name for each, got 'cup' twice"),
     ):
         with pytest.raises(ValueError, match=words):
             st.motion.save(tmp_path / path, given_ones)
-    with pytest.raises(TypeError, match=r"trajectories: expected st\.Trajectory"):
-        st.motion.save(tmp_path / "a.csv", [a, 3])
     with pytest.raises(ValueError, match=r"points: only a \.trc file has markers"):
         st.motion.save(tmp_path / "a.csv", a, points={"cup": {"rim": (0, 0, 1)}})
     with pytest.raises(FileNotFoundError, match="make it first"):

@@ -132,20 +132,6 @@ class TestBestKnownPoint:
         np.testing.assert_allclose(motion.best_known_point(at_origin), [0, 0, 0.03], atol=1e-4)
         np.testing.assert_allclose(motion.at_point(at_origin, [0, 0, 0.03]).covariances[0], C, atol=1e-12)
 
-    def test_it_is_on_the_axis_of_a_can_as_near_as_possible(self):
-        C = np.diag([1e-8] * 3 + [1e-6, 1e-6, 1.0])
-        can = Trajectory([0.0], np.eye(4)[None], C[None])
-        np.testing.assert_allclose(motion.best_known_point(can, [0.02, 0.01, 0.05]), [0, 0, 0.05], atol=3e-4)
-
-    def test_its_position_is_better_known_than_that_of_points_around_it(self):
-        trajectory = noisy(TIMES, reaches(TIMES, [1.0]), TURN)
-        best = motion.best_known_point(trajectory)
-
-        def variance(x):
-            return np.einsum("nii->n", motion.at_point(trajectory, x).covariances[:, :3, :3]).mean()
-
-        assert all(variance(best) < variance(best + d) for d in 0.2 * np.vstack([np.eye(3), -np.eye(3)]))
-
     def test_without_covariances_it_is_the_wanted_one(self):
         plain = Trajectory([0.0], np.eye(4)[None])
         np.testing.assert_array_equal(motion.best_known_point(plain, POINT), POINT)
@@ -166,13 +152,10 @@ def changed(**pose):
 
 @refused(
     (lambda: Trajectory([0, 0.1, 0.1, 0.2], POSES), ValueError, r"repeated at frames 1 and 2 \(0.1"),
-    (lambda: Trajectory([0, 0.2, 0.1, 0.3], POSES), ValueError, r"not sorted at frames 1 and 2"),
     (lambda: Trajectory([0, np.nan, 0.1, 0.3], POSES), ValueError, r"needs fps \(--fps\)"),
     (lambda: Trajectory([], np.zeros((0, 4, 4))), ValueError, "at least one"),
-    (lambda: Trajectory(list("abcd"), POSES), TypeError, "times_s: expected an array of numbers"),
     (lambda: Trajectory(FOUR[:3], POSES), ValueError, r"poses: expected shape \(3, 4, 4\)"),
     (lambda: Trajectory(FOUR, changed(t=[0, 0, 3000.0])), ValueError, r"3000 m from the origin; in mm\?"),
-    (lambda: Trajectory(FOUR, changed(R=2 * np.eye(3))), ValueError, "expected rigid poses"),
     (lambda: Trajectory(FOUR, changed(R=np.diag([1, 1, -1]))), ValueError, "expected rigid poses"),
     (lambda: Trajectory(FOUR, POSES, status=["lost"] * 4, name="cup"), ValueError, "lost in all 4 frames"),
     (lambda: Trajectory(FOUR, POSES, np.zeros((3, 6, 6))), ValueError, r"covariances: .* \(4, 6, 6\)"),

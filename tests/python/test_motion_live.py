@@ -65,8 +65,3 @@ def test_values_are_ready_for_json_before_the_first_repetition():
     values = LiveMotion().add(0.0, [0, 0, 0.8])
     assert json.loads(json.dumps(values.to_dict()))["last_repetition_s"] is None
     assert "0 repetitions" in values.text()
-
-
-def test_a_position_of_another_shape():
-    with pytest.raises(ValueError, match=r"position_m: expected \(x, y, z\) in metres, got shape \(2,\)"):
-        LiveMotion().add(0.0, [1, 2])

@@ -11,12 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from reference.rts_smoother import smooth_coordinate
 from sdftrack import motion
-from sdftrack.motion.quaternion_curves import (
-    angular_velocities_first,
-    continuous_quaternions,
-    left_jacobians,
-    matrices,
-)
 from sdftrack.motion.smoothing import _normal_equations
 from sdftrack.motion.spline import BandedPosterior, UniformSpline
 
@@ -55,25 +49,6 @@ class TestSpline:
             spline.evaluate(coefficients, t, derivative), expected, rtol=1e-9, atol=1e-7
         )
 
-    def test_penalty_is_the_sum_of_squared_differences(self):
-        spline = UniformSpline(0.0, 0.5, 9, 3)
-        rng = np.random.default_rng(1)
-        c, precision = rng.normal(size=spline.size), rng.uniform(1, 2, spline.size - 3)
-        band = spline.penalty_band(precision)
-        A = sum(np.diag(band[r, : spline.size - r], -r) for r in range(len(band)))
-        A = A + np.tril(A, -1).T
-        assert c @ A @ c == pytest.approx(np.sum(precision * spline.differences(c) ** 2))
-
-    def test_posterior_is_that_of_dense_algebra(self):
-        rng = np.random.default_rng(2)
-        A = np.diag(rng.uniform(3, 4, 30)) + np.diag(np.ones(29), 1) + np.diag(np.ones(29), -1)
-        band = np.vstack([np.diag(A), np.append(np.diag(A, -1), 0)])
-        b = rng.normal(size=30)
-        posterior = BandedPosterior(band, b)
-        np.testing.assert_allclose(posterior.mean, np.linalg.solve(A, b))
-        deviations = posterior.deviations(np.eye(30))
-        np.testing.assert_allclose(deviations @ deviations.T, np.linalg.inv(A), atol=1e-12)
-
     def test_a_precision_that_is_not_positive_is_an_error(self):
         with pytest.raises(np.linalg.LinAlgError, match="row 2"):
             BandedPosterior(np.array([[1.0, -1.0, 1.0]]), np.ones(3))
@@ -101,37 +76,6 @@ def test_the_posterior_is_that_of_a_rauch_tung_striebel_smoother():
         ratio = spline.evaluate(deviations, t, derivative).std(axis=1) / sd
         assert ratio.min() > narrow
         assert ratio.max() < 1.06
-
-
-class TestQuaternions:
-    def test_signs_are_continuous(self):
-        R, _ = turning(np.linspace(0, 20, 400))
-        q = continuous_quaternions(R.as_matrix())
-        assert (np.einsum("ni,ni->n", q[1:], q[:-1]) > 0.9).all()
-        np.testing.assert_allclose(matrices(q), R.as_matrix(), atol=1e-12)
-        np.testing.assert_allclose(matrices(3 * q), R.as_matrix(), atol=1e-12)
-
-    def test_jacobian_against_differences(self):
-        R, _ = turning(np.array([1.0, 2.0]))
-        q, e = R.as_quat(), 1e-6
-        for i in range(3):
-            r = e * np.eye(3)[i]
-            step = [(Rotation.from_rotvec(s * r) * R).as_quat() for s in (1, -1)]
-            step = [p * np.sign((p * q).sum(axis=1))[:, None] for p in step]
-            np.testing.assert_allclose(left_jacobians(q)[:, :, i], (step[0] - step[1]) / (2 * e), atol=1e-8)
-
-    def test_angular_velocity_against_differences(self):
-        t = np.linspace(0, 9, 50)
-        R, w = turning(t)
-        q = continuous_quaternions(R.as_matrix())
-        e = 1e-5
-        ahead, behind = (turning(t + s)[0].as_quat() for s in (e, -e))
-        rate = sum(s * p * np.sign((p * q).sum(axis=1))[:, None] for s, p in ((1, ahead), (-1, behind))) / (
-            2 * e
-        )
-        scale = np.linspace(1, 2, 50)[:, None]  # of any length
-        found = angular_velocities_first((scale * q).T, (scale * rate).T).T
-        np.testing.assert_allclose(found, w, atol=1e-5)
 
 
 class TestAgainstTruth:
@@ -249,9 +193,3 @@ class TestGaps:
             ValueError, match=r"expected at least 8 poses without a gap of more than 0.3 s, got 5"
         ):
             motion.smooth(noisy(t, wandering(t)[0]))
-
-
-def test_a_wrong_seed_is_told():
-    t = np.arange(30) / 30
-    with pytest.raises(ValueError, match="seed: expected a whole number from 0"):
-        motion.smooth(noisy(t, wandering(t)[0]), seed=-1)

@@ -17,11 +17,9 @@ POINTS = np.random.default_rng(0).normal(size=(30, 3))
 TIMES = np.arange(5) / 10
 LARGE, FRAME = np.zeros(70_000), st.Frame(np.ones((24, 32), np.float32))
 DEPTH, COLOR = np.ones((24, 32), np.float32), np.zeros((24, 32, 3), np.uint8)
-LABELS = np.arange(16).reshape(4, 4)
 IMAGE, MASK = np.zeros((8, 9, 3), np.uint8), np.eye(8, 9, dtype=bool)
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 1e-320]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
-EITHER = (TypeError, ValueError)
 NO_CAMERA = r"camera: expected st\.Camera"
 
 
@@ -90,63 +88,39 @@ def each(call, values, error, words):
 
 @refused(
     (lambda: metrics.chamfer(np.full((3, 3), np.nan), POINTS), ValueError, "points: expected"),
-    (lambda: metrics.average_recall(mspd_errors=np.ones((2, 3)), width=10**400), ValueError, "expected"),
-    *each(lambda t: metrics.boundary_recall(LABELS, LABELS, t),
-          (np.inf, 2.5, -1, "2"), EITHER, "tolerance: expected a whole number"),
     *each(lambda c: metrics.mspd(np.eye(4), np.eye(4), POINTS, c), (None, 3.0, [], b"x"), TypeError, NO_CAMERA),
     (lambda: contacts(np.zeros((1, 5)), TIMES[::-1]), ValueError, "times_s: expected"),
-    (lambda: contacts(np.zeros((1, 5)), np.full(5, 0.5)), ValueError, "times_s: expected"),
-    (lambda: contacts(np.zeros((1, 5)), [0, np.nan, 1, 2, 3]), ValueError, "times_s: expected"),
     (lambda: contacts(np.zeros((0, 5)), TIMES), ValueError, "times_s: expected"),
-    *each(lambda r: st.motion.log_dimensionless_jerk(POINTS[None], r),
-          (1e300, np.inf, 0.0, np.nan), ValueError, "rate_hz: expected samples per second"),
-    *each(lambda t: st.motion.parse_target(t), (None, 1j, b"box:0,0,0,1,1,1"), TypeError, "target: expected text"),
     (lambda: st.motion.sparc(np.ones((1, 9)), 5e-324), ValueError, "expected"),
     (lambda: st.motion.tremor_of(_still(), 0, 1, noise_m=1e300), ValueError, "expected"),
     *each(lambda w: st.motion.savitzky_golay(_still(), w), (1e308, np.inf), ValueError, "expected"),
-    (lambda: st.motion.savitzky_golay(_still(), np.nan), ValueError, "window_s: expected"),
     *each(lambda s: CAMERA.scaled(s), (1e300, np.inf, 1e9), ValueError, "s: expected"),
-    (lambda: CAMERA.cropped(2, 3, 10, 10**400), ValueError, "expected"),
-    (lambda: CAMERA.cropped(10**400, 3, 10, 10.5), ValueError, "expected"),
     (lambda: _ball(np.inf), ValueError, "expected"),
-    (lambda: _ball(10**400), ValueError, "expected"),
     (lambda: st.SDF.box(np.full(70_000, 0.1)), ValueError, "size: expected three numbers"),
-    (lambda: st.SDF.box(np.full((3, 1), 0.1)), ValueError, "size: expected three numbers"),
     (lambda: st.SDF(np.ones((2, 2, 2), np.float32), 0.1, LARGE), ValueError, "expected"),
     (lambda: st.SDF.from_mesh((CORNERS, FACES), 16), ValueError, "voxels"),  # thinner than any voxel
     (lambda: st.geometry.pose(LARGE), ValueError, "expected"),
-    (lambda: st.geometry.pose(LARGE.tolist()), ValueError, "expected"),
     (lambda: st.Symmetry(np.zeros((0, 4, 4)), [(np.full(70_000, 0.1), np.zeros(3))]), ValueError, "expected"),
     (lambda: st.Symmetry.from_bop({"symmetries_discrete": [[10**400] * 16]}), ValueError, "expected"),
-    *each(lambda v: st.Reconstructor(CAMERA, voxels=v),
-          (2**64, 10**400, -(2**63)), ValueError, "voxels: expected 16 to"),
     (lambda: st.levelset.evidence(FRAME, CAMERA, np.eye(4), ((9, 9, 9), 0.01, LARGE)), ValueError, "expected"),
     *each(lambda n: st.synth.sequence(_ball(), n),
           (1e30, np.inf, np.nan, 10**400, 0), ValueError, "n: expected a number of frames from 1 to"),
     *each(lambda n: _evolved(n), (2**31, 2**63, 10**400), ValueError, "steps: expected a whole number"),
     (lambda: _moved(np.zeros((2, 6))), ValueError, "delta: expected one number per unknown"),
-    (lambda: _moved("x"), TypeError, "delta: expected an array of numbers"),
-    *each(lambda i: st.contour.draw_outline(i, MASK),
-          (IMAGE.astype(complex), IMAGE[..., 0], IMAGE[:0]), TypeError, "image: expected"),
+    (lambda: st.contour.draw_outline(IMAGE[:0], MASK), TypeError, "image: expected"),
     (lambda: st.contour.draw_outline(IMAGE, MASK.T), TypeError, "mask: expected bool"),
-    *each(lambda m: st.contour.signed_distances(m), (MASK.astype(float), "x", MASK[0]), TypeError, "mask: expected"),
     (lambda: _core.colors_at(DEPTH, COLOR, _aligned(), [1, 1, 2**24, 9]), ValueError, "expected"),
     (lambda: _core.colors_at(DEPTH, COLOR, _aligned(), [-1, 1, 9, 9]), ValueError, "expected"),
     (lambda: _lines(20, -1), ValueError, "expected"),
     (lambda: _lines(0, 8), ValueError, "expected"),
     (lambda: _smoothed(0, 1, -(2**31)), ValueError, "expected"),
-    (lambda: _smoothed(0, 1, 2**31 - 1), ValueError, "expected"),
     (lambda: _smoothed(0, 1, 2, width=0), ValueError, "expected"),
     (lambda: _counts(0), ValueError, "expected"),
     (lambda: _removed(2, 65536), ValueError, "expected"),
-    (lambda: _removed(32, 3), ValueError, "expected"),
     (lambda: _removed(2, -1), ValueError, "expected"),
 )  # fmt: skip
 def test_it_is_refused_in_one_short_line(call, error, words):
-    assert_refused(call, error, words)
-    with pytest.raises(error) as told:
-        call()
-    assert len(str(told.value)) < 400
+    assert len(assert_refused(call, error, words)) < 400
 
 
 @pytest.mark.parametrize("x", [np.nan, np.inf])
@@ -205,7 +179,6 @@ def test_an_open_mesh_in_a_volume_of_more_than_32767_voxels_a_side():
 
 
 def test_an_outline_is_drawn_into_an_image_of_any_layout():
-    image, mask = np.zeros((8, 9, 3), np.uint8), np.eye(8, 9, dtype=bool)
-    plain = st.contour.draw_outline(image, mask)
-    for odd in (np.asfortranarray(image), image[::-1], np.repeat(image, 2, axis=1)[:, ::2]):
-        np.testing.assert_array_equal(st.contour.draw_outline(odd, np.asfortranarray(mask)), plain)
+    plain = st.contour.draw_outline(IMAGE, MASK)
+    for odd in (np.asfortranarray(IMAGE), IMAGE[::-1], np.repeat(IMAGE, 2, axis=1)[:, ::2]):
+        np.testing.assert_array_equal(st.contour.draw_outline(odd, np.asfortranarray(MASK)), plain)

@@ -139,21 +139,6 @@ def test_the_mask_is_that_of_the_twin(method, feet):
         assert np.count_nonzero(expected & ~out) > BORDERLINE_PX  # the box's foot
 
 
-def test_the_sd_of_a_height_is_what_finite_differences_say():
-    g, rays = twin.inverse_plane(NORMAL, OFFSET_M), rays_of()[::7, ::9].reshape(-1, 3)
-    z, step = 1 / (rays @ g), 1e-6
-    along = (twin.height_m(g, rays, z + step) - twin.height_m(g, rays, z - step)) / (2 * step)
-    # A reading of the plane that is taken from a pixel beside it: its own depth, another ray.
-    aside = []
-    for axis in (0, 1):
-        moved = rays.copy()
-        moved[:, axis] += step / 260
-        aside.append(twin.height_m(g, moved, z) / step)
-    noise = twin.KINECT
-    expected = np.hypot(along * noise.sigma_m(z), noise.lateral_px * np.hypot(*aside))
-    np.testing.assert_allclose(twin.height_sigma_m(g, rays, z, 260, noise), expected, rtol=1e-6)
-
-
 def test_the_normal_is_as_sure_as_least_squares_can_be():
     """Errors over their theoretical standard error, sigma^2 (sum w r r^T)^-1: 40 pictures, 3 numbers each."""
     clean, rays = table(0), rays_of()

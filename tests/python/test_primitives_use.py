@@ -74,18 +74,6 @@ def test_beside_a_known_shape_its_size_is_its_own_and_it_can_be_removed():
     assert tracker.sizes[0].kind == "cylinder"
 
 
-def test_where_nothing_stands_a_primitive_is_lost_with_a_reason():
-    many, truth = frames(1)
-    empty = st.Frame(np.where(truth.mask, 0, many[0].depth))
-    tracker = st.Tracker(st.Primitive("box"), CAMERA, threads=1)
-    result = tracker.start(empty)
-    assert result.status == [st.Status.LOST]
-    assert result.confidence[0] == 0
-    assert np.isnan(result.covariances).all()
-    assert "no box found there; give a mask" in result.reason[0]
-    assert tracker.sizes == [None]
-
-
 def test_a_primitive_that_comes_into_view_later_is_found_then():
     many, truth = frames(4)
     empty = st.Frame(np.where(truth.mask, 0, many[0].depth))

@@ -14,7 +14,7 @@ import sdftrack as st
 from sdftrack.io.datasets.streams import nearest_in_time
 from support.software_realsense import PAUSE_S, SoftwareRealSense, record
 
-rs = pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
+pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")
 
 TURN = st.geometry.exp([0.015, -0.001, 0.002, 0.2, -0.3, 0.4])
 CAMERA = st.RGBDCamera(DEPTH, COLOR, T_color_depth=TURN)
@@ -50,36 +50,6 @@ def test_a_recording_has_the_frames_bit_by_bit_in_any_order(recorded):
         np.testing.assert_allclose(seq.camera.depth.K, DEPTH.K, rtol=1e-6)
         np.testing.assert_allclose(seq.camera.color.distortion, COLOR.distortion, rtol=1e-6)
         np.testing.assert_allclose(seq.camera.T_color_depth, TURN, atol=2e-6)  # six digits in the file
-
-
-def played(path):
-    """[(timestamp, depth units)], depth units' scale and T_color_depth by the SDK's player."""
-    player = rs.context().load_device(str(path))
-    player.set_real_time(False)
-    queue, sensors = rs.frame_queue(100, keep_frames=True), player.query_sensors()
-    profiles = {}
-    for sensor in sensors:
-        (profile,) = sensor.get_stream_profiles()
-        profiles[profile.stream_type()] = profile
-        sensor.open(profile)
-    for sensor in sensors:
-        sensor.start(queue)
-    images = []
-    while True:
-        come, image = queue.try_wait_for_frame(1000)
-        if not come:
-            break
-        if image.is_depth_frame():
-            images.append((image.get_timestamp() / 1000, np.array(image.get_data())))
-    between = profiles[rs.stream.depth].get_extrinsics_to(profiles[rs.stream.color])
-    T = np.eye(4)
-    T[:3, :3] = np.reshape(between.rotation, (3, 3)).T
-    T[:3, 3] = between.translation
-    scale = next(s for s in sensors if s.is_depth_sensor()).get_option(rs.option.depth_units)
-    for sensor in sensors:
-        sensor.stop()
-        sensor.close()
-    return images, scale, T
 
 
 def test_a_recording_without_colour(tmp_path):
@@ -260,19 +230,6 @@ def test_a_bag_has_the_frames_bit_by_bit_in_any_order(tmp_path, compression):
             assert seq[i].timestamp == pytest.approx(START_S + i / 30, abs=1e-6)
         np.testing.assert_allclose(seq.camera.T_color_depth, TURN, atol=1e-9)
         np.testing.assert_allclose(seq.camera.color.distortion, COLOR.distortion, rtol=1e-6)
-
-
-def test_the_sdk_reads_the_bag_as_we_do(tmp_path):
-    write_bag(tmp_path / "old.bag", 4, compression="")  # the SDK's LZ4 is more particular than the format
-    images, scale, T = played(tmp_path / "old.bag")
-    assert scale == pytest.approx(SCALE)
-    with st.open_sequence(tmp_path / "old.bag") as seq:
-        np.testing.assert_allclose(seq.camera.T_color_depth, T, atol=1e-6)
-        by_time = {round(frame.timestamp, 5): frame.depth for frame in seq}
-        assert len(images) >= 3
-        for stamp, units in images:
-            wanted = st.Frame(units, depth_scale=SCALE, check_units=False).depth
-            np.testing.assert_array_equal(by_time[round(stamp, 5)], wanted)
 
 
 def test_of_a_cut_database_what_is_whole_is_used_and_said(recorded, tmp_path):

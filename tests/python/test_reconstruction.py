@@ -167,18 +167,6 @@ def test_the_volume_grows_where_the_shape_reaches_its_border() -> None:
     assert scene.surface_error(scene.sequence(), star, results[0].pose, least=3.0).mean() < 0.0006
 
 
-def test_a_volume_grows_by_blocks_on_the_sides_asked_for_and_keeps_what_it_knows() -> None:
-    star, _ = scene.begun(2, voxels=VOXELS)
-    core, block = star._volume.core, 8
-    before, after = (1, 0, 2), (0, 3, 1)  # along x, y, z
-    grown = core.grown(before, after)
-    added = [block * (a + b) for a, b in zip(before, after, strict=True)][::-1]
-    assert grown.phi.shape == tuple(np.add(core.phi.shape, added))
-    kept = tuple(slice(block * b, block * b + n) for b, n in zip(before[::-1], core.phi.shape, strict=True))
-    np.testing.assert_array_equal(grown.weight[kept], core.weight)
-    assert np.count_nonzero(grown.weight) == np.count_nonzero(core.weight)
-
-
 def test_a_jump_and_blank_frames_add_nothing() -> None:
     seq = scene.sequence()
     star, results = scene.begun(12, voxels=VOXELS)

@@ -179,27 +179,6 @@ def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path, monkeypatch
     recorder.close()  # again is harmless
 
 
-def test_a_disk_that_fills_during_the_video_leaves_nothing(tmp_path, monkeypatch):
-    recorder = Recorder(tmp_path, CAMERA, Ball())
-    recorder.add(frame(), result([pose()]))
-    recorder.add(frame(1), result([pose()]))
-
-    def full(picture):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(recorder._video, "_encode", full)
-
-    def go_on():
-        for i in range(2, 100):
-            recorder.add(frame(i), result([pose()]))
-
-    with pytest.raises(OSError, match="no space left"):  # another thread encodes: now, or at a later one
-        go_on()
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises(ValueError, match="closed"):
-        recorder.add(frame(3), result([pose()]))
-
-
 def test_an_error_of_the_last_picture_is_raised_when_the_recorder_is_closed(tmp_path):
     class Broken(Ball):
         def render(self, camera, T_cam_obj):

@@ -43,12 +43,9 @@ def fit_frame(of=None, kind="box", **options):
     (lambda: fit(FLAT, "auto"), ValueError, "in one plane; fit kind='plane'"),
     (lambda: fit(np.ones((50, 3))), ValueError, "a single location"),
     (lambda: fit(1e3 * ON_BALL), ValueError, r"metres, .* an extent of .*pass unit='mm'"),
-    (lambda: fit(1e-4 * ON_BALL), ValueError, "in which unit are they"),
     (lambda: fit(camera=CAMERA), ValueError, "camera: expected None with points"),
     (lambda: fit(kind="auto", initial=(I4, {"radius": 1})), ValueError, "initial: expected a kind"),
     (lambda: fit(kind="box", initial=(I4, {"radius": 1})), ValueError, "x, y, z"),
-    (lambda: fit(kind="plane", initial=(I4, {"width": 1.0})), ValueError, "lengths width, height of a plane"),
-    (lambda: fit(initial=(I4, {"radius": -1})), ValueError, "above 0"),
     (lambda: fit(plane=([0, 0, 0], 1)), ValueError, "plane"),
     (lambda: fit_frame(camera=None), ValueError, "camera: expected the depth camera of the frame, got None"),
     (lambda: fit_frame(camera=CAMERA.scaled(0.5)), ValueError, "camera: expected the depth image's size"),
@@ -62,8 +59,6 @@ def test_a_fit_of_a_primitive_that_cannot_be_says_why(call, error, words):
 
 TABLE = (1 / (0.4 + 0.006 * np.arange(240)[:, None] + np.zeros((1, 320)))).astype(np.float32)
 ROUGH = RNG.uniform(0.4, 3, CAMERA.shape)
-SMALL_PATCH = ROUGH.copy()
-SMALL_PATCH[100:140, 100:140] = 0.5
 WITH_HOLE = TABLE.copy()
 WITH_HOLE[195:206, 55:66] = 0
 
@@ -72,9 +67,6 @@ def only(rows, columns):
     depth = np.zeros_like(TABLE)
     depth[rows, columns] = TABLE[rows, columns]
     return depth
-
-
-LINE = only(slice(150, 151), slice(None))
 
 
 def with_ball():
@@ -88,15 +80,12 @@ def plane(depth=TABLE, camera=CAMERA, **options):
 
 @refused(
     (lambda: plane(ROUGH), ValueError, "no plane contains a tenth"),
-    (lambda: plane(0 * TABLE), ValueError, "no plane"),
     (lambda: plane(TABLE * np.nan), ValueError, "almost none"),
-    (lambda: plane(LINE, start_px=(160, 150)), ValueError, "almost none|not planar"),
     (lambda: plane(only(slice(148, 155), slice(160, 163))), ValueError, "almost none"),
     (lambda: plane(tolerance=10), ValueError, "at most 0.5 m.*millimetres"),
     (lambda: plane(start_px=(320, 10)), ValueError, "start_px"),
     (lambda: plane(WITH_HOLE, start_px=(60, 200)), ValueError, "start_px.*got none"),
     (lambda: plane(with_ball(), start_px=(160, 120)), ValueError, "start_px.*(flat|tenth)"),
-    (lambda: plane(SMALL_PATCH, start_px=(120, 120)), ValueError, "start_px.*tenth"),
 )
 def test_a_plane_that_is_not_there_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -145,13 +134,11 @@ def by_mask(mask_fn):
     (lambda: color(ball_radius=40), ValueError, "ball_radius: expected metres.*40 mm is 0.04"),
     (lambda: color(ball_radius=0.15), ValueError, "found no ball of ball_radius=0.15"),
     (lambda: color(ball_color=(0, 40, 230)), ValueError, "^ball_color: found no round object"),
-    (lambda: color(ball_color=(128, 128, 128)), ValueError, "^ball_color: expected a saturated"),
     (lambda: color(mask_fn=no_ball()), ValueError, "ball_color, mask_fn: expected one"),
     (lambda: by_mask(no_ball()), ValueError, "^mask_fn: found no"),
     (lambda: by_mask(no_ball((2, 3))), ValueError, "^mask_fn: expected a bool"),
     (lambda: color(depth_camera=DEPTH.scaled(2)), ValueError, "^depth_camera: frame"),
     (lambda: color(frames=[st.Frame(np.ones((240, 320), np.float32))]), ValueError, "got none with both"),
-    (lambda: color(few=4), ValueError, "at least 6 frames"),
     (lambda: color(frames=without_times(), time_offset=True), ValueError, "^time_offset: expected frames"),
     (lambda: color(frames=mixed()), ValueError, "are simultaneous|no mapping agrees|agree with one mapping"),
     (lambda: color(few=2, ball_color=None), ValueError, "^ball_color: expected .* with so few frames"),
@@ -179,12 +166,10 @@ def evidence(**change):
     (lambda: evolve(phi=np.inf * np.abs(phi())), ValueError, "phi: expected finite"),
     (lambda: evolve(phi=np.ones_like(phi())), ValueError, "one sign only"),
     (lambda: evolve(log_ratio=phi()[1:]), ValueError, "log_ratio: expected the shape"),
-    (lambda: evolve(voxel_size=1e-30), ValueError, "voxel_size: expected"),
     (lambda: evolve(dt=1.6), ValueError, "dt: expected at most 1.4"),
     (lambda: evolve(sigma_phi=2), ValueError, "dt: expected at most 0.66"),
     (lambda: evidence(frame=SMALL_FRAME), ValueError, "depth: expected"),
     (lambda: evidence(grid=((4000, 4000, 4000), 0.01, (0, 0, 0))), ValueError, "fewer than 2\\^31"),
-    (lambda: evidence(grid=((4, 4, 4), 0.01, (0, np.nan, 0))), ValueError, "origin"),
     (lambda: st.levelset.redistance(np.ones_like(phi()), 0.01), ValueError, "one sign only"),
 )
 def test_a_level_set_that_cannot_be_says_why(call, error, words):
@@ -220,7 +205,6 @@ def fuse(*region):
 
 @refused(
     (lambda: star().mesh(), RuntimeError, "call start"),
-    (lambda: star().track(frame()), RuntimeError, "call start"),
     (lambda: star().resume(frame(), mask=mask()), RuntimeError, "resume: call start"),
     (lambda: star().start(frame(), mask=~NOTHING), ValueError, "object alone"),
     (lambda: star().start(without_object(), mask=mask()), ValueError, "depth measurements on the object"),
@@ -231,7 +215,6 @@ def fuse(*region):
     (lambda: star(voxels=2000), ValueError, "GiB"),
     (lambda: star(evolution="printed").resume(frame(), mask=mask()), ValueError, "only one recording"),
     (lambda: begun().resume(frame()), ValueError, "one of mask, box and pose, got none"),
-    (lambda: begun().resume(frame(), mask=mask(), pose=I4), ValueError, "got mask and pose"),
     (lambda: core().grown((0, 0, 0), (10_000, 10_000, 10_000)), ValueError, "grown: expected"),
     (lambda: fuse(0, 0, 321, 240), ValueError, "region: expected"),
 )
@@ -248,11 +231,9 @@ def synthetic(**change):
     (lambda: synthetic(trajectory=np.tile(POSE, (3, 1, 1))), ValueError, r"\(2, 4, 4\)"),
     (lambda: synthetic(trajectory=np.tile(POSE @ np.diag([2, 2, 2, 1]), (2, 1, 1))), ValueError, "rotation"),
     (lambda: synthetic(occluder=1.5), ValueError, "fraction"),
-    (lambda: synthetic(occluder="foot"), ValueError, "hand"),
     (lambda: synthetic(trajectory="static", occluder=Cover(0, 2, gap_m=0.7)), ValueError, "0.1 m"),
     (lambda: synthetic(clutter="jungle"), ValueError, "wall, table, objects"),
     (lambda: Grip(0.9), ValueError, "0 to 0.7"),
-    (lambda: Cover(0, 0), ValueError, "Cover"),
     (lambda: leave_and_return(apart_m=5.0), ValueError, "apart_m"),
 )
 def test_what_cannot_be_synthesised_says_why(call, error, words):

@@ -2,7 +2,6 @@
 """What cameras, frames, volumes, meshes and metrics refuse, in one line that names the argument."""
 
 import dataclasses
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -40,7 +39,6 @@ def lens(model, *coefficients):
     (lambda: camera(fx=320, fy=320, distortion=FOLDING), ValueError, r"folds over before pixel \(0, 0\)"),
     (lambda: st.Camera.from_K([[500, 3, 320], [0, 500, 240], [0, 0, 1]], 640, 480), ValueError, "skew"),
     (lambda: st.Camera.from_K(CAMERA.K.T, 640, 480), ValueError, "fx, 0, cx"),
-    (lambda: CAMERA.cropped(-1, 0, 5, 5), ValueError, "inside 640 x 480"),
     (lambda: CAMERA.back_project(np.ones(CAMERA.shape, np.uint16)), TypeError, "depth scale"),
     (lambda: st.Camera.from_realsense(lens("ftheta", 0.1, 0, 0, 0, 0)), ValueError, "rectify"),
     (lambda: st.Camera.from_realsense(lens("inverse_brown_conrady", -2.5, 0, 0.3, 0.3, 0)), ValueError, "px"),
@@ -56,25 +54,20 @@ ROS = (
     "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [500.0, 0, 319.5, 0, 500.0, 239.5, 0, 0, 1]\n"
     "distortion_model: equidistant\ndistortion_coefficients:\n  data: [0.1, 0, 0, 0]\n"
 )
-PINHOLE = {"fx": 500, "fy": 500, "cx": 320, "cy": 240, "width": 640, "height": 480}
 
 
 @pytest.mark.parametrize(
     ("name", "text", "error", "words"),
     [
-        ("absent.json", None, FileNotFoundError, r"absent\.json"),
         ("cam_K.txt", "500 0 319.5 0 500 239.5 0 0 1", ValueError, "width= and height="),
         ("short.txt", "1 2 3", ValueError, "9 numbers"),
         ("cut.json", "{", ValueError, "not a JSON file"),
-        ("part.json", '{"fx": 1}', ValueError, "width"),
-        ("bad.json", json.dumps({**PINHOLE, "fx": -1}), ValueError, "fx"),
         ("part.yaml", "image_width: 640\n", ValueError, "camera_matrix"),
         ("fisheye.yaml", ROS, ValueError, "distortion_model"),
     ],
 )
 def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error, words):
-    if text is not None:
-        (tmp_path / name).write_text(text)
+    (tmp_path / name).write_text(text)
     assert_refused(lambda: st.Camera.load(tmp_path / name), error, words)
 
 
@@ -82,16 +75,12 @@ def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error,
     (lambda: st.Frame(DEPTH.astype(np.uint8)), TypeError, "depth: expected float32"),
     (lambda: st.Frame(RAW), ValueError, "depth_scale: expected metres per unit"),
     (lambda: st.Frame(RAW, depth_scale=1000), ValueError, "1/1000"),
-    (lambda: st.Frame(RAW, depth_scale=1.0), ValueError, "millimetres"),
-    (lambda: st.Frame(RAW, depth_scale=0.1), ValueError, "multiply depth_scale by 0.01"),
     (lambda: st.Frame(1000 * DEPTH), ValueError, "millimetres: multiply depth by 0.001"),
     (lambda: st.Frame(0.001 * DEPTH), ValueError, "multiply depth by 1000"),
-    (lambda: st.Frame(100 * DEPTH), ValueError, "check_units=False"),
     (lambda: st.Frame(DEPTH, depth_scale=0.001), ValueError, "already in metres"),
     (lambda: st.Frame(None), ValueError, "at least one"),
     (lambda: st.Frame(DEPTH, COLOR.astype(np.float32)), TypeError, "uint8"),
     (lambda: st.Frame(DEPTH, COLOR[..., 0]), ValueError, "grey"),
-    (lambda: st.Frame(DEPTH, np.dstack([COLOR, COLOR[..., 0]])), ValueError, "alpha"),
     (lambda: st.Frame(DEPTH, mask=np.ones((16, 12), bool)), ValueError, "mask"),
     (lambda: st.Frame(DEPTH.T, camera=SMALL), ValueError, "camera"),
 )
@@ -127,14 +116,11 @@ def of_size(voxel_m):
 
 @refused(
     (lambda: box_with(BOX.vertices[:0], BOX.faces[:0]), ValueError, "it is empty"),
-    (lambda: box_with(faces=BOX.faces[:0]), ValueError, "a point cloud has no inside"),
     (lambda: box_with(faces=BOX.faces[:3]), ValueError, "expected a closed surface"),
     (lambda: box_with(with_nan()), ValueError, "1 of 8 vertices are NaN or infinite and belong to faces"),
     (lambda: box_with(1000 * BOX.vertices), ValueError, r"longest side is 120 m.*pass unit='mm'"),
-    (lambda: box_with(1e-3 * BOX.vertices), ValueError, "in which unit"),
     (lambda: box_with(BOX.vertices * [1, 1, 0.01]), ValueError, r"shortest side .*under 4 voxels.*voxels="),
     (lambda: box_with(faces=np.concatenate([BOX.faces, BOX.faces + 8])), ValueError, "vertex indices"),
-    (lambda: st.SDF.from_mesh("absent.ply"), FileNotFoundError, "absent"),
     (lambda: st.SDF.cone(65536, 1e13, voxels=16), ValueError, "expected positive lengths"),
     (lambda: st.SDF(ONES[:, :1], 0.01, (0, 0, 0)), ValueError, "at least 2 voxels"),
     (lambda: st.SDF(np.nan * ONES, 0.01, (0, 0, 0)), ValueError, "values: expected finite"),
@@ -207,7 +193,6 @@ def test_a_mesh_or_a_measure_that_cannot_be_says_why(call, error, words):
 @refused(
     (saved("box.xyz"), ValueError, "path: expected a name ending"),
     (saved("b.stl", texture=64), ValueError, "path: expected one of .ply, .obj, .glb with texture="),
-    (saved("b.glb", texture=8), ValueError, "texture: expected a whole number from 16 to 8192"),
     (saved("b.glb", colors_from=BOX), ValueError, "colors_from: requires texture="),
     (saved("b.glb", texture=64), ValueError, "expected a mesh with colours"),
     (saved("b.glb", POINT, texture=64), ValueError, "expected a mesh with faces"),

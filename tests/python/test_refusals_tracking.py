@@ -37,7 +37,6 @@ def made(**options):
 
 @refused(
     (lambda: made(shapes=[]), ValueError, "shapes: expected at least one SDF"),
-    (lambda: made(shapes=[box(), "mug.ply"]), TypeError, r"shapes\[1\]: .* got str"),
     (lambda: made(shapes=box_mesh()), TypeError, "shapes: .* got Mesh; .*SDF.from_mesh"),
     (lambda: made(shapes=st.SDF(np.ones((8, 8, 8), np.float32), 0.01, [0, 0, 0])), ValueError, "no inside"),
     (lambda: made(options={"padding_m": 0.1}), TypeError, "options: .* got dict"),
@@ -45,7 +44,6 @@ def made(**options):
     (lambda: made().track(frame()), RuntimeError, r"call start\(frame, poses=\[\.\.\.\]\) first"),
     (lambda: made().recover(frame()), RuntimeError, "call start"),
     (lambda: made(mode="rgbd").start(frame(), poses=POSE), ValueError, "colour image with mode='rgbd'"),
-    (lambda: made(mode="rgb").start(frame(), poses=POSE), ValueError, "a colour image with mode='rgb'"),
 )
 def test_a_tracker_that_cannot_be_made_or_begun_says_why(call, error, words):
     assert_refused(call, error, words)
@@ -67,11 +65,9 @@ def undisturbed():
     (lambda t: t.start(frame(), poses=[POSE, POSE]), ValueError, r"poses: .*per shape \(1\), got 2"),
     (lambda t: t.start(frame(), poses=[with_value(0, 3, np.nan)]), ValueError, r"poses\[0\]: .*not finite"),
     (lambda t: t.start(frame(), poses=POSE.T), ValueError, r"poses\[0\]: .*transposed"),
-    (lambda t: t.start(frame(), poses=[with_value(0, 0, 0.5)]), ValueError, r"poses\[0\]: .*not a rotation"),
     (lambda t: t.start(frame(), masks=EMPTY), ValueError, r"masks\[0\]: .*empty mask"),
     (lambda t: t.start(frame(), masks=FULL[:10]), ValueError, r"masks\[0\]: .* image's shape \(240, 320\)"),
     (lambda t: t.start(frame(), boxes=[(400, 10, 20, 20)]), ValueError, r"boxes\[0\]: .*overlaps the image"),
-    (lambda t: t.start(frame(), boxes=[(10, 10, 0, 20)]), ValueError, r"boxes\[0\]: expected a width and"),
     (lambda t: t.start(frame(), clicks=(320, 3)), ValueError, "320 x 240"),
     (lambda t: t.start(frame(), poses=POSE, masks=FULL), ValueError, "one of poses, masks, boxes, clicks"),
     (lambda t: t.track(np.ones((10, 10), np.float32)), ValueError, "camera's size 320 x 240, got 10 x 10"),
@@ -79,7 +75,6 @@ def undisturbed():
     (lambda t: t.track(np.full((240, 320), 500, np.float32)), ValueError, "depth"),  # millimetres
     (lambda t: t.track(frame().replace(color=LARGE_COLOR)), ValueError, "color: .*320 x 240.*RGBDCamera"),
     (lambda t: t.set_pose(-1, POSE), ValueError, r"k: expected 0\.\.0"),
-    (lambda t: t.set_pose(0, POSE.T), ValueError, "T: .*transposed"),
     (lambda t: t.set_pose(0, POSE, np.zeros((6, 6))), ValueError, "covariance: expected a symmetric matrix"),
     (lambda t: t.add("box.ply"), TypeError, r"shape: expected st\.SDF, got str; .* or give a st\.Primitive"),
     (lambda t: t.add(box(), pose=POSE, mask=FULL), ValueError, "got pose and mask"),
@@ -116,12 +111,9 @@ def with_size():
 
 
 @refused(
-    (lambda: energy(shapes=[]), ValueError, "shapes: expected at least one SDF"),
     (lambda: energy(shapes=[box()] * 5), ValueError, "shapes: expected 1 to 4 SDFs, got 5"),
     (lambda: energy(frame=COLOR_ALONE), ValueError, "depth"),
     (lambda: energy(frame=wall_frame()), ValueError, "no depth measurement"),
-    (lambda: energy(poses=with_value(0, 3, np.nan)), ValueError, "poses: .*not finite"),
-    (lambda: energy(poses=POSE.T), ValueError, "poses: .*transposed"),
     (lambda: energy(penalty="rgbd"), ValueError, "frame: expected a colour image for penalty='rgbd'"),
     (lambda: energy(residuals="point"), TypeError, "did you mean 'residual'"),
     (lambda: with_size().cost(scaled([-1.0])), ValueError, "scales of one number > 0"),
@@ -139,7 +131,6 @@ def fits(**change):
 
 
 @refused(
-    (lambda: fits(shapes=[]), ValueError, "shapes: expected at least one SDF"),
     (lambda: fits(shapes=[box(), box()]), ValueError, r"poses: expected one 4x4 matrix per shape \(2\)"),
     (lambda: fits(frame=COLOR_ALONE), ValueError, "frame: expected a depth image"),
     (lambda: fits(poses=np.diag([1.0, 1, -1, 1])[None]), ValueError, "poses.*mirror"),

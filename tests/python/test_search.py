@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from test_start_and_recovery import bracket
 from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, depth_of
 
 import sdftrack as st
@@ -24,19 +25,8 @@ def searcher():
 
 @pytest.fixture(scope="module")
 def wedge():
-    """A body without any symmetry: a box with a step cut into it."""
-    n, voxel = 80, 0.002
-    origin = -0.5 * voxel * (n - 1) * np.ones(3)
-    z, y, x = np.meshgrid(*[origin[0] + voxel * np.arange(n)] * 3, indexing="ij")
-    p = np.stack([x, y, z])
-
-    def box(centre, half):
-        q = np.abs(p - np.reshape(centre, (3, 1, 1, 1))) - np.reshape(half, (3, 1, 1, 1))
-        return np.linalg.norm(np.maximum(q, 0), axis=0) + np.minimum(q.max(axis=0), 0)
-
-    whole = box((0, 0, 0), (0.05, 0.035, 0.025))
-    cut = box((0.03, 0.02, 0.02), (0.03, 0.025, 0.02))
-    return st.SDF(np.maximum(whole, -cut).astype(np.float32), voxel, origin).redistanced()
+    """A body without any symmetry."""
+    return bracket()
 
 
 def mask_of(T=POSE):

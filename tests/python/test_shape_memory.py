@@ -268,14 +268,8 @@ def test_a_memory_comes_back_from_its_file_from_pickle_and_as_a_copy(rule, count
             assert other != memory
 
 
-# Bad input
-
-
 def test_the_printed_rule_calls_everything_novel_until_its_scale_is_known(cat):
     memory = learnt(cat[:19], rule="printed")
     assert memory.judge(cat[0]) == "novel"
     memory.learn(cat[19])
     assert memory.judge(cat[0]) != "novel"
-
-
-# Synthesis and protocol

@@ -503,19 +503,6 @@ def test_wrong_addresses_are_refused(address, error, message, tmp_path, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_wrong_arguments_are_refused(server):
-    with pytest.raises(TypeError, match=r"frame: expected st\.Frame, got ndarray"):
-        server.send(np.zeros((4, 4)), result())
-    with pytest.raises(TypeError, match=r"result: expected st\.TrackResult, got dict"):
-        server.send(frame(), {})
-    with pytest.raises(TypeError, match="names: expected a list"):
-        open_stream("ws://localhost:0", "duck", CAMERA)
-    with pytest.raises(ValueError, match="waiting: expected a number of frames"):
-        open_stream("ws://localhost:0", NAMES, CAMERA, waiting=0)
-    with pytest.raises(TypeError, match="overwrite"):
-        open_stream("ws://localhost:0", NAMES, CAMERA, overwrite=True)
-
-
 def test_names_and_addresses():
     assert safe_names(["a", "a", "a_2", "é!", "1", ""]) == ["a", "a_2", "a_2_2", "_", "_1", "object_5"]
     assert host_and_port("//[::1]:80", "ws") == ("::1", 80)

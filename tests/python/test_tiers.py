@@ -3,7 +3,6 @@
 
 import ast
 import fnmatch
-import re
 from pathlib import Path
 
 import tiers
@@ -29,14 +28,3 @@ def is_there(line):
 def test_every_line_names_tests_that_there_are():
     gone = [line for line in tiers.lines() if not is_there(line)]
     assert gone == [], "not there: take these lines out of tests/nightly.txt, or rename what they name"
-
-
-def test_the_scripts_of_ci_name_files_that_there_are():
-    for script in ("sanitize", "test_wheel.sh"):
-        text = (tiers.TESTS.parent / ".ci" / script).read_text()
-        lists = re.findall(r"^\w*tests=\(([\w\s]+)\)", text, re.M)
-        assert lists, script
-        gone = [
-            n for names in lists for n in names.split() if not (tiers.TESTS / f"python/test_{n}.py").is_file()
-        ]
-        assert gone == [], script

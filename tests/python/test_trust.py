@@ -6,7 +6,6 @@ import pytest
 
 import sdftrack as st
 from experiments.trust import confidence
-from reference import trust as twin_trust
 from sdftrack import _core, geometry, synth
 
 # The factor's sd at 70 x 70 white pixels is about 1 / sqrt(24 windows, overlapping by half), 0.15; three of them.
@@ -110,29 +109,3 @@ def test_an_object_that_is_not_there_is_not_found_in_a_table(box):
         result = st.Tracker(absent, CAMERA, threads=1, recover=False).start(frame, poses=[T])
         believed += result.ok or result.confidence[0] > WRONG
     assert believed == 0
-
-
-def test_judging_a_pose_leaves_the_tracker_as_it_was(box):
-    frame, T = scene(box)
-    results = []
-    for judge in (False, True):
-        tracker = st.Tracker(box, CAMERA, threads=1)
-        tracker.start(frame, poses=[T])
-        if judge:
-            confidence.judged(tracker, frame, moved(T, 0.04, 30))
-        results.append(tracker.track(frame))
-    np.testing.assert_array_equal(results[0].pose, results[1].pose)
-    np.testing.assert_array_equal(results[0].covariance, results[1].covariance)
-
-
-def test_the_evidence_is_the_twins(box):
-    tracker = st.Tracker(box, CAMERA, threads=1)
-    names = ("agree", "farther", "missing", "expected", "gap_m", "ends", "runs_on", "roughness")
-    seen = []
-    for seed, degrees in enumerate([0, 5, 15, 40]):
-        frame, T = scene(box, seed)
-        said = confidence.judged(tracker, frame, moved(T, 0, degrees, seed))
-        seen.append(said["evidence"])
-        assert said["evidence"] == pytest.approx(twin_trust.evidence(**{n: said[n] for n in names}), rel=1e-9)
-    assert max(seen) > 0.9
-    assert min(seen) < 0.1

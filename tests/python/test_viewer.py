@@ -19,7 +19,7 @@ from viewer_scene import CAMERA, drawn, quaternion_matrix, scene, wait_until, wa
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.cli.view import load_mesh_alone, load_recording
+from sdftrack.cli.view import load_recording
 from sdftrack.contour.drawing import draw_outline
 from sdftrack.io.report_file import result_of
 from sdftrack.viz.viewer import Box, Click, Viewer
@@ -205,17 +205,9 @@ def view_of(frames=None, results=None, *shapes, **change):
 @refused(
     (lambda: wrong(names=["a", "b"]), ValueError, "names: expected 1, one per shape, got 2"),
     (lambda: wrong(token="a/b"), ValueError, "token: expected letters"),
-    (lambda: wrong(camera=None), TypeError, "camera"),
     # An address of documentation, of no computer.
     (lambda: wrong(host="192.0.2.1"), OSError, r"host and port: http://192\.0\.2\.1:0: expected a name"),
     (lambda: view_of(None, scene()[2][:2], BALL), ValueError, "results: expected 6, one per frame, got 2"),
-    (lambda: view_of(scene()[0][0], scene()[2][0], BALL), ValueError, "camera: expected"),
-    (lambda: view_of(scene()[0][0], [{}], BALL, camera=CAMERA), TypeError, r"results\[0\]"),
-    (
-        lambda: view_of(st.Sequence([scene()[0][0]], CAMERA), scene()[2][:1]),
-        ValueError,
-        "expected the 1 tracked",
-    ),
 )
 def test_wrong_arguments_are_named(call, error, words):
     assert_refused(call, error, words)
@@ -350,16 +342,6 @@ def test_view_moves_to_the_frame_that_is_asked_for(monkeypatch):
         assert f'src="{viewer.url}"' in viewer._repr_html_()
 
 
-def test_view_plays_and_begins_again():
-    sequence, sdf, results = scene()
-    with st.view(sequence, results, sdf, port=0) as viewer:
-        playback = viewer._at_close[0].__self__
-        wait_until(lambda: playback.index == 0)
-        playback.play(True)
-        wait_until(lambda: playback.index == 5)
-        wait_until(lambda: playback.index == 1)
-
-
 def test_view_of_one_frame_and_of_a_sequence_alone():
     sequence, sdf, results = scene()
     with st.view(sequence[0], results[0], sdf, camera=CAMERA, port=0):
@@ -406,17 +388,6 @@ def test_a_moved_sequence_is_given_and_another_one_refused(tracked, tmp_path):
     shown = load_recording(tracked / "tracked", str(tracked / "recording"), {"layout": "auto"}, None)
     assert len(shown.frames) == 4
     shown.close()
-
-
-def test_a_mesh_alone_is_in_the_middle_of_its_picture(tracked):
-    shown = load_mesh_alone(tracked / "duck.ply", "mm")
-    y, x = np.nonzero(shown.frames[0].depth)
-    assert abs((x.min() + x.max()) / 2 - 319.5) < 60
-    assert abs((y.min() + y.max()) / 2 - 239.5) < 60
-    assert x.min() > 0
-    assert y.min() > 0
-    assert x.max() < 639
-    assert y.max() < 479
 
 
 def test_ctrl_c_ends_the_command_with_0(tracked):

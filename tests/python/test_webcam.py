@@ -111,13 +111,6 @@ def test_an_unplugged_webcam_gives_bad_frames_until_it_is_back(capture, monkeypa
         assert next(frame for frame in live if not frame.error).color is not None
 
 
-def test_a_camera_in_use_is_an_error(capture):
-    capture.opened = False
-    with pytest.raises(OSError, match="webcam 1: it cannot be opened; does another program use it"):
-        open_camera("webcam:1", camera=CAMERA)
-    assert capture.instances[0].released
-
-
 @pytest.mark.parametrize(
     ("address", "options", "words"),
     [
