@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_targets import Case, Target, any_of, finite
+from fuzz_targets import Case, Target, any_of
 from fuzz_values import Call, Few, Fixed, OneOf
 
 import sdftrack as st
@@ -83,9 +83,7 @@ def _mesh() -> dict[str, Call]:
     vertices, faces = np.asarray(b.vertices), np.asarray(b.faces)
     return {
         "cast": Call(cast, vertices, faces, colors, POSE),
-        "from_mesh": Call(
-            volume, vertices, faces, OneOf((16, 24)), 0.1, OneOf(("error", "close")), check=finite
-        ),
+        "from_mesh": Call(volume, vertices, faces, OneOf((16, 24)), 0.1, OneOf(("error", "close"))),
         "transformed": Call(b.transformed, POSE),
         "decimated": Call(b.decimated, 40),
         "mesh": Call(st.Mesh, vertices, faces, colors, seen=np.ones(len(vertices), bool)),
@@ -112,24 +110,22 @@ def _sdf() -> dict[str, Call]:
         return sdf.cropped(2)
 
     return {
-        "used": Call(used, values, b.voxel_size, np.asarray(b.origin), colors, POSE, check=finite),
-        "whole": Call(whole, values, b.voxel_size, np.asarray(b.origin), check=finite),
+        "used": Call(used, values, b.voxel_size, np.asarray(b.origin), colors, POSE),
+        "whole": Call(whole, values, b.voxel_size, np.asarray(b.origin)),
         "call": Call(b, points),
         "gradient": Call(b.gradient, points),
         "render": Call(b.render, CAMERAS, POSE, ONE_THREAD),
         "silhouette": Call(b.silhouette, CAMERAS, POSE, ONE_THREAD),
-        "transformed": Call(b.transformed, POSE, check=finite),
-        "cropped": Call(b.cropped, 3, check=finite),
+        "transformed": Call(b.transformed, POSE),
+        "cropped": Call(b.cropped, 3),
         "samples": Call(b.surface_samples, 100),
         "colored": Call(b.colored, Fixed(painted), unit=OneOf((None, "mm")), threads=ONE_THREAD),
-        "box": Call(st.SDF.box, np.array([0.1, 0.2, 0.1]), voxels=16, padding=0.1, check=finite),
-        "sphere": Call(st.SDF.sphere, 0.1, voxels=16, padding=0.1, check=finite),
-        "cylinder": Call(st.SDF.cylinder, 0.1, 0.2, voxels=16, padding=0.1, check=finite),
-        "cone": Call(st.SDF.cone, 0.1, 0.2, voxels=16, padding=0.1, check=finite),
-        "ellipsoid": Call(st.SDF.ellipsoid, np.array([0.1, 0.2, 0.1]), voxels=16, padding=0.1, check=finite),
-        "smooth_union": Call(
-            st.smooth_union, Fixed(b), Fixed(b.transformed(POSE)), radius=0.01, check=finite
-        ),
+        "box": Call(st.SDF.box, np.array([0.1, 0.2, 0.1]), voxels=16, padding=0.1),
+        "sphere": Call(st.SDF.sphere, 0.1, voxels=16, padding=0.1),
+        "cylinder": Call(st.SDF.cylinder, 0.1, 0.2, voxels=16, padding=0.1),
+        "cone": Call(st.SDF.cone, 0.1, 0.2, voxels=16, padding=0.1),
+        "ellipsoid": Call(st.SDF.ellipsoid, np.array([0.1, 0.2, 0.1]), voxels=16, padding=0.1),
+        "smooth_union": Call(st.smooth_union, Fixed(b), Fixed(b.transformed(POSE)), radius=0.01),
         "symmetries": Call(st.find_symmetries, Fixed(b), 1.5),
     }
 

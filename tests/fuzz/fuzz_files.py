@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fuzz_targets import MEANT, MEMORY_BYTES, MEMORY_FACTOR, Case, Unclear
+from fuzz_targets import MEANT, MEMORY_BYTES, MEMORY_FACTOR, Case, Unclear, any_of
 
 __all__ = ["file_case", "folder_case", "mutated", "repaired_png"]
 
@@ -187,7 +187,6 @@ def file_case(
     *,
     repair: Callable[[random.Random, bytes], bytes] | None = None,
     change: Callable[[random.Random, str, bytes], bytes] | None = None,
-    check: Callable[[Any], None] | None = None,
     suffixes: tuple[str, ...] = (),
 ) -> Case:
     """Read one of some files, changed. `suffixes`: other endings that it may have."""
@@ -198,7 +197,7 @@ def file_case(
         except MEANT as error:
             raise AssertionError(f"the seed {name} is not read: {error}") from error
 
-    def case(rng: random.Random) -> None:
+    def case(rng: random.Random) -> Any:
         name = rng.choice(list(seeds))
         data = seeds[name]
         if change is not None and rng.random() < 0.5:
@@ -212,23 +211,18 @@ def file_case(
             / f"case{Path(name).suffix if not suffixes or rng.random() < 0.8 else rng.choice(suffixes)}"
         )
         path.write_bytes(data)
-        bounded(lambda: read(path), path, len(data), check)
+        return bounded(lambda: read(path), path, len(data))
 
     return case
 
 
-def folder_case(
-    folder: Path,
-    files: dict[str, bytes],
-    read: Callable[[Path], Any],
-    check: Callable[[Any], None] | None = None,
-) -> Case:
+def folder_case(folder: Path, files: dict[str, bytes], read: Callable[[Path], Any]) -> Case:
     """Read a folder of which one or two files are changed or absent."""
     root = folder / "set"
     _fill(root, files)
     read(root)
 
-    def case(rng: random.Random) -> None:
+    def case(rng: random.Random) -> Any:
         names = rng.sample(list(files), rng.choices((1, 2), (4, 1))[0]) if len(files) > 1 else list(files)
         try:
             for name in names:
@@ -240,11 +234,23 @@ def folder_case(
                     data = repaired_png(data)
                 (root / name).write_bytes(data)
             size = sum((root / name).stat().st_size for name in files if (root / name).is_file())
-            bounded(lambda: read(root), root, size, check)
+            return bounded(lambda: read(root), root, size)
         finally:
             _fill(root, {name: files[name] for name in names})
 
     return case
+
+
+def file_cases(
+    folder: Path, *readers: tuple[dict[str, bytes], Callable[[Path], Any]], **options: Any
+) -> Case:
+    """A file case of any of several readers, each with a folder of its own."""
+    cases = []
+    for n, (seeds, read) in enumerate(readers):
+        place = folder / f"reader{n}"
+        place.mkdir()
+        cases.append(file_case(place, seeds, read, **options))
+    return any_of(cases)
 
 
 def _fill(root: Path, files: dict[str, bytes]) -> None:
@@ -253,13 +259,11 @@ def _fill(root: Path, files: dict[str, bytes]) -> None:
         (root / name).write_bytes(data)
 
 
-def bounded(read: Callable[[], Any], path: Path, size: int, check: Callable[[Any], None] | None) -> None:
+def bounded(read: Callable[[], Any], path: Path, size: int) -> Any:
     """Read within the memory that a file of this size may take; an error must name the file, or one in its folder."""
     before = _memory("VmRSS", reset=True)
     try:
-        result = read()
-        if check is not None:
-            check(result)
+        return read()
     except MEANT as error:
         if path.name not in str(error) and str(path.parent) not in str(error):
             raise Unclear(f"{type(error).__name__} without the file's name: {error}") from error

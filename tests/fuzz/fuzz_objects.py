@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from fuzz_arrays import ONE_THREAD, POSE, made
-from fuzz_targets import Target, finite
+from fuzz_targets import Target
 from fuzz_values import Call, Fixed, OneOf
 
 import sdftrack as st
@@ -79,7 +79,7 @@ def _trackers() -> dict[str, Call]:
         "set_pose": (set_pose, 0, POSE, 1e-6 * np.eye(6), d),
         "add": (add, POSE, 1, d),
     }
-    return {name: Call(on_new(running, use), *given, check=finite) for name, (use, *given) in ways.items()}
+    return {name: Call(on_new(running, use), *given) for name, (use, *given) in ways.items()}
 
 
 def _reconstructors() -> dict[str, Call]:
@@ -107,13 +107,11 @@ def _reconstructors() -> dict[str, Call]:
         return star.resume(seen(depth, c), mask)
 
     return {
-        "mask": Call(lambda mask, depth: followed(new(), depth, mask=mask), d < 1, d, check=finite),
-        "box": Call(
-            lambda box, depth: followed(new(), depth, box=box), (20.0, 14.0, 28.0, 25.0), d, check=finite
-        ),
-        "pose": Call(at_pose, POSE, check=finite),
-        "options": Call(made_otherwise, CAMERAS, 24, 0.3, check=finite),
-        "resume": Call(resumed, d, d < 1, check=finite),
+        "mask": Call(lambda mask, depth: followed(new(), depth, mask=mask), d < 1, d),
+        "box": Call(lambda box, depth: followed(new(), depth, box=box), (20.0, 14.0, 28.0, 25.0), d),
+        "pose": Call(at_pose, POSE),
+        "options": Call(made_otherwise, CAMERAS, 24, 0.3),
+        "resume": Call(resumed, d, d < 1),
     }
 
 

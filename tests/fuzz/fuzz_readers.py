@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz_files import file_case, repaired_png
-from fuzz_targets import Case, Target, any_of
+from fuzz_files import file_case, file_cases, repaired_png
+from fuzz_targets import Case, Target
 
 import sdftrack as st
 
@@ -22,7 +22,7 @@ def poses(count: int) -> list[np.ndarray]:
     return [st.geometry.pose([0.1 * i, 0.2, -0.3], [0.01 * i, 0.02, 0.8]) for i in range(count)]
 
 
-def _written(folder: Path, name: str, write: Any) -> bytes:
+def written(folder: Path, name: str, write: Any) -> bytes:
     path = folder / f"seed_{name}"
     write(path)
     return path.read_bytes()
@@ -39,7 +39,7 @@ def _meshes(folder: Path) -> Case:
             b"0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
         )
     )
-    seeds = {f"mesh.{kind}": _written(folder, f"m.{kind}", mesh.save) for kind in ("ply", "obj", "glb")}
+    seeds = {f"mesh.{kind}": written(folder, f"m.{kind}", mesh.save) for kind in ("ply", "obj", "glb")}
     seeds["mesh.stl"] = mesh.to_trimesh().export(file_type="stl")
     seeds["text.stl"] = mesh.to_trimesh().export(file_type="stl_ascii").encode()
     seeds["text.ply"] = text
@@ -53,30 +53,26 @@ def _trajectories(folder: Path) -> Case:
     tum = "".join(f"{trajectories.tum_line(t, P)}\n" for t, P in zip(times, T, strict=True)).encode()
     log = "\n".join(line for i, P in enumerate(T) for line in trajectories.log_lines(i, P)).encode()
     moved = st.motion.Trajectory(times, T, np.tile(1e-6 * np.eye(6), (8, 1, 1)))
-    table = _written(folder, "a.csv", lambda p: st.motion.save(p, moved))
+    table = written(folder, "a.csv", lambda p: st.motion.save(p, moved))
     bop = "scene_id,im_id,obj_id,score,R,t,time\n" + "".join(
         f"1,{i},3,1.0,{' '.join(map(str, P[:3, :3].ravel()))},{' '.join(map(str, 1e3 * P[:3, 3]))},-1\n"
         for i, P in enumerate(T)
     )
     load = {"a.txt": tum, "a.csv": table, "bop.csv": bop.encode()}
-    first, second, third = (folder / n for n in ("load", "tum", "log"))
-    for sub in (first, second, third):
-        sub.mkdir()
-    return any_of(
-        [
-            file_case(first, load, lambda p: st.motion.load(p, fps=30 if p.name.startswith("bop") else None)),
-            file_case(first, load, lambda p: st.motion.load(p, fps=25)),
-            file_case(second, {"a.txt": tum}, trajectories.read_tum),
-            file_case(third, {"a.log": log}, trajectories.read_log),
-        ]
+    return file_cases(
+        folder,
+        (load, lambda p: st.motion.load(p, fps=30 if p.name.startswith("bop") else None)),
+        (load, lambda p: st.motion.load(p, fps=25)),
+        ({"a.txt": tum}, trajectories.read_tum),
+        ({"a.log": log}, trajectories.read_log),
     )
 
 
 def _c3d(folder: Path) -> Case:
     moved = st.motion.Trajectory(np.arange(6) / 30, np.array(poses(6)))
     seeds = {
-        "a.c3d": _written(folder, "a.c3d", lambda p: st.motion.save(p, moved)),
-        "b.c3d": _written(
+        "a.c3d": written(folder, "a.c3d", lambda p: st.motion.save(p, moved)),
+        "b.c3d": written(
             folder, "b.c3d", lambda p: st.motion.save(p, [moved, dataclasses.replace(moved, name="b")])
         ),
     }
@@ -96,15 +92,8 @@ def _cameras(folder: Path) -> Case:
         b"  data: [60, 0, 31, 0, 61, 23, 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n"
         b"  rows: 1\n  cols: 5\n  data: [0.1, -0.2, 0.001, 0.002, 0]\n"
     )
-    plain, sized = folder / "plain", folder / "sized"
-    plain.mkdir()
-    sized.mkdir()
-    return any_of(
-        [
-            file_case(plain, data, st.Camera.load),
-            file_case(sized, {"K.txt": b"60 0 31\n0 61 23\n0 0 1\n"}, lambda p: st.Camera.load(p, 64, 48)),
-        ]
-    )
+    matrix = {"K.txt": b"60 0 31\n0 61 23\n0 0 1\n"}
+    return file_cases(folder, (data, st.Camera.load), (matrix, lambda p: st.Camera.load(p, 64, 48)))
 
 
 def _options(folder: Path) -> Case:
@@ -116,22 +105,16 @@ def _options(folder: Path) -> Case:
         b"[tracker]\nnoise_m = 0.002\nadapt_noise = false\nresidual = 'ray_hit'\n[reconstruct]\n[contour]\n"
     )
     flat = b"noise_m = 0.002\nscale_start_m = 0.01\n"
-    sensor = _written(folder, "s.toml", st.SensorModel.preset("kinect_v1").save)
-    sensor_json = _written(folder, "s.json", st.SensorModel.preset("kinect_v1").save)
+    sensor = written(folder, "s.toml", st.SensorModel.preset("kinect_v1").save)
+    sensor_json = written(folder, "s.json", st.SensorModel.preset("kinect_v1").save)
     start = json.dumps({"T_cam_obj": [T.tolist() for T in poses(2)]}).encode()
-    subs = [folder / str(i) for i in range(5)]
-    for sub in subs:
-        sub.mkdir()
-    return any_of(
-        [
-            file_case(subs[0], {"a.toml": tables, "b.toml": flat}, st.TrackerOptions.from_file),
-            file_case(subs[1], {"a.toml": tables}, ReconstructorOptions.from_file),
-            file_case(subs[2], {"a.toml": tables}, options_from_file),
-            file_case(
-                subs[3], {"a.toml": sensor, "a.json": sensor_json}, lambda p: st.SensorModel.of(str(p))
-            ),
-            file_case(subs[4], {"a.json": start}, lambda p: read_poses(p, 2)),
-        ]
+    return file_cases(
+        folder,
+        ({"a.toml": tables, "b.toml": flat}, st.TrackerOptions.from_file),
+        ({"a.toml": tables}, ReconstructorOptions.from_file),
+        ({"a.toml": tables}, options_from_file),
+        ({"a.toml": sensor, "a.json": sensor_json}, lambda p: st.SensorModel.of(str(p))),
+        ({"a.json": start}, lambda p: read_poses(p, 2)),
     )
 
 
@@ -163,16 +146,8 @@ def _images(folder: Path) -> Case:
     seeds = image_seeds()
     depth = {name: data for name, data in seeds.items() if name.startswith("d")}
     color = {name: data for name, data in seeds.items() if not name.startswith("d")}
-    subs = [folder / str(i) for i in range(3)]
-    for sub in subs:
-        sub.mkdir()
-    return any_of(
-        [
-            file_case(subs[0], depth, frames.read_depth_units, repair=repair_image),
-            file_case(subs[1], color, frames.read_color, repair=repair_image),
-            file_case(subs[2], seeds, frames.read_mask, repair=repair_image),
-        ]
-    )
+    readers = (depth, frames.read_depth_units), (color, frames.read_color), (seeds, frames.read_mask)
+    return file_cases(folder, *readers, repair=repair_image)
 
 
 TARGETS = (

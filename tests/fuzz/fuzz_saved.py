@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 from fuzz_files import beside, changed_value, file_case, mutated
-from fuzz_targets import Case, Target, finite
+from fuzz_readers import written
+from fuzz_targets import Case, Target
 from fuzz_values import nasty_array
 
 import sdftrack as st
@@ -51,16 +52,6 @@ def _numeric(rng: random.Random, array: np.ndarray) -> np.ndarray:
     return out if out.dtype.kind in "biuf" else array
 
 
-def _case(folder: Path, seeds: dict[str, bytes], load: Callable[[Path], Any], check: Any = None) -> Case:
-    return file_case(folder, seeds, load, change=crafted, check=check)
-
-
-def _saved(folder: Path, name: str, what: Any) -> bytes:
-    path = folder / name
-    what.save(path)
-    return path.read_bytes()
-
-
 def used(use: Callable[[], Any]) -> Any:
     """What a loaded object does; it may refuse, without the name of its file, as one that has learned nothing."""
     try:
@@ -75,12 +66,12 @@ def _sdf(folder: Path) -> Case:
     np.savez(folder / "p.npz", values=ball.values, voxel_size=ball.voxel_size, origin=ball.origin)
     np.savez_compressed(folder / "q.npz", values=ball.values, voxel_size=ball.voxel_size, origin=ball.origin)
     seeds = {
-        "ball.npz": _saved(folder, "b.npz", ball),
-        "color.npz": _saved(folder, "c.npz", st.SDF(ball.values, ball.voxel_size, ball.origin, colors)),
+        "ball.npz": written(folder, "b.npz", ball.save),
+        "color.npz": written(folder, "c.npz", st.SDF(ball.values, ball.voxel_size, ball.origin, colors).save),
         "plain.npz": (folder / "p.npz").read_bytes(),
         "deflated.npz": (folder / "q.npz").read_bytes(),
     }
-    return _case(folder, seeds, st.SDF.load, finite)
+    return file_case(folder, seeds, st.SDF.load, change=crafted)
 
 
 def _flat(camera: Any) -> st.Frame:
@@ -109,7 +100,9 @@ def _of(name: str) -> Callable[[Path], Case]:
             loaded = saved.load(path)
             return used(lambda: USES[name](loaded))
 
-        return _case(folder, {f"a.{name}": _saved(folder, "made", saved.make())}, load, finite)
+        return file_case(
+            folder, {f"a.{name}": written(folder, "made", saved.make().save)}, load, change=crafted
+        )
 
     return make
 

@@ -16,7 +16,7 @@ MEANT = (ValueError, TypeError, OSError)
 LONGEST_MESSAGE = 1500  # characters
 MEMORY_FACTOR, MEMORY_BYTES = 10, 200_000_000  # what a file of so many bytes may take: factor * size + these
 
-Case = Callable[[random.Random], None]  # raises what it raises
+Case = Callable[[random.Random], Any]  # raises what it raises
 
 
 class Unclear(Exception):
@@ -54,7 +54,7 @@ def outcome_of(target: Target, case: Case, seed: int) -> tuple[str, str]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            case(rng_of(target.name, seed))
+            finite(case(rng_of(target.name, seed)))
     except MEANT as error:
         wrong = unclear(error)
         return ("unclear", f"{type(error).__name__}: {wrong}: {error}") if wrong else ("refused", str(error))
@@ -85,10 +85,7 @@ def any_of(cases: Mapping[str, Case] | Sequence[Case]) -> Case:
     """A case that is one of several."""
     every = list(cases.values() if isinstance(cases, Mapping) else cases)
 
-    def case(rng: random.Random) -> None:
-        rng.choice(every)(rng)
-
-    return case
+    return lambda rng: rng.choice(every)(rng)
 
 
 def finite(result: Any) -> None:
@@ -96,7 +93,7 @@ def finite(result: Any) -> None:
     import numpy as np
 
     status = getattr(result, "status", None)
-    if isinstance(status, list | tuple):
+    if isinstance(status, list | tuple) and hasattr(result, "confidence"):
         for k, word in enumerate(status):
             if str(word) in ("ok", "weak"):
                 for name in ("poses", "confidence", "covariances"):

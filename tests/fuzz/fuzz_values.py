@@ -60,46 +60,28 @@ class OneOf:
 
 
 class Call:
-    """A function with valid arguments, one or two of which are changed at a time.
+    """A function with valid arguments, one or two of which are changed at a time."""
 
-    Parameters
-    ----------
-    function : callable, or a function of no argument that makes one ("made anew")
-    check : callable, optional
-        Called with the result; an AssertionError is a finding.
-    """
+    def __init__(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> None:
+        self.function, self.args, self.kwargs = function, args, kwargs
+        self.given: dict[int | str, Any] = {**dict(enumerate(args)), **kwargs}
 
-    def __init__(
-        self,
-        function: Callable[..., Any],
-        *args: Any,
-        check: Callable[[Any], None] | None = None,
-        **kwargs: Any,
-    ) -> None:
-        self.function, self.args, self.kwargs, self.check = function, args, kwargs, check
-
-    def valid(self) -> None:
+    def valid(self) -> Any:
         """Call it with the valid arguments, which it has to accept."""
         plain = random.Random(0)
-        args = [valid_value(plain, value) for value in self.args]
-        result = self.function(
-            *args, **{name: valid_value(plain, value) for name, value in self.kwargs.items()}
-        )
-        if self.check is not None:
-            self.check(result)
+        return self._called({place: valid_value(plain, value) for place, value in self.given.items()})
 
-    def __call__(self, rng: random.Random) -> None:
-        places: list[int | str] = [*range(len(self.args)), *self.kwargs]
-        given: dict[int | str, Any] = {**dict(enumerate(self.args)), **self.kwargs}
-        may = [p for p in places if not isinstance(given[p], Fixed)]
+    def __call__(self, rng: random.Random) -> Any:
+        may = [place for place, value in self.given.items() if not isinstance(value, Fixed)]
         count = min(len(may), rng.choices((0, 1, 2, 3), (2, 12, 5, 1))[0])
         changed = set(rng.sample(may, count))
-        values = {p: nasty(rng, given[p]) if p in changed else valid_value(rng, given[p]) for p in places}
-        result = self.function(
-            *(values[i] for i in range(len(self.args))), **{name: values[name] for name in self.kwargs}
+        return self._called(
+            {p: (nasty if p in changed else valid_value)(rng, value) for p, value in self.given.items()}
         )
-        if self.check is not None:
-            self.check(result)
+
+    def _called(self, values: dict[int | str, Any]) -> Any:
+        args = [values[i] for i in range(len(self.args))]
+        return self.function(*args, **{name: values[name] for name in self.kwargs})
 
 
 def valid_value(rng: random.Random, value: Any) -> Any:

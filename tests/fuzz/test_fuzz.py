@@ -70,10 +70,8 @@ def test_a_file_that_once_failed_is_refused_by_name_or_read(path: Path, tmp_path
     again = tmp_path / path.name
     again.write_bytes(path.read_bytes())
     target = Target("corpus", lambda _: lambda _: None)
-    case = lambda _: fuzz_files.bounded(  # noqa: E731
-        lambda: READERS[path.parent.name](again), again, path.stat().st_size, None
-    )
-    outcome, message = outcome_of(target, case, 0)
+    read = lambda: READERS[path.parent.name](again)  # noqa: E731
+    outcome, message = outcome_of(target, lambda _: fuzz_files.bounded(read, again, path.stat().st_size), 0)
     assert outcome in ("accepted", "refused"), message
 
 
