@@ -9,7 +9,7 @@ import os
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -86,16 +86,13 @@ def _process(target: str, first: int, count: int, score: Score) -> int:
         child = PROCESSES.Process(target=work, args=(target, first, count, Path(name), told))
         child.start()
         told.close()  # where the process ends, so does what it tells
-        done, kind = -1, CRASH
-        for line in _told(heard, count):
-            if line == HANG:
-                kind = HANG
-                child.kill()
-                break
-            done += 1
-            if line is not None:
-                _count(line, first + done - 1, score)
+        answers, kind = _answers(heard, count)
+        if kind == HANG:
+            child.kill()
         child.join()
+        done = len(answers) - 1  # the first one says that it is ready
+        for seed, answer in enumerate(answers[1:], first):
+            _count(answer, seed, score)
         if done == count:
             return first + count
         stderr = Path(name, "stderr")
@@ -110,15 +107,17 @@ def _process(target: str, first: int, count: int, score: Score) -> int:
     return first + done + 1
 
 
-def _told(heard: Connection, count: int) -> Iterator[Any]:
-    """None when the process is ready, then (outcome, message, seconds) of each case; HANG where it is silent."""
+def _answers(heard: Connection, count: int) -> tuple[list[Any], str]:
+    """None once it is ready, then (outcome, message, seconds) of each case; how it ended where some are missing."""
+    answers: list[Any] = []
     for limit_s in (START_S, *[HANG_S] * count):
         if not heard.poll(limit_s):
-            yield HANG
+            return answers, HANG
         try:
-            yield heard.recv()
+            answers.append(heard.recv())
         except EOFError:
-            return
+            break
+    return answers, CRASH
 
 
 def _count(line: tuple[str, str, float], seed: int, score: Score) -> None:

@@ -35,14 +35,14 @@ TARGETS: dict[str, Target] = {
 BATCH = 1000  # cases of a process
 
 
-def plan(names: Sequence[str], cases: int, seed: int, batch: int = BATCH) -> list[tuple[str, int, int]]:
+def plan(names: Sequence[str], cases: int, seed: int) -> list[tuple[str, int, int]]:
     """(target, first seed, count) of all processes; the cases of run `seed` are from 10^9 times it on."""
     total = sum(TARGETS[name].weight for name in names)
     made = []
     for name in names:
         count = max(1, round(cases * TARGETS[name].weight / total))
         first = seed * 10**9
-        made += [(name, first + at, min(batch, count - at)) for at in range(0, count, batch)]
+        made += [(name, first + at, min(BATCH, count - at)) for at in range(0, count, BATCH)]
     return sorted(made, key=lambda one: one[1])  # the first of each target, then the second: a run may be cut
 
 
@@ -74,7 +74,6 @@ def main() -> int:
     parser.add_argument("--targets", default="all", help="names, with commas between, or all")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--batch", type=int, default=BATCH, help="cases of a process")
     parser.add_argument("--minutes", type=float, help="begin no process after these")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--replay", metavar="TARGET:SEED")
@@ -86,9 +85,7 @@ def main() -> int:
     names = list(TARGETS) if given.targets == "all" else given.targets.split(",")
     until = None if given.minutes is None else time.time() + 60 * given.minutes
     started = time.monotonic()
-    scores = list(
-        run_batches(plan(names, given.cases, given.seed, given.batch), given.jobs, until_s=until).values()
-    )
+    scores = list(run_batches(plan(names, given.cases, given.seed), given.jobs, until_s=until).values())
     print(table(scores))
     print(f"{time.monotonic() - started:.0f} s on {given.jobs} processes, seed {given.seed}")
     for score in scores:

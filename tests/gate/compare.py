@@ -133,7 +133,7 @@ def results(commit: str, only: list[str]) -> dict[str, dict[str, str]]:
 def _runs(tree: Path, names: list[str]) -> Iterator[dict[str, Any]]:
     """What each run gives with the package of a folder, as one process has it ready."""
     environment = {**os.environ, "PYTHONPATH": f"{tree / 'python'}{os.pathsep}{tree}"}
-    command = [sys.executable, str(HERE / "child.py"), *names]
+    command = [sys.executable, str(HERE / "hashes.py"), "--lines", *names]
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         yield from (json.loads(line) for line in child.stdout if line.startswith("{"))

@@ -80,14 +80,34 @@ def differences(kept: dict[str, Any], now: dict[str, Any]) -> list[str]:
     ]
 
 
+def lines(names: list[str]) -> None:
+    """Runs with the package of PYTHONPATH: a line of JSON for each, also for one that fails."""
+    # An editable installation would be found before PYTHONPATH.
+    sys.meta_path[:] = [finder for finder in sys.meta_path if "Redirecting" not in type(finder).__name__]
+    wanted, found = Path(os.environ["PYTHONPATH"].split(os.pathsep)[0]), importlib.import_module("sdftrack")
+    if not Path(found.__path__[0]).is_relative_to(wanted):
+        sys.exit(f"expected the package of {wanted}, got {found.__path__[0]}")
+    for name in names:
+        begin = time.perf_counter()
+        try:
+            hashes = runs()[name]()
+        except Exception as error:
+            hashes = {"failed": f"{type(error).__name__}: {error}".splitlines()[0]}
+        seconds = time.perf_counter() - begin
+        print(json.dumps({"run": name, "hashes": hashes, "seconds": seconds}), flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", nargs="*", help="only these")
     parser.add_argument("--write", action="store_true")
-    parser.add_argument("--file", type=Path, default=KEPT)
     parser.add_argument("--applies", action="store_true", help="only say why they do not apply here, if so")
+    parser.add_argument("--lines", action="store_true", help="for compare.py: hashes by lines, not compared")
     given = parser.parse_args()
-    kept = json.loads(given.file.read_text()) if given.file.is_file() else {"made_with": {}, "hashes": {}}
+    if given.lines:
+        lines(given.run)
+        return 0
+    kept = json.loads(KEPT.read_text())
     why = "" if given.write else elsewhere(kept)
     if given.applies or why:
         print(
@@ -103,7 +123,7 @@ def main() -> int:
         print(f"{name:20} {len(now[name]):3} hashes {time.perf_counter() - begin:6.1f} s", flush=True)
     if given.write:
         everything = {"made_with": made_with(), "hashes": {**kept["hashes"], **now}}
-        given.file.write_text(json.dumps(everything, indent=1) + "\n")
+        KEPT.write_text(json.dumps(everything, indent=1) + "\n")
         return 0
     differ = differences(kept["hashes"], now)
     print(*(f"DIFFERS {line}" for line in differ), f"{len(differ)} differences", sep="\n")

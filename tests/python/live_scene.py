@@ -28,6 +28,13 @@ def recorded(folder, frames):
     return seq, folder
 
 
+def box_of(mask, margin=3):
+    """x, y, width and height around a mask."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    more = 2 * margin + 1
+    return columns[0] - margin, rows[0] - margin, np.ptp(columns) + more, np.ptp(rows) + more
+
+
 class Page:
     """A viewer whose user does something at certain frames."""
 

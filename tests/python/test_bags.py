@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +24,7 @@ from bag_writers import (
 )
 
 import sdftrack as st
-from sdftrack.cli.app import run as run_line
+from sdftrack.cli.app import run
 from sdftrack.testing import assert_pose_close
 
 CAMERA = st.Camera(70.0, 71.0, 39.5, 29.5, 80, 60)
@@ -205,19 +203,12 @@ def test_a_closed_sequence_says_so(tmp_path):
             one[0]
 
 
-def run(*args: str) -> tuple[int, str]:
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
-        return run_line([*args]), text.getvalue()
-
-
-def test_commands_take_topics(tmp_path):
+def test_commands_take_topics(tmp_path, capsys):
     messages = recording(scene())
     messages += [replace(m, topic="/other/image") for m in messages if m.topic == DEPTH_TOPIC]
     words = ["convert", str(write(tmp_path, messages, "ros1")), "--to", "tum", "-q"]
-    code, text = run(*words, "--out", str(tmp_path / "a"))
-    assert code == 1
-    assert "--depth-topic: " in text
+    assert run([*words, "--out", str(tmp_path / "a")]) == 1
+    assert "--depth-topic: " in capsys.readouterr().err
     topics = ["--depth-topic", DEPTH_TOPIC, "--color-topic", "none"]
-    assert run(*words, *topics, "--out", str(tmp_path / "b")) == (0, "")
+    assert run([*words, *topics, "--out", str(tmp_path / "b")]) == 0
     assert [frame.color for frame in st.open_sequence(tmp_path / "b")] == [None] * FRAMES

@@ -8,7 +8,7 @@ import shutil
 
 import numpy as np
 import pytest
-from live_scene import CAMERA, recorded
+from live_scene import CAMERA, box_of, recorded
 
 import sdftrack as st
 from sdftrack.cli.app import run
@@ -28,11 +28,6 @@ def scene(tmp_path_factory):
     mask = duck_mesh().raycast(CAMERA, seq.ground_truth[0][0])[0] > 0
     write_mask(folder / "mask.png", mask)
     return folder, seq, mask
-
-
-def box_of(mask):
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return columns[0] - 3, rows[0] - 3, np.ptp(columns) + 7, np.ptp(rows) + 7
 
 
 def middle_of(mask):

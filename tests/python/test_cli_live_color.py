@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 import test_webcam
-from live_scene import CAMERA, Page, PatientCamera, recorded
+from live_scene import CAMERA, Page, PatientCamera, box_of, recorded
 from refusals import error_line
 
 import sdftrack as st
@@ -36,12 +36,6 @@ def silhouettes(scene):
     """Of the object in each frame."""
     shape = st.SDF.from_mesh(scene[0].models[1], voxels=60)
     return [shape.silhouette(CAMERA, scene[0].ground_truth[i][0]) for i in range(FRAMES)]
-
-
-def box_of(mask, margin=3):
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    x, y = columns[0] - margin, rows[0] - margin
-    return x, y, columns[-1] - x + margin, rows[-1] - y + margin
 
 
 def box_option(mask):

@@ -169,53 +169,6 @@ def test_a_novel_shape_is_neither_learned_nor_replaced():
     assert (len(memory.learned), memory.recovered) == (1, 0)
 
 
-class KnowsTheShape:
-    """A memory that is always right about a thing that does not deform."""
-
-    def __init__(self):
-        self.whole = None
-
-    def learn(self, mask):
-        self.whole = mask if self.whole is None else self.whole
-
-    def judge(self, mask):
-        return "occluded" if (mask & self.whole).sum() < 0.96 * self.whole.sum() else "unoccluded"
-
-    def recover(self, _mask):
-        return self.whole
-
-
-def behind_a_wide_post(frames=70):
-    """An L of one colour passes behind a post of 16 pixels; images, and masks of the whole L."""
-    rng = np.random.default_rng(0)
-    y, x = np.mgrid[:140, :260]
-    checks = ((x // 16 + y // 16) % 2)[..., None] == 0
-    ground = np.where(checks, [70, 120, 70], [90, 110, 90]).astype(float)
-    images, masks = [], []
-    for k in range(frames):
-        u, v = x - 60 - 2 * k, y - 70
-        mask = ((abs(u) < 30) & (abs(v) < 12)) | ((abs(u + 18) < 12) & (abs(v + 10) < 26))
-        picture = np.where(mask[..., None], [200, 90, 60], ground)
-        picture[abs(x - 150) < 8] = [90, 90, 210]
-        images.append(np.clip(picture + rng.normal(0, 5, picture.shape), 0, 255).astype(np.uint8))
-        masks.append(mask)
-    return images, masks
-
-
-def overlaps_behind_a_wide_post(memory):
-    images, masks = behind_a_wide_post()
-    tracker = st.contour.ContourTracker(memory=memory, burn_in=1)
-    tracker.start(images[0], mask=masks[0])
-    return [iou(tracker.track(i).mask, m) for i, m in zip(images[1:], masks[1:], strict=True)]
-
-
-def test_what_the_memory_knows_is_kept_behind_a_wide_post():
-    with_it, without = overlaps_behind_a_wide_post(KnowsTheShape()), overlaps_behind_a_wide_post(None)
-    assert np.mean(with_it) > 0.95
-    assert with_it[-1] > 0.95
-    assert np.mean(without) < 0.85  # what is seen is no more than that
-
-
 IMAGE, MASK = picture(disc(60, 45, 20))
 
 

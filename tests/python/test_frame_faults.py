@@ -69,25 +69,3 @@ def test_times_that_do_not_go_on_are_named_once(moving, times, bad, said):
     assert [i for i, r in enumerate(results) if TIME in r.reason[0]] == [bad]
     assert said in results[bad].reason[0]
     assert str(results[bad].status[0]) == "weak"
-
-
-def test_every_repeated_image_of_a_recording_is_named(data_dir):
-    """Six of 99 depth images of this recording are copies, and a few more are made here."""
-    path = data_dir / "visp_rbt"
-    if not path.is_dir():
-        pytest.skip(f"recorded data absent: {path}")
-    with st.open_sequence(path) as seq:
-        tracker = st.Tracker(st.SDF.from_mesh(seq.models[1], voxels=80), seq.camera, threads=1)
-        before, named, copies = None, [], []
-        for i in range(40):
-            frame = seq[i]
-            if i in (10, 30):
-                frame = st.Frame(before, frame.color)
-            if before is not None and np.array_equal(before, frame.depth):
-                copies.append(i)
-            before = frame.depth
-            result = tracker.track(frame) if i else tracker.start(frame, poses=seq.ground_truth[0][0])
-            if REPEATED in result.reason[0]:
-                named.append(i)
-                assert not result.ok
-    assert named == copies == [10, 22, 30]

@@ -18,7 +18,7 @@ from reference.calibration import (
     residual,
 )
 from sdftrack import _core
-from sdftrack.calibration.lens import UNKNOWNS, core_lens
+from sdftrack.calibration.lens import core_lens
 from sdftrack.calibration.observability import refuse_unobservable
 from sdftrack.calibration.statistics import chi2_quantile, fuse, inverse_of
 
@@ -357,15 +357,6 @@ def test_estimates_are_weighed_by_their_information_and_the_stated_covariance_is
         mean, covariance = fuse(values, np.linalg.inv(covariances))
         off.append(mean @ np.linalg.solve(covariance, mean))
     assert np.mean(off) == pytest.approx(3 * 57 / 54, abs=0.6)  # Hotelling's T^2 of 3 unknowns; 300 draws
-
-
-def test_a_result_is_plain_numbers_for_json(found):
-    import json
-
-    told = json.loads(json.dumps(found.to_dict()))
-    assert told["camera"]["fx"] == pytest.approx(found.camera.fx)
-    assert len(told["observability"]["coverage"]) == 6
-    assert UNKNOWNS[0] in repr(found)
 
 
 def test_a_temporal_filter_of_the_camera_is_told(frames, swept, box, found):
