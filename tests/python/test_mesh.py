@@ -62,15 +62,6 @@ def test_a_mesh_pickles_copies_compares_and_is_short_in_print():
         mesh.vertices = np.zeros((8, 3))
 
 
-def test_trimesh_gets_the_same_arrays():
-    mesh = box_mesh(colors=True)
-    other = mesh.to_trimesh()
-    assert np.array_equal(other.vertices, mesh.vertices)
-    assert np.array_equal(other.faces, mesh.faces)
-    assert other.is_watertight
-    assert other.volume > 0
-
-
 def cast(mesh, cam, T):
     """Depth, normals and colours of all rays by libigl, one by one, in the object's frame."""
     igl = pytest.importorskip("igl")

@@ -116,10 +116,6 @@ def test_a_straight_minimum_jerk_reach_has_the_value_of_the_formula(name):
     assert value(name, reach()) == pytest.approx(expected, abs=tolerance + 1e-12)
 
 
-def test_the_values_of_every_measure_are_checked_here():
-    assert set(motion.DEFINITIONS) == {*STRAIGHT, "dwell_time", "reaction_time"}
-
-
 class TestTimes:
     @pytest.mark.parametrize(
         ("name", "expected", "tolerance"),

@@ -92,11 +92,6 @@ class TestSurfaceDistances:
         found = motion.surface_distances(a, b, *ball)
         assert np.isnan(found[0]).tolist() == [False, True, False, True, False]
 
-    def test_other_times_are_told(self, ball):
-        a, b = placed(times(3), np.zeros((1, 3, 3))), placed(times(3) + 0.1, np.zeros((1, 3, 3)))
-        with pytest.raises(ValueError, match="a, b: expected the same number of samples at the same times"):
-            motion.surface_distances(a, b, *ball)
-
 
 class TestContacts:
     def test_a_ball_that_is_touched_twice(self):

@@ -71,8 +71,3 @@ def test_tremor_in_a_hold_is_no_movement():
     x[:, 1] += 0.002 * np.sin(2 * np.pi * 6 * t) * (x[:, 0] > 0.2)
     _, repetitions = found(x, t)
     assert [p.name for p in repetitions[0].phases] == ["move", "hold", "return"]
-
-
-def test_a_repetition_that_ends_before_it_starts():
-    with pytest.raises(ValueError, match="expected start_s < end_s"):
-        motion.Repetition(2.0, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from motion_cases import SD_M, SD_RAD, noisy, reaches
+from motion_cases import SD_M, SD_RAD, measured_poses, noisy, reaches
 from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
@@ -112,8 +112,6 @@ class TestAgainstTruth:
         C = np.diag([SD_M**2] * 3 + [SD_RAD**2] * 3)
         C[0, 4] = C[4, 0] = 0.995 * SD_M * SD_RAD
         errors = rng.multivariate_normal(np.zeros(6), C, len(t))
-        from motion_cases import measured_poses
-
         poses = measured_poses(x, Rotation.from_rotvec(np.zeros((len(t), 3))), errors)
         error = {
             name: (

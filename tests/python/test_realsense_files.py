@@ -180,15 +180,8 @@ def write_bag(path, count, compression="lz4", color_encoding="rgb8"):
         )
 
     messages = [
-        first("/file_version", "std_msgs/msg/UInt32", data=3),
         key_value("/device_0/info", 1, "Name", "Intel RealSense D435"),
-        key_value("/device_0/info", 1, "Serial Number", "000001"),
-        key_value("/device_0/sensor_0/info", 1, "Name", "Stereo Module"),
-        key_value("/device_0/sensor_1/info", 1, "Name", "RGB Camera"),
         first("/device_0/sensor_0/option/Depth Units/value", "std_msgs/msg/Float32", data=SCALE),
-        first(
-            "/device_0/sensor_0/option/Depth Units/description", "std_msgs/msg/String", data="metres per unit"
-        ),
     ]
     streams = ("/device_0/sensor_0/Depth_0", DEPTH, "mono16"), ("/device_0/sensor_1/Color_0", COLOR, "rgb8")
     for (stream, camera, encoding), T in zip(streams, (np.eye(4), TURN), strict=True):
@@ -211,8 +204,6 @@ def write_bag(path, count, compression="lz4", color_encoding="rgb8"):
         for (stream, _, _), (pixels, encoding, delay) in zip(streams, images, strict=True):
             taken = image(f"{stream}/image/data", stamp + delay, "0", pixels, encoding)
             messages.append(replace(taken, recorded=at))
-            messages.append(key_value(f"{stream}/image/metadata", at, "timestamp_domain", "Global Time"))
-            messages.append(key_value(f"{stream}/image/metadata", at, "system_time", "0"))
     write_ros1(path, messages, compression, STREAM_INFO)
 
 

@@ -321,8 +321,6 @@ def test_what_a_video_cannot_hold_is_refused(tmp_path, monkeypatch):
     seq = st.Sequence(frames(3), CAMERA)
     with pytest.raises(ValueError, match="the mcap layout holds images one by one; use png or jpg"):
         st.save_sequence(tmp_path / "s", seq, layout="mcap", color="video")
-    with pytest.raises(ValueError, match="expected one of png, jpg, video, got 'gif'"):
-        st.save_sequence(tmp_path / "s", seq, color="gif")
     with pytest.raises(ValueError, match="from 0 on that increase, got 3 for frame 1 after 8"):
         st.save_sequence(tmp_path / "s", st.Sequence(frames(2), CAMERA, ids=[8, 3]), color="video")
     mixed = [frames(1)[0], st.Frame(np.full(CAMERA.shape, 0.5, np.float32), np.zeros((24, 32, 3), np.uint8))]

@@ -123,14 +123,6 @@ def test_slic_zero_finds_its_own_compactness():
     assert not st.superpixels.boundaries(plain)[:, 14].all()
 
 
-def test_a_mask_may_be_of_floats():
-    mask = np.zeros(GREY.shape)
-    mask[5:40, 8:] = 0.5
-    wanted = slic(COLOR, 4, mask=mask > 0)
-    np.testing.assert_array_equal(slic(COLOR, 4, mask=mask), wanted)
-    assert ((wanted > 0) == (mask > 0)).all()
-
-
 def test_a_sigma_of_many_images_is_the_mean_and_needs_no_memory():
     image = np.random.default_rng(2).random((40, 60))
     even = slic(image, 4, channel_axis=None, sigma=1e9)

@@ -16,14 +16,12 @@ TOO_LONG = "1" * 5000  # more than Python converts
     ("name", "content", "message"),
     [
         ("a.json", "[" * DEEP, "nested too deeply"),
-        ("a.json", '{"a":' * DEEP, "nested too deeply"),
         ("a.json", f"[{TOO_LONG}]", "Exceeds the limit"),
         ("a.json", "{", "not a JSON file"),
         ("a.toml", "a = " + "[" * DEEP, "nested too deeply"),
         ("a.toml", f"a = {TOO_LONG}", "Exceeds the limit"),
         ("a.toml", "a = ", "not a TOML file"),
         ("a.toml", b"\xff\xfe", "expected text, got a binary file"),
-        ("a.json", b"\xff\xfe", "expected text, got a binary file"),
     ],
 )
 def test_what_is_no_json_or_toml_is_refused_by_name(tmp_path, name, content, message):

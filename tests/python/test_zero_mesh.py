@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from gpu_marks import MARKS
+from levelset_scene import zero_crossings
 from scipy.ndimage import gaussian_filter
 
 import sdftrack as st
@@ -65,21 +66,11 @@ def test_there_is_a_vertex_where_an_edge_is_cut_and_all_have_faces(name, device)
     phi = (FIELDS | ODD_FIELDS)[name]()
     vertices, faces = zero_mesh(phi, device)
     assert (vertices.dtype, faces.dtype) == (np.float64, np.int32)
-    np.testing.assert_allclose(in_order(vertices), in_order(cuts_of(phi)), rtol=0, atol=1e-8)
+    cuts = zero_crossings(-phi.astype(np.float64), 1, (0, 0, 0))  # a voxel at 0 is inside
+    np.testing.assert_allclose(in_order(vertices), in_order(cuts), rtol=0, atol=1e-8)
     np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
     for ours, cpus in zip((vertices, faces), zero_mesh(phi), strict=True):
         np.testing.assert_array_equal(ours, cpus)
-
-
-def cuts_of(phi):
-    """Where the edges of the lattice between a voxel inside and one outside are 0 (x, y, z, voxels)."""
-    values, out = phi.T.astype(np.float64), []
-    for axis in range(3):
-        first, second = (np.delete(values, end, axis) for end in (-1, 0))
-        cut = (first > 0) != (second > 0)
-        share = first[cut] / (first[cut] - second[cut])
-        out.append(np.argwhere(cut) + share[:, None] * np.eye(3)[axis])
-    return np.concatenate(out)
 
 
 def in_order(points):

@@ -75,11 +75,10 @@ def plane_depth_m(g: Array, rays: Array, z: Array) -> Array:
 
 @dataclass(frozen=True)
 class Fit:
-    """`g`, the noise as a multiple of the law, the covariance of g, and the bend's seven numbers."""
+    """`g`, the noise as a multiple of the law, and the bend's seven numbers."""
 
     g: Array
     scale: float
-    covariance: Array
     bend: Array
 
 
@@ -101,7 +100,7 @@ def fit(
     rows = rays if terms is None else np.concatenate([rays, terms / z[:, None]], axis=1)
     prior = np.zeros(rows.shape[1])
     x = np.concatenate([g, np.zeros(len(prior) - 3)])
-    scale, information = 1.0, np.eye(len(x))
+    scale = 1.0
     for k in range(rounds):
         bend = 0.0 if terms is None else terms @ x[3:]
         length = np.linalg.norm(x[:3])
@@ -121,12 +120,7 @@ def fit(
         prior[3:] = (max(scale, MIN_SCALE) / BEND_SD) ** 2
         information = rows.T @ (w[:, None] * rows) + np.diag(prior)
         x = np.linalg.solve(information, rows.T @ (w / z))
-    return Fit(
-        x[:3],
-        scale,
-        np.asarray(scale**2 * np.linalg.inv(information)[:3, :3], np.float64),
-        x[3:] if terms is not None else np.zeros(7),
-    )
+    return Fit(x[:3], scale, x[3:] if terms is not None else np.zeros(7))
 
 
 def off_plane(
