@@ -414,9 +414,16 @@ INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
                                          User{"surface", &zero_set}, User{"redistance", &redistanced}),
                          [](const auto& info) { return std::string(info.param.name); });
 
+class OneUser : public testing::Test {
+ protected:
+  void SetUp() override { cuda_on_cpu::reset(with_seed(2)); }
+  void TearDown() override { cuda_on_cpu::reset({}); }
+};
+using CudaWorkFaults = OneUser;
+using DeviceVolumeFaults = OneUser;
+
 // One CudaWork goes on after each failure, as a tracker's does.
-TEST(CudaWorkFaults, the_frame_after_a_failure_is_right) {
-  cuda_on_cpu::reset(with_seed(2));
+TEST_F(CudaWorkFaults, the_frame_after_a_failure_is_right) {
   energies::CudaWork fresh;
   const Numbers wanted = sums_of_frames(&fresh);
   for (std::int64_t k = 0; k < 60; ++k) {
@@ -429,11 +436,9 @@ TEST(CudaWorkFaults, the_frame_after_a_failure_is_right) {
     cuda_on_cpu::fail_call(-1, cudaSuccess);
     ASSERT_EQ(sums_of_frames(&work), wanted) << "after call " << k;
   }
-  cuda_on_cpu::reset({});
 }
 
-TEST(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_on) {
-  cuda_on_cpu::reset(with_seed(2));
+TEST_F(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_on) {
   const BallFrames frames;
   reconstruction::Reconstruction volume = frames.begun(16, 0.009, 0);
   frames.fuse(0, &volume);
@@ -457,11 +462,9 @@ TEST(DeviceVolumeFaults, a_full_device_is_one_clear_error_and_other_volumes_go_o
   frames.fuse(0, &cpu), frames.fuse(1, &cpu), frames.fuse(1, &volume);
   const auto &a = volume.evidence().log_ratio(), &b = cpu.evidence().log_ratio();
   EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
-  cuda_on_cpu::reset({});
 }
 
-TEST(DeviceVolumeFaults, a_frame_is_sent_and_its_blocks_come_back_when_asked_for) {
-  cuda_on_cpu::reset(with_seed(2));
+TEST_F(DeviceVolumeFaults, a_frame_is_sent_and_its_blocks_come_back_when_asked_for) {
   const BallFrames frames;
   reconstruction::Reconstruction volume = frames.begun(16, 0.009, 0);
   for (int k = 0; k < 4; ++k) frames.fuse(k, &volume);
@@ -485,11 +488,10 @@ TEST(DeviceVolumeFaults, a_frame_is_sent_and_its_blocks_come_back_when_asked_for
   EXPECT_EQ(Counts().waits, before.waits + 3);
   const auto pixels = static_cast<std::int64_t>(frames.camera.width) * frames.camera.height;
   EXPECT_LT(cuda_on_cpu::bytes_copied() - bytes, 16 * pixels + 1000);
-  cuda_on_cpu::reset({});
 }
 
 // What a tracker would send is there already while the volume lives.
-TEST(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
+TEST_F(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
   cuda_on_cpu::reset(with_seed(2, 2));
   const BallFrames frames;
   auto volume = std::make_unique<reconstruction::Reconstruction>(frames.begun(16, 0.009, 0));
@@ -509,11 +511,9 @@ TEST(DeviceVolumeFaults, a_tracker_takes_the_volume_where_it_lies) {
   const std::size_t without = cuda_on_cpu::bytes_in_use();
   static_cast<void>(work.volume(view));
   EXPECT_EQ(cuda_on_cpu::bytes_in_use(), without + copy.size() * sizeof(float));
-  cuda_on_cpu::reset({});
 }
 
-TEST(CudaWorkFaults, a_volume_is_sent_again_when_its_values_are_others) {
-  cuda_on_cpu::reset(with_seed(2));
+TEST_F(CudaWorkFaults, a_volume_is_sent_again_when_its_values_are_others) {
   energies::CudaWork work;
   std::vector<float> phi(8, 1.0f);
   SdfView view{phi.data(), 2, 2, 2, 0.01f, {}};
@@ -540,7 +540,6 @@ TEST(CudaWorkFaults, a_volume_is_sent_again_when_its_values_are_others) {
   for (view.id = 1001; view.id < 1200; ++view.id) work.volume(view);
   view.id = 1000;
   EXPECT_EQ(work.volume(view).phi, kept);
-  cuda_on_cpu::reset({});
 }
 
 TEST(SlicInputs, arrive_where_they_were_said_to_in_any_pieces) {

@@ -5,17 +5,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tracking_scene import CAMERA, POSE, box_mesh, increment
+from test_outline_tracking import AROUND, BOX, OBJECT, VOLUME
+from tracking_scene import CAMERA, POSE, increment
 
 import sdftrack as st
 from reference.appearance import smoothed
 from reference.outline import outline_cost, outline_residuals
 from sdftrack import _core, geometry
 
-OBJECT, AROUND = np.array([200, 40, 40], np.uint8), np.array([40, 60, 180], np.uint8)
 ALIGNED = _core.ColorMap.aligned(CAMERA.width, CAMERA.height)
-BOX = box_mesh()
-VOLUME = st.SDF.from_mesh(BOX, 100)
 
 
 def bin_of(rgb):

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from test_primitives import moved
 from tracking_scene import increment
 
 import sdftrack as st
@@ -28,10 +29,6 @@ def cloud(count=3000, noise=0.0, seed=0):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-0.5, 0.5, (count, 3)) * [*LENGTHS, 0]
     return points + rng.normal(0, noise, points.shape) if noise else points
-
-
-def moved(points, T):
-    return points @ T[:3, :3].T + T[:3, 3]
 
 
 def scene(view, noise=None, seed=1, size=None):

@@ -149,26 +149,7 @@ def slic(
         slice(columns[0], columns[-1] + 1),
     )  # the grid is that of the masked part
     out = np.zeros(inside.shape, np.int64)
-    out[part] = _in_part(
-        image[part], inside[part], None if depth is None else depth[part], n_segments, compactness, max_num_iter,
-        color_space, enforce_connectivity, distance, min_size_factor, depth_weight,
-    )  # fmt: skip
-    return out
-
-
-def _in_part(
-    image: Array,
-    inside: Array,
-    depth: Array | None,
-    n_segments: int,
-    compactness: float,
-    max_num_iter: int,
-    color_space: str,
-    enforce_connectivity: bool,
-    distance: str,
-    min_size_factor: float,
-    depth_weight: float,
-) -> Array:
+    image, inside, depth = image[part], inside[part], None if depth is None else depth[part]
     height, width = inside.shape
     grid = make_grid(height, width, int(inside.sum()), n_segments, compactness)
     color = features(image, color_space, grid.scale)
@@ -187,9 +168,10 @@ def _in_part(
             break
         centers = moved
     if enforce_connectivity:
-        return connect(nearest, min_size_factor * (inside.sum() / n_segments)) + 1
-    present = np.unique(nearest[inside])
-    return np.where(inside, np.searchsorted(present, nearest) + 1, 0)
+        out[part] = connect(nearest, min_size_factor * (inside.sum() / n_segments)) + 1
+    else:
+        out[part] = np.where(inside, np.searchsorted(np.unique(nearest[inside]), nearest) + 1, 0)
+    return out
 
 
 def _means(planes: Array, pixel: Array, nearest: Array, centers: Array, unit: float) -> Array:
