@@ -102,6 +102,8 @@ class Units final : public UnitsOnDevice {
   }
 
   void send(const Image& image) {
+    // The image goes with the caller, also where the second copy is refused.
+    const StreamWaiter waiter(stream_);
     room_ = image.room, progress_ = image.progress;
     stream_.upload(image.blocks.data(), image.blocks.size(), blocks_.room(image.blocks.size()));
     stream_.upload(image.records.data(), image.records.size(), records_.room(image.records.size()));
