@@ -2,6 +2,7 @@
 #include "tracking/trust/visibility.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/to_int.h"
@@ -25,25 +26,39 @@ constexpr double kMaxRays = 4000;
 constexpr int kStep_px = 3;
 constexpr double kMinFacing = 0.2, kStep_m = 0.03;
 
+// Whether the depth rises through a pixel from one side to the other by `least_m` on either side.
+bool is_on_ramp(const ImageView<float>& depth_m, int x, int y, double least_m) {
+  if (x < 1 || y < 1 || x + 1 >= depth_m.width || y + 1 >= depth_m.height) return false;
+  const double z = depth_m(x, y);
+  for (const auto& [dx, dy] : {std::array{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    const double a = depth_m(x - dx, y - dy), b = depth_m(x + dx, y + dy);
+    if (std::min(a, b) > 0 && std::min(a, b) < z - least_m && std::max(a, b) > z + least_m) return true;
+  }
+  return false;
+}
+
 // Whether the measurement z at p, a point of the surface that is seen under the cosine `facing`, lies between
 // the surface and what is beyond its edge, as those of time-of-flight cameras do at a step: it is of neither.
 bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, const Vec3d& p_cam, double facing,
                       double z, double margin_m) {
   const Vec2d px = camera.project_point(p_cam);
+  const int u = to_int(px.x + 0.5), v = to_int(px.y + 0.5);
   const double least = std::max(facing, kMinFacing), steepness = std::sqrt(1 - least * least) / least;
   const double slope_m = kStep_px * p_cam.z / camera.K.fx * steepness;
   bool on_surface = false, on_slope = false;
   double farthest = 0;
   for (const int dy : {-kStep_px, 0, kStep_px})
     for (const int dx : {-kStep_px, 0, kStep_px}) {
-      const int x = to_int(px.x + 0.5) + dx, y = to_int(px.y + 0.5) + dy;
+      const int x = u + dx, y = v + dy;
       if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) continue;
       const double beside = frame.depth_m(x, y), off = std::abs(beside - p_cam.z);
       on_surface |= off < margin_m;
       on_slope |= off < margin_m + slope_m;
       if (beside > farthest) farthest = beside;
     }
-  return farthest > z + margin_m && (on_surface || (on_slope && farthest > p_cam.z + kStep_m));
+  if (!(farthest > z + margin_m)) return false;
+  return on_surface ||
+         (on_slope && farthest > p_cam.z + kStep_m && is_on_ramp(frame.depth_m, u, v, margin_m));
 }
 
 // Counts what is read where the camera should see a point of the surface.
