@@ -9,6 +9,7 @@ from tracking_scene import increment
 
 import sdftrack as st
 from experiments.tracking.photometric import follow
+from reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack import _core
 from sdftrack.synth.printed_can import can_mesh, turning_can
 from sdftrack.tracking.core_conversion import rgb_seen
@@ -70,6 +71,26 @@ def core_args(sdf):
 
 def energy(T, seen, settled=None, sdf=BALL):
     return _core.photometric(core_args(sdf), list(K), T if settled is None else settled, T, *seen, SIGMA)
+
+
+@pytest.mark.slow
+def test_the_cost_is_that_of_the_twin():
+    seen = pixels(pose(), gain=0.9, offset=0.05, noise=0.01)
+    settled, T = pose(), pose(1, 3e-4)
+    cost, _, _, tone, used = energy(T, seen, settled)
+    model, normals = [], []
+    field = BALL.values, BALL.voxel_size, BALL.origin
+    for u, v, depth, _ in zip(*seen, strict=True):
+        ray = np.array([(u - K[2]) / K[0], (v - K[3]) / K[1], 1])
+        hit = ray_hit(*field, T, ray, float(depth))
+        p = T[:3, :3] @ (hit * ray) + T[:3, 3]
+        model.append(brightness_at(BALL.colors, BALL.voxel_size, BALL.origin, p))
+        first = ray_hit(*field, settled, ray, float(depth))
+        normals.append(surface_normal(*field, settled, first * ray))
+    expected, best = photometric_cost(np.array(model), np.array(normals), seen[3].astype(float), SIGMA)
+    assert used == len(model) == 400
+    assert cost == pytest.approx(expected, rel=1e-3)
+    np.testing.assert_allclose(tone, best, atol=2e-3)
 
 
 @pytest.mark.parametrize("light", [(0, 0, 0), (0.15, -0.1, 0.1)], ids=["even", "from a side"])
