@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "levelset/distance.h"
@@ -106,11 +107,15 @@ levelset::EvidenceVolume guessed_ball(const sdf::Grid& grid, double radius_m) {
   return {grid, prior.data()};
 }
 
+std::vector<int> all_blocks(const levelset::EvidenceVolume& evidence) {
+  std::vector<int> all(static_cast<std::size_t>(evidence.blocks().count()));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
 levelset::EvidenceDistance first_distance(const levelset::EvidenceVolume& evidence, float band_voxels) {
   levelset::EvidenceDistance out(evidence);
-  std::vector<int> all;
-  for (int b = 0; b < evidence.blocks().count(); ++b) all.push_back(b);
-  out.update(evidence, all, 4, band_voxels, 1, true);
+  out.update(evidence, all_blocks(evidence), 4, band_voxels, 1, true);
   out.sweep_far(band_voxels);
   out.fill_far(band_voxels, 0, evidence.grid().nz, 1);
   return out;
@@ -134,14 +139,12 @@ TEST(Levelset, distances_to_a_ball_are_right_near_it_and_far_from_it) {
 
 TEST(Levelset, a_surface_that_moves_is_said_to_have_moved_by_as_much_on_the_mean) {
   const sdf::Grid grid{40, 40, 40, 0.002, {-0.039, -0.039, -0.039}};
-  levelset::EvidenceVolume before = guessed_ball(grid, 0.02), after = guessed_ball(grid, 0.0206);
+  const levelset::EvidenceVolume before = guessed_ball(grid, 0.02), after = guessed_ball(grid, 0.0206);
   levelset::EvidenceDistance distance = first_distance(before, 4);
-  std::vector<int> all;
-  for (int b = 0; b < before.blocks().count(); ++b) all.push_back(b);
-  distance.update(after, all, 4, 4, 1);
-  EXPECT_NEAR(distance.change_m(), 0.0006,
-              0.0003);  // a voxel's distance is that to a plane through crossings
-  distance.update(after, all, 4, 4, 1);
+  distance.update(after, all_blocks(after), 4, 4, 1);
+  // A voxel's distance is that to a plane through crossings.
+  EXPECT_NEAR(distance.change_m(), 0.0006, 0.0003);
+  distance.update(after, all_blocks(after), 4, 4, 1);
   EXPECT_EQ(distance.change_m(), 0);
 }
 

@@ -141,7 +141,6 @@ TEST(Slips, smooth_normals_are_means_of_half_the_points_each) {
   EXPECT_LT(after, 0.6 * before);
 }
 
-// Information about a can's own turn is none of an outline's.
 // A ball before a wall; within two pixels of its outline a measurement is the mean of 5 x 5 pixels.
 tracking::Visibility seen_ball(double radius_m, double model_radius_m) {
   constexpr int kWidth = 160, kHeight = 120;
@@ -176,6 +175,7 @@ TEST(Visibility, what_is_mixed_at_the_edge_of_a_ball_says_nothing_against_it) {
   EXPECT_GT(large.farther, 0.1 * large.expected);
 }
 
+// Information about a can's own turn is none of an outline's.
 TEST(Slips, they_are_taken_out_of_an_information_and_nothing_else) {
   const frame::Shape shape = shape_of(can());
   const tracking::Matrix6d left = tracking::without_slips(tracking::Matrix6d::Identity(), shape);

@@ -43,7 +43,7 @@ bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, cons
                       double z, double margin_m) {
   const Vec2d px = camera.project_point(p_cam);
   const int u = to_int(px.x + 0.5), v = to_int(px.y + 0.5);
-  const double least = std::max(facing, kMinFacing), steepness = std::sqrt(1 - least * least) / least;
+  const double least = std::clamp(facing, kMinFacing, 1.0), steepness = std::sqrt(1 - least * least) / least;
   const double slope_m = kStep_px * p_cam.z / camera.K.fx * steepness;
   bool on_surface = false, on_slope = false;
   double farthest = 0;
@@ -54,7 +54,7 @@ bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, cons
       const double beside = frame.depth_m(x, y), off = std::abs(beside - p_cam.z);
       on_surface |= off < margin_m;
       on_slope |= off < margin_m + slope_m;
-      if (beside > farthest) farthest = beside;
+      farthest = std::max(farthest, beside);
     }
   if (!(farthest > z + margin_m)) return false;
   return on_surface ||
