@@ -20,16 +20,12 @@ def ball(radius=RADIUS_M, middle=(0, 0, 0)):
     return st.SDF.sphere(radius, voxels=100).to_mesh().transformed(geometry.pose(t_m=middle))
 
 
-def views(turns):
-    """Poses half a metre in front of the camera, turned about y."""
-    return np.array([geometry.pose([0, w, 0], [0, 0, 0.5]) for w in turns])
-
-
 @pytest.fixture(scope="module")
 def truth():
     mesh = ball()
-    turns = views(np.arange(0, 2 * np.pi, np.pi / 6).repeat(5))
-    return Truth.of(mesh, st.SDF.sphere(RADIUS_M, voxels=100), CAMERA, turns, count=20_000)
+    turns = np.arange(0, 2 * np.pi, np.pi / 6).repeat(5)  # about y, half a metre in front of the camera
+    views = np.array([geometry.pose([0, w, 0], [0, 0, 0.5]) for w in turns])
+    return Truth.of(mesh, st.SDF.sphere(RADIUS_M, voxels=100), CAMERA, views, count=20_000)
 
 
 def test_the_same_shape_has_no_distance(truth):

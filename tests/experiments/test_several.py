@@ -38,13 +38,6 @@ def test_the_gap_of_two_balls_is_that_of_their_centres(ball, overlap_m):
 # --- identity ------------------------------------------------------------------------------------------------
 
 
-def _truth(n=20):
-    poses = np.tile(np.eye(4), (n, 3, 1, 1))
-    poses[:, :, 0, 3] = [-0.1, 0.0, 0.1]
-    poses[:, :, 2, 3] = 0.8
-    return poses
-
-
 def _said(poses, status=None, confidence=None):
     shape = poses.shape[:2]
     return Tracked(
@@ -56,7 +49,9 @@ def _said(poses, status=None, confidence=None):
 
 
 def test_a_swap_on_purpose_is_counted_and_nothing_else(ball):
-    truth = _truth()
+    truth = np.tile(np.eye(4), (20, 3, 1, 1))
+    truth[:, :, 0, 3] = [-0.1, 0.0, 0.1]
+    truth[:, :, 2, 3] = 0.8
     points = ball.points[::30]
     poses = truth.copy()
     poses[:, :, :3, 3] += 0.01  # off, but nearest to its own

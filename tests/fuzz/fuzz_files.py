@@ -34,15 +34,11 @@ DEEP = 5000
 
 def mutated(rng: random.Random, data: bytes, others: tuple[bytes, ...] = ()) -> bytes:
     """One to four changes of a file."""
-    text = _is_text(data)
+    text = not any(b in data[:2000] for b in (b"\0", b"\xff", b"\x89"))
     for _ in range(rng.choices((1, 2, 3, 4), (8, 4, 2, 1))[0]):
         ways = TEXT_WAYS if text and rng.random() < 0.7 else BINARY_WAYS
         data = rng.choice(ways)(rng, data, others)
     return data
-
-
-def _is_text(data: bytes) -> bool:
-    return not any(b in data[:2000] for b in (b"\0", b"\xff", b"\x89"))
 
 
 def _flip(rng: random.Random, data: bytes, others: tuple[bytes, ...]) -> bytes:

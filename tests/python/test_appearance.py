@@ -243,7 +243,7 @@ def test_a_pixel_that_the_colour_camera_cannot_see_has_no_colour_evidence(shape)
     unknown = seen["foreground"] == np.float32(0.7)
     # All readings, so that what hides is among them.
     mapping = color_map(rig, colors)
-    places = [(u, v, mapping.find(u, v, float(depth[v, u]))) for u, v in all_pixels()]
+    places = [(u, v, mapping.find(u, v, float(depth[v, u]))) for v, u in np.ndindex(60, 80)]
     places = [p for p in places if p[2] is not None]
     color_px = np.array([p[2] for p in places])
     color_depth = np.array([depth[v, u] for u, v, _ in places])
@@ -257,10 +257,6 @@ def test_a_pixel_that_the_colour_camera_cannot_see_has_no_colour_evidence(shape)
     assert hidden(0.5).sum() > 100
     assert unknown[hidden(0.5)].all()
     assert not unknown[~hidden(1.5)].any()
-
-
-def all_pixels():
-    return [(u, v) for v in range(60) for u in range(80)]
 
 
 # --- penalties
@@ -294,6 +290,3 @@ def test_cost_gradient_and_hessian_are_those_of_the_twin(shape, depth, color, li
             same.field, same.rays, same.depths, same.gains, same.penalty, None, foreground
         ),
     )
-
-
-# --- what cannot be used

@@ -17,16 +17,13 @@ HELD_OUT_PX = 0.3  # the target, on images four times as large
 TIME_S = 0.003  # the target
 
 
-def true_map():
-    return ColorMapping(DEPTH, M=COLOR.K @ T_TRUE[:3])
-
-
 def simulated(n=40, noise_px=0.0, seed=0, late_s=0.0):
     """Pairs on the ball's usual path."""
     rng = np.random.default_rng(seed)
     at = ball_path(seed)
     t = np.arange(n) / 15
-    px = true_map().predict(at(t + late_s))[0] + noise_px * rng.normal(size=(n, 2))
+    true = ColorMapping(DEPTH, M=COLOR.K @ T_TRUE[:3])
+    px = true.predict(at(t + late_s))[0] + noise_px * rng.normal(size=(n, 2))
     spread = np.tile(max(noise_px, 0.01) ** 2 * np.eye(2), (n, 1, 1))
     C = np.tile(1e-12 * np.eye(3), (n, 1, 1))
     nan = np.full((n, 2), np.nan)

@@ -81,14 +81,8 @@ def test_after_a_start_that_is_refused_the_track_goes_on(lost, size):
 
 # What was lost comes back: elsewhere, at another size, turned; what only looks like it is left alone.
 SIZE = (640, 360)
-
-
 AWAY = 4  # frames without it
-
-
 SOON = 3  # frames to be found in
-
-
 BACK_IOU = 0.9  # of a disc or bar with noise; measured 0.97 to 1
 
 

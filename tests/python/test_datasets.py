@@ -433,9 +433,6 @@ def test_redwood_files_are_paired_in_order(tmp_path):
     assert seq.camera.depth == st.Camera(525, 525, 319.5, 239.5, 640, 480)
 
 
-# Recorded data; the numbers are those of the data's own notes.
-
-
 # Frames that a layout cannot tell apart
 
 

@@ -134,10 +134,17 @@ def test_every_pixels_residual_and_weight_are_those_of_the_twin(energy):
     np.testing.assert_allclose(seen["weight"], weights, rtol=SUM_RTOL, atol=1e-4 * max(weights))
 
 
-def test_cost_gradient_and_hessian_are_those_of_the_twin(energy):
-    core = energy.linearize(energy.start)
-    assert core.count == len(Twin(energy).depths)
-    assert_same_model(core, Twin(energy).linearize())
+MODELS = [(residual, {}) for residual in RESIDUALS]
+MODELS += [(residual, {"unknowns": u}) for u in UNKNOWNS[1:] for residual in ("point", "ray_hit")]
+MODELS += [("point", {"curvature": "printed", "outlier_floor": 0.0})]  # the square of the slope
+
+
+@pytest.mark.parametrize(("residual", "options"), MODELS, ids=str)
+def test_cost_gradient_and_hessian_are_those_of_the_twin(shape, frame, residual, options):
+    energy = make_energy(shape, frame, residual, **options)
+    core, same = energy.linearize(energy.start), Twin(energy)
+    assert core.count == len(same.depths)
+    assert_same_model(core, same.linearize())
 
 
 BESIDE = [geometry.pose([0.1 * k, 0.2, 0], [0.02 * k, -0.015 * k, 0.01 * k]) for k in range(4)]
@@ -165,18 +172,6 @@ def test_a_union_is_the_twins_soft_minimum(shape, count, sharpness, residual):
     core = energy.linearize(energy.start)
     assert core.gradient.shape == (6 * count,)
     assert_same_model(core, Twin(energy).linearize())
-
-
-@pytest.mark.parametrize("residual", ["point", "ray_hit"])
-@pytest.mark.parametrize("unknowns", UNKNOWNS[1:], ids=["scale", "intrinsics"])
-def test_size_and_intrinsics_have_the_twins_rows_too(shape, frame, unknowns, residual):
-    energy = make_energy(shape, frame, residual, unknowns)
-    assert_same_model(energy.linearize(energy.start), Twin(energy).linearize())
-
-
-def test_the_printed_curvature_is_the_square_of_the_slope(shape, frame):
-    energy = make_energy(shape, frame, "point", curvature="printed", outlier_floor=0.0)
-    assert_same_model(energy.linearize(energy.start), Twin(energy).linearize())
 
 
 def test_noise_that_grows_with_depth_scales_each_pixels_density(shape, frame):

@@ -2,11 +2,13 @@
 """Without PyAV and Matplotlib everything else is written, and a line says what to install."""
 
 import sys
+from pathlib import Path
 
 import av
 import cv2
 import numpy as np
 import pytest
+from motion_recordings import trajectory
 
 import sdftrack as st
 from sdftrack.cli.app import run
@@ -16,6 +18,7 @@ from sdftrack.live.streams import open_stream
 from sdftrack.viz.viewer import Viewer
 
 CAMERA = st.Camera(60.0, 60.0, 31.5, 23.5, 64, 48)
+C3D = Path(__file__).parents[1] / "fuzz/corpus/motion/analog_channels.c3d"
 PICTURES = [np.full((47, 65, 3), (10 * i, 90, 200 - 10 * i), np.uint8) for i in range(12)]
 
 
@@ -82,6 +85,8 @@ def stream(address):
         (stream("foxglove:"), "rosbags", "bags"),
         (lambda: Viewer(st.SDF.sphere(0.1, voxels=16), CAMERA, port=0), "viser", "viewer"),
         (lambda: open_camera("realsense:"), "pyrealsense2", "realsense"),
+        (lambda: st.motion.save("a.c3d", trajectory()), "ezc3d", "motion"),
+        (lambda: st.motion.load(C3D), "ezc3d", "motion"),
     ],
 )
 def test_a_missing_extra_is_an_import_error_with_the_pip_line(use, package, extra, monkeypatch, tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from reconstruction_scene import begun
 
 import sdftrack as st
 from experiments.synth.standing import standing
@@ -35,13 +36,6 @@ def scene(duck):
 
 def first(seq):
     return seq[0].depth, seq.masks(0)[0]
-
-
-def rebuilt(seq, **options):
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1, **options)
-    results = [star.start(seq[0], mask=seq.masks(0)[0])]
-    results += [star.track(seq[i]) for i in range(1, len(seq))]
-    return star, results
 
 
 def off_truth(star, results, seq):
@@ -108,7 +102,7 @@ def test_a_piece_of_the_table_is_no_object(scene, where):
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
 def test_an_object_on_a_table_comes_out_alone(duck, taken_up_at, mode):
     seq = on_table(duck, taken_up_at=taken_up_at)
-    star, results = rebuilt(seq, mode=mode)
+    star, results = begun(len(seq), seq, voxels=VOXELS, mode=mode)
     # A view of the round back alone may not determine a turn, and says so.
     others = [r for r in results if not r.ok]
     assert all(r.reason[0].startswith("undetermined") for r in others)
@@ -177,7 +171,7 @@ def test_a_body_seen_all_round_has_its_volume():
 
 
 def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(scene):
-    star, _ = rebuilt(scene[:4])
+    star, _ = begun(4, scene, voxels=VOXELS)
     whole, part = star.mesh(), star.mesh(seen_only=True)
     assert 0.2 * len(whole.faces) < len(part.faces) < 0.9 * len(whole.faces)
     assert part.seen.min() >= star.options.min_seen
@@ -189,7 +183,7 @@ def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(scene):
 
 
 def test_a_refinement_that_explains_the_frames_worse_is_not_taken(scene, monkeypatch):
-    star, _ = rebuilt(scene[:8])
+    star, _ = begun(8, scene, voxels=VOXELS)
     shape, poses = star.shape.values.copy(), [k.T_cam_obj.copy() for k in star._kept]
 
     def worse(keyframes, *arguments):

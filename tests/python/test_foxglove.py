@@ -43,10 +43,6 @@ def server():
         yield stream
 
 
-def url_of(stream):
-    return f"ws://127.0.0.1:{stream.address.rsplit(':', 1)[1]}"
-
-
 class Client:
     """Subscribes to all topics; messages are decoded with the definitions that the server sends."""
 
@@ -77,7 +73,8 @@ class Client:
 
 @contextlib.contextmanager
 def client(stream, **options):
-    with connect(url_of(stream), subprotocols=["foxglove.sdk.v1"], **options) as connection:
+    url = f"ws://127.0.0.1:{stream.address.rsplit(':', 1)[1]}"
+    with connect(url, subprotocols=["foxglove.sdk.v1"], **options) as connection:
         made = Client(connection)
         channels = stream._receiver._channels.values()
         wait_until(lambda: all(channel.has_sinks() for channel in channels))

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import json
 import math
-import pickle
 
 import numpy as np
 import pytest
+from tracking_scene import followed
 
 import sdftrack as st
 from experiments.trust.coverage import error_vector
@@ -31,10 +31,6 @@ def seen(scale, mesh=FORM, seed=3):
     return st.synth.sequence(
         large, FRAMES, path, noise=0.001, camera=CAMERA, clutter="objects", seed=seed, color=True
     )
-
-
-def followed(tracker, sequence, **start):
-    return [tracker.track(f) if i else tracker.start(f, **start) for i, f in enumerate(sequence)]
 
 
 def distance2(result, truth):
@@ -93,17 +89,6 @@ def test_a_declared_symmetry_grows_with_the_shape():
         np.array([0.05, 0.02, 0]) * tracker.shapes[0].voxel_size / moved.voxel_size,
         rtol=1e-6,
     )
-
-
-def test_a_copy_continues_with_the_same_bits(model):
-    sequence = seen(1.1)
-    tracker = st.Tracker(model, CAMERA, threads=1, scale="free")
-    tracker.start(sequence[0], poses=sequence.ground_truth[0][0])
-    copy = pickle.loads(pickle.dumps(tracker))
-    for i in range(1, 6):
-        a, b = tracker.track(sequence[i]), copy.track(sequence[i])
-        np.testing.assert_array_equal(a.poses, b.poses)
-    assert copy.scales == tracker.scales
 
 
 def test_the_volume_is_enlarged_about_its_origin(model):

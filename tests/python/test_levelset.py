@@ -41,22 +41,21 @@ def views(n, noise_m=0.0005, distance_m=0.3, seed=1):
         yield T, depth, mask
 
 
-def in_camera(T, shape=SHAPE, voxel_m=VOXEL_M, origin=ORIGIN):
-    return lattice(shape, voxel_m, origin) @ T[:3, :3].T + T[:3, 3]
-
-
 # ---- 1. evidence ----
 
 
 @pytest.mark.parametrize("printed", [False, True])
 @pytest.mark.parametrize("max_weight", [100.0, 1.5])
 def test_evidence_and_its_sums_are_those_of_the_twin(printed, max_weight):
+    """Printed, a guess stays a factor, whatever is seen."""
+    prior = np.random.default_rng(0).normal(size=SHAPE).astype(np.float32) if printed else None
     o = reference.Options(printed=printed, min_noise_m=VOXEL_M, max_weight=max_weight, **NOISE)
-    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, printed=printed, max_weight=max_weight, **NOISE)
-    ratio, weight = np.zeros(SHAPE), np.zeros(SHAPE)
+    core = reconstruction(SHAPE, VOXEL_M, ORIGIN, prior, printed=printed, max_weight=max_weight, **NOISE)
+    ratio, weight = prior.astype(float) if printed else np.zeros(SHAPE), np.zeros(SHAPE)
     for T, depth, mask in views(4):  # from the fifth on the core leaves out what is surely empty
         fuse(core, CAMERA, T, depth, mask)
-        said = reference.evidence(in_camera(T), np.nan_to_num(depth), mask, K, o)
+        p_cam = lattice(SHAPE, VOXEL_M, ORIGIN) @ T[:3, :3].T + T[:3, 3]
+        said = reference.evidence(p_cam, np.nan_to_num(depth), mask, K, o)
         ratio, weight = reference.fuse(ratio, weight, said, max_weight, printed)
     assert (ratio > 0).mean() > 0.05
     assert (weight == 0).mean() > 0.05

@@ -134,30 +134,35 @@ def new_ports():
     yield lambda: ports_of(os.getpid()) - before
 
 
-@pytest.mark.parametrize("host", ["localhost", "0.0.0.0", "::1"])
-def test_a_viewer_has_one_port_and_strangers_see_and_switch_nothing(host, monkeypatch):
+HOSTS = ("localhost", "127.0.0.5", "0.0.0.0", "::1")
+
+
+@pytest.mark.parametrize(("host", "token"), [*((host, None) for host in HOSTS), ("localhost", "open-sesame")])
+def test_a_viewer_has_one_port_and_strangers_see_and_switch_nothing(host, token, monkeypatch):
     sequence, sdf, results = scene()
     if host == "::1" and not socket.has_ipv6:
         pytest.skip("this computer has no IPv6")
-    with new_ports() as ports, Viewer(sdf, CAMERA, ["duck"], host=host, port=0) as viewer:
+    with new_ports() as ports, Viewer(sdf, CAMERA, ["duck"], host=host, port=0, token=token) as viewer:
         with watched(viewer, monkeypatch):
             viewer.show(sequence[0], results[0])
             wait_until(lambda: viewer.picture is not None)  # there is a picture to be seen
         switch = press(viewer._panel._record._impl.uuid)
-        refused(ports(), STRANGERS | (WITHOUT_TOKEN if host == "0.0.0.0" else {}), switch)
+        refused(ports(), STRANGERS | (WITHOUT_TOKEN if token or host == "0.0.0.0" else {}), switch)
         assert viewer.requests() == []
         assert viewer._server.viser._websock_server._client_state_from_id == {}
         (place,) = ports()
         assert place[1] == viewer._server.port
         # The same message switches recording on for whoever is admitted, who sees the picture.
         own = urlsplit(viewer.url).path
+        assert token is None or own == f"/{token}/"
         local = f"localhost:{place[1]}"
         known = Knock(own, headers=[("Host", local), ("Origin", f"http://{local}")], body=switch)
         status, answer = known.at(*place)
         assert status == 101
         assert len(answer) > 10_000
         wait_until(lambda: viewer.requests() == [Record(True)])
-        assert Knock(own, upgrade=False).at(*place)[0] == 200
+        printed = Knock(own, upgrade=False, headers=[("Host", urlsplit(viewer.url).netloc)])
+        assert printed.at(*place)[0] == 200
     assert ports_of(os.getpid()).isdisjoint({place})
 
 

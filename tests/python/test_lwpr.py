@@ -22,15 +22,11 @@ LINE_NMSE = {1: 1e-9, 2: 1e-4, 4: 3e-4}
 LINE_SLOPE_ATOL = 0.03  # for the same reason; the steepest slope is 1.5
 
 
-def wavy(x):
-    """A function with a bend in every direction, (N, n) -> (N,)."""
-    return np.sin(3 * x[:, 0]) + 0.5 * np.prod(np.cos(x), axis=1)
-
-
 def samples(n, count, seed=0, noise=0.1):
+    """Inputs (count, n) and a function of them with a bend in every direction, (count,), with noise."""
     rng = np.random.default_rng(seed)
     x = rng.uniform(-1, 1, (count, n))
-    return x, wavy(x) + rng.normal(0, noise, count)
+    return x, np.sin(3 * x[:, 0]) + 0.5 * np.prod(np.cos(x), axis=1) + rng.normal(0, noise, count)
 
 
 # Against the twin

@@ -3,7 +3,6 @@
 
 import dataclasses
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -210,18 +209,6 @@ def test_what_a_c3d_file_cannot_hold_is_refused(tmp_path, ezc3d):
         st.motion.save(tmp_path / "a.c3d", long)
     st.motion.save(tmp_path / "a.c3d", long.part(slice(1, None)))
     assert len(st.motion.load(tmp_path / "a.c3d")[0]) == n - 1
-
-
-def test_without_ezc3d_the_error_says_how_to_install_it(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "ezc3d", None)
-    (tmp_path / "b.c3d").write_bytes(b"\x02\x50")
-    for call in (
-        lambda: st.motion.save(tmp_path / "a.c3d", trajectory()),
-        lambda: st.motion.load(tmp_path / "b.c3d"),
-    ):
-        with pytest.raises(ImportError, match=r"pip install 'sdftrack\[motion\]'"):
-            call()
-    assert [p.name for p in tmp_path.iterdir()] == ["b.c3d"]
 
 
 # -- OpenSim

@@ -8,6 +8,7 @@ import warnings
 import nasty_meshes as nasty
 import numpy as np
 import pytest
+from test_sdf import grid_points
 
 from sdftrack import _core
 from sdftrack.sdf import SDF
@@ -22,11 +23,6 @@ def winding_number(points, vertices, faces):
     return pytest.importorskip("igl").winding_number(vertices, np.asarray(faces, np.int64), points)
 
 
-def voxel_points(sdf):
-    z, y, x = np.meshgrid(*(np.arange(n) for n in sdf.values.shape), indexing="ij")
-    return (sdf.origin + sdf.voxel_size * np.stack([x, y, z], axis=-1)).reshape(-1, 3)
-
-
 def made(mesh, voxels=40, holes="error"):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -39,7 +35,7 @@ def made(mesh, voxels=40, holes="error"):
 def test_the_sign_is_that_of_the_sum_of_all_solid_angles(name):
     mesh, holes, meant = MESHES[name]
     sdf, _ = made(mesh, holes=holes)
-    points, values = voxel_points(sdf), sdf.values.ravel()
+    points, values = grid_points(sdf).reshape(-1, 3), sdf.values.ravel()
     # Half of them near the surface, where a sign can be wrong.
     near = np.argsort(np.abs(values))[: len(values) // 8]
     rng = np.random.default_rng(0)

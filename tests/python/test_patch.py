@@ -5,7 +5,8 @@ import pickle
 
 import numpy as np
 import pytest
-from test_primitives import moved
+from test_primitives import CAMERA, NOISE_M, POSE, cloud, moved
+from test_primitives import PATCH as SIZE
 from tracking_scene import increment
 
 import sdftrack as st
@@ -15,20 +16,9 @@ from experiments.synth.solids import rendered_scene
 from sdftrack import _core
 from sdftrack.synth.noise import Gaussian, Kinect
 
-CAMERA = st.Camera(525, 525, 319.5, 239.5, 640, 480)
 PLANE = _core.PrimitiveKind.__members__["plane"]
-SIZE = {"width": 0.2, "height": 0.12}
 LENGTHS = list(SIZE.values())
-NOISE_M = 0.001
-POSE = st.geometry.pose([0.4, -0.7, 0.3], [0.03, -0.02, 0.8])
 T_OBJ_CAM = np.linalg.inv(st.geometry.pose([2.7, 0.4, 0.3], [0.03, -0.02, 0.8]))
-
-
-def cloud(count=3000, noise=0.0, seed=0):
-    """Points all over the patch, its own frame, m."""
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(-0.5, 0.5, (count, 3)) * [*LENGTHS, 0]
-    return points + rng.normal(0, noise, points.shape) if noise else points
 
 
 def scene(view, noise=None, seed=1, size=None):
@@ -72,7 +62,7 @@ def test_the_clearance_changes_with_pose_and_size_as_it_says():
 
 @pytest.mark.parametrize("noise", [0, NOISE_M])
 def test_points_give_pose_and_the_least_size_that_nothing_bounds(noise):
-    fit = st.fit_primitive(moved(cloud(noise=noise), POSE), "plane")
+    fit = st.fit_primitive(moved(cloud("plane", noise=noise), POSE), "plane")
     # The rim stops 0.6 s inside of the points' (docs/math/primitives.md, section 8): 0.3 mm a side at 1 mm of noise,
     # whose own spread is 1 mm.
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(LENGTHS), atol=0.002)
@@ -86,7 +76,7 @@ def test_points_give_pose_and_the_least_size_that_nothing_bounds(noise):
 
 def test_a_haze_of_outliers_does_not_make_a_patch_larger():
     rng = np.random.default_rng(3)
-    points = np.concatenate([cloud(noise=NOISE_M), rng.uniform(-0.2, 0.2, (600, 3))])
+    points = np.concatenate([cloud("plane", noise=NOISE_M), rng.uniform(-0.2, 0.2, (600, 3))])
     fit = st.fit_primitive(moved(points, POSE), "plane")
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(LENGTHS), rtol=0.02)
 
@@ -167,7 +157,7 @@ def test_a_patch_has_no_volume_but_a_plate_behind_it_and_a_mesh_in_its_own_frame
         _ = fit.sdf
     plate = fit.plate()
     # Trilinear beside a face is exact; to the float of the volume. Nearer to the rim its sharp edge is rounded off.
-    np.testing.assert_allclose(plate(moved(cloud(50), np.diag([0.8, 0.8, 1, 1]))), 0, atol=1e-6)
+    np.testing.assert_allclose(plate(moved(cloud("plane", 50), np.diag([0.8, 0.8, 1, 1]))), 0, atol=1e-6)
     assert plate(np.array([[0, 0, -0.005]]))[0] == pytest.approx(-0.005, abs=1e-6)
     assert plate(np.array([[0, 0, 0.005]]))[0] == pytest.approx(0.005, abs=1e-6)
     # A ray at 60 degrees that passes the rim passes its sides too.

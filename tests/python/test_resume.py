@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 import pytest
-from reconstruction_scene import body
+from reconstruction_scene import begun, body
 
 import sdftrack as st
 from experiments.synth.standing import standing
@@ -49,9 +49,7 @@ def sure(result):
 
 def first_recording(shape=None, seed=2):
     seq = recordings()[0] if shape is None and seed == 2 else on_table(shape or mesh(), seed=seed)
-    star = st.Reconstructor(seq.camera, voxels=VOXELS, threads=1)
-    results = [star.start(seq[0], mask=seq.masks(0)[0])]
-    results += [star.track(seq[i]) for i in range(1, len(seq))]
+    star, results = begun(len(seq), seq, voxels=VOXELS)
     assert all(sure(r) for r in results)
     return star, np.linalg.solve(results[0].pose, seq.ground_truth[0][0])
 

@@ -48,11 +48,7 @@ def reconstructor() -> st.Reconstructor:
     camera = st.Camera(150.0, 150.0, 59.5, 44.5, 120, 90)
     turning = reconstruction_scene.turning(4, 6.0)
     seq = st.synth.sequence(reconstruction_scene.body(), 4, turning, 0.001, seed=4, camera=camera, threads=1)
-    out = st.Reconstructor(camera, voxels=32, threads=1)
-    out.start(seq[0], mask=reconstruction_scene.first_mask(seq))
-    for i in range(1, 3):
-        out.track(seq[i])
-    return out
+    return reconstruction_scene.begun(3, seq, voxels=32)[0]
 
 
 def volume() -> st.SDF:

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from live_scene import box_of
 from test_start_and_recovery import bracket
 from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, WALL_M, box_mesh, depth_of
 
@@ -40,12 +41,6 @@ def scene_of(sdf, T=POSE, seed=0):
     return np.where(clean > 0, noisy, WALL_M).astype(np.float32), (clean > 0).astype(np.uint8)
 
 
-def box_about(mask, slack=2):
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    left, top = int(columns[0]) - slack, int(rows[0]) - slack
-    return (left, top, int(columns[-1]) + slack + 1 - left, int(rows[-1]) + slack + 1 - top)
-
-
 def least_add(T):
     corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * SIZE_M
     return min(metrics.add(T, POSE @ S, corners) for S in half_turns(np.zeros(3)))
@@ -79,7 +74,7 @@ def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge,
     off[:3, 3] += [0.04, -0.03, 0.03]
     query = {
         "mask": {"mask": mask},
-        "box": {"box": box_about(mask)},
+        "box": {"box": box_of(mask, 2)},
         "near": {"near": off, "reach_m": 0.1},
         "whole image": {},
     }[where]

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from live_scene import box_of
 from tracking_scene import CAMERA, NOISE_M, POSE, WALL_M, wall_frame
 
 import sdftrack as st
@@ -55,11 +56,6 @@ def shot(body, T, seed=0, timestamp=None, cover=None):
     return st.Frame(image, timestamp=timestamp), mask
 
 
-def box_of(mask, margin=12):
-    y, x = np.nonzero(mask)
-    return (x.min() - margin, y.min() - margin, np.ptp(x) + 2 * margin, np.ptp(y) + 2 * margin)
-
-
 TURNS = [[0.5, -0.6, 0.2], [-0.6, 0.7, 2.5], [2.6, 0.4, 0.3]]
 
 
@@ -68,7 +64,7 @@ TURNS = [[0.5, -0.6, 0.2], [-0.6, 0.7, 2.5], [2.6, 0.4, 0.3]]
 def test_an_object_is_found_without_a_pose(tracker, body, how, turn):
     truth = geometry.pose(turn, [0.05, 0.03, 0.6])
     frame, mask = shot(body, truth)
-    given = {"masks": {"masks": mask}, "boxes": {"boxes": [box_of(mask)]}, "nothing": {}}[how]
+    given = {"masks": {"masks": mask}, "boxes": {"boxes": [box_of(mask, 12)]}, "nothing": {}}[how]
     result = tracker.start(frame, **given)
     assert result.status == ["ok"]
     assert result.index == 0
@@ -168,7 +164,7 @@ def test_without_recovery_a_lost_object_waits_for_recover(body):
     assert frames is None
     frame, mask = shot(body, ELSEWHERE)
     assert tracker.track(frame).status == ["lost"]
-    for given in ({}, {"mask": mask}, {"box": box_of(mask)}, {"k": 0}):
+    for given in ({}, {"mask": mask}, {"box": box_of(mask, 12)}, {"k": 0}):
         tracker.start(shot(body, POSE)[0], poses=POSE)
         tracker.track(frame)
         result = tracker.recover(frame, **given)
@@ -261,7 +257,7 @@ def test_objects_are_added_and_removed(tracker, body):
     both = st.Frame(np.minimum(single.depth, shot(body, other)[0].depth))
     mask = shot(body, other)[1]
     tracker.start(single, poses=POSE)
-    for place in ({"pose": other}, {"mask": mask}, {"box": box_of(mask)}):
+    for place in ({"pose": other}, {"mask": mask}, {"box": box_of(mask, 12)}):
         k = tracker.add(body, name="second", **place)
         assert k == 1
         assert tracker.names == ["object 0", "second"]
@@ -284,7 +280,7 @@ def test_a_failed_start_names_a_depth_of_another_unit(body, factor, how):
     frame, mask = shot(body, POSE)
     other = st.Frame(frame.depth * np.float32(factor))
     row, column = np.nonzero(mask)
-    place = {"masks": mask, "boxes": box_of(mask), "clicks": (column.mean(), row.mean())}[how]
+    place = {"masks": mask, "boxes": box_of(mask, 12), "clicks": (column.mean(), row.mean())}[how]
     try:
         result = st.Tracker(body, CAMERA).start(other, **{how: place})
         assert result.status[0] != "ok"

@@ -94,6 +94,7 @@ KINDS = {
     "mask": Kind(tracker(), lambda at: {"masks": [mask_of(at)]}),
     "click": Kind(tracker(), lambda at: {"clicks": [(83, 64)]}),
     "sensor": Kind(tracker(sensor="kinect_v1", motion="constant_velocity"), at_pose),
+    "free scale": Kind(tracker(scale="free"), at_pose),
     "several": Kind(tracker([BOX, BOX]), lambda _: {"poses": [pose(0, -0.09), pose(0, 0.09)]}, two),
     "added": Kind(tracker(mode="depth"), at_pose, then=add_one),
     "symmetric": Kind(
@@ -153,7 +154,7 @@ def travelled(name: str) -> tuple[list[list[Any]], dict[str, Any]]:
 def goes_on(one: Any, kind: Kind, started: bool) -> list[list[Any]]:
     first = [] if started else [one.start(kind.frame(0), **kind.place(kind.frame(0)))]
     results = first + [one.track(kind.frame(i)) for i in range(BEFORE, BEFORE + AFTER)]
-    return [[*bits(result, FIELDS), *one.mode_used, repr(one.sizes)] for result in results]
+    return [[*bits(result, FIELDS), *one.mode_used, repr(one.sizes), repr(one.scales)] for result in results]
 
 
 @pytest.mark.parametrize("way", WAYS)

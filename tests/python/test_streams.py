@@ -510,11 +510,6 @@ def test_names_and_addresses():
 # -- the page docs/howto/stream.md
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        return taken.getsockname()[1]
-
-
 @pytest.mark.slow
 def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -524,7 +519,8 @@ def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
         "recording", st.synth.sequence(mesh, 12, noise=0.001, seed=4, camera=camera), layout="bop"
     )
     st.Mesh(1000 * mesh.vertices, mesh.faces, mesh.colors).save("part.ply")
-    port = str(free_port())
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
     tracks, reads, _ = (code.replace("8765", port) for code in code_blocks(PAGE, "python"))
     tracks = tracks.replace('"replay:recording"', '"replay:recording", fps=4, waiting=12')
     names, failed = {}, []

@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 import pytest
 import trimesh
+from reconstruction_scene import begun
 
 import sdftrack as st
 from sdftrack import geometry, synth
@@ -158,9 +159,7 @@ def test_noise_that_was_fused_into_a_shape_is_no_form(body, noise):
     mesh = mesh_of(BODIES[body]())
     mesh = st.Mesh(mesh.vertices - mesh.vertices.mean(axis=0), mesh.faces)
     sequence = on_a_turntable(mesh, noise)
-    star = st.Reconstructor(sequence.camera, voxels=96, threads=1)
-    star.start(sequence[0], mask=sequence.masks(0)[0])
-    results = [star.track(sequence[i]) for i in range(1, len(sequence))]
+    star, (_, *results) = begun(len(sequence), sequence, voxels=96)
     assert sum(r.ok for r in results) <= 3
     assert all(r.ok or r.reason[0].startswith("undetermined: ") for r in results)
     sds = [np.sqrt(np.linalg.eigvalsh(r.covariance[3:, 3:])[-1]) for r in results]
@@ -184,16 +183,13 @@ HELD_OUT = {
 def test_bodies_that_no_threshold_was_chosen_on(body, noise):
     camera = st.Camera(500.0, 500.0, 199.5, 149.5, 400, 300)
     sequence = on_a_turntable(mesh_of(HELD_OUT[body]()), noise, 20, 5.0, camera, seed=17)
-    star = st.Reconstructor(camera, voxels=128, threads=1)
-    star.start(sequence[0], mask=sequence.masks(0)[0])
-    assert sum(star.track(sequence[i]).ok for i in range(1, len(sequence))) <= 2
+    _, (_, *results) = begun(len(sequence), sequence, voxels=128)
+    assert sum(r.ok for r in results) <= 2
 
 
 def test_a_handle_determines_the_turn_while_it_is_seen():
     sequence = on_a_turntable(mesh_of(with_handle()), "stereo", frames=12)
-    star = st.Reconstructor(sequence.camera, voxels=96, threads=1)
-    first = star.start(sequence[0], mask=sequence.masks(0)[0])
-    results = [star.track(sequence[i]) for i in range(1, len(sequence))]
+    _, (first, *results) = begun(len(sequence), sequence, voxels=96)
     assert all(r.ok for r in results)
     truth = sequence.ground_truth
     turned = results[-1].pose @ np.linalg.inv(first.pose) @ truth[0][0]

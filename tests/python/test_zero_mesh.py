@@ -42,15 +42,10 @@ ODD_FIELDS = {
 }
 
 
-def sides_of(faces):
-    """How often each directed side occurs, by both ends."""
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    return np.unique(ends, axis=0, return_counts=True)
-
-
 def assert_closed(faces):
     """Each side of a face is that of one other, in the opposite direction."""
-    sides, times = sides_of(faces)
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    sides, times = np.unique(ends, axis=0, return_counts=True)
     assert (times == 1).all()
     np.testing.assert_array_equal(np.unique(sides[:, ::-1], axis=0), sides)
 
