@@ -12,7 +12,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-constexpr const char* kStatus[] = {"ok", "weak", "lost"};
+constexpr const char* kContourStatus[] = {"ok", "weak", "lost"};
 
 // A copy that cannot be written.
 template <class T, class Values>
@@ -52,8 +52,8 @@ void bind_phases(py::module_& m) {
       .value("novel", contour::ShapeJudgement::kNovel)
       .finalize();
   py::class_<Observation>(m, "ContourObservation", "Where the object is in an image; nothing is learned yet.")
-      .def_property_readonly("status",
-                             [](const Observation& o) { return kStatus[static_cast<int>(o.report.status)]; })
+      .def_property_readonly(
+          "status", [](const Observation& o) { return kContourStatus[static_cast<int>(o.report.status)]; })
       .def_property_readonly("reason",
                              [](const Observation& o) { return contour::sentence(o.report.reason); })
       .def_property_readonly("confidence", [](const Observation& o) { return o.report.confidence; })

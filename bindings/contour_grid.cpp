@@ -13,7 +13,7 @@ namespace {
 
 py::array_t<float> phi_of(const contour::ContourGrid& grid) { return to_numpy(grid.phi, {grid.ny, grid.nx}); }
 
-contour::ContourGrid grid_from(const py::array& phi, const std::array<double, 6>& warp) {
+contour::ContourGrid contour_grid_from(const py::array& phi, const std::array<double, 6>& warp) {
   const float* values = borrow<float>(phi, "phi", {-1, -1});
   contour::ContourGrid grid;
   grid.ny = static_cast<int>(phi.shape(0)), grid.nx = static_cast<int>(phi.shape(1));
@@ -38,7 +38,7 @@ py::tuple sums_of(const contour::ContourGrid& grid, const contour::RegistrationW
 py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp,
                                const py::array& pixels, const py::array& foreground, double softness,
                                bool affine) {
-  const contour::ContourGrid grid = grid_from(phi, warp);
+  const contour::ContourGrid grid = contour_grid_from(phi, warp);
   const float* uv = borrow<float>(pixels, "pixels", {2, -1});
   const py::ssize_t n = pixels.shape(1);
   const float* p = borrow<float>(foreground, "foreground", {n});
@@ -50,7 +50,7 @@ py::tuple contour_registration(const py::array& phi, const std::array<double, 6>
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
                                  const py::dict& given, int device) {
   const contour::ContourOptions options = options_from(given);
-  contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  contour::ContourGrid grid = contour_grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
   contour::EvolutionWork work;
   work.device = device;
@@ -61,7 +61,7 @@ py::array_t<float> contour_steps(const py::array& phi, const py::array& foregrou
 }
 
 py::array_t<float> contour_distance(const py::array& phi, int radius) {
-  contour::ContourGrid grid = grid_from(phi, {1, 0, 0, 1, 0, 0});
+  contour::ContourGrid grid = contour_grid_from(phi, {1, 0, 0, 1, 0, 0});
   contour::FlatDistanceWork work;
   contour::redistance(radius, &work, &grid);
   return phi_of(grid);
@@ -73,7 +73,7 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
                                      const std::array<double, 6>& warp, const py::dict& given,
                                      const std::vector<py::array>& pooled) {
   const contour::ContourOptions options = options_from(given);
-  const contour::ContourGrid grid = grid_from(phi, warp);
+  const contour::ContourGrid grid = contour_grid_from(phi, warp);
   contour::RegionModel model(options);
   if (!model.learn(color_view(learned), grid, 1, 1))
     throw std::invalid_argument("phi: expected pixels inside and outside on the image, got none of a kind");
@@ -94,7 +94,7 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
 py::tuple contour_shared_colors(const py::array& image, const py::array& phi,
                                 const std::array<double, 6>& warp) {
   contour::SharedColorsWork work;
-  const double share = contour::shared_outline(color_view(image), grid_from(phi, warp), &work);
+  const double share = contour::shared_outline(color_view(image), contour_grid_from(phi, warp), &work);
   std::vector<double> rows;
   for (const contour::OutlinePart& part : work.parts)
     for (const double x : {double(part.column), double(part.row), double(part.length), part.overlap})

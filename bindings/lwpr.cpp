@@ -70,7 +70,7 @@ class SharedLwpr {
 
 std::size_t rows_of(const py::array& a) { return static_cast<std::size_t>(a.shape(0)); }
 
-void update(SharedLwpr& self, const py::array& x, const py::array& y, int threads, int device) {
+void update_model(SharedLwpr& self, const py::array& x, const py::array& y, int threads, int device) {
   const SharedLwpr::Writing turn(self);
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
@@ -81,7 +81,7 @@ void update(SharedLwpr& self, const py::array& x, const py::array& y, int thread
     self.model.update(from, to, rows_of(x), threads);
 }
 
-py::object predict(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, int device) {
+py::object predict_model(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, int device) {
   const SharedLwpr::Reading turn(self);
   const lwpr::LwprModel& model = self.model;
   const double* const from = borrow<double>(x, "x", {-1, model.n_in()});
@@ -205,8 +205,8 @@ void bind_lwpr(py::module_& m) {
                                const SharedLwpr::Reading turn(s);
                                return static_cast<long>(s.model.samples());
                              })
-      .def("update", &update, "x"_a, "y"_a, "threads"_a = 0, "device"_a = -1)
-      .def("predict", &predict, "x"_a, "with_sd"_a = false, "threads"_a = 0, "device"_a = -1)
+      .def("update", &update_model, "x"_a, "y"_a, "threads"_a = 0, "device"_a = -1)
+      .def("predict", &predict_model, "x"_a, "with_sd"_a = false, "threads"_a = 0, "device"_a = -1)
       .def("predict_there", &predict_there, "address"_a, "stream"_a, "count"_a, "device"_a)
       .def("activations", &activations, "x"_a, "threads"_a = 0)
       .def("training_error",

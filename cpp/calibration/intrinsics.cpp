@@ -238,7 +238,7 @@ optim::SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
       std::vector<LensFrame> twins = frames_;
       for (LensFrame& twin : twins) {
         if (options_.residual == energies::Residual::kPoint)
-          twin.classify({shape_.sdf, lens_, free_}, Outline::kWithin);
+          twin.classify({shape_.sdf, lens_, free_}, OutlineUse::kWithin);
         for (std::size_t i = 0; i < twin.pixels.reading_m.size(); ++i) {
           const double reading = (twin.pixels.hit_m[i] - lens_.depth_offset_m) / lens_.depth_scale;
           const double error = sign * twin.noise_m * normal(random);

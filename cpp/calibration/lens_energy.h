@@ -19,7 +19,7 @@ class LensEnergy final : public optim::ArrowEnergy {
   struct Settings {
     double min_scale_m;  // s of the penalty, or the frame's noise where that is more
     double outlier_floor;
-    Outline outline;
+    OutlineUse outline;
     int stride, threads;
   };
   // The frames, the lens and the prior (nullptr: none) belong to the caller.

@@ -112,7 +112,7 @@ bool LensFrame::neighbours_meet(const LensView& view, const Loop& loop, std::siz
   return true;
 }
 
-void LensFrame::classify(const LensView& view, Outline outline) {
+void LensFrame::classify(const LensView& view, OutlineUse outline) {
   double depth_m = 0, gain = 0, hit_m = 0;
   const double per_noise = 1;
   Loop loop = loop_over(view, T_obj_cam);
@@ -120,7 +120,7 @@ void LensFrame::classify(const LensView& view, Outline outline) {
   loop.reclassify = true;
   for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
     depth_m = view.lens.depth_m(pixels.reading_m[at]);
-    if (outline == Outline::kPoints) {
+    if (outline == OutlineUse::kPoints) {
       pixels.gain[at] = 1, pixels.used[at] = 1;
       continue;
     }
@@ -128,7 +128,7 @@ void LensFrame::classify(const LensView& view, Outline outline) {
     loop.read_along(look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]).ray, 0, 1,
                     &row);
     pixels.gain[at] = gain, pixels.hit_m[at] = hit_m;
-    pixels.used[at] = outline == Outline::kAll || (gain == 0 && neighbours_meet(view, loop, at));
+    pixels.used[at] = outline == OutlineUse::kAll || (gain == 0 && neighbours_meet(view, loop, at));
   }
 }
 

@@ -36,7 +36,7 @@ struct LensView {
   int stride = 1;  // of the pixels: coarse stages look at some of them
 };
 
-enum class Outline {
+enum class OutlineUse {
   kAll,     // pixels whose rays miss the model count too, by phi at the measured point
   kWithin,  // only those that meet it, and whose neighbours do: no ray comes or goes while the state moves a
             // little
@@ -56,7 +56,7 @@ class LensFrame {
   double noise_m = 0;                 // sd of the readings of this frame; 0: not known yet
 
   // Decides anew which pixels count and which rays meet the model; costs may be compared until the next call.
-  void classify(const LensView& view, Outline outline);
+  void classify(const LensView& view, OutlineUse outline);
   // At T_obj_cam, or at trial_T_obj_cam.
   void linearize(const LensView& view, const energies::DepthLogistic<double>& penalty, bool trial,
                  optim::ArrowBlock* out);

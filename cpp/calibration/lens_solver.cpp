@@ -86,13 +86,13 @@ void LensSolver::align(double scale_m) {
 }
 
 LensEnergy::Settings LensSolver::coarse_settings(double scale_m) const {
-  return {scale_m, options_.outlier_floor, Outline::kAll, options_.stride(options_.coarse_pixels),
+  return {scale_m, options_.outlier_floor, OutlineUse::kAll, options_.stride(options_.coarse_pixels),
           options_.threads};
 }
 
 LensEnergy::Settings LensSolver::fine_settings(int stride) const {
-  const Outline outline =
-      options_.residual == energies::Residual::kPoint ? Outline::kPoints : Outline::kWithin;
+  const OutlineUse outline =
+      options_.residual == energies::Residual::kPoint ? OutlineUse::kPoints : OutlineUse::kWithin;
   return {options_.min_scale_m, options_.outlier_floor, outline, stride, options_.threads};
 }
 
@@ -112,7 +112,7 @@ void LensSolver::fine(int stride) {
   for (int round = 0; round < kFineRounds; ++round) {
     run_poses(settings, lm);
     run_joint(settings, lm, false);
-    measure_noise({sdf_, *lens_, free_, stride}, settings.outline == Outline::kPoints);
+    measure_noise({sdf_, *lens_, free_, stride}, settings.outline == OutlineUse::kPoints);
   }
 }
 

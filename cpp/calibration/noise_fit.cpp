@@ -14,7 +14,7 @@ namespace sdftrack::calibration {
 namespace {
 
 constexpr double kSpan = 1.3;  // largest over smallest distance from which on growth can be told
-constexpr double kMinTangent = 0.4, kTangentSpan = 0.3;
+constexpr double kMinTangent = 0.4, kNoiseTangentSpan = 0.3;
 constexpr double kNothing = -50, kMostLog = 2;  // of the logarithms of the model's numbers
 constexpr double kLongestStep = 2;
 constexpr double kMin_m = 1e-6;       // less is none
@@ -116,9 +116,9 @@ NoiseModel fit_noise(const std::vector<NoiseSample>& samples) {
   std::vector<double> by_z = each(samples, [&](const NoiseSample& s) { return sd_of(s) / s.depth_m; });
   std::vector<double> by_z2 =
       each(samples, [&](const NoiseSample& s) { return sd_of(s) / (s.depth_m * s.depth_m); });
-  const bool free[] = {
-      true, span_is_wide(z),
-      *std::max_element(tangent.begin(), tangent.end()) > kMinTangent && span_of(tangent) > kTangentSpan};
+  const bool free[] = {true, span_is_wide(z),
+                       *std::max_element(tangent.begin(), tangent.end()) > kMinTangent &&
+                           span_of(tangent) > kNoiseTangentSpan};
   Eigen::Vector3d start(std::log(0.7 * median_of(&sd)), std::log(0.3 * median_of(&by_z2)),
                         std::log(0.3 * median_of(&by_z)));
   for (int k = 0; k < 3; ++k)

@@ -42,6 +42,6 @@ function(sdftrack_instruction_sets target loops name)
     configure_file(${CMAKE_CURRENT_SOURCE_DIR}/cmake/instruction_set.cpp.in ${source} @ONLY)
     target_sources(${target} PRIVATE ${source})
     set_source_files_properties(${source} PROPERTIES
-      COMPILE_OPTIONS "${options_${set}};${sanitize_less_options}" SKIP_PRECOMPILE_HEADERS ON)
+      COMPILE_OPTIONS "${options_${set}};${sanitize_less_options}" SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
   endforeach()
 endfunction()

@@ -15,12 +15,12 @@ namespace {
 constexpr std::size_t kMinPairs = 30;
 constexpr int kMaxPairs = 2000;  // more say no more about four numbers
 constexpr int kRounds = 3;
-constexpr float kMinError_px = 1;              // a pair this close follows the similarity
-constexpr float kKeptOverMedian = 2;           // of the errors
-constexpr float kFarAway = 1e6f, kBeside = 3;  // cells from the outline
-constexpr float kSigma_px = 2;                 // of the flow
-constexpr float kMaxLogOdds = 1.5f;            // no motion proves anything
-constexpr int kRun = 64;                       // pixels at a time
+constexpr float kMinError_px = 1;                   // a pair this close follows the similarity
+constexpr float kKeptOverMedian = 2;                // of the errors
+constexpr float kFarAway = 1e6f, kNearOutline = 3;  // cells from the outline
+constexpr float kSigma_px = 2;                      // of the flow
+constexpr float kMaxLogOdds = 1.5f;                 // no motion proves anything
+constexpr int kRun = 64;                            // pixels at a time
 
 float miss(const Similarity& m, float x, float y, float u, float v) {
   const auto c = static_cast<float>(m.c), s = static_cast<float>(m.s);
@@ -107,7 +107,7 @@ bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* obj
       const bool on = gx >= 0 && gy >= 0 && gx <= grid.nx - 1 && gy <= grid.ny - 1;
       const float phi =
           on ? grid.phi[static_cast<std::size_t>(to_int(gy + 0.5) * grid.nx + to_int(gx + 0.5))] : kFarAway;
-      if (phi >= 0 && phi < kBeside) continue;
+      if (phi >= 0 && phi < kNearOutline) continue;
       MotionPairs& w = phi < 0 ? *object : *others;
       w.x.push_back(static_cast<float>(x)), w.y.push_back(static_cast<float>(y));
       w.last_x.push_back(static_cast<float>(u)), w.last_y.push_back(static_cast<float>(v));

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSide = 16;        // cells of a square
 constexpr int kObjectReach = 3;  // squares: the object's colours may be those of a part nearby, which moves
 constexpr float kGap = 1;        // cells beside the outline, whose colours are mixed
-constexpr float kBeside = 6;     // cells beyond that
+constexpr float kRoundBand = 6;  // cells beyond that
 constexpr int kMinCells = 20;    // of a side
 constexpr int kBins = 16;        // per channel; a colour counts in the two nearest of each
 constexpr int kColors = kBins * kBins * kBins;
@@ -72,13 +72,13 @@ bool on_outline(const ContourGrid& g, int x, int y) {
 
 // The colours inside and beside the outline, by square.
 void count_colors(const RgbView& image, const ContourGrid& g, int columns, SharedColorsWork* work) {
-  const CellBox near = g.inside.grown(to_int(kGap + kBeside) + 1, g.nx, g.ny);
+  const CellBox near = g.inside.grown(to_int(kGap + kRoundBand) + 1, g.nx, g.ny);
   for (int y = near.y0; y <= near.y1; ++y)
     for (int x = near.x0; x <= near.x1; ++x) {
       const float phi = g.phi[static_cast<std::size_t>(y * g.nx + x)];
       const auto square = static_cast<std::size_t>(y / kSide * columns + x / kSide);
       work->length[square] += on_outline(g, x, y);
-      if (std::abs(phi) <= kGap || phi > kGap + kBeside) continue;
+      if (std::abs(phi) <= kGap || phi > kGap + kRoundBand) continue;
       double u, v;
       g.warp.to_image(x - g.mid_x(), y - g.mid_y(), &u, &v);
       if (!(u > -0.5 && v > -0.5 && u < image.width - 0.5 && v < image.height - 0.5)) continue;

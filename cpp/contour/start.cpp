@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMinContrast = 0.02;
 // Width of the background around the object, over the longer side of its box: its colours are those nearby.
-constexpr double kRing = static_cast<double>(0.3f);
+constexpr double kStartRing = static_cast<double>(0.3f);
 constexpr int kBoxRounds = 8;  // of colours and segmentation
 constexpr const char* kOneColor =
     "box: expected an object whose colours differ from those around the box, got almost no such pixels; "
@@ -100,7 +100,7 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
   const double cell = std::max(1.0, longest / static_cast<double>(options_.max_cells));
-  const int ring = std::max(kMinRing_px, to_int(kRing * longest / cell));
+  const int ring = std::max(kMinRing_px, to_int(kStartRing * longest / cell));
   grid_.nx = to_int(std::ceil(box.width() / cell)) + 2 * ring;
   grid_.ny = to_int(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};

@@ -8,8 +8,8 @@ namespace sdftrack::levelset {
 
 namespace {
 
-// What is numbered before a block; slot: its place among the blocks that have something, else kNone.
-constexpr int kNone = -1;
+// What is numbered before a block; slot: its place among the blocks that have something, else kNoVertex.
+constexpr int kNoVertex = -1;
 struct BlockStart {
   int vertex, face, slot;
 };
@@ -47,7 +47,7 @@ class March {
     int vertices = 0, faces = 0;
     for (std::size_t b = 0; b < starts_.size(); ++b) {
       const bool some = counts[b] > 0;
-      starts_[b] = {vertices, faces, some ? static_cast<int>(slots_.size()) : kNone};
+      starts_[b] = {vertices, faces, some ? static_cast<int>(slots_.size()) : kNoVertex};
       if (some) slots_.push_back(static_cast<int>(b));
       vertices += vertices_of(counts[b]), faces += faces_of(counts[b]);
     }

@@ -24,7 +24,7 @@ constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
 constexpr double kWrongLabels =
     0.05;  // share of pixels beside the edge that are said to be what they are not
 constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost and a clean edge
-constexpr double kThin = 0.08;                              // of the diameter
+constexpr double kThinPart = 0.08;                          // of the diameter
 constexpr double kFarthest = 2;                             // the same: no length is more
 constexpr double kAtLimit = 0.97;                           // of that limit
 // sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
@@ -68,7 +68,7 @@ class Fitter {
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
-    e.thin_m = has_inside(kind_) ? kThin * diameter_m_ : 0;  // a strip is a patch like any other
+    e.thin_m = has_inside(kind_) ? kThinPart * diameter_m_ : 0;  // a strip is a patch like any other
     e.far_m = kFarthest * diameter_m_;
     e.crowded = !has_inside(kind_) && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();

@@ -11,10 +11,10 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr std::size_t kPoints = 1500;  // that normals are found among
+constexpr std::size_t kNormalPoints = 1500;  // that normals are found among
 constexpr std::size_t kNormals = 160;
 constexpr std::size_t kMinHeld = 60;
-constexpr std::size_t kFew = 300;  // points, up to which normals are not relied on
+constexpr std::size_t kFewPoints = 300;  // points, up to which normals are not relied on
 constexpr std::size_t kMinNormals = 12;
 constexpr std::size_t kSpanPoints = 400;
 constexpr double kReach = 0.07;  // of the diameter: radius of a patch
@@ -99,7 +99,7 @@ bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre) {
 
 SeedCloud seed_cloud(const PrimitiveView& view) {
   SeedCloud cloud{{}, {}, {}, {0, 0, 0}, 0, &view, false};
-  const std::size_t n = std::min(view.points.size(), kPoints);
+  const std::size_t n = std::min(view.points.size(), kNormalPoints);
   cloud.points.assign(view.points.begin(), view.points.begin() + static_cast<std::ptrdiff_t>(n));
   for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / static_cast<double>(n)) * p;
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
@@ -116,7 +116,7 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
   }
   for (const Oriented& o : cloud.normals) cloud.held.push_back(o.p);
   if (cloud.held.size() < kMinHeld) cloud.held = cloud.points;
-  cloud.sparse = n <= kFew || cloud.normals.size() < kMinNormals;
+  cloud.sparse = n <= kFewPoints || cloud.normals.size() < kMinNormals;
   return cloud;
 }
 

@@ -12,8 +12,8 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kAxes = 160;    // on half a ball: 11 degrees apart
-constexpr int kFrames = 300;  // of a box: 8 degrees from the nearest
+constexpr int kAxes = 160;       // on half a ball: 11 degrees apart
+constexpr int kFewFrames = 300;  // of a box: 8 degrees from the nearest
 constexpr double kGoldenAngle = 2.39996322972865;
 constexpr double kNear = 0.15;  // of the radius: a point farther off a circle is on a cap
 constexpr int kRounds = 4;
@@ -90,7 +90,7 @@ void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<Primi
   Picker pick(seed + 1);
   constexpr std::size_t kSteps = 1 << 20;
   const auto uniform = [&] { return (static_cast<double>(pick(kSteps)) + 0.5) / kSteps; };
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < kFewFrames; ++k) {
     // A uniformly turned frame: an axis anywhere on the ball, and a turn about it.
     const double up = 2 * uniform() - 1, around = 6.283185307179586 * uniform();
     const double turn = 1.5707963267948966 * uniform(), flat = std::sqrt(1 - up * up);

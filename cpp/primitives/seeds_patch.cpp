@@ -11,15 +11,15 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kPicked = 40;       // normals whose planes are looked at
-constexpr std::size_t kKept = 3;  // of these
-constexpr int kTurns = 12;        // in a quarter; the edge of the picture may cut corners off, so the least
-                                  // rectangle need not be the right one
-constexpr double kNear = 0.02, kMinNear_m = 0.005;  // of the diameter: a point is on the plane
+constexpr int kPicked = 40;             // normals whose planes are looked at
+constexpr std::size_t kKeptPlanes = 3;  // of these
+constexpr int kTurns = 12;  // in a quarter; the edge of the picture may cut corners off, so the least
+                            // rectangle need not be the right one
+constexpr double kOnPlane = 0.02, kMinNear_m = 0.005;  // of the diameter: a point is on the plane
 constexpr std::size_t kMinPoints = 8;
 
 std::vector<Vec3d> near_plane(const SeedCloud& cloud, Vec3d n, Vec3d at) {
-  const double tolerance = std::max(kMinNear_m, kNear * cloud.diameter_m);
+  const double tolerance = std::max(kMinNear_m, kOnPlane * cloud.diameter_m);
   std::vector<Vec3d> out;
   for (const Vec3d& p : cloud.points)
     if (std::abs(dot(n, p - at)) < tolerance) out.push_back(p);
@@ -61,7 +61,7 @@ void SolidTraits<PrimitiveKind::kPlane>::guess(const SeedCloud& cloud, unsigned 
   }
   std::stable_sort(held.begin() + 1, held.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  if (held.size() > kKept + 1) held.resize(kKept + 1);
+  if (held.size() > kKeptPlanes + 1) held.resize(kKeptPlanes + 1);
   for (const std::vector<Vec3d>& some : held) {
     if (some.size() < std::min(kMinPoints, cloud.points.size())) continue;
     const Oriented plane = plane_through(some);

@@ -11,7 +11,7 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kPairs = 24;
+constexpr int kRoundPairs = 24;
 constexpr int kTriples = 24;
 constexpr double kCap = 0.9, kFlatCap = 0.97;  // cosines of 26 and 14 degrees: normals of a cone's base
 
@@ -31,7 +31,7 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
     if (length > least) axes.push_back((1 / length) * a);
   };
   // The normals of a cylinder's side lie across its axis: two of them show it.
-  for (int k = 0; k < kPairs; ++k)
+  for (int k = 0; k < kRoundPairs; ++k)
     add(cross(normals[pick(normals.size())].n, normals[pick(normals.size())].n), 0.3);
   // Those of a cone have one angle with it: the differences of three lie across it.
   if (has_apex(kind))

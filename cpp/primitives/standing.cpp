@@ -8,12 +8,12 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr double kLying = 0.7;  // cosine of 45 degrees
+constexpr double kLyingBelow = 0.7;  // cosine of 45 degrees
 
 }  // namespace
 
 bool may_stand(const PrimitiveField& field, const frame::Plane& plane) {
-  return has_inside(field.kind) || std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLying;
+  return has_inside(field.kind) || std::abs(dot(field.T_obj_cam.R.r2, plane.normal_cam)) < kLyingBelow;
 }
 
 void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,

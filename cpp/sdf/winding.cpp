@@ -10,7 +10,7 @@ namespace sdftrack::sdf {
 
 namespace {
 
-constexpr std::size_t kLeafSize = 8;
+constexpr std::size_t kClusterSize = 8;
 constexpr double kFar = 3;  // radii; the dipole is then good to about 1e-2 (Barill et al., section 4)
 constexpr double kFarther = 12, kUnsure = 0.03;
 
@@ -48,7 +48,7 @@ void WindingTree::build(std::size_t index, std::vector<Triangle>& triangles) {
   for (std::size_t i = node.begin; i < node.end; ++i)
     for (const Vec3d& p : {triangles[i].a, triangles[i].b, triangles[i].c})
       node.radius = std::max(node.radius, norm(p - node.centre));
-  if (node.end - node.begin > kLeafSize) {
+  if (node.end - node.begin > kClusterSize) {
     const Vec3d e = high - low;
     const auto key = [&](const Triangle& t) {
       const Vec3d c = centroid(t);

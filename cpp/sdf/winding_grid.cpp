@@ -18,7 +18,7 @@ namespace sdftrack::sdf {
 
 namespace {
 
-constexpr int kBlock = 8;            // voxels a side
+constexpr int kGridBlock = 8;        // voxels a side
 constexpr double kTreeError = 0.02;  // of a sum with dipoles
 constexpr double kManyRims = 4;      // straight rims that may run side by side
 
@@ -68,9 +68,10 @@ struct Filler {
   // From `seed` to all voxels of the block that are reached along the rows, jumps counted, and across them
   // where no triangle can lie between: it would be no farther from both together than they are apart.
   void collect(const Vec3<int>& low, const Vec3<int>& high, const Vec3<int>& seed,
-               std::array<std::uint8_t, kBlock * kBlock * kBlock>& seen, std::vector<Member>* piece) const {
+               std::array<std::uint8_t, kGridBlock * kGridBlock * kGridBlock>& seen,
+               std::vector<Member>* piece) const {
     const auto local = [&](int x, int y, int z) {
-      return static_cast<std::size_t>(((z - low.z) * kBlock + (y - low.y)) * kBlock + (x - low.x));
+      return static_cast<std::size_t>(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
     };
     piece->assign(1, {seed.x, seed.y, seed.z, 0});
     seen[local(seed.x, seed.y, seed.z)] = 1;
@@ -101,13 +102,13 @@ struct Filler {
         0.5 * (grid.point(low.x, low.y, low.z) + grid.point(high.x - 1, high.y - 1, high.z - 1));
     const double change = side > 1 ? 2 * rims.change(middle, way) : 0;
     bool sure = change < 0.5 - kTreeError;
-    std::array<std::uint8_t, kBlock * kBlock * kBlock> seen{};
+    std::array<std::uint8_t, kGridBlock * kGridBlock * kGridBlock> seen{};
     std::vector<Member> piece;
     for (int z = low.z; z < high.z && sure; ++z)
       for (int y = low.y; y < high.y && sure; ++y)
         for (int x = low.x; x < high.x && sure; ++x) {
           const auto local =
-              static_cast<std::size_t>(((z - low.z) * kBlock + (y - low.y)) * kBlock + (x - low.x));
+              static_cast<std::size_t>(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
           if (seen[local]) continue;
           collect(low, high, {x, y, z}, seen, &piece);
           sure = settle(piece, change) || side == 1;
@@ -141,10 +142,10 @@ std::vector<float> winding_of_open_mesh(const MeshView& mesh, const Grid& grid, 
   const std::vector<std::int8_t> crossed = winding_numbers(mesh, grid, threads);
   std::vector<float> w(grid.size());
   const Filler filler{grid, tree, rims, u, crossed, w};
-  const int ny = (grid.ny + kBlock - 1) / kBlock, nz = (grid.nz + kBlock - 1) / kBlock;
+  const int ny = (grid.ny + kGridBlock - 1) / kGridBlock, nz = (grid.nz + kGridBlock - 1) / kGridBlock;
   parallel_for(static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), threads, [&](std::size_t chunk) {
-    const int y = static_cast<int>(chunk) % ny * kBlock, z = static_cast<int>(chunk) / ny * kBlock;
-    for (int x = 0; x < grid.nx; x += kBlock) filler.block({x, y, z}, kBlock);
+    const int y = static_cast<int>(chunk) % ny * kGridBlock, z = static_cast<int>(chunk) / ny * kGridBlock;
+    for (int x = 0; x < grid.nx; x += kGridBlock) filler.block({x, y, z}, kGridBlock);
   });
   return w;
 }

@@ -18,7 +18,7 @@ namespace {
 
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
-const RowOps& ops() { return for_isa<RowOps>(used_isa()); }
+const RowOps& row_ops() { return for_isa<RowOps>(used_isa()); }
 
 bool same_grid(const CellGrid& a, const CellGrid& b) {
   return a.width == b.width && a.height == b.height && a.nx == b.nx && a.ny == b.ny && a.scale == b.scale &&
@@ -47,7 +47,7 @@ void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
       y_place_[at(y)] = place_of(y, grid_.unit) - grid_.y_middle[at(j)];
   if (!light_made_ || (light_of_ == ColorSpace::kRgb) != (options.space == ColorSpace::kRgb)) {
     for (int i = 0; i < 256; ++i) light_[i] = static_cast<float>(i) / 255.f;
-    if (options.space != ColorSpace::kRgb) ops().linearize(light_, 256, light_);
+    if (options.space != ColorSpace::kRgb) row_ops().linearize(light_, 256, light_);
     light_made_ = true, light_of_ = options.space;
   }
 }
@@ -67,9 +67,9 @@ void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int 
       else
         split(image.floats + first, channels, n, light[0], light[1], light[2]);
       if (!image.bytes && options.space != ColorSpace::kRgb)
-        for (auto& channel : light) ops().linearize(channel, n, channel);
-      ops().convert(options.space, light[0], light[1], light[2], n, static_cast<float>(grid_.scale),
-                    x_place_.data() + x, c01_.data() + row + x, c2x + row + x);
+        for (auto& channel : light) row_ops().linearize(channel, n, channel);
+      row_ops().convert(options.space, light[0], light[1], light[2], n, static_cast<float>(grid_.scale),
+                        x_place_.data() + x, c01_.data() + row + x, c2x + row + x);
     }
     std::uint8_t* const row_codes = codes() + row;
     for (int i = 0; i < grid_.nx; ++i)
@@ -104,7 +104,7 @@ void Slic::remember(const SlicImage& image, int band, const int* c2x) {
 // Every pixel belongs to its own cell's centre before the first iteration.
 void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool masked) {
   CenterSums& own = sums_[at((std::int64_t{3} * band + 1) * grid_.nx + i)];
-  if (!masked) add_whole(ops(), cell, x, y, &own);
+  if (!masked) add_whole(row_ops(), cell, x, y, &own);
   for (int row = 0; row < cell.rows && (masked || cell.z); ++row) {
     const std::ptrdiff_t first = row * cell.stride;
     const std::uint8_t* const row_codes = codes() + static_cast<std::ptrdiff_t>(y + row) * grid_.width + x;
@@ -115,7 +115,7 @@ void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool ma
 }
 
 void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool first) {
-  const RowOps& row_ops = ops();
+  const RowOps& ops = row_ops();
   alignas(64) std::uint8_t now[kTile + 64];
   std::uint16_t changed[kMaxSlots];
   Gains gains[kCodes]{};
@@ -144,9 +144,9 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool fir
                             y_place_.data() + y};
         if (first) sum_home(i, band, cell, x, y, masked);
         const Tile tile{codes() + from, now, stride, changed};
-        row_ops.nearest(options.distance, cell, near, tile);
-        if (row_ops.move(cell, tile, first, codes() + from, gains))
-          row_ops.settle(gains, near, x, y, sums + i - 1, grid_.nx);
+        ops.nearest(options.distance, cell, near, tile);
+        if (ops.move(cell, tile, first, codes() + from, gains))
+          ops.settle(gains, near, x, y, sums + i - 1, grid_.nx);
       }
     }
   }

@@ -9,7 +9,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kCarriedFrames = 5;  // in which a hidden object is taken along by the others
-constexpr int kRounds = 2;         // of fitting together, mending single ones and fitting together again
+constexpr int kGroupRounds = 2;    // of fitting together, mending single ones and fitting together again
 
 // Whether the sensor sees past the place of an object that nothing shows: then it is not hidden but gone.
 bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + seen.agree; }
@@ -56,7 +56,7 @@ void GroupFitter::fit_group(FrameContext* context, const Objects& objects, std::
   refuse_doubles(context, objects, group);
   const std::vector<int>& members = *group;
   fit_together(context, objects, members);
-  for (int round = 1; round < kRounds && mend(context, objects, members); ++round)
+  for (int round = 1; round < kGroupRounds && mend(context, objects, members); ++round)
     fit_together(context, objects, members);
   give_up_doubles(context, objects, members);
 }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kAround_px = 40;  // of the silhouette, where the background's colours are counted
 constexpr int kFirstBudget = 20000, kBudget = 3000;  // pixels visited for the histograms
-constexpr double kObjectRate = 0.1, kBackgroundRate = 0.2;
+constexpr double kOutlineObjectRate = 0.1, kOutlineBackgroundRate = 0.2;
 constexpr double kBent_rad = 0.06;  // sd of a pose by depth that bends a whole surface
 constexpr double kFar_m = 0.020, kFar_rad = 10 * std::numbers::pi / 180;
 
@@ -47,7 +47,7 @@ std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const C
 void ObjectFollower::learn_silhouette(const FrameContext& context, TrackedObject* object) {
   count_silhouette_colors(context.frame(), context.camera(), *object->shape, object->T_cam_obj, kAround_px,
                           object->colors.known() ? kBudget : kFirstBudget, object->colors, &color_counts_);
-  object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
+  object->colors.update(color_counts_, kOutlineObjectRate, kOutlineBackgroundRate);
   learn_outline(context, object);
 }
 
@@ -59,7 +59,7 @@ void ObjectFollower::learn_colors_at_start(const FrameContext& context,
       context.frame(), context.camera(),
       mask.empty() ? measured_near(context.frame(), context.camera(), *object->shape, T_cam_obj) : mask,
       T_cam_obj.t.z, kAround_px, kFirstBudget, &color_counts_);
-  object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
+  object->colors.update(color_counts_, kOutlineObjectRate, kOutlineBackgroundRate);
 }
 
 std::optional<Fitted> ObjectFollower::fit_outline(const FrameContext& context, const TrackedObject& object,

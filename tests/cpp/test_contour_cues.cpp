@@ -80,7 +80,7 @@ TEST(BoxStart, a_disc_is_segmented_in_its_box_and_hardly_hangs_on_it) {
   const ContourFrame frame = start_in_box(&tracker, image, box);
   Mask found(90, 70);
   std::copy(frame.mask.begin(), frame.mask.end(), found.values.begin());
-  EXPECT_GT(area_of(both(found, disc)), 0.95 * area_of(either(found, disc)));
+  EXPECT_GT(area_of(both(found, disc)), 0.95 * area_of(union_of(found, disc)));
   EXPECT_LT(first_instability(image, box, found, ContourOptions()), kMaxInstability);
 }
 

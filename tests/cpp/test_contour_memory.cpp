@@ -23,7 +23,7 @@ Mask mask_where(int width, int height, const Inside& inside) {
 }
 
 double overlap(const Mask& a, const Mask& b) {
-  return static_cast<double>(area_of(both(a, b))) / area_of(either(a, b));
+  return static_cast<double>(area_of(both(a, b))) / area_of(union_of(a, b));
 }
 
 // A body with an arm that points somewhere, in the memory's frame.
@@ -77,7 +77,7 @@ TEST(Occluders, slats_are_counted_but_not_the_legs_behind_one_bar) {
   EXPECT_EQ(count_occluders(slats, without(body, slats)), 4);
   const Mask legs = mask_where(64, 64, [&](int x, int y) { return in(y, 30, 30) && slat(x + 2); });
   const Mask bar = mask_where(64, 64, [&](int, int y) { return in(y, 40, 8); });
-  EXPECT_EQ(count_occluders(both(legs, bar), without(either(body, legs), bar)), 1);
+  EXPECT_EQ(count_occluders(both(legs, bar), without(union_of(body, legs), bar)), 1);
   EXPECT_EQ(count_occluders(Mask(64, 64), body), 0);
 }
 

@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 import pytest
-from reconstruction_scene import begun, body
+from reconstruction_scene import begun
 
 import sdftrack as st
 from experiments.synth.standing import standing
@@ -30,6 +30,14 @@ def turned_over(mesh, n=FRAMES, **options):
     """The other side up: the sequence, and its true poses of the mesh as it is given."""
     seq = on_table(mesh.transformed(OVER), n, seed=5, **options)
     return seq, [seq.ground_truth[i][0] @ OVER for i in range(n)]
+
+
+@functools.cache
+def body():
+    """A body without symmetry, with a foot."""
+    ball = st.SDF.sphere(0.032, voxels=64).transformed(geometry.pose((0, 0, 0), (0.035, 0.0, 0.03)))
+    rod = st.SDF.cylinder(0.014, 0.09, voxels=64).transformed(geometry.pose((0.9, 0, 0), (-0.02, 0.02, 0.02)))
+    return st.smooth_union(st.SDF.box((0.09, 0.06, 0.04), voxels=64), ball, rod, radius=0.01)
 
 
 @functools.cache

@@ -11,16 +11,16 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr int kSide = 5, kCount = kSide * kSide, kHalf = kSide / 2;
+constexpr int kWindow = 5, kCount = kWindow * kWindow, kHalf = kWindow / 2;
 constexpr int kHeld = kCount / 2 + 2;
 constexpr int kPacks = 4;  // at a time: one by one each would wait for its last step
 constexpr int kLanes = kPacks * kWidth<BaselineLanes>;
 
-struct Lanes {
+struct WindowLanes {
   BaselineLanes pack[kPacks];
 };
 
-void order(Lanes& a, Lanes& b) {
+void order(WindowLanes& a, WindowLanes& b) {
   for (int i = 0; i < kPacks; ++i) {
     const BaselineLanes x = a.pack[i], y = b.pack[i];
     a.pack[i] = select(y < x, y, x);
@@ -30,7 +30,7 @@ void order(Lanes& a, Lanes& b) {
 
 // Of `kHeld` numbers neither the least nor the most is the median of all: each gives way to a number that is
 // not yet there, until three are left.
-const Lanes& median_of(Lanes* w) {
+const WindowLanes& window_median(WindowLanes* w) {
   int next = kHeld;
   for (int held = kHeld; held > 2; --held) {
     for (int i = 1; i < held; ++i) order(w[0], w[i]);
@@ -45,20 +45,21 @@ const Lanes& median_of(Lanes* w) {
 std::vector<float> median5(const ImageView<float>& image) {
   const int w = image.width, h = image.height;
   std::vector<float> out(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
-  std::vector<float> rows[kSide];  // with what lies beyond both ends
-  for (std::vector<float>& row : rows) row.resize(static_cast<std::size_t>(w + kSide + kLanes));
-  Lanes window[kCount];
+  std::vector<float> rows[kWindow];  // with what lies beyond both ends
+  for (std::vector<float>& row : rows) row.resize(static_cast<std::size_t>(w + kWindow + kLanes));
+  WindowLanes window[kCount];
   for (int y = 0; y < h; ++y) {
-    for (int k = 0; k < kSide; ++k)
-      for (int x = 0; x < w + kSide + kLanes; ++x)
+    for (int k = 0; k < kWindow; ++k)
+      for (int x = 0; x < w + kWindow + kLanes; ++x)
         rows[k][static_cast<std::size_t>(x)] =
             image(std::clamp(x - kHalf, 0, w - 1), std::clamp(y + k - kHalf, 0, h - 1));
     for (int x0 = 0; x0 < w; x0 += kLanes) {
       for (int k = 0; k < kCount; ++k)
-        std::memcpy(&window[k], &rows[k / kSide][static_cast<std::size_t>(x0 + k % kSide)], sizeof(Lanes));
+        std::memcpy(&window[k], &rows[k / kWindow][static_cast<std::size_t>(x0 + k % kWindow)],
+                    sizeof(WindowLanes));
       std::memcpy(
           &out[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x0)],
-          &median_of(window), sizeof(float) * static_cast<std::size_t>(std::min(kLanes, w - x0)));
+          &window_median(window), sizeof(float) * static_cast<std::size_t>(std::min(kLanes, w - x0)));
     }
   }
   return out;

@@ -18,7 +18,7 @@ constexpr double kFloor_px =
     0.02;  // of a colour centre's sd: what sampling of the image leaves without noise
 constexpr double kSmallStep = 1e-13;  // in the unknowns' scales
 
-Eigen::Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
+Eigen::Vector3d to_eigen(Vec3d v) { return {v.x, v.y, v.z}; }
 
 // What the optimiser moves.
 class MapSystem {
@@ -106,7 +106,7 @@ PairResidual MapResiduals::of_pair(const BallPair& pair, const MapState& x,
   const int n = x.map.unknowns();
   out.rows.resize(2, unknowns(x.map));
   out.rows.leftCols(n) = mapped.by_map.leftCols(n) * scales.head(n).asDiagonal();
-  if (path_) out.rows.col(n) = mapped.by_point * eigen(velocity);
+  if (path_) out.rows.col(n) = mapped.by_point * to_eigen(velocity);
   // Whitened by the lower factor of S.
   const double a = std::sqrt(S(0, 0)), b = S(1, 0) / a, c = std::sqrt(S(1, 1) - b * b);
   Eigen::Matrix2d whitening;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kStaticShare = 0.4;  // of the frames in which the same place holds something round
 constexpr double kLeastStatic = 5;    // frames
 constexpr double kLateBand_px = 40;   // of the choice between candidates while colour may be late, at 1 m/s
-constexpr int kRounds = 6;            // of centres under the last colour camera, and maps from them
+constexpr int kMapRounds = 6;         // of centres under the last colour camera, and maps from them
 constexpr double kSettled_px = 0.003;
 constexpr double kMinKept = 0.5;
 constexpr std::size_t kLeastKept = 4;
@@ -130,7 +130,7 @@ std::optional<Registration> BallRecording::registered(const Camera& color, bool 
   Picks picks = first_picks();
   BallPairs pairs = pairs_of(picks, eye);
   std::optional<MapFit> fit = first_map(pairs, known ? &color : nullptr, time_offset, seed);
-  for (int round = 0; round < kRounds && fit; ++round) {
+  for (int round = 0; round < kMapRounds && fit; ++round) {
     if (!known) eye = camera_of(fit->map, eye);
     const Picks now = picked_again(picks, fit->map, eye, time_offset);
     const bool changed = now != picks;

@@ -12,7 +12,7 @@ int area_of(const Mask& mask);
 inline Mask both(const Mask& a, const Mask& b) {
   return each<unsigned char>(a, b, [](unsigned char x, unsigned char y) { return x & y; });
 }
-inline Mask either(const Mask& a, const Mask& b) {
+inline Mask union_of(const Mask& a, const Mask& b) {
   return each<unsigned char>(a, b, [](unsigned char x, unsigned char y) { return x | y; });
 }
 // Of `a` without `b`.

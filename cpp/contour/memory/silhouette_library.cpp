@@ -16,19 +16,19 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kReach_px = 4;          // distances are cut there: farther away only the sign matters
-constexpr float kStepsPerPx = 16;       // distances are kept as whole numbers of steps, one byte each
-constexpr int kSquare = 2;              // pixels per sample of the small pictures that are compared
-constexpr std::size_t kFinalists = 32;  // compared by small pictures, once the harmonics have chosen them
-constexpr double kSoftness_px = 2;      // silhouettes are averaged whose sticking out differs by about
-constexpr double kSoftness = 0.1;       // this, in pixels and as a share
-constexpr float kMinWeight = 0.1f;      // of the best: less likely ones are left out of the average
-constexpr double kSmoothing = 4;        // px of blur for each px that is stuck out by: a new pose is vague
-constexpr double kMinBlur_px = 0.5;     // less than this changes nothing
-constexpr float kNear_px = 2;           // a contour pixel nearer to the expected contour is explained
-constexpr int kOccludersEdge_px = 2;    // beside what is hidden: there the outline is the occluder's
-constexpr float kDeep_px = 1.5f;        // deeper, a pixel is inside in any pose that is likely
-constexpr double kWellKnown_px = 0.4;   // sticking out per contour pixel, up to which slivers are thin
+constexpr float kReach_px = 4;              // distances are cut there: farther away only the sign matters
+constexpr float kStepsPerPx = 16;           // distances are kept as whole numbers of steps, one byte each
+constexpr int kSquare = 2;                  // pixels per sample of the small pictures that are compared
+constexpr std::size_t kCompared = 32;       // compared by small pictures, once the harmonics have chosen them
+constexpr double kSoftness_px = 2;          // silhouettes are averaged whose sticking out differs by about
+constexpr double kSoftness = 0.1;           // this, in pixels and as a share
+constexpr float kMinRelativeWeight = 0.1f;  // of the best: less likely ones are left out of the average
+constexpr double kSmoothing = 4;       // px of blur for each px that is stuck out by: a new pose is vague
+constexpr double kMinBlur_px = 0.5;    // less than this changes nothing
+constexpr float kExplained_px = 2;     // a contour pixel nearer to the expected contour is explained
+constexpr int kOccludersEdge_px = 2;   // beside what is hidden: there the outline is the occluder's
+constexpr float kDeep_px = 1.5f;       // deeper, a pixel is inside in any pose that is likely
+constexpr double kWellKnown_px = 0.4;  // sticking out per contour pixel, up to which slivers are thin
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
 // Pixels inside, in squares; a last odd row or column is left out.
@@ -50,7 +50,7 @@ double share(int part, int whole) { return static_cast<double>(part) / std::max(
 
 Completion with_hidden(const Mask& seen, const Mask& expected, double off_px) {
   Mask hidden = thick_parts(without(expected, seen), off_px < kWellKnown_px ? 1 : 2);
-  return {either(seen, hidden), std::move(hidden)};
+  return {union_of(seen, hidden), std::move(hidden)};
 }
 
 Completion with_hidden(const Mask& seen, const Mask& expected) {
@@ -142,7 +142,7 @@ Explanation SilhouetteLibrary::explain(const Mask& mask) const {
   float sum = 0;
   for (std::size_t k = 0; k < near.size(); ++k) {
     const float weight = std::exp((static_cast<float>(expected.beyond_px) - beyond_px[k]) / softness);
-    if (weight < kMinWeight) continue;
+    if (weight < kMinRelativeWeight) continue;
     expected.weights.push_back(weight), expected.finalists.push_back(near[k]);
     sum += weight;
   }
@@ -162,7 +162,7 @@ Explanation SilhouetteLibrary::explain_by(const Mask& mask, const Expected& expe
   const int lacking = area_of(thick_parts(without(whole, mask), 1));
   const Mask deep = each<unsigned char>(phi, [](float distance) { return distance < -kDeep_px; });
   const Mask near = each<unsigned char>(
-      edge, phi, [](unsigned char on, float distance) { return on && std::abs(distance) < kNear_px; });
+      edge, phi, [](unsigned char on, float distance) { return on && std::abs(distance) < kExplained_px; });
   const Mask theirs = own_edge ? grown(found.hidden, kOccludersEdge_px) : Mask(mask.width, mask.height);
   Explanation out;
   out.missing = share(lacking, lacking + area_of(mask));
@@ -205,7 +205,7 @@ std::vector<float> SilhouetteLibrary::dissimilarity(const Mask& mask) const {
 std::vector<int> SilhouetteLibrary::nearest(const Mask& mask, std::vector<float>* beyond_px) const {
   std::vector<int> near(shapes_.size());
   std::iota(near.begin(), near.end(), 0);
-  if (near.size() > kFinalists) {
+  if (near.size() > kCompared) {
     const std::vector<double> code = series_.coefficients(mask);
     std::vector<float> in_common;
     for (const Shape& shape : shapes_) {
@@ -217,8 +217,8 @@ std::vector<int> SilhouetteLibrary::nearest(const Mask& mask, std::vector<float>
       const float x = in_common[static_cast<std::size_t>(a)], y = in_common[static_cast<std::size_t>(b)];
       return x > y || (x == y && a < b);
     };
-    std::partial_sort(near.begin(), near.begin() + kFinalists, near.end(), more);
-    near.resize(kFinalists);
+    std::partial_sort(near.begin(), near.begin() + kCompared, near.end(), more);
+    near.resize(kCompared);
   }
   const std::vector<std::int16_t> small = small_picture(mask);
   for (const int k : near) {

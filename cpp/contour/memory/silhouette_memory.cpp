@@ -13,7 +13,8 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr int kFirst = 5;  // silhouettes, from which on the error of the next is taken for a known shape's
-constexpr double kMinKnown = 0.5;    // of the details; less is novel (Table 6.3: more than half of the units)
+constexpr double kMinKnownDetails =
+    0.5;                             // of the details; less is novel (Table 6.3: more than half of the units)
 constexpr double kMinOutline = 0.2;  // of the expected outline; where less is seen, all details are hidden
 constexpr double kMaxOff_px = 2;     // sticking out per contour pixel of a 64 x 64 grid
 constexpr double kMaxDoubt = 2;  // of what would be added; above, the visible part may be nearer the truth
@@ -75,7 +76,7 @@ Judgement SilhouetteMemory::judge(const Mask& mask, const Explanation& explained
 
 // Too little of the visible part is known, too little is visible, or too many things stand before it.
 bool SilhouetteMemory::is_novel(const Mask& mask, const Explanation& explained, double min_piece) const {
-  return explained.explained < kMinKnown || explained.outline < kMinOutline ||
+  return explained.explained < kMinKnownDetails || explained.outline < kMinOutline ||
          explained.riddled > kMaxRiddled || explained.off_px > kMaxOff_px * options_.library.size / kFrame ||
          count_occluders(explained.hidden, mask, min_piece) > options_.max_occluders;
 }

@@ -17,9 +17,9 @@ constexpr double kMinMiss = 0.03;  // of the size: a prediction is never taken t
 constexpr double kTurned = 0.5;    // cost of a square radian
 constexpr float kUnlike = 0.02f;   // cost of a pose that has no pixel in common with the last
 constexpr std::size_t kFinalists = 16;
-constexpr float kLikely = 0.01f;     // cost above the least by which a silhouette counts for a third
-constexpr float kMinWeight = 0.01f;  // of the best; less likely ones are left out
-constexpr int kMargin = 24;          // px of evidence around the frame: more than the search moves it by
+constexpr float kLikely = 0.01f;           // cost above the least by which a silhouette counts for a third
+constexpr float kMinSearchWeight = 0.01f;  // of the best; less likely ones are left out
+constexpr int kMargin = 24;  // px of evidence around the frame: more than the search moves it by
 constexpr double kArea = kFill * kFrame * kFill * kFrame;  // of a silhouette
 
 using Move = std::array<double, 4>;  // x, y in pixels of the frame, log scale, angle
@@ -174,7 +174,7 @@ std::vector<float> weights_of(const float* costs, std::size_t count) {
   std::vector<float> out;
   for (std::size_t j = 0; j < count; ++j) {
     const float weight = std::exp((best - costs[j]) / kLikely);
-    out.push_back(weight < kMinWeight ? 0 : weight);
+    out.push_back(weight < kMinSearchWeight ? 0 : weight);
   }
   const float sum = std::accumulate(out.begin(), out.end(), 0.0f);
   for (float& weight : out) weight /= sum;

@@ -12,7 +12,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr std::size_t kMinLines = 20;
+constexpr std::size_t kMinViewLines = 20;
 constexpr int kOutlineSteps = 4;
 constexpr int kOutlineEvery = 4;  // frames in which depth alone holds the pose
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
@@ -55,7 +55,7 @@ energies::OutlineEnergy FitView::outline_energy(const FitMemory& memory, double 
 }
 
 double FitView::outline_weight(const FitMemory& memory) const {
-  if (outline_lines_.lines.size() < kMinLines) return 0;
+  if (outline_lines_.lines.size() < kMinViewLines) return 0;
   return options_.outline_weight * memory.outline.depth_excess * std::max(1.0, memory.correlation_area_px) /
          shared_lines(memory);
 }
@@ -120,7 +120,7 @@ void FitView::compare_outline_now_and_then(const optim::State& x, double area_px
   if (!reads_outline() || ++memory->outline_age < kOutlineEvery) return;
   memory->outline_age = 0;
   read_outline(inverse(x.T_obj_cam[0]), options_.outline_reach_px);
-  if (outline_lines_.lines.size() >= kMinLines) compare_with_outline(x, area_px, depth, 0, memory);
+  if (outline_lines_.lines.size() >= kMinViewLines) compare_with_outline(x, area_px, depth, 0, memory);
   outline_lines_.lines.clear();
 }
 

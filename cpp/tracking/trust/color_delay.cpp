@@ -11,7 +11,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kBias_m = 0.02, kBias_rad = 0.2, kDelay_s = 0.1;  // sd of what may be expected
-constexpr double kUnknowns = 6, kShared = 4;                       // neighbouring frames share their errors
+constexpr double kDelayUnknowns = 6, kShared = 4;                  // neighbouring frames share their errors
 constexpr int kEnoughFrames = 8;
 
 }  // namespace
@@ -28,7 +28,7 @@ void ColorDelay::add(const PosesApart& apart, const Vector6d& velocity) {
   const Vector6d left = apart.way - J * solution();
   const double distance2 = left.dot(optim::solve_symmetric<6, 1>(apart.covariance, left));
   if (!(distance2 >= 0)) return;
-  const double weight = 1 / (1 + distance2 / kUnknowns);
+  const double weight = 1 / (1 + distance2 / kDelayUnknowns);
   A_ += weight * J.transpose() * optim::solve_symmetric<6, 7>(apart.covariance, J);
   b_ += weight * J.transpose() * optim::solve_symmetric<6, 1>(apart.covariance, apart.way);
   excess_ += weight * distance2;
@@ -48,7 +48,7 @@ ColorDelay::Vector7d ColorDelay::solution() const { return optim::solve_symmetri
 ColorDelay::Estimate ColorDelay::estimate() const {
   if (frames_ < kEnoughFrames) return {};
   const Matrix7d covariance = optim::inverse_symmetric<7>(information());
-  const double excess = std::max(1.0, excess_ / (kUnknowns * frames_));
+  const double excess = std::max(1.0, excess_ / (kDelayUnknowns * frames_));
   return {solution()[6], std::sqrt(kShared * excess * covariance(6, 6)), frames_};
 }
 

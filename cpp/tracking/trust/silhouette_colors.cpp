@@ -13,15 +13,15 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kEdge_px = 3;        // of the silhouette: a pixel there may show both sides
-constexpr double kInFront_m = 0.008;  // nearer readings are those of what hides the object
-constexpr double kBehind_m = 0.03;    // and farther ones those of what is seen in its place
+constexpr double kSilhouetteEdge_px = 3;  // of the silhouette: a pixel there may show both sides
+constexpr double kNearer_m = 0.008;       // nearer readings are those of what hides the object
+constexpr double kBehind_m = 0.03;        // and farther ones those of what is seen in its place
 
 // Whether what is read along the ray through p, a point of the surface, may be the object. No reading: it
 // may.
 bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p) {
   const double z = frame::reading_at(frame, camera, p);
-  return z == 0 || (z > p.z - kInFront_m && z < p.z + kBehind_m);
+  return z == 0 || (z > p.z - kNearer_m && z < p.z + kBehind_m);
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
     for (int x = box.x0; x < box.x1; x += step) {
       const Vec2d u{static_cast<double>(x), static_cast<double>(y)};
       const frame::Passage passage = frame::pass(shape, coarse, frame::object_ray(camera.K, T_obj_cam, u));
-      if (!passage.hit && passage.phi < kEdge_px * m_per_px) continue;
+      if (!passage.hit && passage.phi < kSilhouetteEdge_px * m_per_px) continue;
       const Vec3d nearest = std::max(1e-3, passage.t) * ray(camera.K, u.x, u.y);
       Vec2d c;
       if (!view.place(nearest, &c)) continue;

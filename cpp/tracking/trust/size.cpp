@@ -15,9 +15,9 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kBudget = 300, kMinPixels = 60;  // pixels
-constexpr int kBlocks = 6;                     // along x and y: within one, errors may be shared
-constexpr double kBlocksReach = 2;             // of the blocks from the middle of the pixels, in their sd
+constexpr int kSizePixels = 300, kMinPixels = 60;  // pixels
+constexpr int kBlocks = 6;                         // along x and y: within one, errors may be shared
+constexpr double kBlocksReach = 2;                 // of the blocks from the middle of the pixels, in their sd
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kFirstSize = 6, kSize = 2.5;  // of the residuals that count in full, over the noise
 constexpr int kRounds = 3;
@@ -26,7 +26,6 @@ constexpr double kGrain = 0.04;  // voxels
 constexpr double kSays = 0.015;  // sd of one frame beyond which it says nothing
 constexpr float kFar_m = 0.03;   // a residual beyond this is of something else
 constexpr std::size_t kMinLines = 30;
-constexpr float kGrazing = 0.17f;            // as in systematic.cpp
 constexpr double kMinSystematic_m = 1.5e-4;  // of volumes and sensors that are called free of errors
 constexpr double kDistanceShare = 0.01;      // sd of the distance at which an outline is judged, over itself
 constexpr double kCommon_px = 0.5;           // sd of the offset that all lines share
@@ -102,8 +101,8 @@ class DepthFit {
   Intrinsics<float> K_;
   Rigidd T_obj_cam_;
   double log_scale_ = 0;  // at which the readings are
-  std::array<Reading, 2 * kBudget> all_;
-  std::array<double, 2 * kBudget> weight_;
+  std::array<Reading, 2 * kSizePixels> all_;
+  std::array<double, 2 * kSizePixels> weight_;
   int count_ = 0;
   Square readings_ = Square::Zero(), priors_ = Square::Zero(), C_ = Square::Zero();
   double weights_ = 0;
@@ -129,7 +128,7 @@ void DepthFit::linearize_there() {
 
 // move: the pixels' hits are those of another pose and size.
 void DepthFit::read(bool move) {
-  const std::size_t n = pixels_.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
+  const std::size_t n = pixels_.gain.size(), stride = std::max<std::size_t>(1, n / kSizePixels);
   const ModeExtent u(pixels_.u_px, pixels_.gain, stride), v(pixels_.v_px, pixels_.gain, stride);
   const auto cell = [](double x) {
     return std::clamp(to_int((x + kBlocksReach) * kBlocks / (2 * kBlocksReach)), 0, kBlocks - 1);
@@ -137,7 +136,7 @@ void DepthFit::read(bool move) {
   const Rigidf T = T_obj_cam_.cast<float>();
   const auto scale = static_cast<float>(std::exp(log_scale_));
   count_ = 0;
-  for (std::size_t i = 0; i < n && count_ < 2 * kBudget; i += stride) {
+  for (std::size_t i = 0; i < n && count_ < 2 * kSizePixels; i += stride) {
     if (pixels_.gain[i] != 0) continue;
     const Vec3f direction = ray(K_, pixels_.u_px[i], pixels_.v_px[i]), along_obj = T.R * direction;
     float hit_m = pixels_.hit_m[i], phi = 0, slope = 0;
@@ -195,7 +194,7 @@ void DepthFit::solve(double systematic_m, const frame::Shape& shape) {
 }
 
 double DepthFit::spread_m() const {
-  std::array<double, 2 * kBudget> sizes;
+  std::array<double, 2 * kSizePixels> sizes;
   for (int i = 0; i < count_; ++i)
     sizes[static_cast<std::size_t>(i)] = std::abs(residual(all_[static_cast<std::size_t>(i)]));
   std::nth_element(sizes.begin(), sizes.begin() + count_ / 2, sizes.begin() + count_);

@@ -14,7 +14,7 @@ namespace {
 constexpr float kCell_m = 0.0065f;  // three of them are a finger's width
 constexpr int kMaxCell_px = 16;
 constexpr float kContinues_m = 0.012f;  // readings this far apart in depth are of two surfaces
-constexpr float kInFront_m = 0.005f, kInFrontPerNoise = 3;
+constexpr float kForeground_m = 0.005f, kForegroundPerNoise = 3;
 constexpr float kInFrontLogOdds = -6;
 
 float logistic(float log_odds) {
@@ -29,7 +29,7 @@ void ForegroundSmoother::smooth(int width, float focal_px, float noise_m, const 
   if (pixels->count() == 0) return;
   const float middle_m = pixels->depth_m[pixels->depth_m.size() / 2];
   const int cell_px = std::clamp(to_int(kCell_m * focal_px / middle_m + 0.5f), 1, kMaxCell_px);
-  weigh(std::max(kInFront_m, kInFrontPerNoise * noise_m), distance_m, *pixels);
+  weigh(std::max(kForeground_m, kForegroundPerNoise * noise_m), distance_m, *pixels);
   gather(width, cell_px, *pixels);
   sum_around();
   average(distance_m, reach_m, pixels);

@@ -10,7 +10,6 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kBudget = 500;           // pixels
-constexpr float kGrazing = 0.17f;      // d phi / d z along the ray below which its hit says nothing
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
 constexpr double kBends = 0.4;  // over an object, of an error of the distance

@@ -7,6 +7,8 @@
 
 namespace sdftrack::tracking {
 
+constexpr float kGrazing = 0.17f;  // d phi / d z along the ray below which its hit says nothing
+
 // The error of the readings as a sum of modes over the part of the image where the object is seen: the same
 // everywhere, linear in x and y, quadratic. Each has a root mean square of about 1 there. What is finer than
 // these is counted as patches, kPatches of them side by side, each with an error of its own.

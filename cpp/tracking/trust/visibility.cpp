@@ -13,8 +13,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kTolerance_m = 0.004;  // least distance that counts as disagreement
-constexpr double kTolerancePerNoise = 4;
+constexpr double kMisfit_m = 0.004;  // least distance that counts as disagreement
+constexpr double kMisfitPerNoise = 4;
 constexpr double kFinger_m = 0.025;  // nearer than this in front is not clearly another thing
 constexpr double kMaxGap_m = 0.03;
 // Of a long thin object that is seen end on hardly a point of the surface faces the camera: with fewer than
@@ -24,7 +24,7 @@ constexpr double kMaxRays = 4000;
 // Depth is washed out this far from a step of it; between the step and there the surface may slope as it does
 // where it is seen under this cosine. What is seen to slope that much has to end at a step of this height.
 constexpr int kStep_px = 3;
-constexpr double kMinFacing = 0.2, kStep_m = 0.03;
+constexpr double kMinFacing = 0.2, kDepthStep_m = 0.03;
 
 // Whether the depth rises through a pixel from one side to the other by `least_m` on either side.
 bool is_on_ramp(const ImageView<float>& depth_m, int x, int y, double least_m) {
@@ -58,7 +58,7 @@ bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, cons
     }
   if (!(farthest > z + margin_m)) return false;
   return on_surface ||
-         (on_slope && farthest > p_cam.z + kStep_m && is_on_ramp(frame.depth_m, u, v, margin_m));
+         (on_slope && farthest > p_cam.z + kDepthStep_m && is_on_ramp(frame.depth_m, u, v, margin_m));
 }
 
 // Counts what is read where the camera should see a point of the surface.
@@ -71,7 +71,7 @@ class Count {
         error_(error),
         others_(others),
         excuse_steps_(excuse_steps),
-        tolerance_m_(error.tolerance(kTolerance_m, kTolerancePerNoise)) {}
+        tolerance_m_(error.tolerance(kMisfit_m, kMisfitPerNoise)) {}
 
   // facing: cosine of the incidence.
   void add(const Vec3d& p_cam, double facing) {
