@@ -67,11 +67,11 @@ SizeLook look_of(const Eigen::Matrix<double, N, 1>& x, const Eigen::Matrix<doubl
 constexpr int kUnknowns = 7 + kBiasModes;
 using Row = Eigen::Matrix<double, kUnknowns, 1>;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+constexpr int kMaxPixels = 2 * kSizePixels;
 
-// A pixel that shows the surface.
+// A pixel that shows the surface, beside its row and its error.
 struct Reading {
-  Row row;
-  double error_m, share;
+  double share;
   int block;
 };
 
@@ -91,7 +91,7 @@ class DepthFit {
 
  private:
   double grain_var() const;
-  double residual(const Reading& r) const { return r.error_m - r.row.dot(x_); }
+  double residual(int i) const { return error_m_[i] - rows_.col(i).dot(x_); }
 
   void read(bool move);
 
@@ -101,8 +101,11 @@ class DepthFit {
   Intrinsics<float> K_;
   Rigidd T_obj_cam_;
   double log_scale_ = 0;  // at which the readings are
-  std::array<Reading, 2 * kSizePixels> all_;
-  std::array<double, 2 * kSizePixels> weight_;
+  // One column for each pixel.
+  Eigen::Matrix<double, kUnknowns, kMaxPixels> rows_, pulls_;  // pulls: times their weights
+  Eigen::Matrix<double, kMaxPixels, 1> error_m_;
+  std::array<Reading, kMaxPixels> all_;
+  std::array<double, kMaxPixels> weight_;
   int count_ = 0;
   Square readings_ = Square::Zero(), priors_ = Square::Zero(), C_ = Square::Zero();
   double weights_ = 0;
@@ -136,7 +139,7 @@ void DepthFit::read(bool move) {
   const Rigidf T = T_obj_cam_.cast<float>();
   const auto scale = static_cast<float>(std::exp(log_scale_));
   count_ = 0;
-  for (std::size_t i = 0; i < n && count_ < 2 * kSizePixels; i += stride) {
+  for (std::size_t i = 0; i < n && count_ < kMaxPixels; i += stride) {
     if (pixels_.gain[i] != 0) continue;
     const Vec3f direction = ray(K_, pixels_.u_px[i], pixels_.v_px[i]), along_obj = T.R * direction;
     float hit_m = pixels_.hit_m[i], phi = 0, slope = 0;
@@ -151,14 +154,15 @@ void DepthFit::read(bool move) {
     const float error_m = pixels_.depth_m[i] - hit_m;
     if (!(std::abs(slope) > kGrazing) || !(std::abs(error_m) < kFar_m)) continue;
     const Vec3f m = cross(p_obj, g);
-    Reading& r = all_[static_cast<std::size_t>(count_++)];
-    r.row.head<6>() << static_cast<double>(g.x), static_cast<double>(g.y), static_cast<double>(g.z),
+    auto row = rows_.col(count_);
+    row.head<6>() << static_cast<double>(g.x), static_cast<double>(g.y), static_cast<double>(g.z),
         static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z);
-    r.row.head<6>() *= -1 / static_cast<double>(slope);
-    r.row[6] = static_cast<double>(dot(g, p_obj) / slope);
+    row.head<6>() *= -1 / static_cast<double>(slope);
+    row[6] = static_cast<double>(dot(g, p_obj) / slope);
     const double x = u.at(pixels_.u_px[i]), y = v.at(pixels_.v_px[i]);
-    r.row.tail<kBiasModes>() = bias_modes_at(x, y);
-    r.error_m = static_cast<double>(error_m);
+    row.tail<kBiasModes>() = bias_modes_at(x, y);
+    error_m_[count_] = static_cast<double>(error_m);
+    Reading& r = all_[static_cast<std::size_t>(count_++)];
     r.share =
         color_prior_ > 0 ? std::min(1.0, static_cast<double>(pixels_.foreground[i] / color_prior_)) : 1.0;
     r.block = kBlocks * cell(y) + cell(x);
@@ -168,35 +172,31 @@ void DepthFit::read(bool move) {
 void DepthFit::weigh(double size_m) {
   for (int i = 0; i < count_; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const double off = residual(all_[k]) / size_m;
+    const double off = residual(i) / size_m;
     weight_[k] = all_[k].share / (size_m * size_m * (1 + off * off));
   }
 }
 
 void DepthFit::solve(double systematic_m, const frame::Shape& shape) {
-  Square& H = readings_;
-  H.setZero(), weights_ = 0;
-  Row g = Row::Zero();
-  for (int i = 0; i < count_; ++i) {
-    const Reading& r = all_[static_cast<std::size_t>(i)];
-    const Row pull = weight_[static_cast<std::size_t>(i)] * r.row;
-    H.noalias() += pull * r.row.transpose();
-    g += r.error_m * pull;
-    weights_ += weight_[static_cast<std::size_t>(i)];
-  }
+  const auto rows = rows_.leftCols(count_);
+  for (int i = 0; i < count_; ++i) pulls_.col(i) = weight_[static_cast<std::size_t>(i)] * rows_.col(i);
+  const auto pulls = pulls_.leftCols(count_);
+  readings_.triangularView<Eigen::Lower>() = pulls * rows.transpose();
+  const Row g = pulls * error_m_.head(count_);
+  weights_ = 0;
+  for (int i = 0; i < count_; ++i) weights_ += weight_[static_cast<std::size_t>(i)];
   priors_.setZero();
   priors_.topLeftCorner<6, 6>() = weak_knowledge(shape);
   priors_(6, 6) = 1;  // a log scale of 1 is nothing
   for (int k = 0; k < kBiasModes; ++k)
     priors_(7 + k, 7 + k) = std::pow(kShares[k] * std::max(systematic_m, kMinSystematic_m), -2);
-  C_ = optim::inverse_symmetric<kUnknowns>(Square(H + priors_));
+  C_ = optim::inverse_symmetric<kUnknowns>(Square(readings_ + priors_));
   x_ = C_ * g;
 }
 
 double DepthFit::spread_m() const {
-  std::array<double, 2 * kSizePixels> sizes;
-  for (int i = 0; i < count_; ++i)
-    sizes[static_cast<std::size_t>(i)] = std::abs(residual(all_[static_cast<std::size_t>(i)]));
+  std::array<double, kMaxPixels> sizes;
+  for (int i = 0; i < count_; ++i) sizes[static_cast<std::size_t>(i)] = std::abs(residual(i));
   std::nth_element(sizes.begin(), sizes.begin() + count_ / 2, sizes.begin() + count_);
   return sizes[static_cast<std::size_t>(count_ / 2)] / kMedianOfNormal;
 }
@@ -217,7 +217,7 @@ SizeLook DepthFit::look() const {
   for (int i = 0; i < count_; ++i) {
     const Reading& r = all_[static_cast<std::size_t>(i)];
     pulls[static_cast<std::size_t>(r.block)] +=
-        weight_[static_cast<std::size_t>(i)] * residual(r) * along.dot(r.row);
+        weight_[static_cast<std::size_t>(i)] * residual(i) * along.dot(rows_.col(i));
   }
   double own = 0;
   int blocks = 0;
@@ -259,6 +259,7 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
     const bool says = sd_of(look) <= kSays;
     if (!says && !differs) return std::nullopt;
     bends = bends || !says;
+    if (!differs && round > 0) break;  // weighed once more is enough
     if (round + 1 == kRounds || !differs) continue;
     fit.linearize_there();  // less is left beside it there
     if (!fit.enough()) return std::nullopt;

@@ -9,7 +9,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kBudget = 500;           // pixels
+constexpr int kBudget = 200;           // pixels
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
 constexpr double kBends = 0.4;  // over an object, of an error of the distance
@@ -48,10 +48,13 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
   const energies::SingleObject<float> field{shape.sdf, T_obj_cam.cast<float>()};
   const std::size_t n = pixels.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
   const ModeExtent x(pixels.u_px, pixels.gain, stride), y(pixels.v_px, pixels.gain, stride);
-  Matrix6d information = Matrix6d::Zero(), squares = Matrix6d::Zero();
-  BiasResponse pulls;
+  // One column for each pixel: the pull on the pose of an error of its depth, then the modes there.
+  Eigen::Matrix<double, 6 + kBiasModes, Eigen::Dynamic, 0, 6 + kBiasModes, 2 * kBudget> seen(6 + kBiasModes,
+                                                                                             2 * kBudget);
+  const Vector6d unit = comparable_units(shape);
+  double here = 0;  // information of the subset; in units of a diameter, traces may be compared
   int used = 0;
-  for (std::size_t i = 0; i < n; i += stride) {
+  for (std::size_t i = 0; i < n && used < 2 * kBudget; i += stride) {
     if (pixels.gain[i] != 0) continue;
     const Vec3f direction = ray(K, pixels.u_px[i], pixels.v_px[i]);
     energies::FieldRow<float, 6> row;
@@ -63,19 +66,20 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
         share * penalty(pixels.hit_m[i] - pixels.depth_m[i], pixels.per_noise[i]).curvature);
     Vector6d J;
     for (int j = 0; j < 6; ++j) J[j] = static_cast<double>(-row.J[j] / slope);
-    information += weight * J * J.transpose();
-    squares += weight * weight * J * J.transpose();
-    ++used;
-    pulls.modes += weight * J * bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i])).transpose();
+    here += weight * unit.cwiseProduct(J).squaredNorm();
+    seen.col(used).head<6>() = weight * J;
+    seen.col(used++).tail<kBiasModes>() = bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i]));
   }
-  // The subset's sums, as large as those of all pixels. In units of a diameter, traces may be compared.
-  const Vector6d unit = comparable_units(shape);
-  const double here = unit.cwiseAbs2().dot(information.diagonal());
   if (!(here > 0)) return {};
+  // The subset's sums, as large as those of all pixels.
   const double scale_up = unit.cwiseAbs2().dot(depth_information.diagonal()) / here;
-  pulls.modes *= scale_up;
-  pulls.patches = scale_up * scale_up * used / kPatches * squares;  // a patch's pixels pull together
-  return pulls.moved(increment_response(sums, shape));
+  const auto columns = seen.leftCols(used);
+  const Eigen::Matrix<double, 6, 6 + kBiasModes> sums_here = columns.topRows<6>() * columns.transpose();
+  BiasResponse response;
+  response.modes = scale_up * sums_here.rightCols<kBiasModes>();
+  // A patch's pixels pull together.
+  response.patches = scale_up * scale_up * used / kPatches * sums_here.leftCols<6>();
+  return response.moved(increment_response(sums, shape));
 }
 
 Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m) {
