@@ -16,6 +16,7 @@ constexpr double kSharedPx = 100;  // pixels that share one error, until that is
 // Log odds: less than the first say nothing, for errors of a sensor last for many frames; a frame says no
 // more than the second; the third decide.
 constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
+constexpr double kHidden = 0.5;  // of the surface that should be seen: what hides it decides the residuals
 constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
 constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
@@ -32,10 +33,26 @@ double mean_cost(const Fitted& f) {
 
 int pixel_count(const Fitted& f) { return f.steps.empty() ? 0 : f.steps.back().pixels; }
 
-// What one frame adds to the log odds.
-double weighed(double odds) {
-  const double said = std::max(0.0, std::abs(odds) - kSilent);
-  return std::copysign(std::min(said, kPerFrame), odds);
+double by_evidence(const Fitted& fitted, const Fitted& other, const TrackerOptions& options) {
+  return log_odds(evidence_share(evidence_of(fitted, options), 0)) -
+         log_odds(evidence_share(evidence_of(other, options), 0));
+}
+
+double by_cost(const Fitted& fitted, const Fitted& other, double shared_px) {
+  return (mean_cost(other) - mean_cost(fitted)) * std::min(pixel_count(fitted), pixel_count(other)) /
+         shared_px;
+}
+
+bool is_hidden(const Fitted& f) { return f.seen.nearer > kHidden * f.seen.expected; }
+
+// What one frame adds to the log odds. Residuals decide where the evidence is the same for both: at the edge
+// of what hides the object they are those of another surface.
+double weighed(const Fitted& fitted, const Fitted& other, const TrackerOptions& options, double shared_px) {
+  if (is_hidden(fitted) || is_hidden(other)) return 0;
+  constexpr double kByCost = kSilent + kPerFrame;
+  const double odds =
+      by_evidence(fitted, other, options) + std::clamp(by_cost(fitted, other, shared_px), -kByCost, kByCost);
+  return std::copysign(std::clamp(std::abs(odds) - kSilent, 0.0, kPerFrame), odds);
 }
 
 double shared_px(const TrackedObject& object) {
@@ -89,14 +106,11 @@ void exchange(std::size_t i, TrackedObject* object) {
 
 double log_odds_between(const Fitted& fitted, const Fitted& other, const TrackerOptions& options,
                         double shared_px) {
-  const double evidence = log_odds(evidence_share(evidence_of(fitted, options), 0)) -
-                          log_odds(evidence_share(evidence_of(other, options), 0));
-  const int pixels = std::min(pixel_count(fitted), pixel_count(other));
-  return evidence + (mean_cost(other) - mean_cost(fitted)) * pixels / shared_px;
+  return by_evidence(fitted, other, options) + by_cost(fitted, other, shared_px);
 }
 
 void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object) {
-  object->alternatives.clear(), object->compared = 0;
+  object->alternatives.clear();
   const Rigidd T = object->T_cam_obj;
   std::optional<Fitted> own = follower->fit_finely(*context, *object, T);
   if (!own) return;
@@ -142,27 +156,31 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
   std::vector<Alternative>& all = object->alternatives;
   if (all.empty() || !is_followed(result->trust.status) || is_frame_fault(context->fault())) return;
   if (object->by_mask_alone) return;  // depth that misfits cannot tell two poses apart
-  const std::size_t i = object->compared++ % all.size();
   const Rigidd T = object->T_cam_obj;
-  std::optional<Fitted> other = follower->fit_finely(*context, *object, T * all[i].motion);
   std::optional<Fitted> own = follower->fit_finely(*context, *object, T);
   if (!own) return;
   const TrackerOptions& options = follower->options();
-  // It slid to the object's own pose, or into another object, which is what it was taken for.
-  const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj) ||
-                    stands_in(context->neighbors_of(*object), *object->shape, other->T_cam_obj);
-  if (!gone) all[i].log_odds += weighed(log_odds_between(*own, *other, options, shared_px(*object)));
-  if (gone || all[i].log_odds > kDecided) {
-    all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
-  } else if (all[i].log_odds < -kDecided) {
-    const Trust trust = judge(*other, options, object->prior_log_odds);
-    if (trust.status == Status::kLost) return;
-    exchange(i, object);
-    *result = follower->accept(std::move(*other), trust, *context, object);
-    other.reset();
+  for (std::size_t i = 0; i < all.size();) {
+    std::optional<Fitted> other = follower->fit_finely(*context, *object, T * all[i].motion);
+    // It slid to the object's own pose, or into another object, which is what it was taken for.
+    const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj) ||
+                      stands_in(context->neighbors_of(*object), *object->shape, other->T_cam_obj);
+    if (!gone) all[i].log_odds += weighed(*own, *other, options, shared_px(*object));
+    if (!gone && all[i].log_odds < -kDecided) {
+      const Trust trust = judge(*other, options, object->prior_log_odds);
+      if (trust.status != Status::kLost) {
+        exchange(i, object);
+        *result = follower->accept(std::move(*other), trust, *context, object);
+        break;
+      }
+    }
+    if (other) follower->give_back(std::move(other->steps));
+    if (gone || all[i].log_odds > kDecided)
+      all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
+    else
+      ++i;
   }
   follower->give_back(std::move(own->steps));
-  if (other) follower->give_back(std::move(other->steps));
 }
 
 void doubt_ambiguous(const TrackedObject& object, ObjectResult* result) {

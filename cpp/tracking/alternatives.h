@@ -13,8 +13,8 @@ constexpr int kCouldTurn = 5;
 // Of an object that is seen again, after it could have been turned: what else explains it at its place.
 void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object);
 
-// Compares one of the object's alternatives with its pose in this frame, in turns: it is dropped where enough
-// frames speak against it, and takes the object's place where they speak for it.
+// Compares the object's alternatives with its pose in this frame: one is dropped where enough frames speak
+// against it, and takes the object's place where they speak for it.
 void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,
                           ObjectResult* result);
 

@@ -64,7 +64,6 @@ struct TrackedObject {
   int doubtful_frames = 0;         // to come, in which it is not sure which of two look-alikes this is
   int double_of = -1;              // the other one
   std::vector<Alternative> alternatives;  // to its pose, not refuted yet
-  std::size_t compared = 0;               // so often with one of them
   std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it as it is
   // Found again, and not yet confirmed by a later frame: what to go back to.
   std::optional<Rigidd> before_found;
@@ -100,7 +99,7 @@ struct TrackedObject {
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
-    alternatives.clear(), compared = 0;
+    alternatives.clear();
   }
 
   // All but the shape, which is the caller's.
@@ -109,11 +108,11 @@ struct TrackedObject {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
            determined, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count,
            weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count, twin,
-           others, comparisons, turns, before, trial_count, kind, solid] = self;
+           others, turns, before, trial_count, kind, solid] = self;
     archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined, scale,
             is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds,
-            lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, comparisons,
-            turns, before, trial_count, kind, solid);
+            lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, turns, before,
+            trial_count, kind, solid);
   }
 };
 

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +50,9 @@ def _points_table(turns: int) -> Table:
     rows = []
     for kind in SOLIDS:
         points = _cloud(kind)
-        own, every = (_least_ms(_fit_of(points, asked), turns) for asked in (kind, "auto"))
+        own, every = (
+            _least_ms(partial(fit_primitive, points, asked, threads=1), turns) for asked in (kind, "auto")
+        )
         rows.append([kind, f"{own:.1f}", f"{every:.1f}"])
     return Table(
         f"A fit to {POINTS:,} points, one thread, CPU time, ms", ["points of a", "fit", "auto"], rows
@@ -65,22 +66,14 @@ def _frames_table(osd: Path, turns: int) -> Table:
         assert isinstance(camera, Camera)
         seen = SegmentedFrame.of(frame, camera, "auto", mask)
         view = seen.view(seen.labels(mask, False))
-        alone = {kind: _least_ms(_solution_of(view, kind), turns) for kind in (*SOLIDS, "auto")}
+        requests = {kind: FitRequest(kind, None, 0, "exact", 1) for kind in (*SOLIDS, "auto")}
+        alone = {kind: _least_ms(partial(solve, view, request), turns) for kind, request in requests.items()}
         whole = _least_ms(partial(fit_primitive, frame, "auto", mask=mask, threads=1), turns)
         slowest = max(alone[kind] for kind in SOLIDS)
         cells = [*alone.values(), whole, slowest]
         rows.append([name, str(np.count_nonzero(mask)), *(f"{ms:.1f}" for ms in cells)])
     columns = ["object", "pixels", *SOLIDS, "auto", "all of auto", "slowest kind"]
     return Table("A frame of 640 x 480 with a mask, one thread, CPU time, ms", columns, rows)
-
-
-def _fit_of(points: NDArray[np.float64], kind: str) -> Callable[[], object]:
-    return lambda: fit_primitive(points, kind, threads=1)
-
-
-def _solution_of(view: Any, kind: str) -> Callable[[], object]:
-    request = FitRequest(kind, None, 0, "exact", 1)
-    return lambda: solve(view, request)
 
 
 def _least_ms(work: Callable[[], object], turns: int) -> float:

@@ -95,12 +95,9 @@ def _scene(
     normal, point = view[:3, :3] @ TABLE, view[:3, :3] @ (floor_m * TABLE) + view[:3, 3]
     scene = plane_layer(camera, normal, point, WOOD, np.random.default_rng(7))
     depth, normals, colors = mesh.raycast(camera, pose)
-    paint = (lambda window: colors[window]) if colors is not None else (lambda window: _grey(depth[window]))
-    window, nearer = scene.put(Layer.of(camera, depth, normals, paint))
+    if colors is None:
+        colors = np.full((*camera.shape, 3), 170, np.uint8)
+    window, nearer = scene.put(Layer.of(camera, depth, normals, lambda window: colors[window]))
     mask = np.zeros(camera.shape, bool)
     mask[window] = nearer
     return scene, mask
-
-
-def _grey(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    return np.full((*depth.shape, 3), 170, np.uint8)

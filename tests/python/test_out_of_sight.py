@@ -119,6 +119,9 @@ def test_an_object_is_back_as_soon_as_a_third_of_it_is_seen(seed):
     off_m, off_rad = st.metrics.pose_error(result.pose, T)
     assert off_m < 0.005
     assert off_rad < np.radians(3)
+    for share in (0.5, 0.75, *[1.0] * 5):  # what hides it does not speak for a turn
+        result = tracker.track(hidden_but(share))
+    assert result.ok
 
 
 @pytest.mark.parametrize("seed", [2, 5, 6])
