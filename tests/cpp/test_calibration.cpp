@@ -86,7 +86,7 @@ double cost_at(calibration::LensFrame frame, const calibration::Lens& lens, cons
 }
 
 // Which pixels count and which rays meet the model is fixed before.
-void expect_the_gradient_of_finite_differences(calibration::Outline outline) {
+void expect_the_gradient_of_finite_differences(calibration::OutlineUse outline) {
   const calibration::Lens lens = some_lens();
   const calibration::FreeLens free = everything();
   const energies::DepthLogistic<double> penalty{0.002, 0.1};
@@ -121,8 +121,8 @@ void expect_the_gradient_of_finite_differences(calibration::Outline outline) {
 }
 
 TEST(LensFrame, its_gradient_is_that_of_finite_differences) {
-  using enum calibration::Outline;
-  for (const calibration::Outline outline : {kAll, kWithin, kPoints})
+  using enum calibration::OutlineUse;
+  for (const calibration::OutlineUse outline : {kAll, kWithin, kPoints})
     expect_the_gradient_of_finite_differences(outline);
 }
 
