@@ -108,7 +108,7 @@ def test_the_command_reports_the_scale(tmp_path, capsys):
     command = ["track", str(tmp_path / "scene"), "--model", str(tmp_path / "duck.ply"), "--voxels", "64"]
     out = tmp_path / "out"
     assert run([*command, "--no-video", "--scale", "free", "--out", str(out)]) == 0
-    assert "duck: scale 1." in capsys.readouterr().out
+    assert "scale 1.1" in capsys.readouterr().out
     report = json.loads((out / "report.json").read_text())
     (scale,) = report["scales"]
     assert scale["interval95"][0] < 1.1 < scale["interval95"][1]
