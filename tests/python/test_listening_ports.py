@@ -154,8 +154,10 @@ def test_a_viewer_has_one_port_and_strangers_see_and_switch_nothing(host, token,
         assert place[1] == viewer._server.port
         # The same message switches recording on for whoever is admitted, who sees the picture.
         own = urlsplit(viewer.url).path
-        assert token is None or own == f"/{token}/"
         local = f"localhost:{place[1]}"
+        if token is not None:
+            assert own == f"/{token}/"
+            assert Knock("/", upgrade=False, headers=[("Host", local)]).at(*place)[0] == 403
         known = Knock(own, headers=[("Host", local), ("Origin", f"http://{local}")], body=switch)
         status, answer = known.at(*place)
         assert status == 101
