@@ -12,8 +12,6 @@ namespace sdftrack::bindings {
 
 namespace {
 
-constexpr const char* kContourStatus[] = {"ok", "weak", "lost"};
-
 // A copy that cannot be written.
 template <class T, class Values>
 py::array_t<T> frozen(const Values& values, std::vector<py::ssize_t> shape) {
@@ -53,7 +51,8 @@ void bind_phases(py::module_& m) {
       .finalize();
   py::class_<Observation>(m, "ContourObservation", "Where the object is in an image; nothing is learned yet.")
       .def_property_readonly(
-          "status", [](const Observation& o) { return kContourStatus[static_cast<int>(o.report.status)]; })
+          "status",
+          [](const Observation& o) { return kContourStatus[static_cast<std::size_t>(o.report.status)]; })
       .def_property_readonly("reason",
                              [](const Observation& o) { return contour::sentence(o.report.reason); })
       .def_property_readonly("confidence", [](const Observation& o) { return o.report.confidence; })

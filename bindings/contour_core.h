@@ -2,6 +2,7 @@
 // A contour tracker and whose turn it is.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <stdexcept>
 #include <string_view>
@@ -11,6 +12,9 @@
 #include "release_gil.h"
 
 namespace sdftrack::bindings {
+
+// As contour::ContourStatus is numbered.
+inline constexpr std::array<const char*, 3> kContourStatus = {"ok", "weak", "lost"};
 
 struct ContourCore {
   contour::ContourTracker tracker;

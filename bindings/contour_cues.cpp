@@ -19,8 +19,6 @@ namespace {
 using namespace py::literals;
 using EvidenceRow = std::array<double, 5>;  // in the order of contour::Evidence
 
-constexpr std::array<const char*, 3> kStatusWords = {"ok", "weak", "lost"};
-
 const unsigned char* mask_of(const py::array& mask, int width, int height) {
   return reinterpret_cast<const unsigned char*>(borrow<bool>(mask, "mask", {height, width}));
 }
@@ -40,12 +38,12 @@ EvidenceRow gather(contour::EvidenceGatherer& self, const py::array& image, cons
 }
 
 py::tuple verdict(const EvidenceRow& row, const std::string& status, const std::string& reason) {
-  const auto* const at = std::find(kStatusWords.begin(), kStatusWords.end(), status);
-  if (at == kStatusWords.end())
+  const auto* const at = std::find(kContourStatus.begin(), kContourStatus.end(), status);
+  if (at == kContourStatus.end())
     throw std::invalid_argument("status: expected ok, weak or lost, got " + status);
   const contour::EvidenceVerdict out = contour::verdict(
-      evidence_from(row), static_cast<contour::ContourStatus>(at - kStatusWords.begin()), reason);
-  return py::make_tuple(kStatusWords[static_cast<std::size_t>(out.status)], out.reason, out.confidence);
+      evidence_from(row), static_cast<contour::ContourStatus>(at - kContourStatus.begin()), reason);
+  return py::make_tuple(kContourStatus[static_cast<std::size_t>(out.status)], out.reason, out.confidence);
 }
 
 double instability(const py::array& image, const std::array<int, 4>& box, const py::array& mask,
