@@ -12,7 +12,7 @@
 #include "tracking/pose_hint.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/open_directions.h"
-#include "tracking/trust/size.h"
+#include "tracking/size/size_test.h"
 
 namespace sdftrack::tracking {
 

@@ -58,9 +58,11 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
   if (!ok && trust.reason.code != ReasonCode::kPoorFit && trust.reason.code != ReasonCode::kSeenPast &&
       trust.reason.code != ReasonCode::kRunsOn)
     return;
-  std::string which = object.size.other_size();
+  ReasonCode code = ReasonCode::kOtherForm;
+  std::string which = object.size.form.other_form();
+  if (which.empty()) code = ReasonCode::kOtherSize, which = object.size.other_size();
   if (which.empty()) return;
-  trust.reason = {ReasonCode::kOtherSize, 0, -1, std::move(which), trust.reason.frame};
+  trust.reason = {code, 0, -1, std::move(which), trust.reason.frame};
   if (!ok) return;
   trust.status = Status::kWeak;
   trust.confidence *= 0.5;

@@ -27,8 +27,8 @@ def test_a_short_run_gives_whole_tables(known: Experiment, tmp_path: Path) -> No
     if known.name == "superpixel_calls":
         pytest.importorskip("skimage.segmentation.tests", reason="scikit-image without its tests")
     tables = run(known, ["--data", str(data), "--out", str(tmp_path)], short=True)
-    # A few frames may leave nothing to a second table, and no view over its limit.
-    assert any(table.rows for table in tables) or known.name == "primitives.limits"
+    # A few frames may leave nothing to a second table, and no view over its limit; notes may be all there is.
+    assert any(table.rows or table.notes for table in tables) or known.name == "primitives.limits"
     for table in tables:
         assert all(len(row) == len(table.columns) for row in table.rows)
         assert all(isinstance(cell, str) for row in table.rows for cell in row)

@@ -96,6 +96,23 @@ def test_another_size_is_named_with_an_interval_that_contains_it(scale):
     assert high - low < 2
 
 
+@pytest.mark.parametrize(("axis", "stretch"), [(0, 0.75), (2, 0.87)])
+def test_another_shape_is_named_with_the_axis_along_which_it_differs(axis, stretch):
+    duck = synth.duck_mesh()
+    walk = synth.random_walk(step_m=0.004, step_rad=0.03)
+    other = st.Mesh(duck.vertices * np.where(np.arange(3) == axis, stretch, 1), duck.faces, duck.colors)
+    sequence = synth.sequence(other, 16, trajectory=walk, noise=0.001, clutter="objects", seed=4)
+    results, _ = tracked(duck, sequence)
+    assert sum(r.ok for r in results) <= 2
+    assert results[-1].status[0] == "weak"
+    named = results[-1].reason[0]
+    percent, way = named.split("appears ")[1].split(" % ")
+    assert way.startswith("shorter" if stretch < 1 else "longer")
+    assert abs(float(percent) - 100 * abs(stretch - 1)) < 8
+    along = [float(x) for x in way.split("(")[1].split(")")[0].split(", ")]
+    assert abs(along[axis]) > 0.95
+
+
 @pytest.mark.parametrize("tilt", [0.0, 0.1, 0.2])
 def test_a_thin_thing_seen_end_on_is_followed(tilt):
     rod = mesh_of(trimesh.creation.box((0.18, 0.02, 0.006)))

@@ -8,6 +8,7 @@
 #include "base/to_int.h"
 #include "optim/camera_increment.h"
 #include "tracking/options/sensor_noise.h"
+#include "tracking/size/depth_size.h"
 #include "tracking/trust/open_directions.h"
 
 namespace sdftrack::tracking {
@@ -21,6 +22,8 @@ constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree f
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;          // frames from one measurement to the next
+constexpr int kFormEvery = 4;          // looks at the size from one at the form to the next
+constexpr double kAgain = 0.06;        // a log stretch that is looked at again at once
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kSharedFollows = 0.1;
 constexpr double kFormTolerance_m = 0.008;  // from the surface, of a reading that is on it
@@ -286,8 +289,19 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   // Not in every frame, for it costs as much as the area that readings share: in those that measure that.
   if (measured_.known && fitted->memory.area_age == 0 && others.empty() && !target_->shape.seen.amount &&
       fitted->seen.agree > kSizeShare * fitted->seen.expected)
-    fitted->size_by_depth = size_by_depth(pixels_, measured_.color_prior, target_->shape, *camera_,
-                                          measured_.T_obj_cam, own * stated_m, told_m);
+    look_at_size(own * stated_m, told_m, fitted);
+}
+
+void FitView::look_at_size(double noise_m, double systematic_m, Fitted* fitted) const {
+  fitted->size_by_depth = size_by_depth(pixels_, measured_.color_prior, target_->shape, *camera_,
+                                        measured_.T_obj_cam, noise_m, systematic_m);
+  int& age = fitted->memory.form_age;
+  if (age == 0)
+    fitted->form_by_depth = strain_by_depth(pixels_, measured_.color_prior, target_->shape, *camera_,
+                                            measured_.T_obj_cam, noise_m, systematic_m);
+  const bool again = fitted->form_by_depth && std::abs(fitted->form_by_depth->largest().log_stretch) > kAgain;
+  age = again ? 0 : (age + 1) % kFormEvery;
+  if (again) fitted->memory.area_age = kAreaEvery - 1;  // the size is looked at in the next frame
 }
 
 }  // namespace sdftrack::tracking

@@ -13,9 +13,9 @@
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_lines.h"
 #include "tracking/fit/outline_noise.h"
+#include "tracking/size/size_look.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/color_evidence.h"
-#include "tracking/trust/size.h"
 #include "tracking/trust/smooth_foreground.h"
 #include "tracking/trust/systematic.h"
 #include "tracking/trust/trust.h"
@@ -52,11 +52,12 @@ struct FitMemory {
   OutlineNoise outline{};          // 0: not measured yet
   double shared_m = 0;             // sd of what the readings have been off by in common, lately
   int outline_age = 0;             // frames since the outline was looked at
+  int form_age = 0;                // looks at the size since the last one at the form
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age] = self;
-    archive(noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age);
+    auto& [noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age] = self;
+    archive(noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age);
   }
 };
 
@@ -86,6 +87,7 @@ struct Fitted {
   double systematic_m = 0;                                 // that the covariance counts with
   std::optional<PosesApart> apart;                         // where the outline was looked at
   std::optional<SizeLook> size_by_depth, size_by_outline;  // in frames that were asked for it
+  std::optional<StrainLook> form_by_depth;                 // likewise
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -186,6 +188,7 @@ class FitView {
                    FitMemory* memory);
   int budget_for(double reach_m, const optim::State& x);
   void add_systematic(double systematic_m, Fitted* fitted) const;
+  void look_at_size(double noise_m, double systematic_m, Fitted* fitted) const;
   double correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                           energies::SdfEnergy* energy, FitMemory* memory);
 

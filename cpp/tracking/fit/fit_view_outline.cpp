@@ -7,6 +7,7 @@
 #include "optim/dense.h"
 #include "tracking/fit/fit_view.h"
 #include "tracking/options/sensor_noise.h"
+#include "tracking/size/outline_size.h"
 
 namespace sdftrack::tracking {
 

@@ -45,6 +45,7 @@ constexpr std::array kSentences{
              "the view shows hardly any edge, so the position is uncertain by more than the object's size"},
     Sentence{ReasonCode::kOpenDirections, "undetermined: {text}"},
     Sentence{ReasonCode::kOtherSize, "another size: {text}"},
+    Sentence{ReasonCode::kOtherForm, "another shape: {text}"},
     Sentence{ReasonCode::kFreeScale, "the scale, which is free, is not determined by what has been seen"},
     Sentence{ReasonCode::kUnlikely, "the pose is right with a probability of only {percent} %"},
     Sentence{ReasonCode::kNotFinite,

@@ -35,6 +35,7 @@ enum class ReasonCode {
   kOpenPosition,
   kOpenDirections,  // text: which
   kOtherSize,       // text
+  kOtherForm,       // text
   kFreeScale,
   kUnlikely,  // percent
   kNotFinite,

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "tracking/size/size_test.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "optim/camera_increment.h"
+
+namespace sdftrack::tracking {
+
+namespace {
+
+constexpr int kMaxFrames = 30;  // the mean follows the last ones
+constexpr double kNewView_rad = 0.35;
+constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
+constexpr double kBand = 0.01;        // of the scale: as much as meshes are off
+constexpr double kSureAtOnce_sd = 7;  // by one frame, whose scatter nothing shows
+constexpr double kFormBand = 0.05;    // of a log stretch: smooth errors of a sensor may look like less
+constexpr double kSure_sd = 4.5;      // as everywhere where one says that two things can be told apart
+constexpr double kAgree_sd = 3, kLikely_sd = 1.5;
+constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itself
+constexpr double kOutlineReaches = 0.1;  // log scale: lines are searched so near to the model's silhouette
+constexpr double kTellingSd = 0.032;     // an outline that says less is no witness
+constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
+constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
+constexpr double kKnownSd = 0.05;  // of a free scale
+
+std::string shown(const char* format, double a, double b, double c) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, a, b, c);
+  return text;
+}
+
+}  // namespace
+
+void ViewCount::observe(const Mat3d& R_cam_obj) {
+  if (last_ && rotation_angle(R_cam_obj * transpose(last_->R)) <= kNewView_rad) return;
+  ++count_;
+  last_ = Rigidd{R_cam_obj, {0, 0, 0}};
+}
+
+void SizeWitness::observe(const SizeLook& look, const Mat3d& R_cam_obj) {
+  views_.observe(R_cam_obj);
+  const double rate = 1.0 / std::min(++frames_, kMaxFrames), off = look.log_scale - mean_;
+  scatter_ += rate * (frames_ > 1 ? off * off - scatter_ : 0);
+  mean_ += rate * off;
+  own_var_ += rate * (look.own_var - own_var_);
+  shared_var_ += rate * (look.shared_var - shared_var_);
+  pull_ = look.pull;
+  unexplained_ += rate * (look.unexplained - unexplained_);
+}
+
+double SizeWitness::sd() const {
+  const double own = std::max(own_var_, scatter_) / std::min(std::max(1, frames_), kMaxFrames);
+  return std::sqrt(own + shared_var_ / std::max(1, views_.count()));
+}
+
+void SizeWitness::rescaled(double log_scale) {
+  if (std::abs(log_scale) > kCurved) {
+    const Vector6d pull = pull_;
+    *this = {};
+    pull_ = pull;
+  } else {
+    mean_ -= log_scale;
+  }
+}
+
+void StrainWitness::observe(const StrainLook& look, const Mat3d& R_cam_obj) {
+  views_.observe(R_cam_obj);
+  const double rate = 1.0 / std::min(++frames_, kMaxFrames);
+  const Strain off = look.strain - mean_.strain;
+  if (frames_ > 1) scatter_ += rate * (off * off.transpose() - scatter_);
+  mean_.strain += rate * off;
+  mean_.own_cov += rate * (look.own_cov - mean_.own_cov);
+  mean_.shared_cov += rate * (look.shared_cov - mean_.shared_cov);
+}
+
+std::string StrainWitness::other_form() const {
+  if (frames_ == 0) return {};
+  // Both are estimates of what differs from frame to frame, the second of few frames.
+  const StrainLook::Stretch most =
+      StrainLook{mean_.strain, (mean_.own_cov + scatter_) / std::min(frames_, kMaxFrames),
+                 mean_.shared_cov / std::max(1, views_.count())}
+          .largest();
+  const double sure_sd = frames_ == 1 ? kSureAtOnce_sd : kSure_sd;
+  if (!(std::abs(most.log_stretch) - kFormBand > sure_sd * most.sd)) return {};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "the object appears %.0f %% %s than the model along (%.2f, %.2f, %.2f), beside its size; "
+                "check the mesh",
+                100 * std::abs(std::expm1(most.log_stretch)), most.log_stretch > 0 ? "longer" : "shorter",
+                most.axis[0], most.axis[1], most.axis[2]);
+  return text;
+}
+
+// Of what is farther away the outline finds other lines.
+bool SizeTest::outline_out_of_reach() const {
+  return depth.known() && std::abs(depth.log_scale()) > kOutlineReaches && depth.unexplained() < kExplained;
+}
+
+SizeTest::LogScale SizeTest::free_scale() const {
+  double information = 0, sum = 0;
+  for (const SizeWitness* one : {&depth, &outline}) {
+    if (!one->known() || (one == &outline && outline_out_of_reach())) continue;
+    const double weight = std::pow(one->sd(), -2);
+    information += weight, sum += weight * one->log_scale();
+  }
+  if (!(information > 0)) return {};
+  return {sum / information, 1 / std::sqrt(information)};
+}
+
+double SizeTest::log_scale_to_add() const {
+  const LogScale s = free_scale();
+  return std::abs(s.mean) > std::max(kRescaleFrom, kRescaleSd * s.sd) ? s.mean : 0;
+}
+
+void SizeTest::rescaled(double log_scale) {
+  depth.rescaled(log_scale);
+  outline.rescaled(log_scale);
+}
+
+bool SizeTest::determines_scale() const { return free_scale().sd < kKnownSd; }
+
+Matrix6d SizeTest::free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
+  const double sd = std::min(1.0, free_scale().sd);
+  Vector6d shift = sd * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * depth.pull());
+  // The origin of a larger shape is farther from its centre.
+  const Vec3d origin = T_cam_obj.R * shape.centre_obj;
+  shift.head<3>() -= sd * Eigen::Vector3d(origin.x, origin.y, origin.z);
+  return shift * shift.transpose();
+}
+
+std::string SizeTest::other_size() const {
+  if (!depth.known()) return {};
+  const double s = depth.log_scale(), sd = depth.sd();
+  if (!(std::abs(s) - kBand > kSure_sd * sd)) return {};
+  if (outline.known() && !outline_out_of_reach() &&
+      std::abs(s - outline.log_scale()) > kBand + kAgree_sd * std::hypot(sd, outline.sd()))
+    return {};
+  const auto percent = [](double log_scale) { return 100 * std::abs(std::expm1(log_scale)); };
+  const double half = kInterval_sd * sd + kInterval;
+  const double a = percent(s - half), b = percent(s + half);
+  return shown(
+      s > 0 ? "the object appears %.1f %% larger than the model (%.1f to %.1f), or its depths are too "
+              "large by as much; check the mesh and its unit"
+            : "the object appears %.1f %% smaller than the model (%.1f to %.1f), or its depths are too "
+              "small by as much; check the mesh and its unit",
+      percent(s), std::min(a, b), std::max(a, b));
+}
+
+bool SizeTest::outline_agrees() const {
+  return outline.known() && outline.sd() < kTellingSd &&
+         std::abs(outline.log_scale()) < kBand + kLikely_sd * outline.sd();
+}
+
+Matrix6d SizeTest::covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
+  if (!depth.known()) return Matrix6d::Zero();
+  const double sure = std::max(0.0, std::abs(depth.log_scale()) - kAgree_sd * depth.sd() - kLeastSize);
+  const Vector6d shift = sure * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * depth.pull());
+  return shift * shift.transpose();
+}
+
+}  // namespace sdftrack::tracking

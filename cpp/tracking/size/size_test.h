@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// Whether the object has the size of its model: what depth and the outline in the colour image say of it over
+// many frames.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "tracking/size/size_look.h"
+
+namespace sdftrack::tracking {
+
+// Views of an object: another one is turned by 20 degrees.
+class ViewCount {
+ public:
+  void observe(const Mat3d& R_cam_obj);
+  int count() const { return count_; }
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [count, last] = self;
+    archive(count, last);
+  }
+
+ private:
+  int count_ = 0;
+  std::optional<Rigidd> last_;  // the last other one: a turn
+};
+
+// Means over frames. Errors of one view do not average.
+class SizeWitness {
+ public:
+  void observe(const SizeLook& look, const Mat3d& R_cam_obj);
+  bool known() const { return frames_ > 0; }
+  double log_scale() const { return mean_; }
+  double sd() const;
+  const Vector6d& pull() const { return pull_; }
+  double unexplained() const { return unexplained_; }
+  // The model has been enlarged by this log scale.
+  void rescaled(double log_scale);
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [frames, views, mean, own, shared, scatter, pull, left] = self;
+    archive(frames, views, mean, own, shared, scatter, pull, left);
+  }
+
+ private:
+  int frames_ = 0;
+  ViewCount views_;
+  double mean_ = 0, own_var_ = 0, shared_var_ = 0, scatter_ = 0;
+  Vector6d pull_ = Vector6d::Zero();
+  double unexplained_ = 1;
+};
+
+// The same of the strain.
+class StrainWitness {
+ public:
+  void observe(const StrainLook& look, const Mat3d& R_cam_obj);
+  // One sentence where the object surely has another form than the model; else empty.
+  std::string other_form() const;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [frames, views, mean, scatter] = self;
+    archive(frames, views, mean.strain, mean.own_cov, mean.shared_cov, scatter);
+  }
+
+ private:
+  int frames_ = 0;
+  ViewCount views_;
+  StrainLook mean_;
+  StrainCovariance scatter_ = StrainCovariance::Zero();
+};
+
+struct SizeTest {
+  SizeWitness depth, outline;
+  StrainWitness form;  // by depth
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [by_depth, by_outline, strain] = self;
+    archive(by_depth, by_outline, strain);
+  }
+
+  // One sentence where depth surely shows another size and the outline does not contradict it; else empty.
+  std::string other_size() const;
+  // Whether the outline is that of an object of the model's size.
+  bool outline_agrees() const;
+  // What a size that differs, surely or not, makes of the pose: to be added to its covariance in camera axes.
+  Matrix6d covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
+
+  // Of a model whose scale is free, by both witnesses; the sd is infinite where neither has seen it.
+  struct LogScale {
+    double mean = 0, sd = std::numeric_limits<double>::infinity();
+  };
+  LogScale free_scale() const;
+  // The log scale by which to enlarge the model; 0 where it is smaller than what is known of it.
+  double log_scale_to_add() const;
+  void rescaled(double log_scale);
+  bool determines_scale() const;
+  bool outline_out_of_reach() const;
+  // What is not known of it makes of the pose.
+  Matrix6d free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
+};
+
+}  // namespace sdftrack::tracking
