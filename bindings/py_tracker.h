@@ -69,6 +69,7 @@ class PyTracker {
   std::pair<double, double> scale(int k);  // log scale and its sd
   // In the last frame: nothing but open directions is against its pose.
   bool is_sure(int k);
+  double evidence(int k);
 
   // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }

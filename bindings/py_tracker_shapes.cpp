@@ -166,6 +166,14 @@ bool PyTracker::is_sure(int k) {
   return i < results.size() && results[i].sure_where_determined();
 }
 
+double PyTracker::evidence(int k) {
+  const Busy busy(&busy_, "tracker");
+  check_object(k);
+  const auto& results = tracker_->last_result().objects;
+  const auto i = static_cast<std::size_t>(k);
+  return i < results.size() ? results[i].trust.evidence : 0;
+}
+
 py::array_t<double> PyTracker::best() {
   const Busy busy(&busy_, "tracker");
   const tracking::Poses& best = tracker_->last_good_poses();

@@ -70,9 +70,7 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
 
 void doubt_unlikely(const TrackedObject& object, ObjectResult* result) {
   Trust& trust = result->trust;
-  if (trust.status != Status::kOk || !object.open.empty() || trust.confidence >= kLikely ||
-      object.shape->seen.amount)
-    return;
+  if (trust.status != Status::kOk || !object.open.empty() || trust.confidence >= kLikely) return;
   trust.status = Status::kWeak;
   trust.reason = reason_with_percent(ReasonCode::kUnlikely, to_int(std::round(100 * trust.confidence)));
 }

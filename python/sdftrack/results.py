@@ -277,5 +277,4 @@ def _plain(value: Any) -> Any:
 def doubted(result: TrackResult, reason: str) -> TrackResult:
     """Mark the result of one object as weak for a reason unknown to its tracker."""
     confidence = np.minimum(result.confidence, 0.5)
-    confidence.flags.writeable = False
     return dataclasses.replace(result, status=[Status.WEAK], reason=[reason], confidence=confidence)

@@ -55,7 +55,9 @@ def page(recorded, tmp_path, monkeypatch):
             if language == "python":
                 exec(compile(code, name, "exec"), names)
                 continue
-            for line in code.splitlines() if language not in ("console", "text") else ():  # a camera, a folder
+            for line in (
+                code.splitlines() if language not in ("console", "text") else ()
+            ):  # a camera, a folder
                 command, *arguments = shlex.split(line, comments=True)
                 assert command == "sdftrack"
                 assert run([*arguments, *(["--quiet"] if arguments[0] == "track" else [])]) == 0, line

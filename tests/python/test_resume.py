@@ -91,6 +91,7 @@ def both():
 def test_the_pose_in_the_second_recording_is_found_and_followed():
     _, X, _, result, later, truth = both()
     assert result.ok
+    assert min(r.confidence[0] for r in (result, *later) if r.ok) >= 0.5
     metres, radians = error(result.pose, X, truth[0])
     assert metres < POSE_M
     assert radians < POSE_RAD

@@ -121,10 +121,12 @@ def _at_pose(result: TrackResult, shown: Beginning | None) -> tuple[TrackResult,
 
 
 def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
-    """Directions that the frame alone leaves open are no objection: other poses are compared here."""
-    if not TrackerInterface(tracker).is_sure(0):
+    """Directions that the frame alone leaves open are no objection, nor doubt: other poses are compared here."""
+    seen = TrackerInterface(tracker)
+    if not seen.is_sure(0):
         return result
-    return replace(result, status=[Status.OK], reason=[""])
+    confidence = np.maximum(result.confidence, seen.evidence(0))
+    return replace(result, status=[Status.OK], reason=[""], confidence=confidence)
 
 
 def _shown_at(

@@ -72,6 +72,10 @@ class TrackerInterface:
         """Whether object k is ok in the last frame, but for directions of its pose that are not determined."""
         return bool(self._tracker._core.is_sure(k))
 
+    def evidence(self, k: int) -> float:
+        """Probability that it is object k that the last frame shows there, whatever its covariance leaves open."""
+        return float(self._tracker._core.evidence(k))
+
     # -- starts
 
     def hypothesis_at_click(
