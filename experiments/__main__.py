@@ -20,8 +20,6 @@ from experiments.table import Table
 from experiments.targets import judge
 from sdftrack.viz.plots import save_figure
 
-__all__ = ["main", "run"]
-
 
 def main(given: Sequence[str] | None = None) -> int:
     """Entry of the command; the exit code: 0, 1 for an error, 2 for wrong usage."""

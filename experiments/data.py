@@ -8,8 +8,6 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["MissingError", "check", "has", "root"]
-
 PACKAGE = "package:"  # prefix of a need that is a Python package, not a folder
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 

@@ -22,8 +22,6 @@ from sdftrack.io.out_folder import prepare_folder
 from sdftrack.mesh import UNITS
 from sdftrack.viz.plots import save_figure
 
-__all__ = ["PREFIX", "figures", "main"]
-
 PREFIX = "thesis."  # of the experiments that remake a figure or a table of the thesis
 
 

@@ -17,8 +17,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, Union, get_args, get_origin, get_type_hints
 
-__all__ = ["NO_SETTINGS", "Settings", "add_options", "descriptions", "parse_settings"]
-
 Settings: TypeAlias = Mapping[str, Any]
 NO_SETTINGS: Settings = MappingProxyType({})
 

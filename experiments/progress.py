@@ -9,8 +9,6 @@ from typing import Any
 
 from sdftrack.cli.progress import progress_counter
 
-__all__ = ["shown", "step"]
-
 _tell: Any = None
 
 

@@ -30,8 +30,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-__all__ = ["RESULTS", "load", "machine", "names", "path_of", "save", "table_id"]
-
 RESULTS = Path(__file__).resolve().parent / "results"
 _VALUE = r'(?:"(?:[^"\\\n]|\\.)*"|[-+\w.]+)'
 FLAT_LIST = re.compile(rf"\[\n\s*({_VALUE}(?:,\n\s*{_VALUE})*)\n\s*\]")

@@ -13,8 +13,6 @@ from typing import Any, TypeVar
 from experiments import record
 from experiments.table import Table
 
-__all__ = ["Experiment", "UnknownExperimentError", "all_experiments", "experiment", "find"]
-
 Function = TypeVar("Function", bound=Callable[..., "Table | list[Table]"])
 
 

@@ -21,8 +21,6 @@ from typing import Any
 
 from experiments import record
 
-__all__ = ["DOCS", "blocks", "filled", "main", "table_text"]
-
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 BLOCK = re.compile(r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
 NUMBER = re.compile(r"[-+]?[\d.,]+( ?%| x)?|-|nan|")

@@ -9,8 +9,6 @@ from typing import Any
 
 from sdftrack.cli.common import text_table
 
-__all__ = ["Table", "cell", "cells"]
-
 
 @dataclass(frozen=True)
 class Table:

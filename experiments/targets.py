@@ -13,8 +13,6 @@ from typing import Any
 
 from experiments.table import Table
 
-__all__ = ["Target", "Verdict", "judge", "targets_of"]
-
 FILE = Path(__file__).with_name("targets.toml")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 

@@ -13,8 +13,6 @@ import sdftrack as st
 from sdftrack.batch.journal import read_journal
 from sdftrack.batch.task import RECORD
 
-__all__ = ["command", "make_recordings", "same_results", "tables"]
-
 DIFFERENT = 20  # recordings; the others are copies of them under other names
 FRAMES = 3
 PLAN = """

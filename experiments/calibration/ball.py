@@ -19,8 +19,6 @@ from sdftrack.calibration.observe import watch
 from sdftrack.calibration.pairs import BallPairs, ColorMapping, Fit, fit_from
 from sdftrack.calibration.statistics import student_t975
 
-__all__ = ["Row", "color_calibration", "coverage_of_pairs", "judged"]
-
 Array = NDArray[np.float64]
 POINTS = 3000
 OFFSET_S = 0.021

@@ -22,8 +22,6 @@ from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.imaging.plane import three_planes
 
-__all__ = ["convergence", "judged_by_planes", "within_from"]
-
 SIGMAS_M = (0.0, 0.001, 0.002, float(np.sqrt(10.0)) * 1e-3)
 FIRST_GUESS = Camera(600.0, 600.0, 300.0, 200.0, 640, 480)  # of the thesis' real experiment (Table 3.1)
 PARTS = (25, 50, 100, 200)  # frames after which the joint solution is looked at, beside all of them

@@ -21,8 +21,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.calibration.statistics import half_width95
 
-__all__ = ["Run", "Setting", "calibrated", "intrinsics", "row_of"]
-
 Array = NDArray[np.float64]
 OBJECTS = ("box", "lm_driller")
 UNIT = np.array([TRUTH.fx / 100, TRUTH.fy / 100, 1.0, 1.0])  # px of what the tables print: %, %, px, px

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from sdftrack.contour.masks import align
 
-__all__ = ["breakdancer", "tumbling"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
 

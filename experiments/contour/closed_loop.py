@@ -27,8 +27,6 @@ from sdftrack.contour.result import ContourResult
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 
-__all__ = ["Run", "closed_loop", "davis_video", "follow"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 BURN_IN = 60
 SWEEP = 30  # frames that a bar takes over an object of davis

@@ -24,8 +24,6 @@ from sdftrack._core import EVIDENCE_BIAS as BIAS
 from sdftrack._core import EVIDENCE_SURE as SURE
 from sdftrack._core import EVIDENCE_WEIGHTS as WEIGHTS
 
-__all__ = ["contour_confidence"]
-
 RIGHT_IOU = 0.5
 HEAD = [
     "video", "frames", "colours: AUC", "ok", "wrong", "evidence: AUC", "ok by evidence", "wrong by evidence"

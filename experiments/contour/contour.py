@@ -17,8 +17,6 @@ from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 
-__all__ = ["SEQUENCES", "Followed", "contour", "follow_davis", "open_davis", "separation"]
-
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 SEQUENCES: tuple[Literal["cows", "camel", "libby", "bmx-trees"], ...] = (

@@ -17,8 +17,6 @@ from experiments.table import Table
 from sdftrack.contour.result import Assessment
 from sdftrack.metrics import iou
 
-__all__ = ["failures"]
-
 RULES = {"LWPR 8-10 -> 1-7": "printed", "memory": "remembered"}
 FENCE = 0.4  # share hidden
 EVERY = 8  # frames

@@ -27,8 +27,6 @@ from sdftrack import _core
 from sdftrack.contour.dct import block_of, count, series
 from sdftrack.metrics import iou
 
-__all__ = ["by_hidden", "latent_space"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
 Complete: TypeAlias = Callable[[Mask], Mask]  # what a way makes of a silhouette of which a part is seen

@@ -14,8 +14,6 @@ from experiments.table import Table
 from sdftrack.contour.tracker import ContourTracker
 from sdftrack.metrics import iou
 
-__all__ = ["redetection", "scene"]
-
 AWAY, WAIT = 30, 20
 SIZES, RADII = ((427, 240), (1280, 720), (1920, 1080)), (30, 100)
 RETURNS = ((350, 150, 30), (1100, 600, 30), (160, 150, 15), (160, 150, 60), (1100, 600, 15), (1000, 500, 60))

@@ -13,8 +13,6 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BASELINES", "Baseline", "NearestAll", "NearestHigh", "PrincipalAll", "PrincipalHigh"]
-
 Array: TypeAlias = NDArray[np.float64]
 KEPT_VARIANCE = 0.95
 NOISE = 0.1  # of a high coefficient over its standard deviation, where components are fitted to it

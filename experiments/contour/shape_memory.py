@@ -33,8 +33,6 @@ from experiments.table import Table
 from sdftrack.contour.dct import harmonics, silhouette
 from sdftrack.metrics import iou
 
-__all__ = ["shape_memory"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 BARS = (0.2, 0.3, 0.4, 0.5, 0.6)
 RULES = {"memory": "remembered", "LWPR": "printed"}

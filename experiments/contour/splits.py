@@ -37,8 +37,6 @@ from sdftrack.contour.dct import harmonics, silhouette
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.metrics import iou
 
-__all__ = ["NOTE", "SPLITS", "by_share", "cut", "detected", "precision_recall", "recovered", "split_name"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Array: TypeAlias = NDArray[np.float64]
 HARMONICS = 10

@@ -23,8 +23,6 @@ from experiments.synth.gait import gait
 from experiments.table import Table
 from sdftrack.metrics import iou
 
-__all__ = ["unknown_poses"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Sets: TypeAlias = dict[str, tuple[Mask, Mask]]  # silhouettes to learn, and to ask about
 

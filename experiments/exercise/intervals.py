@@ -17,8 +17,6 @@ from experiments.table import Table
 from sdftrack import motion
 from sdftrack.motion.analysis import Analysis
 
-__all__ = ["exercise_intervals", "tracked_exercise"]
-
 Array = NDArray[np.float64]
 KINDS = ("reach", "pouring", "circle", "tremor", "two_handed")
 OBJECTS = ("cup", "ball", "box", "stick", "duck", "can")

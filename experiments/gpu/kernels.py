@@ -22,8 +22,6 @@ from pathlib import Path
 
 from experiments.gpu.measure import calls
 
-__all__ = ["kernel_of", "summary"]
-
 # Time in ns; how busy the memory and the multiprocessors are, in percent of what they can do.
 METRICS = {
     "gpu__time_duration.sum": "time_us",

@@ -24,8 +24,6 @@ from experiments.table import Table
 from sdftrack import _core
 from sdftrack.device import device_number
 
-__all__ = ["gpu_times", "main"]
-
 GOALS_MS = {
     "one object, a frame": 0.3,
     "100 objects, a frame": 10.0,

@@ -15,8 +15,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.contour import LWPR
 
-__all__ = ["EARLIER", "lwpr_defaults", "runs"]
-
 Array = NDArray[np.float64]
 PLACES, WITHIN = 3000, 1.96
 FIRST_SEED = {"chosen": 1, "held out": 100}

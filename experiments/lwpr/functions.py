@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from experiments.synth.functions import cross
 
-__all__ = ["CHOSEN_ON", "REPORTED_ON", "Case"]
-
 Array = NDArray[np.float64]
 Rng = np.random.Generator
 

@@ -14,8 +14,6 @@ from experiments.synth.functions import cross, cross_data, surface_data
 from experiments.table import Table
 from sdftrack.contour import LWPR
 
-__all__ = ["CROSS", "SURFACE", "lwpr", "measure"]
-
 Array = NDArray[np.float64]
 NOISE = 0.1  # sd of the samples' noise
 SAMPLES = 20_000

@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.synth.table_scene import TableScene, table_scene
 from experiments.table import Table
 
-__all__ = ["ground", "middle_of_table", "scene_of", "stages"]
-
 RECORDED = "learn33"
 ROWS = {"printed": "the patch extended as it is", "rigid": "refitted, slab by the noise, feet kept"}
 PATCH, PLANE, LEFT_OUT = (230, 60, 40), (60, 110, 230), (245, 245, 245)

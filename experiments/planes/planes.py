@@ -20,8 +20,6 @@ from experiments.synth.room import corner
 from experiments.synth.table_scene import TableScene
 from experiments.table import Table
 
-__all__ = ["NOISES", "angle_errors", "planes", "ransac", "removed"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TOLERANCE_M, STANDS_OUT_M = 0.01, 0.010

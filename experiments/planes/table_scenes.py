@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from experiments.synth.table_scene import TableScene
 
-__all__ = ["open_scenes", "through"]
-
 Array = NDArray[np.float64]
 
 

@@ -13,9 +13,6 @@ from experiments.primitives.solids import EVERY_KIND, Kind
 from experiments.registry import experiment
 from experiments.synth.solids import KINDS, ray_depth
 from experiments.table import Table
-from sdftrack.primitives.kinds import FREE
-
-__all__ = ["FREE", "Few", "few", "few_points", "found_and_z", "run"]
 
 SIZES = {
     "sphere": {"radius": 0.05},

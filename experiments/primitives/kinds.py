@@ -18,8 +18,6 @@ from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
 
-__all__ = ["CHOOSING", "REPORTING", "kinds", "views"]
-
 # Objects that primitives.osd leaves out, by looking at the pictures: a tin on its base, and two mugs, whose nearest
 # kind is a cylinder. Three of the cylinders lie: learn30 3 and learn32 3 (each behind a box) and learn43 2.
 MORE = {("40", 3): "cylinder", ("33", 5): "mug", ("33", 6): "mug"}

@@ -17,8 +17,6 @@ from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 
-__all__ = ["KNOWN", "objects_of", "osd", "surface_distance"]
-
 LIMIT_M = 0.004
 BOXES = ("00", "03", "09", "14", "17", "20", "22", "24", "25", "28")  # all of their objects
 KNOWN = {  # (scene, object): kind; the others are bowls, cups, pots

@@ -20,8 +20,6 @@ from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
 
-__all__ = ["bound", "limits"]
-
 Array = NDArray[np.float64]
 STEP = 1e-5  # m, rad, share of a length; exact depth bends little within it
 GRAZING = float(np.cos(np.radians(75)))  # a Kinect's readings fade out between 70 and 80 degrees

@@ -26,8 +26,6 @@ from sdftrack.primitives.segmentation import SegmentedFrame, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Noise
 
-__all__ = ["auto_with_patches", "open_patches", "osd_faces", "patch", "patches"]
-
 Array = NDArray[np.float64]
 Limits = Mapping[
     str, tuple[Noise, float, float]

@@ -19,8 +19,6 @@ from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
 from sdftrack.synth.noise import Gaussian, Kinect, Noise
 
-__all__ = ["CAMERA", "NOISES", "scenes", "synthetic", "unbounded"]
-
 Array = NDArray[np.float64]
 Kind: TypeAlias = Literal["sphere", "cylinder", "cone", "box", "ellipsoid"]
 EVERY_KIND: tuple[Kind, ...] = get_args(Kind)

@@ -20,8 +20,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import geometry
 
-__all__ = ["aligned", "around", "carried", "carried_camera"]
-
 SIGMA_M, TURN_FRAMES = 0.001, 300
 UP_RAD, UP_MORE_RAD, AWAY_M, AWAY_MORE_M = np.deg2rad(40), np.deg2rad(6), 0.80, 0.05
 TABLE_M, TABLE_RGB, THINGS = (1.6, 1.6, 0.02), (120, 90, 65), 8

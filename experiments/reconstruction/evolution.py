@@ -11,8 +11,6 @@ from experiments.reconstruction.reconstruction import PARTS, Setting, run_case
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["WAYS", "evolution"]
-
 WAYS: dict[str, dict[str, Any]] = {
     "ours": {},
     "printed evidence": {"evidence": "printed"},

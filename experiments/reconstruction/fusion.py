@@ -14,8 +14,6 @@ from sdftrack.camera import depth_camera
 from sdftrack.frame import Frame
 from sdftrack.geometry import inverse
 
-__all__ = ["camera_path", "fused", "open3d", "tracked"]
-
 Array = NDArray[np.float64]
 SCENE_VOXEL_M, SCENE_TRUNCATION_VOXELS = 1 / 384, 8.0  # of the thesis
 NEAREST_M = 0.1

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from experiments.common.bodies import VOXELS, Body, body
 from experiments.common.truth import motion
 
-__all__ = ["Scene", "reconstructor", "scene_of"]
-
 Array = NDArray[np.float64]
 SEED, EXTENT_PER_SIDE = 0, 1.8
 STEP_M, STEP_RAD = 0.005, np.deg2rad(1.5)

@@ -20,8 +20,6 @@ from experiments.reconstruction.rebuilt import rebuild, relative_errors
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["known", "share_seen", "unknown"]
-
 SIGMAS_M = (0.0, 0.001)
 KNOWN = "known model"
 WAYS: dict[str, float | None] = {"from a ball": None, "as printed": 8.0}  # sigma_d, voxels

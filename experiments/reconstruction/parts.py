@@ -21,8 +21,6 @@ from experiments.reconstruction.rebuilt import rebuild
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["evidence", "parts"]
-
 SIGMA_M, WARM = 0.001, 10
 PARTS = {
     "tracking": ("track", "10 ms (100 Hz)"),

@@ -21,8 +21,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import geometry
 
-__all__ = ["SIGMAS_VOXELS", "aligned_error", "reach"]
-
 SIGMA_M, POINTS, LOOK_EVERY, STEPS = 0.001, 4000, 10, 6
 SIGMAS_VOXELS = (4.0, 8.0, 12.0, 20.0, 40.0)
 BELOW = "6 mm at the start, falls, settles near frame 150"

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from experiments.reconstruction.seen_part import Truth
 from sdftrack import geometry, metrics
 
-__all__ = ["Errors", "Live", "rebuild", "relative_errors", "reset_peak", "settled_at", "used_mb"]
-
 Array = NDArray[np.float64]
 LOOK_EVERY = 10  # frames between two looks at the growing surface
 LOOK_AT = 5  # of this many points of the truth, one

@@ -21,8 +21,6 @@ from experiments.several.several import noise_of
 from experiments.table import Table, cells
 from sdftrack.geometry import inverse
 
-__all__ = ["COLUMNS", "PATHS", "Setting", "reconstruction", "run_case"]
-
 # The meshes and the seed of a part; options were chosen on those of "choose".
 PARTS = {
     "choose": (("lm_cat", "lm_duck", "lm_can", "lm_driller", "spot"), 1),

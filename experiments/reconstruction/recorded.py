@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.synth.standing import standing
 from experiments.table import Table
 
-__all__ = ["on_table", "recorded"]
-
 HEAD = [
     "object", "frames", "ok", "lost", "seen_mm", "seen_90_mm", "within_8mm_%", "seen_extent_%", "extent_%",
     "pose_mm", "pose_deg", "first_ms", "ms",

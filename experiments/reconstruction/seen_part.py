@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
 
-__all__ = ["Compared", "Truth", "compare", "first_seen", "sampled"]
-
 Array = NDArray[np.float64]
 LARGEST_INCIDENCE_RAD = np.deg2rad(75.0)
 SAMPLES = 100_000

@@ -16,8 +16,6 @@ from experiments.primitives.kinect_objects import ALL, kind_of, objects_of
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["own_share", "single_views"]
-
 HEAD = [
     "kind",
     "objects",

@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.robustness.soak_cases import CASES
 from experiments.table import Table
 
-__all__ = ["Soaked", "soak", "soaked"]
-
 
 @dataclass(frozen=True)
 class Soaked:

@@ -16,8 +16,6 @@ from experiments.robustness.soak_scene import CAMERA, FRAMES, box, following, fr
 from experiments.synth.blob import BlobVideo, blob_video
 from experiments.synth.functions import cross_data
 
-__all__ = ["CASES", "Step"]
-
 Step = Callable[[int], Any]  # what is called with 0, 1, 2, ...
 PLACES = (-0.14, 0.0, 0.14)  # of three objects, m
 SMALL = 0.7  # of the size of the one object

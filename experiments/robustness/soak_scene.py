@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 import sdftrack as st
 from sdftrack import geometry
 
-__all__ = ["CAMERA", "FRAMES", "box", "frames", "poses", "there_and_back"]
-
 CAMERA = st.Camera(52.5, 52.5, 31.5, 23.5, 64, 48)
 SIZE_M = (0.12, 0.09, 0.06)
 WALL_M = 1.2

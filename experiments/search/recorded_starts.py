@@ -17,8 +17,6 @@ from experiments.common.recordings import FOLDERS, Opened, Recording, opened, re
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["recorded_starts", "visible_mask"]
-
 Mask = NDArray[np.bool_]
 SYMMETRIC = ("cube", "gelatin box", "foam brick", "bottle")  # by their shapes, or nearly so
 RIGHT_ADDS_M = 0.015

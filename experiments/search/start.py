@@ -17,8 +17,6 @@ from experiments.common.truth import _random_rotation, default_camera
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["CASES", "MESHES", "View", "random_views", "search", "start"]
-
 Array = NDArray[np.float64]
 MESHES = ("lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue")
 CASES = ("mask", "half", "box", "image")

@@ -13,8 +13,6 @@ from experiments.several.judged import measure, total
 from experiments.synth import several as scenes
 from experiments.synth.contact import Solid
 
-__all__ = ["COUNTS", "fit_text", "growth", "time_row"]
-
 COUNTS = (1, 2, 3, 5, 10, 20, 50, 100)
 
 

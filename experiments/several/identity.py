@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from experiments.synth.staged import Scene
 
-__all__ = ["WAYS", "Tracked", "run_way", "swapped", "swaps", "track"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 WAYS = ("joint", "joint-none", "joint-printed", "single")

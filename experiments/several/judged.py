@@ -15,8 +15,6 @@ from experiments.several.identity import Tracked, swapped, swaps
 from experiments.synth.contact import Solid, deepest
 from experiments.synth.staged import Scene
 
-__all__ = ["COLUMNS", "Measured", "errors", "judge", "measure", "total"]
-
 Array = NDArray[np.float64]
 VISIBLE = 0.3  # of an object's silhouette: what is hidden more is not asked for
 COMPARED = 100  # points of the surface over which two poses are compared

@@ -23,8 +23,6 @@ from experiments.synth.contact import Solid
 from experiments.table import Table
 from sdftrack import geometry
 
-__all__ = ["at_rest", "meeting", "relative_motion", "times"]
-
 SCALE = 0.5  # of the duck, to 0.1 m: two must get around each other in sixteen frames
 COUNTS = (1, 2, 3, 5, 10, 20)
 MARKED, CLOSE = (78, 94, 111, 142), (78, 111, 142)

@@ -22,8 +22,6 @@ from experiments.synth.contact import Solid, deepest
 from experiments.table import Table
 from experiments.tracking.still_and_in_hand import HIDING_M, K1_HAND_LIMITS, K1_LEAST_IOU, K1_TO_FRAME, SIDES
 
-__all__ = ["overlaps", "recorded_pair"]
-
 Array = NDArray[np.float64]
 PICTURED = (150, 175, 200, 225, 250)
 MEDIAN_LIMIT_M, STEP_LIMIT_M, STEP_LIMIT_RAD = 0.003, 0.060, np.deg2rad(25.0)

@@ -29,8 +29,6 @@ from experiments.synth.contact import Solid
 from experiments.synth.staged import Scene
 from experiments.table import Table, cells
 
-__all__ = ["Setting", "noise_of"]
-
 MESHES = ("lm_driller", "lm_cat", "spot", "lm_duck")
 FIND_WITHIN = 10
 CHOSEN = "lm_driller, lm_cat, spot, lm_duck; the seeds that are reported are among them"

@@ -27,8 +27,6 @@ from sdftrack import geometry
 from sdftrack.synth.bodies import SKIN, Stage
 from sdftrack.synth.surroundings import Layer, hand_mesh, mesh_layer
 
-__all__ = ["Hands", "hands"]
-
 Array = NDArray[np.float64]
 # Changing these numbers breaks comparisons.
 COUNT, STEP_M, STEP_RAD, TURN_RAD = 5, 0.0038, np.deg2rad(1.2), np.deg2rad(60.0)

@@ -16,8 +16,6 @@ from xml.etree import ElementTree
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["results_of", "superpixel_calls", "their_tests", "with_our_import"]
-
 THEIRS = re.compile(r"^from skimage\.segmentation import slic$", re.MULTILINE)
 OURS = "from sdftrack.superpixels import slic"
 FETCH = "unpack what pip download --no-deps --no-binary scikit-image scikit-image gives"

@@ -19,8 +19,6 @@ from experiments.synth.region_picture import region_picture
 from experiments.table import Table
 from sdftrack.device import CPU, resolve_device
 
-__all__ = ["parts", "sizes"]
-
 SIZES = ((320, 240), (640, 480), (1280, 960))
 NAMES = [f"{w} x {h}" for w, h in SIZES]
 COMPACTNESS = 10.0

@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.superpixels import times
 from experiments.table import Table
 
-__all__ = ["curve", "open_bsds", "superpixels"]
-
 Array = NDArray[Any]
 Way = Callable[[Array, int], Array]
 SEGMENTS = (250, 400, 600, 900, 1300, 1900)

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from experiments.synth.region_picture import region_picture
 from experiments.table import Table
 
-__all__ = ["ITERATIONS", "PER_SEGMENT_PX", "memory", "photographs", "speed", "times_ms"]
-
 Array = NDArray[Any]
 Run = Callable[[], object]
 SIZES = ((640, 480), (1920, 1080), (3840, 2160))

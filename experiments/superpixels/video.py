@@ -14,8 +14,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.metrics import boundary_recall, undersegmentation
 
-__all__ = ["row", "superpixel_video"]
-
 WARM_UP = 3  # images before the first that counts
 WAYS = ("video", "2 rounds", "5 rounds")
 

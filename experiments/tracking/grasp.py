@@ -11,8 +11,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from experiments.tracking.occlusion import occlusion
 
-__all__ = ["CHOSEN_ON", "REPORTED_ON", "grasp"]
-
 CHOSEN_ON = ("bunny", "lm_can", "lm_driller", "lm_glue")
 REPORTED_ON = ("lm_ape", "lm_cat", "lm_duck", "spot")
 

@@ -15,8 +15,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["fast_motion"]
-
 STEP_MM, STEP_DEG = 30.0, 10.0
 COLUMNS = {
     "mesh, mode, motion model": "name",

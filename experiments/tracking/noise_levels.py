@@ -17,8 +17,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from experiments.tracking.synthetic import COLUMNS, Followed, follow, joined
 
-__all__ = ["SIGMAS_M", "noise_levels"]
-
 SIGMAS_M = (0.0, 0.001, 0.002, float(np.sqrt(10.0)) * 1e-3)
 STEP_M, STEP_RAD = 0.005, np.deg2rad(1.5)
 PRINTED = {SIGMAS_M[1]: "all below 1 mm and 2 deg", SIGMAS_M[3]: "never lost"}

@@ -14,8 +14,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["MAX_DEG", "MAX_MM", "MEAN_DEG", "MEAN_MM", "kept", "occlusion", "scene"]
-
 # Changing these numbers breaks comparisons with docs/results.md.
 SHARE, GROW = 0.6, 30
 COLORS: tuple[Literal["other", "similar"], ...] = ("other", "similar")

@@ -14,8 +14,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from experiments.trust.coverage import error_vector
 
-__all__ = ["CHOSEN_ON", "REPORTED_ON", "outline_alone"]
-
 CHOSEN_ON = ("bunny", "lm_can", "lm_driller", "lm_glue")
 REPORTED_ON = ("lm_ape", "lm_cat", "lm_duck", "spot")
 TENTH, IN_A_ROW, BY_COLOR = "every tenth without depth", "30 in a row without depth", "mode rgb"

@@ -17,8 +17,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack.synth.printed_can import can_mesh, turning_can
 
-__all__ = ["Row", "exposed", "follow", "photometric"]
-
 Array = NDArray[np.float64]
 
 

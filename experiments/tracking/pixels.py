@@ -19,8 +19,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import geometry
 
-__all__ = ["PIXELS", "pixels"]
-
 PIXELS = (1000, 2000, 5000, 10_000, 30_000, 100_000, 300_000)
 SIGMA_M, STEP_M, STEP_RAD = 0.001, 0.005, np.deg2rad(1.5)
 TURN = [0.5, -0.6, 0.2]

@@ -18,8 +18,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["cup_axis", "random_start"]
-
 Array = NDArray[np.float64]
 START_OFF_M, START_OFF_RAD = 0.010, np.deg2rad(5.0)
 YCB_NAMES = {1: "box", 2: "mug", 3: "brick"}

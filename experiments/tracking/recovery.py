@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.table import Table
 from sdftrack import synth
 
-__all__ = ["Trial", "judge", "recovery"]
-
 # Changing these numbers breaks comparisons with docs/results.md.
 FIRST, AWAY, AFTER = 20, 15, 25
 FLAG_WITHIN, FIND_WITHIN = 3, 10

@@ -14,8 +14,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["references"]
-
 POINTS, FAR_M, LEAST = 1000, 0.015, 30
 COLUMNS = {
     "object, mode": "name",

@@ -13,8 +13,6 @@ from experiments.common.recordings import FOLDERS, opened, recordings_of
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = ["repeated_depth"]
-
 SAID = "the depth image repeats the previous one"
 SHARE = 0.05  # of the frames
 SURE_SD = 3  # an error beyond so many standard deviations contradicts the covariance

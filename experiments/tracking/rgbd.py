@@ -18,8 +18,6 @@ from experiments.table import Table, cells
 from experiments.tracking.synthetic import paths
 from sdftrack import synth
 
-__all__ = ["COLUMNS", "WAYS", "rgbd"]
-
 WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "depth": ("depth", {}),
     "odds": ("rgbd", {"color_likelihood": "odds"}),

@@ -17,16 +17,6 @@ from experiments.options import NO_SETTINGS, Settings
 from experiments.registry import experiment
 from experiments.table import Table
 
-__all__ = [
-    "HIDING_M",
-    "K1_HAND_LIMITS",
-    "K1_LEAST_IOU",
-    "K1_TO_FRAME",
-    "SIDES",
-    "in_hand",
-    "mask_iou",
-]
-
 Array = NDArray[np.float64]
 K1_STILL = 41  # frames 0-40: nobody touches the sponges
 K1_STILL_LIMITS = {0: (0.004, np.deg2rad(2.0)), 1: (0.004, np.deg2rad(4.0))}

@@ -21,8 +21,6 @@ from experiments.progress import step
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["COLUMNS", "MESHES", "Followed", "follow", "joined", "paths", "synthetic"]
-
 Array = NDArray[np.float64]
 
 

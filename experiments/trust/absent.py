@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from experiments.common.truth import _random_rotation
 from experiments.trust.confidence import Sample, judged, trackers
 
-__all__ = ["MODELS", "osd_scenes", "placed", "searched"]
-
 Array = NDArray[np.float64]
 MODELS = ("lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue")
 BEHIND_M = (0.02, 0.06)  # of the reading that the model's middle is put behind

@@ -18,15 +18,6 @@ from numpy.typing import NDArray
 
 from experiments.common.pose_sets import off_pose
 
-__all__ = [
-    "Sample",
-    "area_cells",
-    "area_under_roc",
-    "judged",
-    "recorded",
-    "synthetic",
-]
-
 Array = NDArray[np.float64]
 FAR_M, FAR_RAD = 0.020, np.deg2rad(10.0)
 MAX_OFF_M, MAX_OFF_RAD = 0.060, np.deg2rad(40.0)

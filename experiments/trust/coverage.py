@@ -12,16 +12,6 @@ from numpy.typing import NDArray
 
 from experiments.common.truth import Truth, noisy
 
-__all__ = [
-    "CHI2_95",
-    "COLUMNS",
-    "Coverage",
-    "coverage",
-    "error_vector",
-    "row",
-    "synthetic_coverage",
-]
-
 Array = NDArray[np.float64]
 CHI2_95 = {1: 3.841, 3: 7.815, 6: 12.592}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")

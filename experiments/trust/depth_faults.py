@@ -11,8 +11,6 @@ import numpy as np
 
 import sdftrack as st
 
-__all__ = ["bump", "flying", "lagging", "stripes", "tilt"]
-
 Noise = Callable[[Any, Any, np.random.Generator], Any]
 WHITE_M = 0.001
 

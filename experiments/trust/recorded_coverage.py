@@ -16,8 +16,6 @@ from experiments.registry import experiment
 from experiments.table import Table, cells
 from experiments.trust.coverage import coverage, error_vector
 
-__all__ = ["REFERENCES", "Reference", "recorded_coverage"]
-
 Array = NDArray[np.float64]
 COLUMNS = {
     "object, mode, sensor": "name",

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["fit_noise", "lines", "local_sd", "residual_table", "temporal_sd"]
-
 Array = NDArray[np.float64]
 REACH_PX = 3
 SAMPLES = 200  # fewer in a bin say nothing

@@ -15,8 +15,6 @@ from experiments.common.protocol import load_mesh, load_sdf, say
 from experiments.registry import experiment
 from experiments.table import Table, cells
 
-__all__ = ["free_scales", "other_sizes"]
-
 TEST = ("lm_cat", "lm_duck", "lm_ape", "lm_can")
 SCALES = (0.9, 0.95, 0.97, 1.0, 1.03, 1.05, 1.1, 1.2)
 SEEDS = (21, 22, 23)  # chosen on seed 11

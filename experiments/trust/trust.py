@@ -16,8 +16,6 @@ from experiments.tracking.synthetic import paths
 from experiments.trust import absent, confidence, coverage
 from experiments.trust import sensor as sensor_noise
 
-__all__ = ["absent_objects", "coverage_of_truth", "sensor", "separation"]
-
 # Changing these numbers breaks comparisons with docs/trust.md.
 STEP_MM, STEP_DEG, TRUTH_FRAMES = 5.0, 1.5, 300
 SCENES, TEST_SEED = 75, 2
