@@ -49,9 +49,8 @@ void mark_unfound(const TrackedObject& object, ObjectResult* result) {
 void doubt_size(const TrackedObject& object, ObjectResult* result) {
   Trust& trust = result->trust;
   const bool ok = trust.status == Status::kOk;
-  if (object.free_scale) {
-    if (ok && !object.size.determines_scale())
-      trust.status = Status::kWeak, trust.reason = {ReasonCode::kFreeScale};
+  if (object.free_scale && !object.size.determines_scale()) {
+    if (ok) trust.status = Status::kWeak, trust.reason = {ReasonCode::kFreeScale};
     return;
   }
   // It is why the fit is poor, where that is what is said.
@@ -59,8 +58,9 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
       trust.reason.code != ReasonCode::kRunsOn)
     return;
   ReasonCode code = ReasonCode::kOtherForm;
-  std::string which = object.size.form.other_form();
-  if (which.empty()) code = ReasonCode::kOtherSize, which = object.size.other_size();
+  std::string which =
+      object.primitive ? "" : object.size.form.other_form();  // a primitive's sizes are fitted
+  if (which.empty() && !object.free_scale) code = ReasonCode::kOtherSize, which = object.size.other_size();
   if (which.empty()) return;
   trust.reason = {code, 0, -1, std::move(which), trust.reason.frame};
   if (!ok) return;

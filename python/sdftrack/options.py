@@ -14,8 +14,6 @@ from sdftrack._internal.option_schema import check_fields, core_schema, describe
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
 from sdftrack.sensor import SensorModel
 
-__all__ = ["TrackerOptions"]
-
 _SCHEMA = core_schema("tracker")
 ALL_PIXELS = 10**8  # more than any image has
 

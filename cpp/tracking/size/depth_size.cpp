@@ -26,8 +26,7 @@ constexpr double kSays = 0.015;              // sd of one frame beyond which it 
 constexpr float kFar_m = 0.03;               // a residual beyond this is of something else
 constexpr double kMinSystematic_m = 1.5e-4;  // of volumes and sensors that are called free of errors
 constexpr double kDiffers_sd = 3;
-constexpr double kStrainSays = 0.06,
-                 kMaxStretch = 0.7;  // sd and size of a log stretch beyond which it is nonsense
+constexpr double kStrainSays = 0.06, kMaxStretch = 0.7;  // sd and size of a log stretch, at most
 constexpr double kShares[kBiasModes] = {kOffsetShare,    kLinearShare,    kLinearShare,
                                         kQuadraticShare, kQuadraticShare, kQuadraticShare};
 
@@ -267,16 +266,13 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
     look = fit.look();
     const bool differs = std::abs(look.log_scale) > kDiffers_sd * look.sd();
     const bool says = look.sd() <= kSays;
-    if (!says && !differs) {
-      return std::nullopt;
-    }
+    if (!says && !differs) return std::nullopt;
     bends = bends || !says;
     if (!differs && round > 0) break;  // weighed once more is enough
     if (round + 1 == kRounds || !differs) continue;
     fit.linearize_there();  // less is left beside it there
     if (!fit.enough()) return std::nullopt;
   }
-
   look.unexplained = fit.spread_m() / spread_m;
   // A sensor that bends may look like another size, but what it bends is left.
   if (look.sd() > kSays || (bends && look.unexplained > kExplained)) return std::nullopt;
@@ -297,7 +293,7 @@ std::optional<StrainLook> strain_by_depth(const energies::PixelSet& pixels, floa
   }
   const StrainLook look = fit.strain_look();
   const StrainLook::Stretch most = look.largest();
-  if (!(most.sd < kStrainSays) || std::abs(most.log_stretch) > kMaxStretch) return std::nullopt;
+  if (!(most.sd < kStrainSays && std::abs(most.log_stretch) < kMaxStretch)) return std::nullopt;
   return look;
 }
 

@@ -70,7 +70,7 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
             kept.append(np.zeros(frame.depth.shape, bool))
             kept[-1][window] = region
     if not kept:
-        raise _too_small(joined)
+        raise ValueError(TOO_SMALL.format(np.count_nonzero(joined)))
     return kept
 
 
@@ -130,12 +130,6 @@ def _joined(depth: NDArray[np.float32], free: Mask, seed: tuple[int, int], step:
     return (blocked != before)[1:-1, 1:-1]
 
 
-def _too_small(region: Mask) -> ValueError:
-    return ValueError(
-        f"expected a surface, got only {np.count_nonzero(region)} connected pixels; click on the centre of the object"
-    )
-
-
 def _cut(
     rgb: NDArray[np.uint8],
     near: Mask,
@@ -181,7 +175,12 @@ def _cut(
 # A larger difference between neighbours is an edge: noise, and a surface that is seen at 76 degrees.
 GROWTH_STEP, GROWTH_STEP_PX = 0.012, 4.0  # of the depth, and of a pixel's width there
 NEAR_PX = 4  # a click on a hole is taken for the nearest measurement this near
+ALONE_M, ALONE_PX = (
+    0.02,
+    13,
+)  # with fewer measurements at its distance within 2 px it is an island among holes
 MIN_PX = 20
+TOO_SMALL = "expected a surface, got only {} connected pixels; click on the centre of the object"
 PLANE_M = 0.008  # half thickness of what counts as the table
 
 
@@ -193,8 +192,7 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     """
     seed = nearest_reading(frame, px)
     points = depth_camera(camera).back_project(frame.depth)
-    near = np.linalg.norm(points - points[seed], axis=-1) <= reach_m
-    near &= frame.depth > 0
+    near = (np.linalg.norm(points - points[seed], axis=-1) <= reach_m) & (frame.depth > 0)
     with contextlib.suppress(ValueError):  # no plane: nothing to leave out
         off_plane = remove_plane(frame, camera, tolerance=PLANE_M, threads=1)[0]
         if off_plane[seed]:
@@ -202,21 +200,25 @@ def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: 
     step = float(frame.depth[seed]) * (GROWTH_STEP + GROWTH_STEP_PX / depth_camera(camera).fx)
     region = _joined(frame.depth, near, seed, step)
     if np.count_nonzero(region) < MIN_PX:
-        raise _too_small(region)
+        raise ValueError(TOO_SMALL.format(np.count_nonzero(region)))
     return region
 
 
 def nearest_reading(frame: Any, px: tuple[float, float]) -> tuple[int, int]:
-    """(row, column) of the measurement at `px` or next to it; ValueError if there is none."""
+    """(row, column) of the measurement at `px`, else next to it, with others around it; ValueError if there is none."""
     if frame.depth is None:
         raise ValueError(f"expected a depth image, got none{': ' + frame.error if frame.error else ''}")
-    depth = frame.depth
     x, y = round(px[0]), round(px[1])
     top, left = max(0, y - NEAR_PX), max(0, x - NEAR_PX)
-    v, u = np.nonzero(depth[top : y + NEAR_PX + 1, left : x + NEAR_PX + 1])
+    v, u = np.nonzero(frame.depth[top : y + NEAR_PX + 1, left : x + NEAR_PX + 1])
     if not len(v):
         raise ValueError(
             f"expected a depth measurement at ({x}, {y}), got none there; click on the object itself"
         )
-    nearest = int(np.argmin((v + top - y) ** 2 + (u + left - x) ** 2))
-    return int(v[nearest]) + top, int(u[nearest]) + left
+    v, u = v + top, u + left
+    z, apart = frame.depth[v, u], (v - y) ** 2 + (u - x) ** 2
+    beside = np.maximum(np.abs(v[:, None] - v), np.abs(u[:, None] - u)) <= 2
+    poor = (beside & (np.abs(z[:, None] - z) < ALONE_M)).sum(axis=1) < ALONE_PX
+    poor |= np.abs(z - z[np.argmin(apart)]) > 2 * ALONE_M  # of another surface
+    nearest = int(np.argmin(apart + poor * (3 * NEAR_PX) ** 2))
+    return int(v[nearest]), int(u[nearest])
