@@ -175,10 +175,7 @@ def _cut(
 # A larger difference between neighbours is an edge: noise, and a surface that is seen at 76 degrees.
 GROWTH_STEP, GROWTH_STEP_PX = 0.012, 4.0  # of the depth, and of a pixel's width there
 NEAR_PX = 4  # a click on a hole is taken for the nearest measurement this near
-ALONE_M, ALONE_PX = (
-    0.02,
-    13,
-)  # with fewer measurements at its distance within 2 px it is an island among holes
+ALONE_M, ALONE_PX = 0.02, 13  # an island among holes has fewer at its distance within 2 px
 MIN_PX = 20
 TOO_SMALL = "expected a surface, got only {} connected pixels; click on the centre of the object"
 PLANE_M = 0.008  # half thickness of what counts as the table
