@@ -8,6 +8,7 @@
 #include "energies/outline_offset.h"
 #include "release_gil.h"
 #include "tracking/fit/outline_lines.h"
+#include "tracking/size/outline_size.h"
 #include "tracking/trust/color_projection.h"
 #include "volume.h"
 
@@ -42,6 +43,18 @@ py::tuple outline_energy(const py::array& lines, const Camera& camera, const app
   std::vector<double> off;
   for (const energies::OutlineResidual& row : rows) off.push_back(row.off);
   return py::make_tuple(energy.cost(x), at.gradient, at.hessian, off);
+}
+
+py::object outline_size(const py::array& lines, const Camera& camera, const appearance::ColorMap& map,
+                        const py::array& T_obj_cam, double noise, const tracking::Vector6d& to_depth,
+                        double shared_lines) {
+  OutlineLines made = lines_from(lines, camera, map);
+  const Rigidd T = rigid_from(T_obj_cam, "T_obj_cam");
+  std::vector<energies::OutlineResidual> rows;
+  energies::OutlineEnergy(&made, {noise, 0, shared_lines}).residuals(T, &rows);
+  const auto size = tracking::size_by_outline(made, rows, noise, T, to_depth, shared_lines);
+  if (!size) return py::none();
+  return py::make_tuple(size->log_scale, size->own_var, size->shared_var, size->pull);
 }
 
 void check_reach(int reach) {
@@ -143,6 +156,9 @@ void bind_outline(py::module_& m) {
   m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
         py::arg("T_obj_cam"), py::arg("noise") = 1.0, py::arg("common_sd_px") = 0.0,
         py::arg("shared_lines") = 1.0, "Cost, gradient, Hessian and residuals (over their sd).");
+  m.def("outline_size", &outline_size, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
+        py::arg("T_obj_cam"), py::arg("noise"), py::arg("to_depth"), py::arg("shared_lines"),
+        "Log scale, own and shared variance, pull; None of too few lines.");
 }
 
 }  // namespace sdftrack::bindings

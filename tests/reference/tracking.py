@@ -148,3 +148,46 @@ def camera_covariance(C: Array, T_cam_obj: Array, origin_obj: Array) -> Array:
     J[:3, :3] = J[3:, 3:] = -R
     J[:3, 3:] = np.cross(np.eye(3), R @ origin_obj) @ R
     return J @ C @ J.T
+
+
+SMOOTH_SHARE, SMOOTH_EVERY, OWN_NORMAL = 0.06, 2, 1e-3
+HALF_PER_SPREAD = 1.5
+
+
+def seen_half(points: Array) -> float:
+    """Half a diameter of what has been seen, by the spread of points on it (N, 3)."""
+    return HALF_PER_SPREAD * float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def least_form_slope(points: Array, voxel_size: float) -> float:
+    return float(np.hypot(0.045, 1.5 * voxel_size / seen_half(points)))
+
+
+def seen_form(
+    points: Array, normals: Array, diameter: float, depth: Array, K: Array, T_cam_obj: Array, tolerance: float
+) -> Array:
+    """Mean of J J^T, J = (n, t p x n), over every second point of a fused shape that faces the camera and is read.
+
+    n: means of the normals around the point, of every other point and of the rest. Of the two, a and b, the noise
+    differs: (a b^T + b a^T - d d^T) / 2 with d = a - b has none of it. t: half the diameter over that of the seen part.
+    """
+    fx, fy, cx, cy = K
+    eye, turn = np.linalg.inv(T_cam_obj)[:3, 3], diameter / 2 / seen_half(points)
+    seen = []
+    for p, own in zip(points[::SMOOTH_EVERY], normals[::SMOOTH_EVERY], strict=True):
+        x, y, z = T_cam_obj[:3, :3] @ p + T_cam_obj[:3, 3]
+        v, u = int(np.floor(fy * y / z + cy + 0.5)), int(np.floor(fx * x / z + cx + 0.5))
+        inside = z > 0 and 0 <= v < depth.shape[0] and 0 <= u < depth.shape[1]
+        if own @ (eye - p) <= 0 or not inside or not depth[v, u] > 0 or abs(depth[v, u] - z) > tolerance:
+            continue
+        rows = []
+        for half in (0, 1):
+            others, sides = points[half::2], normals[half::2]
+            near = (np.linalg.norm(others - p, axis=1) < SMOOTH_SHARE * diameter) & (sides @ own > 0)
+            n = sides[near].sum(axis=0) + OWN_NORMAL * own
+            n /= np.linalg.norm(n)
+            rows.append(np.concatenate([n, turn * np.cross(p, n)]))
+        a, b = rows
+        seen.append((np.outer(a, b) + np.outer(b, a) - np.outer(a - b, a - b)) / 2)
+    form: Array = np.mean(seen, axis=0) if seen else np.zeros((6, 6))
+    return form
