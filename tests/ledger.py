@@ -5,8 +5,6 @@ python tests/ledger.py            # the table; exits 1 where a room is above its
 python tests/ledger.py --write    # today's numbers become the most: say why in the commit
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tomllib

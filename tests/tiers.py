@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Which tests `python -m pytest` leaves to the night: the table nightly.txt."""
 
-from __future__ import annotations
-
 import fnmatch
 import functools
 from pathlib import Path

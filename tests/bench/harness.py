@@ -14,8 +14,6 @@ Sizes, seeds, warm-up and repeats are fixed: changing these numbers breaks compa
 benchmark a new name instead.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable

@@ -8,8 +8,6 @@ exit status 1 where one has grown by more than 5 %. `--record` writes the counts
 which knows no AVX-512: AVX2 and the baseline are counted. The counts belong to the compiler named in the file.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import re

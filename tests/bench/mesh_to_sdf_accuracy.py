@@ -4,8 +4,6 @@
 Meshes in metres; ``--unit mm`` for others. Prints a table; the sizes are fixed, so that it can be compared.
 """
 
-from __future__ import annotations
-
 import argparse
 import statistics
 import time

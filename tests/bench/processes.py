@@ -9,8 +9,6 @@ turntable (640 x 480, RGB-D, 1 mm noise) frame by frame at 200^3 with default op
 the first frame (`start`), the frames of the last two thirds, and the frames that it keeps.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

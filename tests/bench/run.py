@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Run the benchmarks beside this file: ``python tests/bench/run.py [--only TEXT]``."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the experiments count: each measure on a case whose answer is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """How reconstructions are judged: the measures on shapes whose distances are known, and a small run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Registry, options, runner and targets of the experiments, and that the installed package knows nothing of them."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

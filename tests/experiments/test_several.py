@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Scenes of several look-alikes, and what is counted on them, in small."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Every experiment runs with its short options: its tables are whole, its picture can be drawn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

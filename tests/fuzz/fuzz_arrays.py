@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Public functions of arrays and numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Folders of sequences in each layout, bags of ROS 1 and ROS 2, Foxglove's mcap, and result folders."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Damaged and crafted files: small changes of valid ones, with their checksums made right again."""
 
-from __future__ import annotations
-
 import json
 import random
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Objects with a state: trackers, reconstructors, contours, memories, LWPR, primitives, planes, energies."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Any

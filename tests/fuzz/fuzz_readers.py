@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Single files: meshes, trajectories, cameras, options, start poses, images."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import random

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Files of saved objects: damaged anywhere, and crafted with other contents."""
 
-from __future__ import annotations
-
 import io
 import json
 import random

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What is fuzzed: a target makes one case of a seed, and says whether its outcome is one that is meant."""
 
-from __future__ import annotations
-
 import random
 import warnings
 from collections.abc import Callable, Mapping, Sequence

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Arguments that nobody means: numbers at the ends of their types, arrays of wrong kinds, shapes and layouts."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass

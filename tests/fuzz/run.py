@@ -5,8 +5,6 @@
 table and all findings.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A short run of all targets, the cases that once failed, and the harness itself."""
 
-from __future__ import annotations
-
 import inspect
 import os
 import random

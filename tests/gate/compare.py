@@ -9,8 +9,6 @@ folder are done with each of the two packages. A build serves every commit with 
 are kept, and a run is repeated only where its definition has changed. Exits 1 where a bit differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import importlib.util

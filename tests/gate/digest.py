@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Short hashes of results: equal exactly when all bits are."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from typing import Any

@@ -10,8 +10,6 @@ the input, and their vectorised functions differ in the last bit from processor 
 `compare.py` builds two commits and compares those.
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import hashlib

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Which runs there are, read without the package that they need, and where their recorded data are."""
 
-from __future__ import annotations
-
 import ast
 import os
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Outlines with shape memory, regression, superpixels."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

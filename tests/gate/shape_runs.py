@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Shapes that are found: reconstruction, primitives, planes; and the cameras: lens, colour to depth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

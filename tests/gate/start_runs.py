@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Starts without a pose, objects with symmetries, and solids whose size is estimated."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Tracking of known shapes: synthetic scenes, and recordings where they are present."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -9,8 +9,6 @@ one fails: those in C++, the Python files about the fault's folder, then the oth
 which test and in which time is in FOLDER/found.json; faults that are there already are left out.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Bags for tests: the same messages written as ROS 1, ROS 2 and Foxglove recordings, by the formats' own libraries."""
 
-from __future__ import annotations
-
 import base64
 import json
 from dataclasses import dataclass, field

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Functions that the workers of a batch import."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

@@ -5,8 +5,6 @@
 compared with, tests/data/tracked_boxes.txt.
 """
 
-from __future__ import annotations
-
 import pathlib
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A duck that turns before a wall, at a quarter of the usual size, for the commands that follow it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import sdftrack as st

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Every command that writes, on input of a few frames: what is called, and whether its files are whole."""
 
-from __future__ import annotations
-
 import csv
 import json
 import tomllib

@@ -5,8 +5,6 @@ A change is that Python opens a file for writing, or makes, renames or removes o
 that has loaded what commands load and has no threads.
 """
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import os

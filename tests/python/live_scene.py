@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A duck before a camera, and a page whose user does something at certain frames."""
 
-from __future__ import annotations
-
 import json
 import time
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Movements with known truth, measured with noise of known covariance."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

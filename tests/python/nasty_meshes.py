@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Meshes as they come: cut by themselves, double-sided, turned, open, broken; each {name: (vertices, faces)}."""
 
-from __future__ import annotations
-
 import numpy as np
 import tracking_scene
 

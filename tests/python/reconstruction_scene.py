@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A small body without symmetry, turned before a camera, and what is measured of its reconstruction."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What is refused: calls as rows of a table (what is called, the error, words of its message), and a command's line."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import Any

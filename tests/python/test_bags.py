@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Bags as sequences, on the command line and as a camera: what was recorded comes back, whatever the format."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

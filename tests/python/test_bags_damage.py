@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Damaged, closed and other files; which topics are chosen; memory and time."""
 
-from __future__ import annotations
-
 import time
 import tracemalloc
 import warnings

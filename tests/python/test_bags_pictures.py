@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Encodings of recorded images: every one comes back as metres or RGB."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A function over many items in other processes: outcomes, deaths, retries, order."""
 
-from __future__ import annotations
-
 import os
 
 import batch_functions as functions

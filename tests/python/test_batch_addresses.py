@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Recordings at addresses: memory, local files, a web server, an S3 server."""
 
-from __future__ import annotations
-
 import functools
 import http.server
 import os

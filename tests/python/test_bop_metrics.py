@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """BOP's errors against cases whose answers are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

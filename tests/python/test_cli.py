@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The command line: exit codes, one-line errors, files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The command batch: plans, results as the single commands write them, going on after a crash."""
 
-from __future__ import annotations
-
 import csv
 import json
 import pickle

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack calibrate intrinsics`` and ``color``: a recording in, a camera and what it is worth out."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from types import SimpleNamespace

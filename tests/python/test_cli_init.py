@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack track --init``: every way to say where the objects are."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack motion``: options, files, and what it says where a recording cannot be measured."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

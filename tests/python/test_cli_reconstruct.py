@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack reconstruct``: the files it writes, what is in them, and what becomes of bad input."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``sdftrack track``: symmetries, the outline in the colour image, and the exit code where nothing is found."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

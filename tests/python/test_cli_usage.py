@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Wrong usage (2) and bad input (1) of every command: one line says what was expected, and nothing is left behind."""
 
-from __future__ import annotations
-
 import json
 
 import cv2

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """kill -9, Ctrl-C and full disks in the middle of every command that writes: what has its name is whole."""
 
-from __future__ import annotations
-
 import resource
 import signal
 import subprocess

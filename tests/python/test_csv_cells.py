@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Text in CSV files: no spreadsheet takes a name for a formula, and names come back as they were."""
 
-from __future__ import annotations
-
 import csv
 import io
 

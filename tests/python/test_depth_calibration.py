@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Noise and bias of a depth camera from planes and from a known object, against the models that made the images."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

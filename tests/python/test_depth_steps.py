@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Measurements at a step of the depth image that lie between its two sides are no evidence against a pose."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

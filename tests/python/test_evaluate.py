@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Results against ground truth: the numbers must be those that were put in."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Synthetic exercises: exact derivatives, a truth that agrees with the motion, frames that show it."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

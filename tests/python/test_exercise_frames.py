@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Synthetic exercises: objects, rendered frames, files and the command."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the first frame leaves for an unknown object: its mask's cone, above the table; and bodies solid inside."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from reconstruction_scene import begun

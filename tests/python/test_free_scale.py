@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``scale="free"``: the scale of an object whose form is known, with its interval, from several starts."""
 
-from __future__ import annotations
-
 import json
 import math
 

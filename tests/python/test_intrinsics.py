@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Intrinsics from a known object: the energy against its twin, truth recovered, honest intervals, clear errors."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import cv2

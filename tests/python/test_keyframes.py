@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Which frames are kept when there are more than may be kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Nothing points upwards or in a circle: imports and includes against the orders that docs/architecture.md shows."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import graphlib

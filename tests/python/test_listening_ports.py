@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Every port that the program opens is knocked at, also those that it does not mention: strangers are refused."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A reconstruction that has grown beyond the mask that it began with says so."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from reconstruction_scene import CAMERA, first_mask, sequence

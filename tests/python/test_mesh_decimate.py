@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Meshes with fewer faces: closed as before, as near to the surface as can be, their colours and views carried."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

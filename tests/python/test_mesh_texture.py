@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Meshes with their colours in a picture: the files, read by another library, show the colours that were there."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Exercises with known truth and noise of known covariance, measured as a whole."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import cache
 

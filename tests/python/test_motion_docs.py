@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """docs/motion.md lists the measures as they are defined, and its example runs."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

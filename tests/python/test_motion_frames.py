@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Trajectories: what is accepted, their points and frames, and the usual filters."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_cases import correlated_noise, noisy, reaches

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Values of a movement while it happens."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

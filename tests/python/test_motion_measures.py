@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Each measure on movements whose value can be written down, and against slow or foreign implementations."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

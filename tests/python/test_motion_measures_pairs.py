@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Measures that compare: surfaces of two objects, left with right; and times beyond a tilt or a threshold."""
 
-from __future__ import annotations
-
 from itertools import groupby
 
 import numpy as np

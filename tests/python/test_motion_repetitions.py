@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Repetitions and phases of movements with known truth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_cases import noisy, reaches

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The report of an exercise: JSON of its schema, CSV, and a page that needs neither a network nor a script."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The smoother of poses: against a Kalman smoother, against truth, and what it does with gaps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_cases import SD_M, SD_RAD, measured_poses, noisy, reaches

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Meshes as they come: none is refused that the winding number can decide, and its sign is that number's."""
 
-from __future__ import annotations
-
 import warnings
 
 import nasty_meshes as nasty

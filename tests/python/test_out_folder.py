@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Output folders: one run at a time, and what a killed run leaves does not hinder the next one."""
 
-from __future__ import annotations
-
 import gc
 import os
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The outline in the colour image as an energy: its twin, its derivative, clean images."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_outline_tracking import AROUND, BOX, OBJECT, VOLUME

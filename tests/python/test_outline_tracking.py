@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The outline in the colour image in a tracker: depth that is biased, frames without depth, colour alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tracking_scene import CAMERA, box_mesh

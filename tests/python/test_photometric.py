@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Brightness of coloured surfaces: the energy, coloured volumes, and turns that the shape does not show."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from reconstruction_scene import begun

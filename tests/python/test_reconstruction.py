@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """An unknown object, reconstructed while it is tracked: poses and surface against the truth."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

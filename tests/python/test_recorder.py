@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The files that a recorder leaves, and those that it must not."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import json

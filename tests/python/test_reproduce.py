@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`sdftrack reproduce` runs the figures of a source checkout, and says where to get one."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

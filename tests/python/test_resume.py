@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A second recording of the same object, another side up: found, continued, and never joined on a guess."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Rotations that are not quite: projected with a warning up to 0.01, refused beyond."""
 
-from __future__ import annotations
-
 import json
 import warnings
 

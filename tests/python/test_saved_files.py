@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Files of trackers, reconstructors, volumes, memories and models: round trips, damage, versions, memory."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import zipfile

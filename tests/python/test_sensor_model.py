@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Sensor models: presets, files, what a tracker makes of them."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What one frame says of an object's size and form: the core against its twins, and against the truth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_outline_term import ALIGNED, lines_of, picture

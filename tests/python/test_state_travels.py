@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A copy, a pickle and a file of a tracker continue with the bits of the tracker that goes on."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import Callable

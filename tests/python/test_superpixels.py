@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Superpixels: the core against its twin, colours against scikit-image, properties of connectivity, bad input."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Superpixels take calls written for scikit-image: channel axes, scales, blur, spacing, volumes, SLIC-zero."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

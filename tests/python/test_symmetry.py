@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Symmetries: found in a distance field, read from BOP's file, and what poses are equal by them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

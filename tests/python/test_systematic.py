@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The systematic part of a pose's covariance: the core against its twin, and coverage over random biases."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

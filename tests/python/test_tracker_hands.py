@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A hand that holds the object: fingers on its surface, 60 % of it hidden, of the object's own colours."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

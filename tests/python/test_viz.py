@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Overlays: what is drawn where."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tracking_fakes import CAMERA, Ball, frame, pose, result

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Every writer of the package gives a file its name when it is whole; only old files, on request, are unpickled."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

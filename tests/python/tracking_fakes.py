@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A ball that renders itself and results made by hand: what drawing and recording need, without a tracker."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sdftrack.camera import Camera

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A small tracked scene for the tests of the viewer: frames of a duck, with their results."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from functools import cache

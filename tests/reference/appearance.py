@@ -4,8 +4,6 @@
 Derivation: docs/math/color.md.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ The lens parameters are fx, fy, cx, cy, skew, k1, k2, depth scale, depth offset 
 the point ``(scale d + offset) ray(u, v)``. Derivation: docs/math/intrinsics.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -5,8 +5,6 @@ Slow and obvious; the tests compare the core with it. A warp is (A, t): ``p_imag
 middle of the grid. phi is in cells, negative inside.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

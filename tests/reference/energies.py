@@ -7,8 +7,6 @@ curvature. Unknowns: ``T_obj_cam <- T(v, w) T_obj_cam``, then log scale, or fx, 
 Derivation: docs/math/depth_tracker.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 

@@ -4,8 +4,6 @@
 Notation and sections: docs/math/reconstruction.md. Volumes are [z, y, x], negative inside; log ratios positive inside.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import erf
 from typing import Any

@@ -6,8 +6,6 @@ Vijayakumar, D'Souza and Schaal, Incremental online learning in high dimensions,
 equations 6.5 to 6.15 of the thesis. `Unit` is one output; `sdftrack.LWPR` has one for each.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The outline term, line by line (docs/math/outline.md)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The photometric energy, pixel by pixel (docs/math/photometric.md)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@
 A plane is held as ``g``, the three numbers of its inverse depth: 1 / Z = g . r on the ray r = (x, y, 1) (eq. 1).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

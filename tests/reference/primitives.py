@@ -4,8 +4,6 @@
 Slow and obvious; nothing here uses the formulas of the core.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

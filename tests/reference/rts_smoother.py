@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A Rauch-Tung-Striebel smoother of one coordinate, step by step, for comparison."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

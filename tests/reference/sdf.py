@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The trilinear interpolant of a volume, point by point. Slow and obvious."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

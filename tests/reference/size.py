@@ -7,8 +7,6 @@ by them, d z / d x = -(d phi / d x) / (d phi / d z), e the measured depth less t
 sum_i w_i (e_i - row_i x)^2 + x^T P x is least, w_i = share_i / (size^2 + (e_i - row_i x)^2) of the x before.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

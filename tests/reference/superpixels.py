@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Superpixels in plain numpy, slow and obvious: the core's labels, bit for bit (docs/math/superpixels.md)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What a smooth error of the depth does to a pose, in plain numpy: the twin of cpp/tracking/trust/systematic."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The frame's recipe in plain numpy, piece by piece: the twin of cpp/tracking."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A camera with faults: what drivers, cables and hubs do to a stream of frames."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable, Iterator
 from typing import Any

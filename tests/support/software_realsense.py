@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A RealSense without hardware: a software device of the SDK, fed with the frames of a sequence."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable
 from pathlib import Path
