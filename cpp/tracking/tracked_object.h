@@ -10,9 +10,9 @@
 #include "tracking/fit/fit.h"
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
+#include "tracking/size/size_test.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/open_directions.h"
-#include "tracking/size/size_test.h"
 
 namespace sdftrack::tracking {
 

@@ -6,8 +6,8 @@
 
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_noise.h"
-#include "tracking/trust/open_directions.h"
 #include "tracking/size/size_test.h"
+#include "tracking/trust/open_directions.h"
 #include "tracking/trust/trust.h"
 #include "tracking/trust/visibility.h"
 #include "volume_fixture.h"
