@@ -77,7 +77,8 @@ void StrainWitness::observe(const StrainLook& look, const Mat3d& R_cam_obj) {
 }
 
 std::string StrainWitness::other_form() const {
-  if (frames_ == 0) return {};
+  // No stretch is more than this; it spares most frames the axes.
+  if (!(1.5 * mean_.strain.norm() > kFormBand)) return {};
   // Both are estimates of what differs from frame to frame, the second of few frames.
   const StrainLook::Stretch most =
       StrainLook{mean_.strain, (mean_.own_cov + scatter_) / std::min(frames_, kMaxFrames),
