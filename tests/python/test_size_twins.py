@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from test_outline_term import ALIGNED, lines_of, picture
 from tracking_scene import CAMERA, POSE, SIZE_M, box_mesh
 
@@ -82,6 +83,27 @@ def test_the_strain_by_depth_is_the_twins_and_the_true_one(model):
     _, _, _, axis, log_stretch, sd = core[1]
     assert abs(axis[0]) > 0.98
     assert abs(log_stretch - np.log(1.2)) < min(0.03, 2 * sd)
+
+
+def test_a_strain_moves_the_hits_as_its_rows_say():
+    ball = st.SDF.sphere(0.04, voxels=60)
+    view, T_obj_cam, step = (ball.values, ball.voxel_size, ball.origin), np.linalg.inv(T_CAM_OBJ), 1e-3
+    field, K = energies.SingleObject(*view, T_obj_cam), [SMALL.fx, SMALL.fy, SMALL.cx, SMALL.cy]
+    (v, u), middle = np.argwhere(ball.render(SMALL, T_CAM_OBJ)[0] > 0)[150], np.array([0.002, 0.001, 0])
+    ray = np.array([(u - K[2]) / K[0], (v - K[3]) / K[1], 1])
+    z = energies.find_hit(field, ray, ball.render(SMALL, T_CAM_OBJ)[0][v, u]).z
+    pixel = np.array([[u, v, z, 1, z, 0]])
+    rows = size.read(size.View(*view, 0.08, middle, pixel, K, 0), T_obj_cam).rows[0, size.NO_STRAIN :]
+
+    def hit(strain):  # of a ball that is stretched about `middle`
+        def phi(depth):
+            q = T_obj_cam[:3, :3] @ (depth * ray) + T_obj_cam[:3, 3] - middle
+            return float(ball(np.array([np.linalg.solve(np.eye(3) + strain, q) + middle]))[0])
+
+        return brentq(phi, z - 0.003, z + 0.003)
+
+    numeric = [(hit(step * E) - hit(-step * E)) / (2 * step) for E in size.STRAINS]
+    np.testing.assert_allclose(rows, numeric, atol=0.02 * np.abs(rows).max())
 
 
 def test_one_face_of_a_box_tells_neither_size_nor_form():
