@@ -63,26 +63,5 @@ TEST(Evidence, says_how_far_flow_and_colours_disagree) {
   EXPECT_EQ(verdict({0, 1, 0, 0, 0}, ContourStatus::kLost, "why").reason, "why");
 }
 
-TEST(BoxStart, a_disc_is_segmented_in_its_box_and_hardly_hangs_on_it) {
-  std::vector<unsigned char> rgb;
-  Mask disc(90, 70);
-  for (int y = 0; y < 70; ++y)
-    for (int x = 0; x < 90; ++x) {
-      disc.row(y)[x] = std::hypot(x - 45, y - 35) < 20;
-      const auto grain = static_cast<unsigned char>((x * 7 + y * 13) % 11);
-      const bool inside = disc.row(y)[x];
-      rgb.insert(rgb.end(), {static_cast<unsigned char>((inside ? 150 : 90) + grain),
-                             static_cast<unsigned char>(100 + grain), 60});
-    }
-  const RgbView image{rgb.data(), 90, 70};
-  const ImagePart box{25, 15, 66, 56};
-  ContourTracker tracker{ContourOptions()};
-  const ContourFrame frame = start_in_box(&tracker, image, box);
-  Mask found(90, 70);
-  std::copy(frame.mask.begin(), frame.mask.end(), found.values.begin());
-  EXPECT_GT(area_of(both(found, disc)), 0.95 * area_of(union_of(found, disc)));
-  EXPECT_LT(first_instability(image, box, found, ContourOptions()), kMaxInstability);
-}
-
 }  // namespace
 }  // namespace sdftrack::contour

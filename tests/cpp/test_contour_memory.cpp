@@ -127,23 +127,5 @@ TEST(SilhouetteSearch, a_known_silhouette_is_found_where_it_lies_though_a_part_i
   }
 }
 
-TEST(SilhouetteMemory, what_a_bar_hides_comes_back_and_another_shape_is_novel) {
-  SilhouetteMemory memory({});
-  for (int k = 0; k < 50; ++k) memory.learn(figure(k * 0.125));
-  const Mask whole = figure(2.0);
-  EXPECT_EQ(memory.assess(whole).judgement, Judgement::kUnoccluded);
-  const SilhouetteAssessment said =
-      memory.assess(without(whole, mask_where(64, 64, [](int, int y) { return y >= 38 && y < 50; })));
-  EXPECT_EQ(said.judgement, Judgement::kOccluded);
-  EXPECT_TRUE(said.accepted);
-  EXPECT_GT(overlap(said.explanation.completed, whole), 0.95);
-  const Mask other = mask_where(64, 64, [](int x, int y) { return x > 4 && x < 60 && y > 26 && y < 36; });
-  EXPECT_EQ(memory.assess(other).judgement, Judgement::kNovel);
-  SilhouetteMemory again({});
-  again.restore(memory.state());
-  EXPECT_EQ(again.assess(other).explanation.missing, memory.assess(other).explanation.missing);
-  EXPECT_EQ(again.threshold(), memory.threshold());
-}
-
 }  // namespace
 }  // namespace sdftrack::contour

@@ -121,22 +121,6 @@ levelset::EvidenceDistance first_distance(const levelset::EvidenceVolume& eviden
   return out;
 }
 
-TEST(Levelset, distances_to_a_ball_are_right_near_it_and_far_from_it) {
-  const sdf::Grid grid{48, 48, 48, 0.002, {-0.047, -0.047, -0.047}};
-  const double radius_m = 0.02;
-  const levelset::EvidenceDistance distance = first_distance(guessed_ball(grid, radius_m), 4);
-  double worst = 0;
-  for (int z = 0; z < grid.nz; ++z)
-    for (int y = 0; y < grid.ny; ++y)
-      for (int x = 0; x < grid.nx; ++x) {
-        const double exact = norm(grid.point(x, y, z)) - radius_m;
-        const auto found = static_cast<double>(distance.phi()[grid.index(x, y, z)]);
-        EXPECT_EQ(found < 0, exact < 0);
-        worst = std::max(worst, std::abs(found - exact));
-      }
-  EXPECT_LT(worst, 4 * grid.voxel_m);  // the lattice of the far distances has every fourth voxel
-}
-
 TEST(Levelset, a_surface_that_moves_is_said_to_have_moved_by_as_much_on_the_mean) {
   const sdf::Grid grid{40, 40, 40, 0.002, {-0.039, -0.039, -0.039}};
   const levelset::EvidenceVolume before = guessed_ball(grid, 0.02), after = guessed_ball(grid, 0.0206);

@@ -60,8 +60,6 @@ def test_an_ellipsoid_that_grows_without_end_is_lost(seed):
 
 
 # -- recorded scenes
-
-
 @pytest.fixture
 def osd(data_dir):
     folder = data_dir / "osd"

@@ -26,15 +26,10 @@ def test_a_record_says_what_was_measured_where_and_with_which_settings(tmp_path)
     assert len(run["date"]) == len("2026-01-31")
     assert found["tables"] == [
         {
-            "id": "fall-3-16-mm",
-            "title": "Fall, 3.16 mm",
-            "columns": ["mesh", "mm"],
-            "rows": [["cat", "1.0"]],
-            "notes": [],
-            "numbers": [[1.0, 0.0], [0.0, 1.0]],
-            "run": 0,
+            "id": "fall-3-16-mm", "title": "Fall, 3.16 mm", "columns": ["mesh", "mm"],
+            "rows": [["cat", "1.0"]], "notes": [], "numbers": [[1.0, 0.0], [0.0, 1.0]], "run": 0,
         }
-    ]
+    ]  # fmt: skip
 
 
 def measured(folder):

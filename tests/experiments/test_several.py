@@ -34,16 +34,12 @@ def test_the_gap_of_two_balls_is_that_of_their_centres(ball, overlap_m):
 
 
 # --- identity ------------------------------------------------------------------------------------------------
-
-
 def _said(poses, status=None, confidence=None):
     shape = poses.shape[:2]
     return Tracked(
-        poses,
-        np.full(shape, "ok", dtype="<U9") if status is None else status,
-        np.ones(shape) if confidence is None else confidence,
-        np.full(shape[0], 0.001),
-    )
+        poses, np.full(shape, "ok", dtype="<U9") if status is None else status,
+        np.ones(shape) if confidence is None else confidence, np.full(shape[0], 0.001),
+    )  # fmt: skip
 
 
 def test_a_swap_on_purpose_is_counted_and_nothing_else(ball):

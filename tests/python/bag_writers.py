@@ -21,11 +21,9 @@ TRANSFORM = "Transform"
 ROS_TYPES = {name: f"sensor_msgs/msg/{name}" for name in (IMAGE, COMPRESSED, INFO)}
 ROS_TYPES[TRANSFORM] = "tf2_msgs/msg/TFMessage"
 FOX_TYPES = {
-    IMAGE: "RawImage",
-    COMPRESSED: "CompressedImage",
-    INFO: "CameraCalibration",
+    IMAGE: "RawImage", COMPRESSED: "CompressedImage", INFO: "CameraCalibration",
     TRANSFORM: "FrameTransform",
-}
+}  # fmt: skip
 DEPTH_TOPIC, COLOR_TOPIC = "/camera/depth/image_raw", "/camera/color/image_raw"
 DEPTH_FRAME, COLOR_FRAME = "depth_optical", "color_optical"
 T0_NS = 1_700_000_000_123_456_789
@@ -53,13 +51,10 @@ class Message:
 def image(topic: str, stamp: int, frame_id: str, pixels: np.ndarray, encoding: str, **also: Any) -> Message:
     """`step` and `is_bigendian` may be given; `pixels` is then what these make of the image's bytes."""
     values = {
-        "height": pixels.shape[0],
-        "width": pixels.shape[1],
-        "encoding": encoding,
-        "is_bigendian": 0,
+        "height": pixels.shape[0], "width": pixels.shape[1], "encoding": encoding, "is_bigendian": 0,
         "step": pixels.nbytes // pixels.shape[0],
         "data": np.ascontiguousarray(pixels).view(np.uint8).ravel(),
-    }
+    }  # fmt: skip
     return Message(topic, IMAGE, stamp, frame_id, {**values, **also})
 
 
@@ -114,7 +109,6 @@ def millimetres(frame: st.Frame) -> np.ndarray:
 
 
 # -- Formats
-
 FORMATS = ("ros1", "ros1-lz4", "ros1-bz2", "db3", "db3-zstd", "ros2-mcap", "mcap-loose", "protobuf", "json")
 LAYOUTS = {"protobuf": "mcap", "json": "mcap", "ros2-mcap": "ros2", "mcap-loose": "ros2"}
 

@@ -108,11 +108,8 @@ def lines(results):
     for call, result in enumerate(results):
         for k, status in enumerate(result.status):
             numbers = [
-                *result.poses[k][:3].ravel(),
-                *result.twists[k],
-                result.confidence[k],
-                result.inliers[k],
-            ]
+                *result.poses[k][:3].ravel(), *result.twists[k], result.confidence[k], result.inliers[k],
+            ]  # fmt: skip
             yield (
                 f"{call} {result.index} {k} {status} {' '.join(f'{float(x):.17g}' for x in numbers)} "
                 f"{result.reason[k]}".rstrip()

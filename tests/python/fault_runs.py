@@ -17,26 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LOADED = [
-    "fault_runs",
-    "typer",
-    "pydantic.main",
-    "PIL.PngImagePlugin",
-    "cv2",
-    "av",
-    "matplotlib.pyplot",
-    "matplotlib.backends.backend_agg",
-    "scipy.optimize",
-    "scipy.spatial",
-    "scipy.signal",
-    "trimesh",
-    "sdftrack.cli.app",
-    "sdftrack.cli.track",
-    "sdftrack.viz",
-    "sdftrack.tracking",
-    "sdftrack.motion",
-    "sdftrack.evaluation",
-    "sdftrack.reconstruction",
-]
+    "fault_runs", "typer", "pydantic.main", "PIL.PngImagePlugin", "cv2", "av", "matplotlib.pyplot",
+    "matplotlib.backends.backend_agg", "scipy.optimize", "scipy.spatial", "scipy.signal", "trimesh",
+    "sdftrack.cli.app", "sdftrack.cli.track", "sdftrack.viz", "sdftrack.tracking", "sdftrack.motion",
+    "sdftrack.evaluation", "sdftrack.reconstruction",
+]  # fmt: skip
 WAIT_S = 120.0
 CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate")
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT

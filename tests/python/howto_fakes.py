@@ -49,13 +49,10 @@ def ros(frames, camera, published):
         return SimpleNamespace(header=None, pose=SimpleNamespace(pose=pose, covariance=None))
 
     contents = {
-        "rclpy": {"init": lambda: None, "spin": spin},
-        "rclpy.node": {"Node": Node},
-        "sensor_msgs": {},
-        "sensor_msgs.msg": {"CameraInfo": "CameraInfo", "Image": "Image"},
-        "geometry_msgs": {},
+        "rclpy": {"init": lambda: None, "spin": spin}, "rclpy.node": {"Node": Node}, "sensor_msgs": {},
+        "sensor_msgs.msg": {"CameraInfo": "CameraInfo", "Image": "Image"}, "geometry_msgs": {},
         "geometry_msgs.msg": {"PoseWithCovarianceStamped": pose_message},
-    }
+    }  # fmt: skip
     modules = {}
     for name, members in contents.items():
         modules[name] = ModuleType(name)

@@ -42,16 +42,10 @@ def results_of(*trajectories):
         out.append(
             st.TrackResult(
                 poses=np.array([t.poses[i] for t in trajectories]),
-                status=[st.Status(t.status[i]) for t in trajectories],
-                reason=[""] * m,
-                confidence=np.ones(m),
-                covariances=np.array([t.covariances[i] for t in trajectories]),
-                twists=np.full((m, 6), np.nan),
-                inliers=np.ones(m),
-                runner_up=np.full(m, np.nan),
-                energy=0.0,
-                seconds=0.01,
-                timestamp=float(time),
+                status=[st.Status(t.status[i]) for t in trajectories], reason=[""] * m,
+                confidence=np.ones(m), covariances=np.array([t.covariances[i] for t in trajectories]),
+                twists=np.full((m, 6), np.nan), inliers=np.ones(m), runner_up=np.full(m, np.nan),
+                energy=0.0, seconds=0.01, timestamp=float(time),
             )
-        )
+        )  # fmt: skip
     return out

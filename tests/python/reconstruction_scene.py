@@ -22,9 +22,7 @@ def body() -> st.SDF:
     return st.smooth_union(st.SDF.box((0.08, 0.05, 0.04), voxels=64), ball, rod, radius=0.01)
 
 
-def turning(
-    n: int, degrees: float, axis: tuple[float, float, float] = (0.2, 1.0, 0.1)
-) -> NDArray[np.float64]:
+def turning(n: int, degrees: float, axis: tuple[float, float, float] = (0.2, 1, 0.1)) -> NDArray[np.float64]:
     """(n, 4, 4) poses of a body that turns about an axis, `degrees` in all."""
     unit = np.array(axis) / np.linalg.norm(axis)
     angles = np.radians(degrees) * np.arange(n) / max(1, n - 1)
@@ -34,16 +32,9 @@ def turning(
 @functools.cache
 def sequence(n: int = 36, degrees: float = 108.0, noise: float = 0.001, occluder: Any = None) -> Any:
     return st.synth.sequence(
-        body(),
-        n,
-        turning(n, degrees),
-        noise,
-        occluder=occluder,
-        seed=4,
-        camera=CAMERA,
-        clutter="wall",
+        body(), n, turning(n, degrees), noise, occluder=occluder, seed=4, camera=CAMERA, clutter="wall",
         threads=1,
-    )
+    )  # fmt: skip
 
 
 def first_mask(seq: Any) -> NDArray[np.bool_]:

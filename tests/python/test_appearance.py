@@ -62,8 +62,6 @@ def random_counts(seed, pixels=3000, around=None, sd=30):
 
 
 # --- histograms
-
-
 def test_posteriors_and_overlap_of_pooled_histograms_are_those_of_the_twin():
     model = _core.ColorModel(0.7)
     shares = [c / c.sum() for c in (random_counts(0), random_counts(1))]
@@ -149,8 +147,6 @@ def test_colours_of_a_mask_are_those_inside_and_in_the_ring(shape, depth, color)
 
 
 # --- over the image
-
-
 def a_finger_over_an_object(rng, width=64, height=40, noise_m=0.001):
     """An upright object at 0.5 m, a finger that comes from 3 cm before it down onto it, some pixels left out."""
     v, u = np.mgrid[0:height, 0:width]
@@ -191,8 +187,6 @@ def test_what_lies_on_the_surface_beside_a_finger_in_front_is_doubted_and_no_oth
 
 
 # --- from depth to colour
-
-
 def rigs():
     T = geometry.pose([0.01, -0.03, 0.02], [0.025, -0.002, 0.004])
     lens = st.Camera(
@@ -260,8 +254,6 @@ def test_a_pixel_that_the_colour_camera_cannot_see_has_no_colour_evidence(shape)
 
 
 # --- penalties
-
-
 def twin_of(energy, likelihood):
     from test_energy import Twin
 

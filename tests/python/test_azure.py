@@ -156,13 +156,11 @@ SENSORS = {(640, 576): ((1024, 1024), (192, 180)), (320, 288): ((512, 512), (96,
 @pytest.mark.parametrize(
     ("size", "full", "crop"),
     [
-        ((1280, 720), (1280, 960), (0, 120)),
-        ((1920, 1080), (1920, 1440), (0, 180)),
-        ((2048, 1536), (2048, 1536), (0, 0)),
-        ((3840, 2160), (3840, 2880), (0, 360)),
+        ((1280, 720), (1280, 960), (0, 120)), ((1920, 1080), (1920, 1440), (0, 180)),
+        ((2048, 1536), (2048, 1536), (0, 0)), ((3840, 2160), (3840, 2880), (0, 360)),
         ((4096, 3072), (4096, 3072), (0, 0)),
     ],
-)
+)  # fmt: skip
 def test_the_cameras_are_crops_of_their_sensors_and_where_depth_lies_in_colour(depth_size, size, full, crop):
     values = calibration(depth_turn=st.geometry.exp([0.001, 0.002, 0.003, 0.01, 0.02, -0.01]))
     depth, color = values["CalibrationInformation"]["Cameras"]

@@ -7,16 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from bag_writers import (
-    COLOR_TOPIC,
-    DEPTH_FRAME,
-    DEPTH_TOPIC,
-    T0_NS,
-    compressed,
-    image,
-    info,
-    write,
-)
+from bag_writers import COLOR_TOPIC, DEPTH_FRAME, DEPTH_TOPIC, T0_NS, compressed, image, info, write
 
 import sdftrack as st
 from sdftrack.io.datasets.bags.pictures import decode_rvl
@@ -85,14 +76,11 @@ def test_big_endian_and_padded_rows(tmp_path, encoding):
 @pytest.mark.parametrize(
     ("encoding", "pixels"),
     [
-        ("rgb8", RGB),
-        ("bgr8", RGB[..., ::-1]),
-        ("8UC3", RGB[..., ::-1]),
-        ("rgba8", np.dstack([RGB, RGB[..., 0]])),
-        ("bgra8", np.dstack([RGB[..., ::-1], RGB[..., 0]])),
+        ("rgb8", RGB), ("bgr8", RGB[..., ::-1]), ("8UC3", RGB[..., ::-1]),
+        ("rgba8", np.dstack([RGB, RGB[..., 0]])), ("bgra8", np.dstack([RGB[..., ::-1], RGB[..., 0]])),
         ("mono8", RGB[..., 0]),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("kind", ["ros1", "ros2-mcap", "protobuf"])
 def test_raw_colour(tmp_path, encoding, pixels, kind):
     message = image(COLOR_TOPIC, T0_NS, DEPTH_FRAME, pixels, encoding)
@@ -116,9 +104,8 @@ def test_yuv_images(tmp_path, encoding):
     """A plain green: Y 145, U 54, V 34 in the standard's narrow range."""
     cell = [54, 145, 34, 145] if encoding in ("yuv422", "uyvy") else [145, 54, 145, 34]
     pixels = np.tile(np.array(cell, np.uint8), (CAMERA.height, CAMERA.width // 2)).reshape(*CAMERA.shape, 2)
-    frame = opened(
-        tmp_path, [depth_image(), image(COLOR_TOPIC, T0_NS, DEPTH_FRAME, pixels, encoding)], "ros1"
-    )
+    message = image(COLOR_TOPIC, T0_NS, DEPTH_FRAME, pixels, encoding)
+    frame = opened(tmp_path, [depth_image(), message], "ros1")
     assert np.abs(frame.color.astype(int) - [0, 255, 1]).max() <= 2
 
 
@@ -143,9 +130,8 @@ def test_colour_as_jpeg(tmp_path):
     data = jpeg(smooth[..., ::-1])
     message = compressed(f"{COLOR_TOPIC}/compressed", T0_NS, DEPTH_FRAME, data, "rgb8; jpeg compressed bgr8")
     frame = opened(tmp_path, [depth_image(), message])
-    assert (
-        np.abs(frame.color.astype(int) - smooth).mean() < 3
-    )  # as exact as JPEG is; red and blue not swapped
+    # as exact as JPEG is; red and blue not swapped
+    assert np.abs(frame.color.astype(int) - smooth).mean() < 3
 
 
 def header(a: float = 0.0, b: float = 0.0) -> bytes:
@@ -194,13 +180,11 @@ def rvl(units: np.ndarray) -> bytes:
 @pytest.mark.parametrize(
     ("encoding", "text", "encoded"),
     [
-        ("16UC1", "16UC1; compressedDepth", png),
-        ("16UC1", "16UC1; compressedDepth png", png),
-        ("32FC1", "32FC1; compressedDepth png", png),
-        ("16UC1", "16UC1; compressedDepth rvl", rvl),
+        ("16UC1", "16UC1; compressedDepth", png), ("16UC1", "16UC1; compressedDepth png", png),
+        ("32FC1", "32FC1; compressedDepth png", png), ("16UC1", "16UC1; compressedDepth rvl", rvl),
         ("32FC1", "32FC1; compressedDepth rvl", rvl),
     ],
-)
+)  # fmt: skip
 def test_compressed_depth(tmp_path, encoding, text, encoded):
     start, units = (header(), UNITS) if encoding == "16UC1" else quantised(METRES)
     message = depth_file(start + encoded(units), text, f"{DEPTH_TOPIC}/compressedDepth")

@@ -29,11 +29,9 @@ class TestMap:
     def test_outcomes_are_in_the_order_of_the_items_and_an_error_is_one(self):
         seen = []
         found = batch.map(
-            functions.refuses_three,
-            [5, 3, 4],
-            jobs=2,
+            functions.refuses_three, [5, 3, 4], jobs=2,
             progress=lambda done, total: seen.append((done, total)),
-        )
+        )  # fmt: skip
         assert [o.value for o in found] == [5, None, 4]
         assert found[1].error.args == ("expected another number than 3",)
         assert seen == [(1, 3), (2, 3), (3, 3)]

@@ -85,12 +85,9 @@ def test_vsd_measures_along_the_ray_and_needs_no_hidden_part():
 
 def test_average_recall_is_the_mean_over_thresholds():
     ar = metrics.average_recall(
-        vsd_errors=[[0.0] * 10, [0.26] * 10],
-        mssd_errors=[0.0, 0.0249, np.nan, np.inf],
-        mspd_errors=[0.0, 12.0],
-        diameter=0.1,
-        width=1280,
-    )
+        vsd_errors=[[0.0] * 10, [0.26] * 10], mssd_errors=[0.0, 0.0249, np.nan, np.inf],
+        mspd_errors=[0.0, 12.0], diameter=0.1, width=1280,
+    )  # fmt: skip
     assert ar["AR_VSD"] == pytest.approx((1 + 0.5) / 2)  # below 0.3, 0.35, ..., 0.5
     assert ar["AR_MSSD"] == pytest.approx((1 + 0.6) / 4)  # below 25 mm, 30 mm, ..., 50 mm
     assert ar["AR_MSPD"] == pytest.approx((1 + 0.9) / 2)  # 10 px, 20 px, ...

@@ -138,9 +138,8 @@ def bent(x, y, modified):
     r2 = x * x + y * y
     radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
     a, b = (x * radial, y * radial) if modified else (x, y)
-    return x * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a), y * radial + 2 * p2 * a * b + p1 * (
-        r2 + 2 * b * b
-    )
+    u = x * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
+    return u, y * radial + 2 * p2 * a * b + p1 * (r2 + 2 * b * b)
 
 
 def test_inverse_brown_conrady_undistorts():
@@ -253,14 +252,11 @@ def test_intrinsics_of_another_image_size_are_told_with_that_size(values, size, 
 
 def test_real_cameras_and_crops_are_not_doubted():
     real = [
-        (592.8, 596.1, 321.2, 236.4, 640, 480),
-        (319.6, 417.1, 320.2, 244.3, 640, 480),
-        (1066.8, 1067.5, 313.0, 241.3, 640, 480),
-        (1076.7, 1075.9, 365.0, 289.1, 720, 540),
-        (1075.7, 1073.9, 181.1, 210.9, 400, 400),
-        (425.2, 425.2, 424.9, 237.4, 848, 480),
+        (592.8, 596.1, 321.2, 236.4, 640, 480), (319.6, 417.1, 320.2, 244.3, 640, 480),
+        (1066.8, 1067.5, 313.0, 241.3, 640, 480), (1076.7, 1075.9, 365.0, 289.1, 720, 540),
+        (1075.7, 1073.9, 181.1, 210.9, 400, 400), (425.2, 425.2, 424.9, 237.4, 848, 480),
         (504.6, 504.6, 322.6, 337.9, 640, 576),
-    ]
+    ]  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for fx, fy, cx, cy, w, h in real:

@@ -46,22 +46,12 @@ def test_every_command_explains_itself_and_takes_the_common_options(command, cap
 
 # Enough to reach the check of the common options; none of the paths exists.
 REACH = {
-    "track": ["seq", "--model", "m.ply"],
-    "reconstruct": ["seq"],
-    "fit": ["seq"],
-    "superpixels": ["image.png"],
-    "contour": ["seq", "--box", "1,1,2,2"],
-    "evaluate": ["dir", "seq"],
-    "convert": ["seq"],
-    "record": ["replay:seq"],
-    "live": ["--reconstruct", "--camera", "replay:seq"],
-    "motion": ["result"],
-    "batch": ["plan.toml"],
-    "calibrate intrinsics": ["seq", "--model", "m.ply"],
-    "view": ["seq"],
-    "calibrate depth": ["seq"],
-    "calibrate color": ["seq", "--ball-radius", "0.03"],
-}
+    "track": ["seq", "--model", "m.ply"], "reconstruct": ["seq"], "fit": ["seq"],
+    "superpixels": ["image.png"], "contour": ["seq", "--box", "1,1,2,2"], "evaluate": ["dir", "seq"],
+    "convert": ["seq"], "record": ["replay:seq"], "live": ["--reconstruct", "--camera", "replay:seq"],
+    "motion": ["result"], "batch": ["plan.toml"], "calibrate intrinsics": ["seq", "--model", "m.ply"],
+    "view": ["seq"], "calibrate depth": ["seq"], "calibrate color": ["seq", "--ball-radius", "0.03"],
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -129,9 +129,8 @@ class TestWholeRun:
 
     def test_the_results_are_those_of_the_command_alone(self, batch, made, tmp_path):
         line = ["track", str(made / "recordings" / "run_1"), "--model", str(made / "box.ply"), "--unit", "m"]
-        assert (
-            run([*line, *f"--voxels 24 --no-video --threads 1 --quiet --out {tmp_path / 'r'}".split()]) == 0
-        )
+        more = f"--voxels 24 --no-video --threads 1 --quiet --out {tmp_path / 'r'}".split()
+        assert run([*line, *more]) == 0
         alone, own = files_of(tmp_path / "r"), files_of(batch[0] / "track" / "run_1" / "voxels=24")
         assert alone.keys() == own.keys()
         assert alone == own
@@ -233,9 +232,7 @@ class TestPlan:
         assert items[0].words == [*models, "--mode", "depth", "--threads", "1"]
         assert len({i.digest for i in items}) == 4
 
-    def test_paths_are_those_beside_the_plan_and_threads_are_no_part_of_what_results_depend_on(
-        self, tmp_path
-    ):
+    def test_paths_are_those_beside_the_plan_and_no_result_depends_on_threads(self, tmp_path):
         one, two = (self.read(tmp_path, self.job(threads=n, no_video=True, outline=False))[0] for n in (1, 2))
         model = ["--model", str(tmp_path / "m.ply"), "--no-video", "--no-outline"]
         assert (one.source, one.options) == (str(tmp_path / "recordings" / "a"), model)

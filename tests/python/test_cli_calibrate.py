@@ -103,8 +103,6 @@ def test_an_object_that_is_nowhere_is_an_error_that_speaks_of_init(model, tmp_pa
 
 
 # --- the residuals behind the third picture
-
-
 def test_points_of_a_skewed_lens_are_those_of_the_twin():
     camera = dataclasses.replace(TRUTH, distortion=(0.1, -0.06, 0.0, 0.0))
     depth = np.full(camera.shape, 0.8, np.float32)

@@ -101,9 +101,8 @@ def spoilt(scene, tmp_path, spoil):
 )
 def test_a_bad_frame_is_told_of_and_the_track_goes_on(scene, tmp_path, spoil, told):
     out = tmp_path / "out"
-    frames = contour(scene, out, "--masks", scene[0] / "mask", source=spoilt(scene, tmp_path, spoil))[
-        "frames"
-    ]
+    source = spoilt(scene, tmp_path, spoil)
+    frames = contour(scene, out, "--masks", scene[0] / "mask", source=source)["frames"]
     assert [f["status"] for f in frames] == ["ok", "ok", "ok", "bad_frame", "ok", "ok"]
     assert told in frames[3]["reason"]
     assert frames[3]["iou"] == 0

@@ -149,9 +149,8 @@ def test_a_box_starts_an_object_and_a_pause_holds_it(scene, page, tmp_path):
 
 
 def test_the_user_records_and_saves(scene, page, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        live_files, "WAITING", FRAMES
-    )  # as fast as the page takes frames, the disk may not follow
+    # as fast as the page takes frames, the disk may not follow
+    monkeypatch.setattr(live_files, "WAITING", FRAMES)
     made = page({5: [Record(True)], 15: [Record(False), Save()], 20: [Record(True)]})
     out = tmp_path / "out"
     assert live(scene, out) == 0
@@ -159,9 +158,8 @@ def test_the_user_records_and_saves(scene, page, tmp_path, monkeypatch):
     assert len(first) == 10
     shown = [frame for frame, _, _ in made.shown]
     for a, b in zip(first, shown[5:15], strict=True):
-        assert (
-            np.abs(a.depth - b.depth).max() <= 0.00005 + 1e-6
-        )  # half a unit: the synthetic depth is no sensor's
+        # half a unit: the synthetic depth is no sensor's
+        assert np.abs(a.depth - b.depth).max() <= 0.00005 + 1e-6
         np.testing.assert_array_equal(a.color, b.color)
         assert a.timestamp == b.timestamp
     assert len(second) == len(shown) - 20  # ended with the command

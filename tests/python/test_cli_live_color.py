@@ -126,8 +126,6 @@ def scores(out, silhouettes, first=0):
 
 
 # -- outlines
-
-
 def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
     webcam, scene, silhouettes, tmp_path, capsys
 ):
@@ -152,12 +150,9 @@ def test_the_outline_in_a_webcams_images_is_written_as_by_contour(
 def test_a_box_on_the_page_starts_the_outline_and_starts_it_again(webcam, silhouettes, page, tmp_path):
     nowhere = [Box(0, 400.0, 10.0, 20.0, 20.0)]
     does = {
-        3: [Click(0, 100.0, 100.0)],
-        5: [Box(0, *box_of(silhouettes[5]))],
-        15: nowhere,
-        20: [Box(0, *box_of(silhouettes[20]))],
-        22: [Save(), Record(True)],
-    }
+        3: [Click(0, 100.0, 100.0)], 5: [Box(0, *box_of(silhouettes[5]))], 15: nowhere,
+        20: [Box(0, *box_of(silhouettes[20]))], 22: [Save(), Record(True)],
+    }  # fmt: skip
     made = page(does)
     out = tmp_path / "out"
     assert contour(out, "--init", "view") == 0
@@ -203,8 +198,6 @@ def test_a_camera_without_colour_is_refused_in_one_line(scene, rgbd, tmp_path, c
 
 
 # -- known shapes
-
-
 def check_poses(scene, out):
     """Poses are those of some frame: the camera's times do not tell which. By colour alone they are never "ok"."""
     metres, radians = [], []

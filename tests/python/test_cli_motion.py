@@ -78,8 +78,6 @@ def read(path):
 
 
 # -- Files
-
-
 def test_the_files_are_those_that_the_help_names(measured):
     exports = {f"trajectory{end}" for end in (".c3d", ".sto", "_position.sto", ".trc", ".csv")}
     assert {p.name for p in measured.iterdir()} == FILES | exports
@@ -120,8 +118,6 @@ def test_a_gap_has_only_times_in_the_smoothed_movement(command, tmp_path):
 
 
 # -- Which poses
-
-
 def test_a_result_folder_is_measured(command, tmp_path):
     trajectory = cup()
     folder = write_folder(tmp_path / "result", results_of(trajectory), trajectory.times_s)
@@ -147,12 +143,8 @@ def test_options_reach_the_analysis(command, tmp_path):
     words = {"--by": "rotation", "--axis": "0,-1,0", "--max-gap": "1", "--cues": "0.6,3.5", "--up": "0,-1,0"}
     settings = command("monday.csv", *(word for pair in words.items() for word in pair))["settings"]
     wanted = {
-        "by": "rotation",
-        "axis_obj": [0, -1, 0],
-        "max_gap_s": 1,
-        "cues_s": [0.6, 3.5],
-        "up": [[0, -1, 0]],
-    }
+        "by": "rotation", "axis_obj": [0, -1, 0], "max_gap_s": 1, "cues_s": [0.6, 3.5], "up": [[0, -1, 0]],
+    }  # fmt: skip
     assert {name: settings[name] for name in wanted} == wanted
     lengths = [
         objects(command("monday.csv", "--point", p, "--measures", "path_length"))[0]["averages"][0]["value"]
@@ -162,8 +154,6 @@ def test_options_reach_the_analysis(command, tmp_path):
 
 
 # -- Two objects
-
-
 def test_two_objects_of_different_length_are_compared_in_their_common_time(command, tmp_path):
     short = cup(name="right", seed=3).part(slice(0, 200))
     motion.save(tmp_path / "short.csv", [cup(name="left"), short])
@@ -175,8 +165,6 @@ def test_two_objects_of_different_length_are_compared_in_their_common_time(comma
 
 
 # -- What is measured
-
-
 def test_corrected_repetitions_are_measured_instead(command, tmp_path):
     command("monday.csv")
     path = tmp_path / "out" / "repetitions.json"
@@ -232,8 +220,6 @@ def test_a_zone_that_is_never_entered_is_told_with_the_nearest_distance(command,
 
 
 # -- Sessions
-
-
 def test_sessions_are_compared_in_their_order_and_by_their_names(command, tmp_path):
     content = command(["monday.csv", "friday.csv"], "--session", "12 May", "--session", "2 June")
     assert [s["name"] for s in content["sessions"]] == ["12 May", "2 June"]
@@ -246,8 +232,6 @@ def test_sessions_are_compared_in_their_order_and_by_their_names(command, tmp_pa
 
 
 # -- The table
-
-
 @pytest.fixture
 def on_a_table(tmp_path):
     """A result folder whose report names a recording with a table."""
@@ -277,8 +261,6 @@ def test_without_its_recording_the_table_cannot_be_found(command, on_a_table, re
 
 
 # -- Recordings that cannot be measured
-
-
 def test_an_object_that_is_lost_throughout_exits_with_3(command, tmp_path):
     lost = results_of(cup())
     for r in lost:

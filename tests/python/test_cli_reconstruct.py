@@ -125,9 +125,8 @@ def test_evaluate_compares_them_in_the_frame_of_the_mesh(recording, whole, tmp_p
     _, found = poses_of(whole)
     metres = np.linalg.norm((found @ np.linalg.solve(found[0], POSES[0]) - POSES)[:, :3, 3], axis=1)
     assert scores["translation_mm"]["max"] == pytest.approx(1e3 * metres.max(), rel=1e-3)
-    assert (
-        scores["translation_mm"]["max"] < 2e3 * MAX_ERROR_M
-    )  # of the duck's own origin, 0.1 m from the ball's
+    # of the duck's own origin, 0.1 m from the ball's
+    assert scores["translation_mm"]["max"] < 2e3 * MAX_ERROR_M
 
 
 def test_the_report_says_how_far_the_shape_may_be_trusted(whole):

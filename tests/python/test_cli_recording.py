@@ -27,12 +27,11 @@ def sensor_sequence(n=6, units_per_m=1000, seed=0):
     frames = [
         st.Frame(
             rng.integers(0, 4 * units_per_m, CAMERA.shape).astype(np.uint16),
-            rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8),
-            timestamp=100 + i / 30,
+            rng.integers(0, 256, (*CAMERA.shape, 3), np.uint8), timestamp=100 + i / 30,
             depth_scale=1 / units_per_m,
         )
         for i in range(n)
-    ]
+    ]  # fmt: skip
     poses = np.stack([st.geometry.pose(rng.uniform(-1, 1, 3), rng.uniform(-2, 2, 3)) for _ in range(n)])
     return st.Sequence(frames, CAMERA, poses, {1: CUBE})
 
@@ -54,14 +53,11 @@ def same(a, b):
 WAYS = [
     (there, back, units_per_m)
     for units_per_m, fit in (
-        (1000, LAYOUTS),
-        (5000, ["bop", "tum", "mcap"]),
-        (10_000, ["bop", "mcap"]),
-        (4000, ["bop", "mcap"]),
+        (1000, LAYOUTS), (5000, ["bop", "tum", "mcap"]), (10_000, ["bop", "mcap"]), (4000, ["bop", "mcap"]),
     )
     for there in fit
     for back in fit
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("there", "back", "units_per_m"), WAYS)
@@ -79,13 +75,8 @@ def test_metres_do_not_depend_on_the_unit_of_the_file():
     """The nearest float32 to a distance, by any unit of sensors that divides it."""
     mm = np.arange(1, 6500, dtype=np.uint16).reshape(1, -1)
     nearest = (np.arange(1, 6500) / 1000).astype(np.float32).reshape(1, -1)
-    for factor, scale in (
-        (1, 0.001),
-        (1, float(np.float32(0.001))),
-        (10, 0.0001),
-        (5, 1 / 5000),
-        (10, 0.1 * 1e-3),
-    ):
+    scales = ((1, 0.001), (1, float(np.float32(0.001))), (10, 0.0001), (5, 1 / 5000), (10, 0.1 * 1e-3))
+    for factor, scale in scales:
         depth = st.Frame(mm * np.uint16(factor), depth_scale=scale, check_units=False).depth
         np.testing.assert_array_equal(depth, nearest)
     odd = st.Frame(mm, depth_scale=0.00123, check_units=False).depth  # no whole number of units per metre
@@ -196,9 +187,8 @@ def test_record_stores_every_frame_of_a_camera(tmp_path, capsys):
     assert [f.depth.tobytes() for f in read] == [f.depth.tobytes() for f in seq]
     steps = np.diff([f.timestamp for f in read])
     assert np.median(steps) == pytest.approx(0.01, abs=0.005)
-    assert (
-        run(["record", f"replay:{tmp_path / '0'}", "--frames", "4", "--out", str(tmp_path / "2"), "-q"]) == 0
-    )
+    some = ["--frames", "4", "--out", str(tmp_path / "2"), "-q"]
+    assert run(["record", f"replay:{tmp_path / '0'}", *some]) == 0
     assert len(st.open_sequence(tmp_path / "2")) == 4
 
 
@@ -257,12 +247,9 @@ def test_other_programs_read_the_recording(tmp_path):
     st.save_sequence(tmp_path / "s", sensor_sequence(4), layout="mcap")
     with AnyReader([tmp_path / "s"]) as reader:
         assert {c.topic: c.msgcount for c in reader.connections} == {
-            "/camera/depth/image_raw": 4,
-            "/camera/depth/camera_info": 4,
-            "/camera/color/image_raw/compressed": 4,
-            "/camera/color/camera_info": 4,
-            "/ground_truth": 4,
-        }
+            "/camera/depth/image_raw": 4, "/camera/depth/camera_info": 4,
+            "/camera/color/image_raw/compressed": 4, "/camera/color/camera_info": 4, "/ground_truth": 4,
+        }  # fmt: skip
         connection, _, data = next(m for m in reader.messages() if m[0].topic == "/camera/depth/image_raw")
         image = reader.deserialize(data, connection.msgtype)
     assert image.encoding == "16UC1"

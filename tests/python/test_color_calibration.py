@@ -124,12 +124,10 @@ class _Path:
 @pytest.mark.parametrize(
     ("spread", "message"),
     [
-        ((0.25, 0.15, 0.0), "at one depth"),
-        ((0.25, 0.0, 0.15), "in one plane"),
-        ((0.25, 0.0, 0.0), "on a line"),
-        ((0.0, 0.0, 0.0), "hardly moves"),
+        ((0.25, 0.15, 0.0), "at one depth"), ((0.25, 0.0, 0.15), "in one plane"),
+        ((0.25, 0.0, 0.0), "on a line"), ((0.0, 0.0, 0.0), "hardly moves"),
     ],
-)
+)  # fmt: skip
 def test_a_path_that_fixes_nothing_is_named(spread, message):
     with pytest.raises(ValueError, match=message):
         st.calibrate_color_to_depth(only(_Path(spread)), DEPTH, RADIUS_M, (225, 60, 30))

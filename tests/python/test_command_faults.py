@@ -62,9 +62,8 @@ def test_a_killed_command_leaves_whole_files_and_hinders_no_other(
     same = {path for path in wanted if wanted[path].read_bytes() == found[path].read_bytes()}
     assert same or name == "live"
     cut = [path for path, data in left if path in same and data != wanted[path].read_bytes()]
-    assert (
-        cut == [] or command.improves or command.grows
-    )  # a shorter recording, which check_readable has read
+    # a shorter recording, which check_readable has read
+    assert cut == [] or command.improves or command.grows
 
 
 @pytest.mark.parametrize("at", CHANGES)

@@ -126,10 +126,8 @@ def beside_its_own_colours(share, seed=0):
     alike = np.arctan2(y - 90, x - 120) < np.pi * (2 * share - 1)
     clean = np.where((mask | alike)[..., None], [110, 108, 100], [60, 130, 70])
     rng = np.random.default_rng(seed)
-    grain = [
-        cv2.GaussianBlur(rng.normal(0, 1, (*mask.shape, 3)), (0, 0), 1.5) * 30 for _ in range(4)
-    ]  # a texture
-    return mask, [np.clip(clean + g, 0, 255).astype(np.uint8) for g in grain]
+    textures = [cv2.GaussianBlur(rng.normal(0, 1, (*mask.shape, 3)), (0, 0), 1.5) * 30 for _ in range(4)]
+    return mask, [np.clip(clean + t, 0, 255).astype(np.uint8) for t in textures]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])

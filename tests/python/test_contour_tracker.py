@@ -25,9 +25,8 @@ def picture(shape, size=(120, 90), soft=1.0):
     """A shape's signed distance drawn with a smooth rim, red on grey."""
     y, x = np.mgrid[: size[1], : size[0]].astype(float)
     cover = np.clip(0.5 - shape(x, y) / soft, 0, 1)[..., None]
-    return np.round(cover * [200, 60, 40] + (1 - cover) * [90, 100, 110]).astype(np.uint8), cover[
-        ..., 0
-    ] > 0.5
+    image = np.round(cover * [200, 60, 40] + (1 - cover) * [90, 100, 110]).astype(np.uint8)
+    return image, cover[..., 0] > 0.5
 
 
 def disc(cx, cy, radius):
@@ -60,9 +59,7 @@ def middle_and_radius(result):
 
 @pytest.mark.parametrize("warp", ["similarity", "affine"])
 @pytest.mark.parametrize(("options", "radius_px"), [({}, SOFT_RADIUS_PX), (SHARP, FOUND_PX)])
-@pytest.mark.parametrize(
-    "to", [(60.0, 45.0, 20.0), (63.4, 41.7, 20.0), (60.0, 45.0, 23.0), (66.2, 47.5, 18.0)]
-)
+@pytest.mark.parametrize("to", [(60, 45, 20), (63.4, 41.7, 20), (60, 45, 23), (66.2, 47.5, 18)])
 def test_a_disc_that_moves_and_grows_is_found(warp, to, options, radius_px):
     first, mask = picture(disc(60, 45, 20))
     tracker = st.contour.ContourTracker(warp, **options)
@@ -121,9 +118,8 @@ KEPT_IOU = 0.97  # of the disc that moves, whatever the grid does; measured 0.98
 
 def test_the_grid_follows_a_shape_that_wanders_off_its_middle():
     tracker = st.contour.ContourTracker(registration_steps=0, reach=0, max_cells=64)
-    start = tracker.start(
-        *picture(disc(60, 60, 20), (180, 120))[:1], mask=picture(disc(60, 60, 20), (180, 120))[1]
-    )
+    image, mask = picture(disc(60, 60, 20), (180, 120))
+    start = tracker.start(image, mask=mask)
     cells = (start.phi < 0).sum()
     for k in range(1, DRIFT + 1):
         image, there = picture(disc(60 + k, 60, 20 + 0.2 * k), (180, 120))

@@ -49,14 +49,9 @@ def test_bop_holds_several_objects_masks_and_cameras(tmp_path):
     frames = [_frame(0), _frame(1, camera=half)]
     truth = {0: {0: _pose(0), 1: _pose(0, 1)}, 1: {1: _pose(1, 1)}}
     whole = st.Sequence(
-        frames,
-        CAMERA,
-        truth,
-        {7: CUBE},
-        objects=[7, 7],
-        ids=[4, 9],
+        frames, CAMERA, truth, {7: CUBE}, objects=[7, 7], ids=[4, 9],
         masks=lambda i: masks if i == 0 else {1: masks[1]},
-    )
+    )  # fmt: skip
     st.save_sequence(tmp_path / "s", whole)
     seq = st.open_sequence(tmp_path / "s")
     assert seq.objects == [7, 7]
@@ -434,8 +429,6 @@ def test_redwood_files_are_paired_in_order(tmp_path):
 
 
 # Frames that a layout cannot tell apart
-
-
 @pytest.mark.parametrize("ids", [[4, 4, 5], [4, 6, 5], [-1, 0, 1]], ids=str)
 def test_numbers_that_name_one_file_twice_are_refused(tmp_path, ids):
     seq = st.Sequence([_frame(i) for i in range(3)], CAMERA, ids=ids)
@@ -461,14 +454,10 @@ def test_times_that_name_one_file_twice_are_refused(tmp_path, times):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("cam_t_m2c", [700.0]),
-        ("cam_t_m2c", 700.0),
-        ("obj_id", 7.9),
-        ("obj_id", True),
-        ("obj_id", float("nan")),
-        ("instance", 0.5),
+        ("cam_t_m2c", [700.0]), ("cam_t_m2c", 700.0), ("obj_id", 7.9), ("obj_id", True),
+        ("obj_id", float("nan")), ("instance", 0.5),
     ],
-)
+)  # fmt: skip
 def test_numbers_of_a_pose_are_neither_spread_nor_rounded(tmp_path, key, value):
     st.save_sequence(tmp_path / "s", _sequence(1))
     path = tmp_path / "s" / "scene_gt.json"

@@ -111,8 +111,6 @@ def assert_same_model(core, reference):
 
 
 # --- against the twin
-
-
 def test_which_rays_meet_the_model_agrees_with_the_twin(shape, frame):
     energy = make_energy(shape, frame, "ray_hit")
     same = Twin(energy)
@@ -188,8 +186,6 @@ def test_noise_that_grows_with_depth_scales_each_pixels_density(shape, frame):
 
 
 # --- derivatives
-
-
 @pytest.mark.parametrize("residual", RESIDUALS)
 @pytest.mark.parametrize("unknowns", UNKNOWNS, ids=["pose", "scale", "intrinsics"])
 def test_the_gradient_is_the_slope_of_the_cost_by_every_unknown(shape, frame, residual, unknowns):
@@ -223,8 +219,6 @@ def test_the_cost_is_a_function_of_the_state_alone(energy):
 
 
 # --- minimised, where the answer is known
-
-
 def off_by(T, metres=0.005, degrees=3.0):
     axis = np.array([0.5, -0.7, 0.5])
     moved = geometry.pose(np.radians(degrees) * axis / np.linalg.norm(axis)) @ T
@@ -297,8 +291,6 @@ def test_size_is_recovered(shape):
 
 
 # --- back-projection
-
-
 def test_back_project_is_depth_times_the_inverse_camera_matrix():
     depth = np.random.default_rng(2).uniform(0.3, 2, (60, 80)).astype(np.float32)
     depth[::3, ::2] = 0
@@ -311,8 +303,6 @@ def test_back_project_is_depth_times_the_inverse_camera_matrix():
 
 
 # --- what an energy is of
-
-
 def test_a_state_far_off_costs_more_but_is_no_error(shape, frame):
     energy = make_energy(shape, frame, "ray_hit", ("pose", "scale"))
     for scale in (1e-30, 1e30):

@@ -77,18 +77,15 @@ def stream(address):
     ("use", "package", "extra"),
     [
         (stream("ws://localhost:0"), "websockets", "stream"),
-        (stream("osc://localhost:9"), "pythonosc", "stream"),
-        (stream("mcap:poses.mcap"), "mcap", "bags"),
-        (stream("mcap:poses.mcap"), "rosbags", "bags"),
-        (stream("foxglove:"), "foxglove", "foxglove"),
-        (stream("foxglove:"), "foxglove.websocket", "foxglove"),
-        (stream("foxglove:"), "rosbags", "bags"),
+        (stream("osc://localhost:9"), "pythonosc", "stream"), (stream("mcap:poses.mcap"), "mcap", "bags"),
+        (stream("mcap:poses.mcap"), "rosbags", "bags"), (stream("foxglove:"), "foxglove", "foxglove"),
+        (stream("foxglove:"), "foxglove.websocket", "foxglove"), (stream("foxglove:"), "rosbags", "bags"),
         (lambda: Viewer(st.SDF.sphere(0.1, voxels=16), CAMERA, port=0), "viser", "viewer"),
         (lambda: open_camera("realsense:"), "pyrealsense2", "realsense"),
         (lambda: st.motion.save("a.c3d", trajectory()), "ezc3d", "motion"),
         (lambda: st.motion.load(C3D), "ezc3d", "motion"),
     ],
-)
+)  # fmt: skip
 def test_a_missing_extra_is_an_import_error_with_the_pip_line(use, package, extra, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, package, None)

@@ -35,8 +35,6 @@ def cube(low_x, n=16):
 
 
 # Meshes and volumes
-
-
 def test_a_mesh_with_a_coordinate_of_next_to_nothing_is_seen_and_has_a_volume_as_one_with_0():
     T = st.geometry.pose([0, 1.2, 0], [0, 0, 0.5])
     one, other = (st.Mesh(*cube(x)).raycast(CAMERA, T)[0] for x in (TINY, 0.0))
@@ -64,8 +62,6 @@ def test_a_volume_at_any_distance_is_rendered(depth_m):
 
 
 # Readings and poses
-
-
 @pytest.mark.parametrize("tiny_m", [3e-7, 9e-9, 1e-12, 1e-30, 1e-44])
 @pytest.mark.parametrize("focal_px", [110, 260, 1668])
 def test_a_first_reading_of_next_to_nothing_does_not_hide_the_object(focal_px, tiny_m):

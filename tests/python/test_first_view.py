@@ -45,8 +45,6 @@ def off_truth(star, results, seq):
 
 
 # --- where the object can be
-
-
 def test_the_room_is_above_the_table_and_behind_what_the_first_frame_leaves_on_each_ray():
     rng = np.random.default_rng(0)
     T = st.geometry.pose([0.2, -0.3, 0.1], [0.01, 0.02, 0.5])
@@ -93,8 +91,6 @@ def test_a_piece_of_the_table_is_no_object(scene, where):
 
 
 # --- whole reconstructions
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("taken_up_at", [None, 8])
 @pytest.mark.parametrize("mode", ["depth", "rgbd"])
@@ -123,8 +119,6 @@ def test_a_box_around_an_object_on_a_table_takes_the_object(scene):
 
 
 # --- solid inside
-
-
 def hollow_box():
     """phi and weight of a shell whose outside was seen, and nothing of what lies deep in it."""
     phi = np.full((40, 40, 40), 2.0, np.float32)
@@ -178,8 +172,6 @@ def test_the_seen_part_of_a_mesh_has_nothing_that_is_guessed(scene):
 
 
 # --- refine
-
-
 def test_a_refinement_that_explains_the_frames_worse_is_not_taken(scene, monkeypatch):
     star, _ = begun(8, scene, voxels=VOXELS)
     shape, poses = star.shape.values.copy(), [k.T_cam_obj.copy() for k in star._kept]

@@ -10,16 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from test_streams import (
-    CAMERA,
-    NAMES,
-    ROUNDING,
-    SEND_S,
-    frame,
-    median_of_send,
-    numbers_of,
-    result,
-)
+from test_streams import CAMERA, NAMES, ROUNDING, SEND_S, frame, median_of_send, numbers_of, result
 from viewer_scene import wait_until
 
 import sdftrack as st

@@ -74,16 +74,11 @@ MANY, FEW = (2, (4000, 1, 5999), 30.0), (3, (300, 200), 2.0)
 @pytest.mark.parametrize(
     ("n_in", "of", "options"),
     [
-        (1, MANY, {}),
-        (2, MANY, {"w_prune": 0.6}),
-        (2, MANY, {"diagonal": True}),
-        (3, MANY, {"penalty": 1e-4}),
-        (3, MANY, {"update_D": False}),
-        (6, FEW, {"diagonal": True}),
-        (6, FEW, {"add_threshold": 0.95, "w_prune": 0.5}),
-        (6, FEW, {"penalty": 1e-3}),
+        (1, MANY, {}), (2, MANY, {"w_prune": 0.6}), (2, MANY, {"diagonal": True}),
+        (3, MANY, {"penalty": 1e-4}), (3, MANY, {"update_D": False}), (6, FEW, {"diagonal": True}),
+        (6, FEW, {"add_threshold": 0.95, "w_prune": 0.5}), (6, FEW, {"penalty": 1e-3}),
     ],
-)
+)  # fmt: skip
 def test_updates_on_the_gpu_give_the_bits_of_the_cpu(n_in, of, options):
     outputs, parts, init_D = of
     cpu, gpu, x, _ = both_learn(n_in, outputs, parts, init_D=init_D, **options)
@@ -108,8 +103,6 @@ def test_a_model_learnt_on_the_gpu_goes_on_on_the_cpu(tmp_path):
 
 
 # -- a whole reconstruction
-
-
 VOXELS, FRAMES = 48, 5
 POSE_ATOL = 1e-4  # m and rad: sums in another order, frame after frame
 BAND_VOXELS, SHAPE_ATOL_VOXELS = 3, 0.01
@@ -147,8 +140,6 @@ def test_the_gpu_reconstructs_what_the_cpu_does(tmp_path):
 
 
 # -- arrays that lie on a GPU go in and come out without a copy
-
-
 def there(array):
     return _core.DeviceArray.of(array, _core.cuda_devices()[0])
 

@@ -55,9 +55,8 @@ def page(recorded, tmp_path, monkeypatch):
             if language == "python":
                 exec(compile(code, name, "exec"), names)
                 continue
-            for line in (
-                code.splitlines() if language not in ("console", "text") else ()
-            ):  # a camera, a folder
+            # Blocks of another kind show a camera or a folder.
+            for line in code.splitlines() if language not in ("console", "text") else ():
                 command, *arguments = shlex.split(line, comments=True)
                 assert command == "sdftrack"
                 assert run([*arguments, *(["--quiet"] if arguments[0] == "track" else [])]) == 0, line
@@ -217,11 +216,9 @@ def write_bag(folder, frames):
 @pytest.mark.slow
 def test_live(page, capsys):
     shorter = [
-        ("--frames 120", "--frames 30"),
-        ("--seconds 20", "--seconds 4"),
-        ("--seconds 10", "--seconds 2"),
+        ("--frames 120", "--frames 30"), ("--seconds 20", "--seconds 4"), ("--seconds 10", "--seconds 2"),
         ("--seconds 5", "--seconds 2"),
-    ]
+    ]  # fmt: skip
     page("live.md", shorter)
     said = capsys.readouterr()
     assert "open http://localhost:" in said.err

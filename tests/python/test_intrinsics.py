@@ -9,12 +9,7 @@ import pytest
 from scipy import stats
 
 import sdftrack as st
-from reference.calibration import (
-    marginal_information,
-    numeric_rows,
-    point_residual,
-    residual,
-)
+from reference.calibration import marginal_information, numeric_rows, point_residual, residual
 from sdftrack import _core
 from sdftrack.calibration.lens import core_lens
 from sdftrack.calibration.observability import refuse_unobservable
@@ -53,8 +48,6 @@ def values_of(camera):
 
 
 # --- the energy against its twin
-
-
 def one_frame(box, frame, T, free=(0, 1, 2, 3), max_pixels=300, residual=_core.Residual.ray_hit):
     options = _core.IntrinsicsOptions()
     options.residual = residual
@@ -113,8 +106,6 @@ def test_what_a_frame_says_of_the_lens_is_its_marginal_information():
 
 
 # --- what is found
-
-
 @pytest.mark.slow
 def test_the_intrinsics_are_found_from_a_poor_guess(found):
     error = found.values - values_of(TRUTH)
@@ -136,9 +127,8 @@ def test_the_poses_come_with_them(found, swept):
     metres, radians = np.array(errors).T
     assert np.median(metres) < 0.0005
     assert np.median(radians) < np.radians(0.05)
-    assert (
-        np.mean(metres < 0.004) > 0.9
-    )  # where the image cuts both ends off, the box may lie anywhere along itself
+    # where the image cuts both ends off, the box may lie anywhere along itself
+    assert np.mean(metres < 0.004) > 0.9
 
 
 @pytest.mark.slow
@@ -199,8 +189,6 @@ def test_distortion_is_found(box):
 
 
 # --- frames that do not fit, motion that is missing
-
-
 @pytest.mark.slow
 def test_a_frame_of_another_camera_is_left_out_and_named(frames, swept, box):
     depths = [frame.depth for frame in frames]
@@ -327,8 +315,6 @@ def test_too_few_frames_are_called_that():
 
 
 # --- bad input
-
-
 def test_too_few_frames_say_why(frames, swept, box):
     with pytest.raises(ValueError, match="at least 5, found it in 3 of 3"):
         st.calibrate_intrinsics(frames[:3], box, TRUTH, swept.ground_truth[0][0])
@@ -338,8 +324,6 @@ def test_too_few_frames_say_why(frames, swept, box):
 
 
 # --- statistics
-
-
 def test_quantiles_are_those_of_the_tables():
     for n in (1, 4, 9):
         assert chi2_quantile(0.999, n) == pytest.approx(stats.chi2.ppf(0.999, n), rel=0.04)

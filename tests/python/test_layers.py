@@ -27,8 +27,6 @@ def circle(graph: dict[str, set[str]]) -> list[str]:
 
 
 # -- Python
-
-
 ROOMS = {"sdftrack": PACKAGE, "experiments": ROOT / "experiments"}
 
 
@@ -157,8 +155,6 @@ def test_the_top_level_holds_only_what_users_import() -> None:
 
 
 # -- C++
-
-
 def includes() -> dict[str, set[str]]:
     """Folder of cpp -> folders that it includes."""
     graph: dict[str, set[str]] = {}

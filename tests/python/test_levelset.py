@@ -42,8 +42,6 @@ def views(n, noise_m=0.0005, distance_m=0.3, seed=1):
 
 
 # ---- 1. evidence ----
-
-
 @pytest.mark.parametrize("printed", [False, True])
 @pytest.mark.parametrize("max_weight", [100.0, 1.5])
 def test_evidence_and_its_sums_are_those_of_the_twin(printed, max_weight):
@@ -69,8 +67,6 @@ def test_evidence_and_its_sums_are_those_of_the_twin(printed, max_weight):
 
 
 # ---- 2. fusing ----
-
-
 def test_a_guess_counts_only_where_nothing_is_seen():
     prior = np.full(SHAPE, 0.4, np.float32)
     plain, guessed = (reconstruction(SHAPE, VOXEL_M, ORIGIN, p) for p in (None, prior))
@@ -108,8 +104,6 @@ def test_one_frame_carves_a_guess_that_is_too_large_before_and_beside_the_object
 
 
 # ---- 3. distance ----
-
-
 def test_distances_beside_a_change_of_sign_are_those_of_the_twin_after_every_frame():
     core = reconstruction(SHAPE, VOXEL_M, ORIGIN, **NOISE)
     for T, depth, mask in views(6):
@@ -145,8 +139,6 @@ def test_a_ball_seen_from_all_round_without_noise_is_right_to_a_tenth_of_a_voxel
 
 
 # ---- st.levelset ----
-
-
 def one_frame(**given):
     T = looking_from([0.2, -0.3, 1], 0.3)
     depth, mask = ball_depth(CAMERA, T)

@@ -192,8 +192,6 @@ def test_a_clock_that_drifts_does_not_make_frames_look_old():
 
 
 # -- the computer's clock is set back
-
-
 HOUR_S = 3600.0
 
 

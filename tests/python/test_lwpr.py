@@ -30,8 +30,6 @@ def samples(n, count, seed=0, noise=0.1):
 
 
 # Against the twin
-
-
 @pytest.mark.parametrize(
     ("n", "diagonal", "meta"),
     [(1, False, False), (2, False, False), (2, False, True), (2, True, True), (3, False, False), (5, False, True),
@@ -73,8 +71,6 @@ def test_the_activation_is_that_of_the_nearest_field():
 
 
 # Against differences
-
-
 def leave_one_out_cost(x, y, w):
     """J1 of eq. 6.14 by doing it: a weighted regression for each sample, without it. s are columns of x."""
     total = 0.0
@@ -135,8 +131,6 @@ def test_the_gradient_of_the_metric_is_the_slope_of_the_penalised_cost(penalty):
 
 
 # Against what is known
-
-
 @pytest.mark.parametrize("n", [1, 2, 4])
 def test_one_field_with_as_many_projections_as_inputs_learns_a_line(n):
     x = np.random.default_rng(0).uniform(-1, 1, (50_000, n))
@@ -195,8 +189,6 @@ def test_scales_of_inputs_and_outputs_do_not_matter_when_given():
 
 
 # Threads, batches, the search
-
-
 @pytest.mark.parametrize("options", [{}, {"diagonal": True, "meta": True}])
 def test_neither_threads_nor_the_size_of_a_batch_change_a_bit(options):
     x, y = surface_data(0, 1500)

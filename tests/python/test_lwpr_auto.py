@@ -61,8 +61,6 @@ def test_samples_that_say_nothing_of_a_scale_give_a_model_or_one_clear_error(x):
 
 
 # Samples that come one after another
-
-
 def test_a_stream_settles_on_what_a_batch_of_its_first_samples_gives():
     x, y, ask, _, _ = drawn("peaks, 2 inputs", count=600)
     stream = st.LWPR()
@@ -89,8 +87,6 @@ def test_a_model_that_has_not_settled_goes_on_after_saving_and_copying(count, tm
 
 
 # Words
-
-
 def test_as_many_fields_as_samples_are_warned_of_once_in_a_doubling():
     x, y, _, _, _ = drawn("Friedman 1, 10 inputs", count=600)
     model = st.LWPR(init_D=2500.0)

@@ -29,8 +29,6 @@ def as_saved(model, tmp_path):
 
 
 # Files and copies
-
-
 def test_a_model_without_data_can_be_saved(tmp_path):
     empty = st.LWPR(2, w_gen=0.3)
     other = as_saved(empty, tmp_path)
@@ -48,8 +46,6 @@ def test_the_core_refuses_bytes_that_are_no_model(model):
 
 
 # Wrong input
-
-
 def metric(init_D, diagonal=False):
     return st.LWPR(init_D=init_D, diagonal=diagonal).update([0.0, 0.0], 1.0)
 
@@ -123,8 +119,6 @@ def test_large_numbers_that_are_allowed_leave_a_model_that_works():
 
 
 # Shapes that come back
-
-
 def test_predictions_have_the_shape_of_the_outputs():
     x, y = data(n_out=1)
     flat, column = st.LWPR().update(x, y[:, 0]), st.LWPR().update(x, y)
@@ -153,8 +147,6 @@ def test_fields_are_records_that_cannot_be_written(model):
 
 
 # scikit-learn's interface
-
-
 def test_fit_begins_anew_and_partial_fit_goes_on():
     x, y = data()
     fitted = st.LWPR().update(x[:100], y[:100]).fit(x, y)

@@ -26,9 +26,8 @@ def rough(seed, voxels=48):
         np.random.default_rng(seed).normal(0, 0.2 * shape.voxel_size, shape.values.shape).astype(np.float32)
     )
     mesh = st.SDF(shape.values + noise, shape.voxel_size, shape.origin).to_mesh()
-    return max(
-        mesh.to_trimesh().split(only_watertight=True), key=lambda part: len(part.faces)
-    )  # the largest of its bodies
+    # the largest of its bodies
+    return max(mesh.to_trimesh().split(only_watertight=True), key=lambda part: len(part.faces))
 
 
 @pytest.mark.parametrize("faces", [2000, 500, 60, 4])

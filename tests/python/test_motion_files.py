@@ -46,16 +46,13 @@ def tum_row(time, numbers="0 0 1 0 0 0 1"):
 
 
 # -- tables
-
-
 @settings(max_examples=30, deadline=None)
 @given(
     seed=hs.integers(0, 99),
     names=hs.lists(hs.text(hs.characters(codec="utf-8"), min_size=1), min_size=1, max_size=3, unique=True),
-    status=hs.lists(hs.sampled_from(STATUSES), min_size=5, max_size=5),
-    start_s=hs.floats(-1e6, 2e9),
+    status=hs.lists(hs.sampled_from(STATUSES), min_size=5, max_size=5), start_s=hs.floats(-1e6, 2e9),
     with_covariance=hs.booleans(),
-)
+)  # fmt: skip
 def test_a_table_gives_back_what_was_saved(tmp_path_factory, seed, names, status, start_s, with_covariance):
     path = tmp_path_factory.mktemp("table") / "a.csv"
     given_ones = [
@@ -116,8 +113,6 @@ def test_a_damaged_table_is_refused_with_its_line(tmp_path, old, new, words):
 
 
 # -- result folders
-
-
 def test_a_result_folder_is_read_with_covariances_and_statuses(tmp_path):
     status = ["ok"] * 4 + ["lost", "weak", "bad_frame"] + ["ok"] * 5
     a, b = trajectory(status=status), trajectory(seed=5, name="box", status=["ok"] * 12)
@@ -179,8 +174,6 @@ def test_objects_of_one_name_are_numbered(tmp_path):
 
 
 # -- TUM
-
-
 @settings(max_examples=20, deadline=None)
 @given(seed=hs.integers(0, 999), start_s=hs.integers(0, 2_000_000_000))
 def test_a_tum_file_gives_back_what_was_written(tmp_path_factory, seed, start_s):
@@ -212,8 +205,6 @@ def test_the_frame_rate_replaces_times_that_cannot_be_used(tmp_path):
 
 
 # -- BOP results
-
-
 def test_bop_results_need_the_frame_rate_and_missing_images_are_gaps(tmp_path):
     T = poses(6)
     path = write(tmp_path / "a.csv", BOP + "".join(bop_row(i, T[i]) for i in (1, 2, 5)))
@@ -254,7 +245,6 @@ def test_instances_of_one_object_are_one_trajectory_each(tmp_path):
 
 
 # -- what is refused, in one line with the name of the file
-
 IDENTITY = "1 0 0 0 1 0 0 0 1"
 REPORT = "expected a report of sdftrack"
 
@@ -293,8 +283,6 @@ def test_a_file_that_is_no_trajectory_is_refused_with_its_name(tmp_path, name, t
 
 
 # -- arguments
-
-
 def test_arguments_are_checked(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file or folder"):
         st.motion.load(tmp_path / "a.csv")

@@ -27,16 +27,14 @@ def ezc3d():
 
 CORPUS = Path(__file__).parents[1] / "fuzz" / "corpus" / "motion"
 
+
 # -- C3D
-
-
 @settings(max_examples=8, deadline=None)  # each in a process of its own
 @given(
-    seed=hs.integers(0, 99),
-    start_s=hs.floats(-1e6, 2e9),
+    seed=hs.integers(0, 99), start_s=hs.floats(-1e6, 2e9),
     fps=hs.sampled_from([10.0, 25.0, 30.0, 60.0, 29.97, 240.0]),
     status=hs.lists(hs.sampled_from(["ok", "lost"]), min_size=5, max_size=5),
-)
+)  # fmt: skip
 def test_a_c3d_file_gives_back_poses_to_single_precision(tmp_path_factory, seed, start_s, fps, status):
     pytest.importorskip("ezc3d")
     path = tmp_path_factory.mktemp("c3d") / "a.c3d"
@@ -60,11 +58,8 @@ def test_ezc3d_reads_labels_rate_and_gaps_and_there_is_no_marker(tmp_path, ezc3d
     st.motion.save(tmp_path / "a.c3d", a)
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
     rotation, point = file["parameters"]["ROTATION"], file["parameters"]["POINT"]
-    assert (rotation["LABELS"]["value"], rotation["USED"]["value"][0], rotation["RATIO"]["value"][0]) == (
-        ["cup"],
-        1,
-        1,
-    )
+    assert (rotation["LABELS"]["value"], rotation["USED"]["value"][0]) == (["cup"], 1)
+    assert rotation["RATIO"]["value"][0] == 1
     assert (point["RATE"]["value"][0], point["UNITS"]["value"], point["USED"]["value"][0]) == (30.0, ["m"], 0)
     data = file.c3d_swig.data()
     residuals = [data.frame(i).rotations().subframe(0).rotation(0).reliability() for i in range(8)]
@@ -212,8 +207,6 @@ def test_what_a_c3d_file_cannot_hold_is_refused(tmp_path, ezc3d):
 
 
 # -- OpenSim
-
-
 def storage(path):
     """Names of a storage's columns, their kind, times (n,) and numbers (n, columns, size)."""
     head, _, table = path.read_text().partition("endheader\n")

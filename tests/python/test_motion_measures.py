@@ -29,11 +29,7 @@ TURN_RAD = np.deg2rad(70)
 def step(t, start_s, move_s=MOVE_S):
     """A minimum-jerk step from 0 to 1 and its first two derivatives."""
     u = np.clip((t - start_s) / move_s, 0, 1)
-    return (
-        minimum_jerk(u),
-        30 * u**2 * (1 - u) ** 2 / move_s,
-        60 * u * (1 - u) * (1 - 2 * u) / move_s**2,
-    )
+    return (minimum_jerk(u), 30 * u**2 * (1 - u) ** 2 / move_s, 60 * u * (1 - u) * (1 - 2 * u) / move_s**2)
 
 
 def movement(t, x, v=None, a=None, axis=(0.0, 0.0, 1.0), turn=None, turn_rate=None, observed=None):
@@ -120,13 +116,10 @@ class TestTimes:
         [
             ("dwell_time", HOLD_S + 2 * ONSET * MOVE_S, 0.002),  # between offset and onset
             ("reaction_time", START_S + ONSET - 0.2, 0.001),  # from the cue to the onset
-            (
-                "repetition_time",
-                2 * MOVE_S + HOLD_S - 2 * ONSET * MOVE_S,
-                0.002,
-            ),  # first onset to last offset
+            # first onset to last offset
+            ("repetition_time", 2 * MOVE_S + HOLD_S - 2 * ONSET * MOVE_S, 0.002),
         ],
-    )
+    )  # fmt: skip
     def test_times_between_onsets_and_offsets(self, name, expected, tolerance):
         samples, context = there_and_back()
         assert value(name, samples, context) == pytest.approx(expected, abs=tolerance)
@@ -153,10 +146,8 @@ class TestPath:
     def test_the_index_of_a_half_circle_is_half_of_pi(self):
         t = times()
         s, ds, _ = step(t, START_S)
-        x, v = (
-            0.1 * np.column_stack([np.cos(np.pi * s), np.sin(np.pi * s), 0 * s]),
-            0.1 * np.pi * ds[:, None] * np.column_stack([-np.sin(np.pi * s), np.cos(np.pi * s), 0 * s]),
-        )
+        x = 0.1 * np.column_stack([np.cos(np.pi * s), np.sin(np.pi * s), 0 * s])
+        v = 0.1 * np.pi * ds[:, None] * np.column_stack([-np.sin(np.pi * s), np.cos(np.pi * s), 0 * s])
         # The ends below 5 % of the peak speed, half a per cent of the arc, are missing.
         part = MOVED * np.pi / 2 / np.sin(MOVED * np.pi / 2)
         assert value("index_of_curvature", movement(t, x, v)) == pytest.approx(part, abs=1e-3)
@@ -166,36 +157,27 @@ class TestPath:
         t = times()
         s, ds, _ = step(t, START_S)
         x = 0.1 * np.column_stack([np.cos(2 * np.pi * s), np.sin(2 * np.pi * s), 0 * s])
-        v = (
-            0.2
-            * np.pi
-            * ds[:, None]
-            * np.column_stack([-np.sin(2 * np.pi * s), np.cos(2 * np.pi * s), 0 * s])
-        )
+        along = np.column_stack([-np.sin(2 * np.pi * s), np.cos(2 * np.pi * s), 0 * s])
+        v = 0.2 * np.pi * ds[:, None] * along
         assert np.isnan(value("index_of_curvature", movement(t, x, v)))
 
     def test_the_path_leaves_out_what_lies_between_the_movements(self):
         samples, context = there_and_back()
-        trembling = samples.positions_m.copy()
-        held = (samples.times_s > START_S + MOVE_S + 0.01) & (
-            samples.times_s < START_S + MOVE_S + HOLD_S - 0.01
-        )
+        trembling, t, end_s = samples.positions_m.copy(), samples.times_s, START_S + MOVE_S
+        held = (t > end_s + 0.01) & (t < end_s + HOLD_S - 0.01)
         trembling[0, held] += 1e-3 * np.random.default_rng(0).normal(size=(held.sum(), 3))
-        t = samples.times_s
         shaken = movement(t, trembling[0], samples.velocities_mps[0])
         assert value("path_length", shaken, context) == pytest.approx(2 * FAR_M, rel=1e-6)
 
     def test_the_horizontal_range_does_not_depend_on_where_up_points(self):
         turn = Rotation.from_rotvec([0.3, -1.1, 0.4]).as_matrix()
         samples = reach()
-        turned = movement(
-            samples.times_s, samples.positions_m[0] @ turn.T, samples.velocities_mps[0] @ turn.T
-        )
+        x, v = samples.positions_m[0] @ turn.T, samples.velocities_mps[0] @ turn.T
+        turned = movement(samples.times_s, x, v)
         context = Context(0, 2, up=turn @ UP)
         assert value("range_height", turned, context) == pytest.approx(0.64 * FAR_M)
-        assert value("range_horizontal", turned, context) == pytest.approx(
-            np.hypot(0.48, 0.6) * FAR_M, rel=1e-3
-        )
+        across = value("range_horizontal", turned, context)
+        assert across == pytest.approx(np.hypot(0.48, 0.6) * FAR_M, rel=1e-3)
 
 
 class TestRotation:
@@ -231,16 +213,9 @@ class TestRotation:
 
 class TestUndefined:
     OF_A_MOVEMENT = (
-        "movement_time",
-        "mean_speed",
-        "time_to_peak_speed",
-        "time_to_peak_speed_part",
-        "velocity_peaks",
-        "index_of_curvature",
-        "sparc",
-        "log_dimensionless_jerk",
-        "repetition_time",
-    )
+        "movement_time", "mean_speed", "time_to_peak_speed", "time_to_peak_speed_part", "velocity_peaks",
+        "index_of_curvature", "sparc", "log_dimensionless_jerk", "repetition_time",
+    )  # fmt: skip
 
     @pytest.mark.parametrize("name", OF_A_MOVEMENT)
     @pytest.mark.parametrize("drift_mps", [0.0, 0.002])
@@ -277,15 +252,10 @@ class TestUndefined:
     @pytest.mark.parametrize(
         "name",
         [
-            "range_height",
-            "range_horizontal",
-            "range_turn",
-            "max_tilt",
-            "mean_tilt",
-            "reaction_time",
+            "range_height", "range_horizontal", "range_turn", "max_tilt", "mean_tilt", "reaction_time",
             "dwell_time",
         ],
-    )
+    )  # fmt: skip
     def test_without_gravity_cue_and_hold_what_needs_them_is_undefined(self, name):
         assert np.isnan(value(name, reach(), Context(0, 2)))
 

@@ -88,8 +88,6 @@ def words(page):
 
 
 # -- JSON
-
-
 def valid(content):
     """As it is after a round trip through JSON without NaN."""
     content = json.loads(json.dumps(content, allow_nan=False))
@@ -118,8 +116,6 @@ def test_the_schema_refuses_what_it_does_not_describe(cup):
 
 
 # -- CSV
-
-
 def test_the_table_has_empty_cells_where_nothing_is_known(with_a_gap):
     rows = list(csv.DictReader(report.measures_csv({"one": [with_a_gap]}).splitlines()))
     assert {row["object"] for row in rows} == {EVIL}
@@ -130,8 +126,6 @@ def test_the_table_has_empty_cells_where_nothing_is_known(with_a_gap):
 
 
 # -- Sessions
-
-
 def test_what_one_session_did_not_determine_is_not_compared(cup, sessions):
     vague = with_average(cup, "reach", determined=False, note="too wide")
     names = {c.name for c in report.compare_sessions({"May": [vague], "July": sessions["July"]})}
@@ -154,8 +148,6 @@ def test_one_repetition_in_a_session_gives_no_comparison_and_says_so(cup):
 
 
 # -- Pairs
-
-
 def test_hands_in_step_have_no_lag_and_the_later_one_has_its_own(cup):
     for delay in (0.0, 0.15, -0.15):
         other = analyzed(seed=7, name="other", starts=[s + delay for s in STARTS])
@@ -166,9 +158,8 @@ def test_hands_in_step_have_no_lag_and_the_later_one_has_its_own(cup):
 
 
 def test_the_distance_of_two_objects_is_measured(cup):
-    beside = noisy(
-        TIMES, reaches(TIMES, STARTS, (0.25, -0.1, 0.0)) + np.array([0, 0.3, 0]), seed=8, name="beside"
-    )
+    path = reaches(TIMES, STARTS, (0.25, -0.1, 0.0)) + np.array([0, 0.3, 0])
+    beside = noisy(TIMES, path, seed=8, name="beside")
     (pair,) = report.pairs_of([cup, analyzed(trajectory=beside)])
     values = {m.name: m for _, m in pair.values}
     assert values["pair_distance"].value == pytest.approx(0.3, abs=2e-3)
@@ -181,8 +172,6 @@ def test_objects_that_are_never_seen_together_are_no_pair(cup):
 
 
 # -- The page
-
-
 def test_the_page_is_one_file_without_scripts_and_addresses(sessions):
     page = report.report_html(sessions, report.compare_sessions(sessions))
     checker = Checker(page)

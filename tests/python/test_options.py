@@ -19,20 +19,15 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # Everything that takes options by keyword.
 MAKERS = {
-    "tracker": st.TrackerOptions,
-    "reconstruct": st.ReconstructorOptions,
-    "contour": st.contour.ContourTracker,
-    "lwpr": st.LWPR,
-    "memory": st.contour.ShapeMemory,
-}
+    "tracker": st.TrackerOptions, "reconstruct": st.ReconstructorOptions,
+    "contour": st.contour.ContourTracker, "lwpr": st.LWPR, "memory": st.contour.ShapeMemory,
+}  # fmt: skip
 EVERY = [(table, option) for table in TABLES for option in schema_of(table).values()]
 NUMBERS = [(table, option) for table, option in EVERY if option.kind in ("int", "number")]
 CORE = {
-    "tracker": _core.TrackerOptions,
-    "reconstruct": _core.ReconstructionOptions,
-    "contour": _core.ContourOptions,
-    "lwpr": _core.LwprOptions,
-}
+    "tracker": _core.TrackerOptions, "reconstruct": _core.ReconstructionOptions,
+    "contour": _core.ContourOptions, "lwpr": _core.LwprOptions,
+}  # fmt: skip
 
 
 def told(error, call, *arguments, **options):
@@ -70,8 +65,6 @@ def test_the_defaults_of_python_are_those_of_the_schema(table):
 
 
 # --- the same words everywhere
-
-
 def test_an_unknown_option_is_refused_with_the_nearest_name():
     failed = []
     for table, option in EVERY:
@@ -117,11 +110,8 @@ def test_numbers_of_numpy_are_taken_and_kept_as_those_of_python():
         max_pixels=np.int64(500), padding_m=np.float32(0.5), free_space=np.bool_(False)
     )
     assert options == st.TrackerOptions(max_pixels=500, padding_m=0.5, free_space=False)
-    assert [type(v) for v in (options.max_pixels, options.padding_m, options.free_space)] == [
-        int,
-        float,
-        bool,
-    ]
+    kept = (options.max_pixels, options.padding_m, options.free_space)
+    assert [type(v) for v in kept] == [int, float, bool]
 
 
 def test_bounds_between_options_are_refused_in_the_same_words():
@@ -132,8 +122,6 @@ def test_bounds_between_options_are_refused_in_the_same_words():
 
 
 # --- files
-
-
 def test_a_file_of_every_option_is_read_back(tmp_path):
     from sdftrack.contour.options import options_from_file
 

@@ -54,8 +54,6 @@ def kill(child: subprocess.Popen[str]) -> None:
 
 
 # -- the lock
-
-
 def test_a_held_folder_is_refused_by_whoever_comes_second(tmp_path: Path) -> None:
     child = holder(tmp_path)
     for use in (refuse_folder, prepare_folder, lambda folder, over: Recorder(folder, CAMERA, overwrite=over)):
@@ -119,8 +117,6 @@ def test_a_folder_is_free_after_a_command_in_whatever_way_it_ends(tmp_path: Path
 
 
 # -- recorders
-
-
 def test_a_lock_that_nobody_has_any_more_holds_nothing(tmp_path: Path) -> None:
     lock = FolderLock(tmp_path)
     del lock
@@ -172,8 +168,6 @@ def test_two_saved_sequences_of_one_name_are_one_of_them(tmp_path: Path) -> None
 
 
 # -- real runs
-
-
 @pytest.fixture(scope="module")
 def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return inputs(tmp_path_factory.getbasetemp()) / "seq"

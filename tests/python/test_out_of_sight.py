@@ -132,15 +132,9 @@ def test_what_stands_elsewhere_while_its_place_is_hidden_is_not_taken_for_it(see
     T[:3, :3] = [[1, 0, 0], [0, -0.34, -0.94], [0, 0.94, -0.34]]
     T[:3, 3] = 0, 0, 0.6
     scene = st.synth.sequence(
-        box,
-        30,
-        trajectory=np.tile(T, (30, 1, 1)),
-        noise=0.001,
-        clutter="objects",
-        occluder=st.synth.Cover(12, 12),
-        color=False,
-        seed=seed,
-    )
+        box, 30, trajectory=np.tile(T, (30, 1, 1)), noise=0.001, clutter="objects",
+        occluder=st.synth.Cover(12, 12), color=False, seed=seed,
+    )  # fmt: skip
     tracker = st.Tracker(box, scene.camera, threads=1)
     results = [tracker.start(scene[0], poses=[T])] + [tracker.track(scene[i]) for i in range(1, 30)]
     assert all(r.status[0] == "lost" for r in results[13:24])

@@ -57,8 +57,6 @@ def fitted(T, color, sdf, rounds=5):
 
 
 # -- one line
-
-
 def test_an_edge_between_two_pixels_is_found_there():
     r = np.arange(-12, 13)
     for edge in (-3.5, -0.5, 0.5, 4.5):
@@ -73,8 +71,6 @@ def test_an_edge_between_two_pixels_is_found_there():
 
 
 # -- the energy
-
-
 @pytest.mark.parametrize(("common_sd", "shared"), [(0.0, 1.0), (1.0, 6.0), (0.3, 16.0)])
 def test_cost_and_gradient_are_the_twins(common_sd, shared):
     common = (1.3, common_sd, shared)
@@ -129,8 +125,6 @@ def test_the_gradient_holds_with_a_lens_and_a_second_camera(lens):
 
 
 # -- clean images
-
-
 def test_a_ball_in_two_colours_is_found_to_a_tenth_of_a_pixel():
     sdf = st.SDF.sphere(0.05, voxels=80)
     centre = np.array([0.012, -0.02, 0.5])

@@ -15,11 +15,9 @@ ROOT = Path(__file__).resolve().parents[2]
 # Libraries that take longer to import than everything else: each is imported by the function that uses it.
 HEAVY = ("cv2", "trimesh", "scipy", "matplotlib", "av", "typer", "rich")
 SOURCES = {
-    "cpp": (".h", ".cpp", ".cu", ".cuh"),
-    "bindings": (".h", ".cpp"),
-    "python": (".py",),
+    "cpp": (".h", ".cpp", ".cu", ".cuh"), "bindings": (".h", ".cpp"), "python": (".py",),
     "tests": (".py", ".cpp"),
-}
+}  # fmt: skip
 
 
 def run_python(code: str) -> str:

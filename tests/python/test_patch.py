@@ -29,8 +29,6 @@ def scene(view, noise=None, seed=1, size=None):
 
 
 # ---- rays ----
-
-
 def rays(count, seed=3):
     """Rays (z = 1) about the patch at T_OBJ_CAM and stretches of them, some of which end before it."""
     rng = np.random.default_rng(seed)
@@ -58,8 +56,6 @@ def test_the_clearance_changes_with_pose_and_size_as_it_says():
 
 
 # ---- points ----
-
-
 @pytest.mark.parametrize("noise", [0, NOISE_M])
 def test_points_give_pose_and_the_least_size_that_nothing_bounds(noise):
     fit = st.fit_primitive(moved(cloud("plane", noise=noise), POSE), "plane")
@@ -82,8 +78,6 @@ def test_a_haze_of_outliers_does_not_make_a_patch_larger():
 
 
 # ---- frames ----
-
-
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize(
     ("noise", "share", "limit_deg"),
@@ -144,8 +138,6 @@ def test_what_is_flat_on_a_table_is_found_without_a_mask():
 
 
 # ---- use ----
-
-
 def held_fit():
     frame, truth = scene("held", Gaussian(NOISE_M))
     return st.fit_primitive(frame, "plane", camera=CAMERA, mask=truth.mask), frame, truth

@@ -117,8 +117,6 @@ def test_unknown_colours_and_pixels_off_the_surface_say_nothing():
 
 
 # -- coloured volumes
-
-
 def test_a_volume_takes_the_colours_of_the_nearest_points_of_a_mesh():
     plain = st.SDF.sphere(RADIUS_M, voxels=40)
     mesh = plain.to_mesh()
@@ -132,9 +130,8 @@ def test_a_volume_takes_the_colours_of_the_nearest_points_of_a_mesh():
     assert np.abs(radius - RADIUS_M).max() < 3.1 * sdf.voxel_size
     assert len(points) > 0.95 * (np.abs(plain.values) < 2.9 * sdf.voxel_size).sum()
     expected = pattern(points * (RADIUS_M / radius)[:, None])
-    assert (
-        np.abs(sdf.colors[z, y, x, :3] - expected).max() < 10
-    )  # on flat faces the nearest point is up to a fifth of a voxel aside
+    # on flat faces the nearest point is up to a fifth of a voxel aside
+    assert np.abs(sdf.colors[z, y, x, :3] - expected).max() < 10
     assert np.array_equal(plain.colored(mesh, threads=2).colors, sdf.colors)
 
 
@@ -155,8 +152,6 @@ def test_colours_are_saved_compared_and_kept_where_the_voxels_stay(tmp_path):
 
 
 # -- a tracker
-
-
 @pytest.fixture(scope="module")
 def can():
     mesh = can_mesh(160, 90)

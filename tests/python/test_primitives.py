@@ -31,9 +31,8 @@ KIND = _core.PrimitiveKind.__members__
 SCALING = _core.Scaling.__members__
 STEP = 1e-6  # m; phi is smooth but for edges, where a difference straddles two faces
 SLOPE_ATOL = 1e-6  # of central differences in double; the second derivative is at most 1 / (a few mm)
-SLOPE_RTOL = (
-    1e-5  # the printed form of a patch has slopes of up to 25 beside the rim, and curvatures to match
-)
+# The printed form of a patch has slopes of up to 25 beside the rim, and curvatures to match.
+SLOPE_RTOL = 1e-5
 TWIN_ATOL_M = 1e-9  # the twin's bisection and segments are exact to rounding
 NOISE_M = 0.001
 LEAN_DEG = 6.0  # less than the 10 within which a base or a side is tried flat on the table
@@ -74,8 +73,6 @@ def scene(kind, noise=None, seed=1):
 
 
 # ---- fields ----
-
-
 @pytest.mark.parametrize("kind", ALL)
 @pytest.mark.parametrize("scaling", ["exact", "printed"])
 def test_the_gradient_and_the_derivative_by_each_length_are_those_of_the_distance(kind, scaling):
@@ -164,8 +161,6 @@ def test_axes_are_named_by_their_lengths_and_a_start_keeps_its_names(kind):
 
 
 # ---- energies ----
-
-
 def view_of(kind, noise=None):
     if kind == "plane":
         rng = np.random.default_rng(1)
@@ -306,14 +301,11 @@ def test_a_frame_many_at_a_time_costs_and_pulls_as_pixel_by_pixel(kind):
     assert packs["outline_cost"] == pytest.approx(single["outline_cost"], rel=1e-4)
     assert packs["cost"] == pytest.approx(single["cost"], rel=1e-3)
     unit = np.sqrt(np.diag(single["hessian"]) + 1)
-    np.testing.assert_allclose(
-        packs["gradient"] / unit, single["gradient"] / unit, atol=0.05
-    )  # a pixel on an edge
+    # a pixel on an edge
+    np.testing.assert_allclose(packs["gradient"] / unit, single["gradient"] / unit, atol=0.05)
 
 
 # ---- points ----
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_auto_names_the_kind_of_noisy_points_with_outliers(kind):
     rng = np.random.default_rng(3)
@@ -336,9 +328,8 @@ def test_the_end_of_a_can_that_is_out_of_sight_has_no_variance_to_trust():
     assert np.isinf(fit.covariance[7, 7])
     assert fit.status == "weak"
     assert "height" in fit.reason
-    assert (
-        fit.size["height"] >= 0.078
-    )  # the least that holds what was seen: 80 mm, but for its outermost readings
+    # the least that holds what was seen: 80 mm, but for its outermost readings
+    assert fit.size["height"] >= 0.078
     assert fit.size["radius"] == pytest.approx(0.04, rel=0.03)
     assert fit.to_dict()["covariance"][7][7] is None
 
@@ -360,8 +351,6 @@ def test_the_printed_form_finds_the_same_solid():
 
 
 # ---- frames ----
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     ("noise", "share"), [(Gaussian(NOISE_M), 0.01), (Kinect(), 0.02)], ids=["1 mm", "kinect"]
@@ -533,8 +522,6 @@ def test_several_solids_are_found_one_after_another():
 
 
 # ---- results ----
-
-
 def test_a_fit_gives_a_volume_to_track_with_and_can_be_kept():
     fit = st.fit_primitive(moved(cloud("cone"), POSE), "cone")
     local = moved(moved(cloud("cone", 200), POSE), np.linalg.inv(fit.T_cam_obj))

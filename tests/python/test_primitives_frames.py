@@ -134,8 +134,6 @@ def test_frames_that_are_all_bad_give_one_error_with_the_first_reason(still):
 
 
 # ---- sizes ----
-
-
 def test_a_running_sum_of_sizes_is_that_of_all_at_once_and_does_not_grow():
     rng = np.random.default_rng(0)
     sizes = rng.uniform(0.05, 0.1, (200, 2))

@@ -4,16 +4,7 @@
 import numpy as np
 import pytest
 import reconstruction_scene as scene
-from levelset_scene import (
-    BALL_M,
-    CAMERA,
-    K,
-    ball_depth,
-    directions,
-    lattice,
-    looking_from,
-    zero_crossings,
-)
+from levelset_scene import BALL_M, CAMERA, K, ball_depth, directions, lattice, looking_from, zero_crossings
 
 import sdftrack as st
 from reference import levelset as reference

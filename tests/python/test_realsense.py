@@ -120,22 +120,18 @@ def test_each_profile_is_found_by_its_size_and_rate(camera, monkeypatch):
     [
         ("realsense:77", {}, OSError, r"realsense:77: no camera has this serial.*D435 \(serial 000001\)"),
         (
-            "realsense:",
-            {"width": 641},
-            ValueError,
+            "realsense:", {"width": 641}, ValueError,
             "has depth of 40 x 30 at 30; 80 x 60 at 30, 90 frames per second, got width=641",
         ),
         ("realsense:", {"fps": 60, "width": 80}, ValueError, "got width=80, fps=60"),
         (
-            "realsense:",
-            {"preset": "High Accuracy"},
-            ValueError,
+            "realsense:", {"preset": "High Accuracy"}, ValueError,
             "preset: expected one of none, for this camera",
         ),
     ],
-)
+)  # fmt: skip
 def test_what_the_camera_does_not_have_is_refused(camera, monkeypatch, address, options, error, words):
-    plug_in(monkeypatch, camera)
+    plug_in(monkeypatch, camera)  # fmt: skip
     with pytest.raises(error, match=words):
         open_camera(address, **options)
 
@@ -247,8 +243,6 @@ def test_colour_on_another_clock_is_not_lost_silently(camera, monkeypatch):
 
 
 # -- pairing
-
-
 def test_the_nearest_colour_is_taken_and_a_missing_one_is_noticed():
     pairing = Pairing(0.1)
     for i in range(4):

@@ -126,10 +126,7 @@ def test_unknown_units_and_colour_formats_are_warnings(copy):
     )
     path = copy(
         "DELETE FROM topics WHERE name LIKE '%Depth_Units/value'",
-        (
-            f"UPDATE messages SET data = ? WHERE topic_id = {OF_DEPTH.replace('Depth', 'Color')}",
-            (kind,),
-        ),
+        (f"UPDATE messages SET data = ? WHERE topic_id = {OF_DEPTH.replace('Depth', 'Color')}", (kind,)),
     )
     with (
         pytest.warns(UserWarning, match="1 mm is assumed"),
@@ -163,8 +160,6 @@ def test_nearest_times_against_a_search_of_all_pairs():
 
 
 # -- the older .bag
-
-
 STREAM_INFO = "uint32 fps\nstring encoding\nbool is_recommended\n"
 
 

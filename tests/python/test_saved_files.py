@@ -97,8 +97,6 @@ def content_of(name: str, folder: Path) -> bytes:
 
 
 # -- round trips
-
-
 @pytest.mark.parametrize("name", SAVED)
 def test_an_object_comes_back_and_its_file_has_the_same_bytes_again(name: str, tmp_path: Path) -> None:
     saved = SAVED[name]
@@ -204,8 +202,6 @@ def test_numpy_opens_a_file_and_one_of_its_savez_is_read(tmp_path: Path) -> None
 
 
 # -- damage
-
-
 @pytest.mark.parametrize("name", SAVED)
 @pytest.mark.parametrize("step", STEPS)
 def test_a_file_cut_anywhere_is_refused_by_name(name: str, step: int, tmp_path: Path) -> None:
@@ -267,8 +263,6 @@ def test_the_file_of_another_object_is_refused(name: str, tmp_path: Path) -> Non
 
 
 # -- versions and contents
-
-
 def test_a_later_version_says_so_and_earlier_ones_are_read(tmp_path: Path) -> None:
     path = tmp_path / "file"
     saved_file.write(path, FileKind(KIND.name, 3, KIND.writer), {"a": 1})
@@ -304,16 +298,13 @@ def setter(value: Any, *places: Any) -> Callable[[dict[str, Any]], None]:
 
 
 INCONSISTENT = [
-    ("tracker", setter([0, 7], "shapes")),
-    ("tracker", setter(None, "camera")),
+    ("tracker", setter([0, 7], "shapes")), ("tracker", setter(None, "camera")),
     ("tracker", setter(2 * np.tile(np.eye(4), (2, 1, 1)), "best")),
-    ("tracker", setter(["x", "ok"], "last", "status")),
-    ("tracker", setter("fast", "arguments", "mode")),
+    ("tracker", setter(["x", "ok"], "last", "status")), ("tracker", setter("fast", "arguments", "mode")),
     ("tracker", setter(1.0, "arguments", "options", "no_such_option")),
     ("tracker", setter(10**12, "index")),
     ("tracker", lambda content: content.update(core=content["core"][:-1])),
-    ("tracker", setter(["depth"], "modes")),
-    ("tracker", setter([[5, None]], "sizes", "missing")),
+    ("tracker", setter(["depth"], "modes")), ("tracker", setter([[5, None]], "sizes", "missing")),
     ("tracker", setter(np.zeros((4, 4, 4)), "volumes", 0, "values")),
     ("reconstructor", setter([0, 0, 5000, 50], "keyframes", 1, "region")),
     ("reconstructor", setter(np.zeros((2, 2), np.float32), "keyframes", 1, "depth")),
@@ -323,12 +314,10 @@ INCONSISTENT = [
     ("reconstructor", setter([], "beginnings")),
     ("reconstructor", setter(np.zeros((1, 1), bool), "beginnings", 0, "on_object")),
     ("reconstructor", setter(np.full((3, 2), 9), "selection", "nearest")),
-    ("volume", setter(0.0, "voxel_size")),
-    ("volume", setter(np.zeros((2, 2, 2, 4), np.uint8), "colors")),
-    ("memory", setter({"none": 1}, "options")),
-    ("memory", setter(None, "kept")),
+    ("volume", setter(0.0, "voxel_size")), ("volume", setter(np.zeros((2, 2, 2, 4), np.uint8), "colors")),
+    ("memory", setter({"none": 1}, "options")), ("memory", setter(None, "kept")),
     ("model", setter(b"core", "core")),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "change"), INCONSISTENT)
@@ -387,8 +376,6 @@ def test_a_crafted_file_is_refused_in_one_line(crafted: str, tmp_path: Path) -> 
 
 
 # -- memory
-
-
 WARM = "import sys, sdftrack as st; st.SDF.sphere(0.03, voxels=16)"
 REFUSED = """
 try:

@@ -73,11 +73,9 @@ def test_a_body_without_symmetry_is_found_and_nothing_else_scores_as_much(wedge,
     off = T.copy()
     off[:3, 3] += [0.04, -0.03, 0.03]
     query = {
-        "mask": {"mask": mask},
-        "box": {"box": box_of(mask, 2)},
-        "near": {"near": off, "reach_m": 0.1},
+        "mask": {"mask": mask}, "box": {"box": box_of(mask, 2)}, "near": {"near": off, "reach_m": 0.1},
         "whole image": {},
-    }[where]
+    }[where]  # fmt: skip
     found = searcher_of(wedge).search(depth, CAMERA._core, **query)
     assert metrics.add(found[0]["pose"], T, wedge.to_mesh()) < FOUND_M
     assert len(found) == 1 or found[1]["score"] < AMBIGUOUS * found[0]["score"]

@@ -57,9 +57,8 @@ def test_the_bias_is_taken_out_of_the_depth(box):
     sensor = st.SensorModel("biased", bias_m=0.004, bias_per_m=0.01)
     z = np.where(depth > 0, depth + sensor.bias(depth), 0).astype(np.float32)
     out = sensor.corrected(z)
-    np.testing.assert_allclose(
-        out[depth > 0], depth[depth > 0], atol=2e-4
-    )  # the bias of the reading, not of the truth
+    # the bias of the reading, not of the truth
+    np.testing.assert_allclose(out[depth > 0], depth[depth > 0], atol=2e-4)
     assert (out[depth == 0] == 0).all()
     assert st.SensorModel("none").corrected(z) is z
     result = st.Tracker(box, CAMERA, threads=1, sensor=sensor).start(st.Frame(z), poses=POSE)

@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from experiments.contour.shape_protocol import (
-    asked,
-    baseline,
-    cases,
-    detection,
-    learnt,
-)
+from experiments.contour.shape_protocol import asked, baseline, cases, detection, learnt
 from experiments.synth.gait import gait
 from sdftrack.contour.masks import signed_distances
 
@@ -48,8 +42,6 @@ def overlap(answers):
 
 
 # Recovery
-
-
 def test_hidden_parts_of_a_known_gait_come_back(memory, bars):
     answers = asked(memory, bars)
     assert overlap(answers) > RECOVERED
@@ -102,14 +94,11 @@ def test_a_recovered_silhouette_agrees_with_its_own_coefficients(memory, bars):
 
 
 # What must end as novel
-
-
 def test_many_small_occluders_are_novel_or_come_out_right(memory, cat):
     fences = cases(cat[FRAMES // 2 :: 3], (0.3, 0.4, 0.5), "fence")
     answers = asked(memory, fences)
-    assert (
-        np.mean([a.judgement == "novel" for a in answers]) > 0.5
-    )  # the others have two slats before the body
+    # the others have two slats before the body
+    assert np.mean([a.judgement == "novel" for a in answers]) > 0.5
     assert min(a.accepted for a in answers if a.judgement == "occluded") > RIGHT_SHAPE
     assert all(a.judgement != "unoccluded" for a in answers)
 
@@ -186,8 +175,6 @@ def test_the_printed_rule_calls_details_novel_that_it_has_not_learnt(cat):
 
 
 # Learning
-
-
 def test_silhouettes_that_are_alike_are_kept_once_and_the_capacity_holds(cat):
     memory = learnt([cat[0]] * 5)
     assert (memory.n_learnt, memory.n_kept) == (5, 1)
@@ -248,8 +235,6 @@ def test_a_bar_that_passes_by_is_noticed_and_filled_in_and_learning_goes_on(cat)
 
 
 # Files and copies
-
-
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("count", [0, 3, 40])
 def test_a_memory_comes_back_from_its_file_from_pickle_and_as_a_copy(rule, count, cat, bars, tmp_path):

@@ -86,16 +86,6 @@ def test_each_object_is_found_in_its_own_mask(body):
         assert_pose_close(found, T, FOUND_ATOL_M, FOUND_ATOL_RAD)
 
 
-def test_a_view_that_fits_two_poses_is_called_ambiguous():
-    box = st.SDF.box((0.12, 0.09, 0.06), voxels=80)
-    frame, mask = shot(box, POSE)
-    result = st.Tracker(box, CAMERA, threads=1).start(frame, masks=mask)
-    assert result.status == ["weak"]
-    assert "ambiguous" in result.reason[0]
-    assert result.runner_up[0] > 0.95
-    assert result.confidence[0] < 0.6  # one of two equal poses
-
-
 @pytest.mark.parametrize("how", ["nothing", "boxes", "masks"])
 def test_an_object_that_is_not_there_is_lost_and_has_no_pose(tracker, how):
     mask = np.zeros(CAMERA.shape, bool)
@@ -116,7 +106,6 @@ def test_an_unreadable_first_frame_keeps_the_place_for_the_next(tracker, body):
 
 
 # --- loss and recovery
-
 ELSEWHERE = geometry.pose(TURNS[1], [-0.12, 0.05, 0.7])
 
 
@@ -189,8 +178,6 @@ def test_recover_leaves_the_followed_objects_as_they_are(body):
 
 
 # --- motion
-
-
 def first_scales(body, motion, xs):
     """Scale (m) of the first stage in each frame of an object that is moved along x."""
     tracker = st.Tracker(body, CAMERA, threads=1, motion=motion)
@@ -218,8 +205,6 @@ def test_the_prediction_that_has_been_nearer_is_used(body):
 
 
 # --- priors, coming and going
-
-
 def test_a_prior_holds_the_direction_that_the_data_leave_free():
     """A cylinder seen from the side turns freely about its axis: only a prior says how far it has turned."""
     can = st.SDF.cylinder(0.03, 0.1, voxels=80)

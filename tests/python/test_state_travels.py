@@ -117,11 +117,9 @@ def by_file(one: Any) -> Any:
 
 
 WAYS: dict[str, Callable[[Any], Any]] = {
-    "copy": copy.copy,
-    "deepcopy": copy.deepcopy,
-    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+    "copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda one: pickle.loads(pickle.dumps(one)),
     "file": by_file,
-}
+}  # fmt: skip
 FIELDS = (
     "poses", "covariances", "confidence", "twists", "inliers", "runner_up", "systematic", "unstated", "energy", "index",
     "status", "reason", "sensor",
@@ -165,7 +163,6 @@ def test_a_tracker_that_travels_continues_with_the_same_bits(name: str, way: str
 
 
 # -- contours
-
 IMAGES = [painted(disc_mask(50 + 2 * i, 60, 22 + 3 * np.sin(0.4 * i)), 12, seed=i) for i in range(30)]
 FAR = [painted(disc_mask(300, 300, 10), 12, seed=90 + i) for i in range(3)]  # lost
 VIDEO = IMAGES[1:15] + FAR + IMAGES[15:]
@@ -196,8 +193,6 @@ def test_a_contour_that_travels_continues_with_the_same_bits(options: dict[str, 
 
 
 # -- states that no tracker wrote
-
-
 def cores() -> dict[str, tuple[Any, Any]]:
     """Of each kind, one with a state and one to read it."""
     given = KINDS["several"]

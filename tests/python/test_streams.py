@@ -55,9 +55,8 @@ def result(i=0, status=("ok", "ok"), seed=0):
         reason=["" if word == "ok" else f"it is {word}" for word in status],
         confidence=np.where(gone, 0, [0.9, 0.8]),
         covariances=np.where(gone[:, None, None], np.nan, 1e-6 * roots @ np.swapaxes(roots, 1, 2)),
-        twists=np.full((2, 6), np.nan) if i == 0 else random.normal(size=(2, 6)),
-        timestamp=100 + i / 30,
-    )
+        twists=np.full((2, 6), np.nan) if i == 0 else random.normal(size=(2, 6)), timestamp=100 + i / 30,
+    )  # fmt: skip
 
 
 def pose_of(position, quaternion):
@@ -78,8 +77,6 @@ def median_of_send(stream, count=400):
 
 
 # -- websocket
-
-
 @pytest.fixture
 def server():
     with open_stream("ws://localhost:0", NAMES, CAMERA) as stream:
@@ -220,8 +217,6 @@ def test_a_page_of_an_origin_that_is_admitted_reads_the_stream(server):
 
 
 # -- OSC
-
-
 @pytest.fixture
 def osc():
     """An OSC server; what it received as {address: list of arguments}, and its port."""
@@ -272,8 +267,6 @@ def test_a_missing_osc_receiver_costs_messages_only():
 
 
 # -- mcap
-
-
 def read_mcap(path):
     """Messages as (topic, log time, message), also of a file that was cut off, by the definitions in it."""
     from mcap.exceptions import EndOfFile
@@ -415,8 +408,6 @@ def test_an_existing_file_is_kept_unless_told_otherwise_and_a_frame_without_a_ti
 
 
 # -- all of them
-
-
 def test_a_slow_receiver_loses_the_oldest_frames_and_they_are_counted():
     gate, seen, begun = threading.Event(), [], threading.Event()
 
@@ -508,8 +499,6 @@ def test_names_and_addresses():
 
 
 # -- the page docs/howto/stream.md
-
-
 @pytest.mark.slow
 def test_the_programs_of_the_page_run_and_meet(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

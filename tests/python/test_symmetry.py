@@ -22,14 +22,12 @@ HALF = st.Symmetry(np.diag([-1.0, -1, 1, 1])[None])
     [
         (SDF.box((0.1, 0.08, 0.06), voxels=VOXELS), 3, 0),
         (SDF.box((0.08, 0.08, 0.1), voxels=VOXELS), 7, 0),
-        (SDF.box((0.08, 0.08, 0.08), voxels=VOXELS), 23, 0),
-        (SDF.cylinder(0.03, 0.1, voxels=VOXELS), 1, 1),
-        (SDF.cone(0.03, 0.1, voxels=VOXELS), 0, 1),
-        (SDF.sphere(0.05, voxels=VOXELS), 0, 2),
+        (SDF.box((0.08, 0.08, 0.08), voxels=VOXELS), 23, 0), (SDF.cylinder(0.03, 0.1, voxels=VOXELS), 1, 1),
+        (SDF.cone(0.03, 0.1, voxels=VOXELS), 0, 1), (SDF.sphere(0.05, voxels=VOXELS), 0, 2),
         (SDF.ellipsoid((0.05, 0.04, 0.03), voxels=VOXELS), 3, 0),
     ],
     ids=["box", "square box", "cube", "cylinder", "cone", "ball", "ellipsoid"],
-)
+)  # fmt: skip
 def test_the_symmetries_of_a_solid_are_found_in_its_distances_wherever_it_lies(sdf, discrete, continuous):
     T = pose([0.4, -0.3, 0.8], [0.02, 0.01, -0.03])
     for shape in (sdf, sdf.transformed(T)):

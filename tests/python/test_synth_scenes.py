@@ -128,9 +128,8 @@ def test_things_on_the_table_touch_the_object_and_do_not_enter_it():
         p = body.points
         board = table.things[0].vertices
         up = -(poses[0][:3, :3].T @ [0, np.cos(np.radians(40)), np.sin(np.radians(40))])
-        np.testing.assert_allclose(
-            (p @ up).min(), (board @ up).max(), atol=0.02
-        )  # up is a mean over the path
+        # up is a mean over the path
+        np.testing.assert_allclose((p @ up).min(), (board @ up).max(), atol=0.02)
         for thing in table.things[1:]:
             gap = _box_distance(Body(thing, 0, 0).points)
             assert np.abs(gap.min()) < 2e-3  # it stops at a point; those stand 2.5 mm apart

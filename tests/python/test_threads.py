@@ -134,7 +134,6 @@ def test_a_process_bound_to_one_processor_says_so():
 
 
 # -- Ctrl-C in the middle of a call
-
 ENDS_WITHIN_S = 2.5  # of calls of many seconds; the look is every 50 ms, and the machine may be busy
 
 

@@ -7,16 +7,7 @@ import threading
 
 import numpy as np
 import pytest
-from tracking_scene import (
-    CAMERA,
-    NOISE_M,
-    POSE,
-    SIZE_M,
-    box_mesh,
-    depth_of,
-    frame_of,
-    wall_frame,
-)
+from tracking_scene import CAMERA, NOISE_M, POSE, SIZE_M, box_mesh, depth_of, frame_of, wall_frame
 
 import sdftrack as st
 from experiments.trust.coverage import error_vector
@@ -48,8 +39,6 @@ def shifted(T, *t_m):
 
 
 # --- tracking with truth
-
-
 @pytest.mark.parametrize(
     ("noise", "atol_m", "atol_rad"),
     [(None, CLEAN_ATOL_M, CLEAN_ATOL_RAD), (NOISE_M, NOISY_ATOL_M, NOISY_ATOL_RAD)],
@@ -145,8 +134,6 @@ def test_a_frames_own_camera_goes_before_the_trackers(box):
 
 
 # --- trust
-
-
 def test_something_else_at_the_objects_place_is_not_the_object(box):
     ball = st.SDF.sphere(0.03, voxels=50).render(CAMERA, POSE)[0]
     frame = st.Frame(np.where(ball > 0, ball, 1.2).astype(np.float32))
@@ -175,7 +162,6 @@ def test_a_partly_hidden_object_is_followed_and_a_mostly_hidden_one_is_not_calle
 
 
 # --- covariance
-
 DRAWS = 100
 MOVING_FRAMES = 96
 CHI2_95, CHI2_99_9 = 12.592, 22.458  # 6 degrees of freedom
@@ -304,8 +290,6 @@ def test_a_direction_that_only_edges_hold_is_not_called_sure(box, share):
 
 
 # --- twists, set_pose, saving
-
-
 def test_twists_are_velocities_in_camera_axes(tracker):
     turn = np.radians(2)
     first = tracker.start(frame_of(noise_m=0, timestamp=10.0), poses=[POSE])
@@ -355,8 +339,6 @@ def test_results_pickle_compare_and_go_to_json(tracker):
 
 
 # --- options
-
-
 def test_the_printed_form_tracks_too(box):
     printed = st.TrackerOptions.printed()
     assert (printed.residual, printed.curvature, printed.outlier_floor) == ("point", "printed", 0.0)
@@ -386,8 +368,6 @@ def test_the_printed_rule_goes_on_where_a_step_promises_little(box):
 
 
 # --- bad input
-
-
 def test_a_bad_first_frame_is_no_reason_to_remember_an_earlier_run(box, tracker):
     tracker.start(frame_of(), poses=POSE)
     fresh = st.Tracker(box, CAMERA, threads=1)
@@ -397,11 +377,9 @@ def test_a_bad_first_frame_is_no_reason_to_remember_an_earlier_run(box, tracker)
 
 
 USES = {
-    "track": lambda t: t.track(frame_of()),
-    "start": lambda t: t.start(frame_of(), poses=POSE),
-    "set_pose": lambda t: t.set_pose(0, POSE),
-    "save": pickle.dumps,
-}
+    "track": lambda t: t.track(frame_of()), "start": lambda t: t.start(frame_of(), poses=POSE),
+    "set_pose": lambda t: t.set_pose(0, POSE), "save": pickle.dumps,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("use", USES)

@@ -50,14 +50,8 @@ def test_an_object_in_a_fist_is_followed_from_the_first_frame(duck, share):
     """Fingers and palm in contact from the start: a coarse fit slides onto them, 15 to 30 mm away."""
     mesh, sdf = duck
     seq = st.synth.sequence(
-        mesh,
-        FRAMES,
-        noise=0.001,
-        occluder=Grip(share, "skin"),
-        camera=CAMERA,
-        clutter="table",
-        seed=2,
+        mesh, FRAMES, noise=0.001, occluder=Grip(share, "skin"), camera=CAMERA, clutter="table", seed=2,
         threads=1,
-    )
+    )  # fmt: skip
     tracker = st.Tracker(sdf, CAMERA, mode="depth", threads=1)
     follow(tracker, seq)

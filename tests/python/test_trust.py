@@ -35,7 +35,6 @@ def test_the_correlation_area_is_the_size_of_the_blocks_that_share_an_error(side
 
 
 # --- status and confidence
-
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 BOX_M = [0.12, 0.09, 0.06]
 RIGHT, WRONG = 0.8, 0.5  # confidence above, below
@@ -67,9 +66,8 @@ def moved(T, metres, degrees, seed=0):
 @pytest.mark.parametrize("noise", [0.001, "kinect"])
 def test_a_cube_that_fits_two_faces_of_a_longer_box_is_not_called_ok(box, clutter, noise):
     cube = st.SDF.box([0.1, 0.1, 0.1], voxels=80)
-    for seed in range(
-        3
-    ):  # the first view shows one face alone, in which the cube may slide: ok, not believed
+    # the first view shows one face alone, in which the cube may slide: ok, not believed
+    for seed in range(3):
         frame, T = scene(box, seed, clutter, noise)
         right = st.Tracker(box, CAMERA, threads=1, recover=False).start(frame, poses=[T])
         assert right.ok

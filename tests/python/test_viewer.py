@@ -46,8 +46,6 @@ def told(*statuses, pose=np.eye(4), reason=""):  # noqa: B008  (not changed)
 
 
 # -- What is drawn, and when
-
-
 def test_show_returns_at_once_and_nothing_is_drawn_while_no_page_is_open(viewer):
     sequence, _, results = scene()
     depth = np.kron(sequence[0].depth, np.ones((2, 2), np.float32))
@@ -86,12 +84,7 @@ def test_frames_without_result_lost_objects_and_bad_frames_are_shown(viewer, mon
     lost = told("lost", pose=results[0].pose, reason="gone")
     bad = st.Frame.unreadable("unplugged")
     with watched(viewer, monkeypatch):
-        shown = (
-            (sequence[0], None),
-            (sequence[1], lost),
-            (bad, lost),
-            (sequence[2], results[2]),
-        )
+        shown = ((sequence[0], None), (sequence[1], lost), (bad, lost), (sequence[2], results[2]))
         for count, (frame, result) in enumerate(shown, 1):
             viewer.show(frame, result)
             drawn(viewer, count)
@@ -211,8 +204,6 @@ def test_more_poses_than_shapes_and_meshes_of_no_object_are_refused(viewer):
 
 
 # -- Geometry and texts
-
-
 def test_points_of_the_cloud_project_to_their_pixels():
     sequence, _, _ = scene()
     points, colors = cloud(sequence[0], CAMERA, 10.0)
@@ -263,8 +254,6 @@ def test_texts_are_escaped_and_unknown_numbers_left_out():
 
 
 # -- Requests and the end
-
-
 def test_requests_come_in_order_for_the_chosen_object(viewer_of_two):
     viewer = viewer_of_two
     viewer._clicked(3.0, 4.0)
@@ -302,8 +291,6 @@ def test_a_connection_that_says_nothing_does_not_hinder_closing():
 
 
 # -- st.view and the command
-
-
 def test_view_moves_to_the_frame_that_is_asked_for(monkeypatch):
     sequence, sdf, results = scene()
     with st.view(sequence, results, sdf, port=0) as viewer, watched(viewer, monkeypatch):

@@ -32,9 +32,8 @@ pytestmark = [
 
 SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 MARK_RGB = (255, 0, 255)  # a colour that is nowhere else in the page
-CLICK_PX = (
-    3.0  # one pixel of the page is about 0.75 of the image; the mark's centre is found to less than that
-)
+# One pixel of the page is about 0.75 of the image; the mark's centre is found to less than that.
+CLICK_PX = 3.0
 
 
 @pytest.fixture(scope="module")

@@ -54,16 +54,9 @@ def result(poses, status=None, i=0):
         if s in (Status.LOST, Status.BAD_FRAME):
             covariances[k] = np.nan
     return TrackResult(
-        poses=np.array(poses, np.float64),
-        status=status,
+        poses=np.array(poses, np.float64), status=status,
         reason=["" if s is Status.OK else "made so by the test" for s in status],
-        confidence=np.array([0.0 if s is Status.LOST else 0.9 for s in status]),
-        covariances=covariances,
-        twists=np.full((m, 6), np.nan),
-        inliers=np.full(m, 0.8),
-        runner_up=np.full(m, np.nan),
-        energy=0.1,
-        seconds=0.002,
-        timestamp=i / 30.0,
-        index=i,
-    )
+        confidence=np.array([0.0 if s is Status.LOST else 0.9 for s in status]), covariances=covariances,
+        twists=np.full((m, 6), np.nan), inliers=np.full(m, 0.8), runner_up=np.full(m, np.nan), energy=0.1,
+        seconds=0.002, timestamp=i / 30.0, index=i,
+    )  # fmt: skip
