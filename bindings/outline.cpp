@@ -2,6 +2,8 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <array>
+
 #include "appearance.h"
 #include "array.h"
 #include "base/to_int.h"
@@ -47,14 +49,16 @@ py::tuple outline_energy(const py::array& lines, const Camera& camera, const app
 
 py::object outline_size(const py::array& lines, const Camera& camera, const appearance::ColorMap& map,
                         const py::array& T_obj_cam, double noise, const tracking::Vector6d& to_depth,
-                        double shared_lines) {
+                        double shared_lines, const std::array<double, 3>& middle) {
   OutlineLines made = lines_from(lines, camera, map);
   const Rigidd T = rigid_from(T_obj_cam, "T_obj_cam");
   std::vector<energies::OutlineResidual> rows;
   energies::OutlineEnergy(&made, {noise, 0, shared_lines}).residuals(T, &rows);
-  const auto size = tracking::size_by_outline(made, rows, noise, T, to_depth, shared_lines);
-  if (!size) return py::none();
-  return py::make_tuple(size->log_scale, size->own_var, size->shared_var, size->pull);
+  const auto look = tracking::look_by_outline(
+      made, {rows, noise, T, to_depth, shared_lines, {middle[0], middle[1], middle[2]}});
+  if (!look) return py::none();
+  return py::make_tuple(look->size.log_scale, look->size.own_var, look->size.shared_var, look->size.pull,
+                        look->form.information, look->form.pull);
 }
 
 void check_reach(int reach) {
@@ -158,7 +162,10 @@ void bind_outline(py::module_& m) {
         py::arg("shared_lines") = 1.0, "Cost, gradient, Hessian and residuals (over their sd).");
   m.def("outline_size", &outline_size, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
         py::arg("T_obj_cam"), py::arg("noise"), py::arg("to_depth"), py::arg("shared_lines"),
-        "Log scale, own and shared variance, pull; None of too few lines.");
+        py::arg("middle") = std::array<double, 3>{},
+        "Log scale, own and shared variance, pull; information and pull of a strain about `middle`. None of "
+        "too "
+        "few lines.");
 }
 
 }  // namespace sdftrack::bindings

@@ -62,7 +62,7 @@ __device__ void add_contacts(const Contacts& given, const SdfView* sdfs, const R
           row.object = given.pairs[contact.pair].object, row.other_object = given.pairs[contact.pair].other;
           row.weight = given.weight[row.object], row.phi_m = contact.phi_m;
           contact_rows(T_other_object[contact.pair], point.p_obj, contact.grad_other, row.own, row.other);
-          touching = 1;
+          atomicExch(&touching, 1);
         }
       }
     }

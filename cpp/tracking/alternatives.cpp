@@ -60,9 +60,8 @@ double shared_px(const TrackedObject& object) {
   return measured_px > 0 ? measured_px : kSharedPx;
 }
 
-// Poses at the object's place, with other turns: half turns about the principal axes, for most things look
-// alike from two sides, and what a search finds.
-std::vector<Rigidd> turned(FrameContext* context, ObjectFollower* follower, const TrackedObject& object) {
+// The object's pose after half turns about its principal axes, for most things look alike from two sides.
+std::vector<Rigidd> half_turned(const TrackedObject& object) {
   const frame::Moments& m = object.shape->moments;
   const Eigen::Vector3d mean(m.mean.x, m.mean.y, m.mean.z);
   const optim::Eigenpairs<3> axes =
@@ -73,15 +72,41 @@ std::vector<Rigidd> turned(FrameContext* context, ObjectFollower* follower, cons
     const Mat3d R = rotation_exp(Vec3d{a.x(), a.y(), a.z()});
     all.push_back(object.T_cam_obj * Rigidd{R, m.mean - R * m.mean});
   }
+  return all;
+}
+
+// What a search finds at the object's place.
+std::vector<Rigidd> found_there(FrameContext* context, ObjectFollower* follower,
+                                const TrackedObject& object) {
   SearchQuery query;
   query.near = object.T_cam_obj;
   query.reach_m = kTurnReach * object.shape->diameter_m;
   query.alike = kWorthAFit;
-  if (const std::optional<Found> found = follower->search(context, context->frame(), object, query, 0)) {
-    all.push_back(found->fitted.T_cam_obj);
-    for (const Rigidd& motion : found->alternatives) all.push_back(found->fitted.T_cam_obj * motion);
-  }
+  const std::optional<Found> found = follower->search(context, context->frame(), object, query, 0);
+  if (!found) return {};
+  std::vector<Rigidd> all{found->fitted.T_cam_obj};
+  for (const Rigidd& motion : found->alternatives) all.push_back(found->fitted.T_cam_obj * motion);
   return all;
+}
+
+// Those of some poses at the object's place that explain the frame about as well become its alternatives.
+void add_alternatives(const FrameContext& context, ObjectFollower* follower, const std::vector<Rigidd>& poses,
+                      TrackedObject* object) {
+  const Rigidd T = object->T_cam_obj;
+  std::optional<Fitted> own = follower->fit_finely(context, *object, T);
+  if (!own) return;
+  for (const Rigidd& there : poses) {
+    std::optional<Fitted> other = follower->fit_finely(context, *object, there);
+    if (!other) continue;
+    const auto same = [&](const Alternative& a) { return !distinct(T * a.motion, other->T_cam_obj); };
+    if (looks_distinct(other->T_cam_obj, own->T_cam_obj, &object->symmetries) &&
+        norm(other->T_cam_obj.t - T.t) < kTurnReach * object->shape->diameter_m &&
+        std::none_of(object->alternatives.begin(), object->alternatives.end(), same) &&
+        log_odds_between(*own, *other, follower->options(), shared_px(*object)) < kDecided)
+      object->alternatives.push_back({inverse(T) * other->T_cam_obj, 0});
+    follower->give_back(std::move(other->steps));
+  }
+  follower->give_back(std::move(own->steps));
 }
 
 // The log odds of a fit to the outline against another one.
@@ -111,21 +136,14 @@ double log_odds_between(const Fitted& fitted, const Fitted& other, const Tracker
 
 void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object) {
   object->alternatives.clear();
-  const Rigidd T = object->T_cam_obj;
-  std::optional<Fitted> own = follower->fit_finely(*context, *object, T);
-  if (!own) return;
-  for (const Rigidd& there : turned(context, follower, *object)) {
-    std::optional<Fitted> other = follower->fit_finely(*context, *object, there);
-    if (!other) continue;
-    const auto same = [&](const Alternative& a) { return !distinct(T * a.motion, other->T_cam_obj); };
-    if (looks_distinct(other->T_cam_obj, own->T_cam_obj, &object->symmetries) &&
-        norm(other->T_cam_obj.t - T.t) < kTurnReach * object->shape->diameter_m &&
-        std::none_of(object->alternatives.begin(), object->alternatives.end(), same) &&
-        log_odds_between(*own, *other, follower->options(), shared_px(*object)) < kDecided)
-      object->alternatives.push_back({inverse(T) * other->T_cam_obj, 0});
-    follower->give_back(std::move(other->steps));
-  }
-  follower->give_back(std::move(own->steps));
+  std::vector<Rigidd> all = half_turned(*object);
+  const std::vector<Rigidd> found = found_there(context, follower, *object);
+  all.insert(all.end(), found.begin(), found.end());
+  add_alternatives(*context, follower, all, object);
+}
+
+void doubt_half_turns(const FrameContext& context, ObjectFollower* follower, TrackedObject* object) {
+  add_alternatives(context, follower, half_turned(*object), object);
 }
 
 Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,

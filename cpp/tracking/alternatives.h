@@ -13,6 +13,9 @@ constexpr int kCouldTurn = 5;
 // Of an object that is seen again, after it could have been turned: what else explains it at its place.
 void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObject* object);
 
+// Half turns of an object that a search has found, which its hypotheses need not contain.
+void doubt_half_turns(const FrameContext& context, ObjectFollower* follower, TrackedObject* object);
+
 // Compares the object's alternatives with its pose in this frame: one is dropped where enough frames speak
 // against it, and takes the object's place where they speak for it.
 void compare_alternatives(FrameContext* context, ObjectFollower* follower, TrackedObject* object,

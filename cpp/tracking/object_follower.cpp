@@ -219,7 +219,10 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   object->determined_frames = object->open.empty() ? object->determined_frames + 1 : 0;
   if (fitted.size_by_depth) object->size.depth.observe(*fitted.size_by_depth, fitted.T_cam_obj.R);
   if (fitted.form_by_depth) object->size.form.observe(*fitted.form_by_depth, fitted.T_cam_obj.R);
-  if (fitted.size_by_outline) object->size.outline.observe(*fitted.size_by_outline, fitted.T_cam_obj.R);
+  if (fitted.by_outline) {
+    object->size.outline.observe(fitted.by_outline->size, fitted.T_cam_obj.R);
+    object->size.form_outline.observe(fitted.by_outline->form);
+  }
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;
   object->hidden_frames = 0;

@@ -84,6 +84,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
   object->alternatives.clear();
   for (const Rigidd& motion : found->alternatives) object->alternatives.push_back({motion, 0});
   object->lost_frames = result.trust.status == Status::kLost;
+  if (is_followed(result.trust.status)) doubt_half_turns(*context, follower_, object);
   return result;
 }
 

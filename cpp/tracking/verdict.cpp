@@ -58,8 +58,7 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
       trust.reason.code != ReasonCode::kRunsOn)
     return;
   ReasonCode code = ReasonCode::kOtherForm;
-  std::string which =
-      object.primitive ? "" : object.size.form.other_form();  // a primitive's sizes are fitted
+  std::string which = object.primitive ? "" : object.size.other_form();  // a primitive's sizes are fitted
   if (which.empty() && !object.free_scale) code = ReasonCode::kOtherSize, which = object.size.other_size();
   if (which.empty()) return;
   trust.reason = {code, 0, -1, std::move(which), trust.reason.frame};

@@ -233,6 +233,22 @@ TEST(SizeTest, an_outline_of_the_right_size_contradicts_depth) {
   EXPECT_TRUE(small.other_size().empty());
 }
 
+// Depth sees a stretch by 20 % along x; the outline knows that direction only.
+TEST(SizeTest, an_outline_of_the_models_form_contradicts_depth_that_bends) {
+  const tracking::Strain along_x{{0.2 * std::sqrt(0.5), 0.2 * std::sqrt(1 / 6.0), 0, 0, 0}};
+  const tracking::StrainCovariance small = 1e-6 * tracking::StrainCovariance::Identity();
+  const tracking::StrainCovariance known = 400 * along_x * along_x.transpose() / along_x.squaredNorm();
+  const auto said = [&](double share, double information) {
+    tracking::SizeTest size;
+    size.form.observe({along_x, small, small}, Mat3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+    size.form_outline.observe({information * known, information * share * known * along_x});
+    return size.other_form();
+  };
+  EXPECT_NE(said(0.8, 1).find("22 % longer than the model along (1.00, 0.00, 0.00)"), std::string::npos);
+  EXPECT_TRUE(said(0, 1).empty());
+  EXPECT_FALSE(said(0, 1e-3).empty());  // which does not tell
+}
+
 TEST(Disagreement, what_only_one_of_two_knows_is_no_way_between_them) {
   tracking::Disagreement apart;
   apart.way << 0.005, 0.005, 0, 0, 0, 0;

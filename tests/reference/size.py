@@ -171,23 +171,37 @@ def strain_by_depth(view: View, T_obj_cam: Array, noise: float, systematic: floa
     return fit.x[some], own, shared, axis, stretch, sd
 
 
-def size_by_outline(
-    lines: Array, K: Array, T_obj_cam: Array, noise: float, to_depth: Array, shared_lines: float
+def look_by_outline(
+    lines: Array,
+    K: Array,
+    T_obj_cam: Array,
+    noise: float,
+    to_depth: Array,
+    shared_lines: float,
+    middle: Array,
 ) -> tuple[Any, ...] | None:
     """By rows of (X, Y, Z, centre, normal, offset, sd) at a pinhole: pose, log scale, an offset (px) of all lines.
 
     The distance along the camera's axis is that of depth, `to_depth` from here, to 1 %; the offset is 0 to 0.5 px.
+    Then the normal equations of strains about `middle`, with the others eliminated.
     """
 
     def off(x: Array) -> Array:
-        larger = np.column_stack([np.exp(x[6]) * lines[:, :3], lines[:, 3:]])
+        strained = (lines[:, :3] - middle) @ np.tensordot(x[8:], STRAINS, 1)
+        larger = np.column_stack([np.exp(x[6]) * lines[:, :3] + strained, lines[:, 3:]])
         off_px = outline_residuals(larger, K, np.linalg.inv(increment(x) @ T_obj_cam))
         return (off_px + x[7]) / (noise * lines[:, 8])
 
-    at, rows = off(np.zeros(8)), np.stack([(off(h) - off(-h)) / 2e-5 for h in 1e-5 * np.eye(8)], axis=1)
+    at, rows = off(np.zeros(13)), np.stack([(off(h) - off(-h)) / 2e-5 for h in 1e-5 * np.eye(13)], axis=1)
     weights = 1 / (1 + at**2 / 2) / shared_lines
-    along, hold = np.append(T_obj_cam[:3, 2], np.zeros(5)), (0.01 * np.linalg.inv(T_obj_cam)[2, 3]) ** -2
-    P = hold * np.outer(along, along) + np.diag([1e-3] * 6 + [1, 0.5**-2])
-    C = np.linalg.inv(rows.T @ np.diag(weights) @ rows + P)
-    x = C @ (hold * along * (along[:6] @ to_depth) - rows.T @ (weights * at))
-    return None if len(lines) < LEAST_LINES else (x[6], 0, C[6, 6], C[:6, 6] / C[6, 6])
+    along, hold = np.append(T_obj_cam[:3, 2], np.zeros(10)), (0.01 * np.linalg.inv(T_obj_cam)[2, 3]) ** -2
+    P = hold * np.outer(along, along) + np.diag([1e-3] * 6 + [1, 0.5**-2] + [0] * 5)
+    H, g = (
+        rows.T @ np.diag(weights) @ rows + P,
+        hold * along * (along[:6] @ to_depth) - rows.T @ (weights * at),
+    )
+    C, beside = np.linalg.inv(H[:8, :8]), H[8:, :8]
+    if len(lines) < LEAST_LINES:
+        return None
+    size = ((C @ g[:8])[6], 0, C[6, 6], C[:6, 6] / C[6, 6])
+    return *size, H[8:, 8:] - beside @ C @ beside.T, g[8:] - beside @ C @ g[:8]

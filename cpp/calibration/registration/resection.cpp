@@ -32,6 +32,12 @@ Eigen::Matrix<double, N, N> normalising(const std::vector<Eigen::Matrix<double, 
 
 using Complex = std::complex<double>;
 
+// The operators call the compiler's run-time library, which treats infinities; no wheel links that.
+Complex product(Complex a, Complex b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+Complex quotient(Complex a, Complex b) { return product(a, std::conj(b)) / std::norm(b); }
+
 // Roots of c[0] + c[1] x + ... + c[4] x^4 by Durand and Kerner's iteration.
 std::array<Complex, 4> roots_of(const std::array<double, 5>& c) {
   constexpr int kSteps = 100;
@@ -40,10 +46,10 @@ std::array<Complex, 4> roots_of(const std::array<double, 5>& c) {
     double moved = 0, size = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       Complex value = c[4], apart = c[4];
-      for (std::size_t k = 4; k-- > 0;) value = value * x[i] + c[k];
+      for (std::size_t k = 4; k-- > 0;) value = product(value, x[i]) + c[k];
       for (std::size_t j = 0; j < 4; ++j)
-        if (j != i) apart *= x[i] - x[j];
-      const Complex change = value / apart;
+        if (j != i) apart = product(apart, x[i] - x[j]);
+      const Complex change = quotient(value, apart);
       x[i] -= change;
       moved = std::max(moved, std::abs(change)), size = std::max(size, std::abs(x[i]));
     }

@@ -18,6 +18,7 @@ namespace {
 constexpr int kMinBright = 20;     // pixels
 constexpr double kMaxSpread = 10;  // readings packed per one of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
+constexpr double kOddSize = 0.01, kOddSize_sd = 2;  // log scale that is looked at again at once
 constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree for its size to be judged
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr double kAreaFollows = 0.4;
@@ -43,7 +44,7 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
   coarse_.clear(), pixels_.clear();  // of another frame, whose colours may be gone
-  outline_lines_.lines.clear(), apart_.reset(), size_by_outline_.reset();
+  outline_lines_.lines.clear(), apart_.reset(), by_outline_.reset();
   measured_.known = false;
   if (selection_.count() == 0) return 0;
   if (reads_colors())
@@ -256,7 +257,7 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
 // is the sensor's systematic error, and the following frames are judged with it.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
-  fitted->apart = apart_, fitted->size_by_outline = size_by_outline_;
+  fitted->apart = apart_, fitted->by_outline = by_outline_;
   const double stated_m = sensor_noise(options_).at(fitted->T_cam_obj.t.z);
   const double local = local_noise_m(pixels_, &floats_) / stated_noise_m_;  // over stated, as the factor
   const double measured = fitted->memory.noise_factor;
@@ -301,7 +302,10 @@ void FitView::look_at_size(double noise_m, double systematic_m, Fitted* fitted) 
                                             measured_.T_obj_cam, noise_m, systematic_m);
   const bool again = fitted->form_by_depth && std::abs(fitted->form_by_depth->largest().log_stretch) > kAgain;
   age = again ? 0 : (age + 1) % kFormEvery;
-  if (again) fitted->memory.area_age = kAreaEvery - 1;  // the size is looked at in the next frame
+  const std::optional<SizeLook>& size = fitted->size_by_depth;
+  const bool odd = size && std::abs(size->log_scale) >
+                               kOddSize + kOddSize_sd * std::sqrt(size->own_var + size->shared_var);
+  if (again || odd) fitted->memory.area_age = kAreaEvery - 1;  // the size is looked at in the next frame
 }
 
 }  // namespace sdftrack::tracking

@@ -13,7 +13,7 @@
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_lines.h"
 #include "tracking/fit/outline_noise.h"
-#include "tracking/size/size_look.h"
+#include "tracking/size/outline_size.h"
 #include "tracking/trust/color_delay.h"
 #include "tracking/trust/color_evidence.h"
 #include "tracking/trust/smooth_foreground.h"
@@ -82,12 +82,14 @@ struct Fitted {
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
-  double roughness = 1;                                    // see PoseEvidence
-  double centre_sd = 0;                                    // likewise
-  double systematic_m = 0;                                 // that the covariance counts with
-  std::optional<PosesApart> apart;                         // where the outline was looked at
-  std::optional<SizeLook> size_by_depth, size_by_outline;  // in frames that were asked for it
-  std::optional<StrainLook> form_by_depth;                 // likewise
+  double roughness = 1;             // see PoseEvidence
+  double centre_sd = 0;             // likewise
+  double systematic_m = 0;          // that the covariance counts with
+  std::optional<PosesApart> apart;  // where the outline was looked at
+  // In frames that were asked for it.
+  std::optional<SizeLook> size_by_depth;
+  std::optional<StrainLook> form_by_depth;
+  std::optional<OutlineLook> by_outline;
   FitMemory memory;
   std::vector<TrackStep> steps;
 };
@@ -225,7 +227,7 @@ class FitView {
   optim::NormalEquations photometric_, outline_there_;
   optim::State outline_at_;
   std::optional<PosesApart> apart_;
-  std::optional<SizeLook> size_by_outline_;
+  std::optional<OutlineLook> by_outline_;
   ContourLibrary contours_;
   energies::OutlineLines outline_lines_;
   std::vector<energies::OutlineResidual> outline_residuals_;

@@ -95,8 +95,9 @@ void FitView::compare_with_outline(const optim::State& x, double area_px,
     outline.residuals(x.T_obj_cam[0], &outline_residuals_);
     const Vector6d to_depth = weight * optim::solve_symmetric<6, 1>(depth.A + weak_knowledge(target_->shape),
                                                                     photometric_.gradient);
-    size_by_outline_ = size_by_outline(outline_lines_, outline_residuals_, outline_factor(*memory),
-                                       x.T_obj_cam[0], to_depth, shared_lines(*memory));
+    by_outline_ =
+        look_by_outline(outline_lines_, {outline_residuals_, outline_factor(*memory), x.T_obj_cam[0],
+                                         to_depth, shared_lines(*memory), target_->shape.moments.mean});
   }
   const Disagreement now = depth_disagreement(
       {depth.A, depth.B, depth.geometry, area_px, photometric_.hessian, photometric_.gradient, weight},

@@ -33,16 +33,8 @@ constexpr double kShares[kBiasModes] = {kOffsetShare,    kLinearShare,    kLinea
 constexpr int kLogScale = 6, kModes = 7, kFirstStrain = kModes + kBiasModes;
 constexpr int kMaxPixels = 2 * kSizePixels;
 
-// d^T E q for each strain E of the basis, E = E^T of trace 0 and norm 1.
-Strain strains(const Vec3f& d, const Vec3f& q) {
-  const double half = std::sqrt(0.5), sixth = std::sqrt(1 / 6.0);
-  const Eigen::Vector3d a(static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z)),
-      b(static_cast<double>(q.x), static_cast<double>(q.y), static_cast<double>(q.z));
-  Strain s;
-  s << half * (a[0] * b[0] - a[1] * b[1]), sixth * (a[0] * b[0] + a[1] * b[1] - 2 * a[2] * b[2]),
-      half * (a[0] * b[1] + a[1] * b[0]), half * (a[0] * b[2] + a[2] * b[0]),
-      half * (a[1] * b[2] + a[2] * b[1]);
-  return s;
+Eigen::Vector3d vector_of(const Vec3f& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
 // A pixel that shows the surface, beside its row and its error.
@@ -146,7 +138,8 @@ void DepthFit<kStrains>::read(bool move) {
         static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z);
     row.template head<6>() *= -1 / static_cast<double>(slope);
     row[6] = static_cast<double>(dot(g, p_obj) / slope);
-    if constexpr (kStrains > 0) row.template tail<kStrains>() = strains((1 / slope) * g, p_obj - middle_obj_);
+    if constexpr (kStrains > 0)
+      row.template tail<kStrains>() = strains(vector_of((1 / slope) * g), vector_of(p_obj - middle_obj_));
     const double x = u.at(pixels_.u_px[i]), y = v.at(pixels_.v_px[i]);
     row.template segment<kBiasModes>(kModes) = bias_modes_at(x, y);
     error_m_[count_] = static_cast<double>(error_m);

@@ -11,35 +11,44 @@ constexpr std::size_t kMinLines = 30;
 constexpr double kDistanceShare = 0.01;  // sd of the distance at which an outline is judged, over itself
 constexpr double kCommon_px = 0.5;       // sd of the offset that all lines share
 
+constexpr int kPoseAndSize = 8, kOutlineScale = 6, kOffset = 7;  // unknowns; the strains come after them
+constexpr int kUnknownsOfOutline = kPoseAndSize + kStrainModes;
+
 }  // namespace
 
-std::optional<SizeLook> size_by_outline(const energies::OutlineLines& lines,
-                                        const std::vector<energies::OutlineResidual>& rows, double noise,
-                                        const Rigidd& T_obj_cam, const Vector6d& to_depth,
-                                        double shared_lines) {
-  if (rows.size() < kMinLines || rows.size() != lines.lines.size()) return std::nullopt;
-  Eigen::Matrix<double, 8, 8> H = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> g = Eigen::Matrix<double, 8, 1>::Zero();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
+std::optional<OutlineLook> look_by_outline(const energies::OutlineLines& lines, const OutlineRows& given) {
+  if (given.rows.size() < kMinLines || given.rows.size() != lines.lines.size()) return std::nullopt;
+  Eigen::Matrix<double, kUnknownsOfOutline, kUnknownsOfOutline> H = decltype(H)::Zero();
+  Eigen::Matrix<double, kUnknownsOfOutline, 1> g = decltype(g)::Zero();
+  for (std::size_t i = 0; i < given.rows.size(); ++i) {
     const energies::OutlineLine& line = lines.lines[i];
-    Eigen::Matrix<double, 8, 1> row;
-    row.head<6>() = rows[i].J;
-    row[6] = -(row[0] * line.p_obj.x + row[1] * line.p_obj.y + row[2] * line.p_obj.z);
-    row[7] = 1 / (noise * line.sd_px);
-    const double weight = 1 / (1 + 0.5 * rows[i].off * rows[i].off) / shared_lines;
+    const energies::OutlineResidual& r = given.rows[i];
+    Eigen::Matrix<double, kUnknownsOfOutline, 1> row;
+    row.head<6>() = r.J;
+    row[kOutlineScale] = -(row[0] * line.p_obj.x + row[1] * line.p_obj.y + row[2] * line.p_obj.z);
+    row[kOffset] = 1 / (given.noise * line.sd_px);
+    const Vec3d arm = line.p_obj - given.middle_obj;
+    row.tail<kStrainModes>() = -strains(row.head<3>(), {arm.x, arm.y, arm.z});
+    const double weight = 1 / (1 + 0.5 * r.off * r.off) / given.shared_lines;
     H.noalias() += (weight * row) * row.transpose();
-    g -= (weight * rows[i].off) * row;
+    g -= (weight * r.off) * row;
   }
-  const Vec3d along = T_obj_cam.R * Vec3d{0, 0, 1};
+  const Vec3d along = given.T_obj_cam.R * Vec3d{0, 0, 1};
   const Eigen::Vector3d e(along.x, along.y, along.z);
-  const double sd_m = kDistanceShare * inverse(T_obj_cam).t.z;
+  const double sd_m = kDistanceShare * inverse(given.T_obj_cam).t.z;
   H.topLeftCorner<3, 3>() += e * e.transpose() / (sd_m * sd_m);
-  g.head<3>() += e.dot(to_depth.head<3>()) / (sd_m * sd_m) * e;
+  g.head<3>() += e.dot(given.to_depth.head<3>()) / (sd_m * sd_m) * e;
   H.topLeftCorner<6, 6>().diagonal().array() += 1e-3;
-  H(6, 6) += 1;
-  H(7, 7) += 1 / (kCommon_px * kCommon_px);
-  const Eigen::Matrix<double, 8, 8> C = optim::inverse_symmetric<8>(H);
-  return size_look<8>(6, C * g, C, 0, C(6, 6));
+  H(kOutlineScale, kOutlineScale) += 1;
+  H(kOffset, kOffset) += 1 / (kCommon_px * kCommon_px);
+  const Eigen::Matrix<double, kPoseAndSize, kPoseAndSize> C =
+      optim::inverse_symmetric<kPoseAndSize>(H.topLeftCorner<kPoseAndSize, kPoseAndSize>());
+  const Eigen::Matrix<double, kStrainModes, kPoseAndSize> beside =
+      H.bottomLeftCorner<kStrainModes, kPoseAndSize>();
+  const Eigen::Matrix<double, kPoseAndSize, 1> x = C * g.head<kPoseAndSize>();
+  return OutlineLook{size_look<kPoseAndSize>(kOutlineScale, x, C, 0, C(kOutlineScale, kOutlineScale)),
+                     {H.bottomRightCorner<kStrainModes, kStrainModes>() - beside * C * beside.transpose(),
+                      g.tail<kStrainModes>() - beside * x}};
 }
 
 }  // namespace sdftrack::tracking

@@ -16,6 +16,15 @@ Eigen::Matrix3d strain_matrix(const Strain& s) {
   return m;
 }
 
+Strain strains(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const double half = std::sqrt(0.5), sixth = std::sqrt(1 / 6.0);
+  Strain s;
+  s << half * (a[0] * b[0] - a[1] * b[1]), sixth * (a[0] * b[0] + a[1] * b[1] - 2 * a[2] * b[2]),
+      half * (a[0] * b[1] + a[1] * b[0]), half * (a[0] * b[2] + a[2] * b[0]),
+      half * (a[1] * b[2] + a[2] * b[1]);
+  return s;
+}
+
 // Of a stretch by s along u the part of trace 0 is s (u u^T - I / 3), and u^T of that u is 2 s / 3.
 Strain stretch_weights(const Eigen::Vector3d& axis) {
   Strain w;

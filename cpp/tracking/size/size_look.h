@@ -37,8 +37,17 @@ using Strain = Eigen::Matrix<double, kStrainModes, 1>;
 using StrainCovariance = Eigen::Matrix<double, kStrainModes, kStrainModes>;
 
 Eigen::Matrix3d strain_matrix(const Strain& strain);
+// d^T E q for each strain E of the basis.
+Strain strains(const Eigen::Vector3d& d, const Eigen::Vector3d& q);
 // By which a strain is multiplied for the log stretch along a unit axis over that across it.
 Strain stretch_weights(const Eigen::Vector3d& axis);
+
+// Normal equations of a strain with pose and size eliminated, of a witness that may know few directions of
+// it.
+struct StrainInformation {
+  StrainCovariance information = StrainCovariance::Zero();
+  Strain pull = Strain::Zero();
+};
 
 // Of one frame, beside pose and size: variances as in SizeLook.
 struct StrainLook {

@@ -13,18 +13,20 @@ namespace {
 
 constexpr int kMaxFrames = 30;  // the mean follows the last ones
 constexpr double kNewView_rad = 0.35;
-constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
 constexpr double kBand = 0.01;        // of the scale: as much as meshes are off
 constexpr double kSureAtOnce_sd = 7;  // by one frame, whose scatter nothing shows
 constexpr double kFormBand = 0.05;    // of a log stretch: smooth errors of a sensor may look like less
-constexpr double kSure_sd = 4.5;      // as everywhere where one says that two things can be told apart
+// What the outline has of the strain that depth sees: a sensor that bends leaves it as it is.
+constexpr double kSeenByOutline = 0.25, kTellsForm = 1;  // a share; its information
+constexpr double kSure_sd = 4.5;  // as everywhere where one says that two things can be told apart
 constexpr double kAgree_sd = 3, kLikely_sd = 1.5;
 constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itself
 constexpr double kOutlineReaches = 0.1;  // log scale: lines are searched so near to the model's silhouette
 constexpr double kTellingSd = 0.032;     // an outline that says less is no witness
 constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
-constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
-constexpr double kKnownSd = 0.05;  // of a free scale
+constexpr double kCurved = 0.03;      // an estimate at a log scale farther away is of another problem
+constexpr double kKnownSd = 0.05;     // of a free scale
+constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
 
 std::string shown(const char* format, double a, double b, double c) {
   char text[256];
@@ -76,16 +78,32 @@ void StrainWitness::observe(const StrainLook& look, const Mat3d& R_cam_obj) {
   mean_.shared_cov += rate * (look.shared_cov - mean_.shared_cov);
 }
 
-std::string StrainWitness::other_form() const {
+StrainLook StrainWitness::mean() const {
+  // Both of the first are estimates of what differs from frame to frame, the second of few frames.
+  return {mean_.strain, (mean_.own_cov + scatter_) / std::min(frames_, kMaxFrames),
+          mean_.shared_cov / std::max(1, views_.count())};
+}
+
+void OutlineFormWitness::observe(const StrainInformation& look) {
+  const double rate = 1.0 / std::min(++frames_, kMaxFrames);
+  mean_.information += rate * (look.information - mean_.information);
+  mean_.pull += rate * (look.pull - mean_.pull);
+}
+
+std::optional<double> OutlineFormWitness::share_of(const Strain& strain) const {
+  const double information = strain.dot(mean_.information * strain);
+  if (!(information > kTellsForm)) return std::nullopt;
+  return strain.dot(mean_.pull) / information;
+}
+
+std::string SizeTest::other_form() const {
+  const StrainLook by_depth = form.known() ? form.mean() : StrainLook{};
   // No stretch is more than this; it spares most frames the axes.
-  if (!(1.5 * mean_.strain.norm() > kFormBand)) return {};
-  // Both are estimates of what differs from frame to frame, the second of few frames.
-  const StrainLook::Stretch most =
-      StrainLook{mean_.strain, (mean_.own_cov + scatter_) / std::min(frames_, kMaxFrames),
-                 mean_.shared_cov / std::max(1, views_.count())}
-          .largest();
-  const double sure_sd = frames_ == 1 ? kSureAtOnce_sd : kSure_sd;
+  if (!(1.5 * by_depth.strain.norm() > kFormBand)) return {};
+  const StrainLook::Stretch most = by_depth.largest();
+  const double sure_sd = form.of_one_frame() ? kSureAtOnce_sd : kSure_sd;
   if (!(std::abs(most.log_stretch) - kFormBand > sure_sd * most.sd)) return {};
+  if (form_outline.share_of(by_depth.strain).value_or(1) < kSeenByOutline) return {};
   char text[256];
   std::snprintf(text, sizeof text,
                 "the object appears %.0f %% %s than the model along (%.2f, %.2f, %.2f), beside its size; "

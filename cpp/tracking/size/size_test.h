@@ -58,8 +58,10 @@ class SizeWitness {
 class StrainWitness {
  public:
   void observe(const StrainLook& look, const Mat3d& R_cam_obj);
-  // One sentence where the object surely has another form than the model; else empty.
-  std::string other_form() const;
+  bool known() const { return frames_ > 0; }
+  bool of_one_frame() const { return frames_ == 1; }
+  // Of all frames; both covariances are those of the mean.
+  StrainLook mean() const;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
@@ -74,18 +76,39 @@ class StrainWitness {
   StrainCovariance scatter_ = StrainCovariance::Zero();
 };
 
-struct SizeTest {
-  SizeWitness depth, outline;
-  StrainWitness form;  // by depth
+// Means over frames of what the outline says of the strain.
+class OutlineFormWitness {
+ public:
+  void observe(const StrainInformation& look);
+  // How much of a strain the outline shows: 1 is all of it. None where it cannot tell.
+  std::optional<double> share_of(const Strain& strain) const;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [by_depth, by_outline, strain] = self;
-    archive(by_depth, by_outline, strain);
+    auto& [frames, mean] = self;
+    archive(frames, mean.information, mean.pull);
+  }
+
+ private:
+  int frames_ = 0;
+  StrainInformation mean_;
+};
+
+struct SizeTest {
+  SizeWitness depth, outline;
+  StrainWitness form;  // by depth
+  OutlineFormWitness form_outline;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [by_depth, by_outline, strain, strain_by_outline] = self;
+    archive(by_depth, by_outline, strain, strain_by_outline);
   }
 
   // One sentence where depth surely shows another size and the outline does not contradict it; else empty.
   std::string other_size() const;
+  // The same of another form.
+  std::string other_form() const;
   // Whether the outline is that of an object of the model's size.
   bool outline_agrees() const;
   // What a size that differs, surely or not, makes of the pose: to be added to its covariance in camera axes.

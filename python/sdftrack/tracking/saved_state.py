@@ -19,7 +19,7 @@ from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
 
-KIND = FileKind("sdftrack.Tracker", 4, "Tracker.save")
+KIND = FileKind("sdftrack.Tracker", 5, "Tracker.save")
 # Of a result of M objects: name, dtype and shape after M.
 ARRAYS = {
     "poses": (4, 4), "confidence": (), "covariances": (6, 6), "twists": (6,), "inliers": (), "runner_up": (),

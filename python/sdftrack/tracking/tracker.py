@@ -107,7 +107,7 @@ class Tracker:
     scale : "free" or None, or a sequence with one per shape
         ``"free"``: the shape has the object's form but not its size; its scale is estimated, from a mask whatever it
         is, from other starts if it is within a fifth of 1, and refined in later frames; see :attr:`scales`. Poses are
-        those of the enlarged shape, which :attr:`shapes` holds.
+        those of the enlarged shape, which ``shapes`` holds.
     options : TrackerOptions, optional
         A whole set of options; single ones may be given as keywords.
     sensor : SensorModel, str or path, optional
