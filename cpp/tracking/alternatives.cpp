@@ -140,6 +140,8 @@ void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObje
   const std::vector<Rigidd> found = found_there(context, follower, *object);
   all.insert(all.end(), found.begin(), found.end());
   add_alternatives(*context, follower, all, object);
+  // What has not been seen of it yet may be what is seen now.
+  if (object->shape->seen.amount) object->unproven_frames = kProvingFrames;
 }
 
 void doubt_half_turns(const FrameContext& context, ObjectFollower* follower, TrackedObject* object) {
@@ -206,6 +208,17 @@ void doubt_ambiguous(const TrackedObject& object, ObjectResult* result) {
   result->trust.status = Status::kWeak;
   result->trust.reason = {ReasonCode::kAmbiguous};
   result->trust.confidence /= static_cast<double>(object.alternatives.size() + 1);
+}
+
+void doubt_unproven(TrackedObject* object, ObjectResult* result) {
+  if (object->unproven_frames == 0) return;
+  if (result->trust.status != Status::kOk) {
+    object->unproven_frames = kProvingFrames;
+    return;
+  }
+  --object->unproven_frames;
+  result->trust.status = Status::kWeak;
+  result->trust.reason = {ReasonCode::kFoundAgain};
 }
 
 }  // namespace sdftrack::tracking

@@ -31,6 +31,10 @@ Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,
 // What is said of an object whose alternatives have not all been refuted.
 void doubt_ambiguous(const TrackedObject& object, ObjectResult* result);
 
+// A shape that grows may be found again in a turn that shows what has not been seen yet: nothing refutes
+// another one then. It is believed when enough frames in a row would be sure.
+void doubt_unproven(TrackedObject* object, ObjectResult* result);
+
 // The log odds of a fit against another one to the same frame; `shared_px`: pixels that share one error.
 double log_odds_between(const Fitted& fitted, const Fitted& other, const TrackerOptions& options,
                         double shared_px);

@@ -29,6 +29,7 @@ struct Alternative {
 };
 
 constexpr int kDeterminedFrames = 5;  // that prove a direction of a growing shape to be determined again
+constexpr int kProvingFrames = 15;    // that prove the turn in which one has been found again
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -45,6 +46,7 @@ struct TrackedObject {
   // In a row, with nothing open: a shape that grows shows now and then by chance what it did not a moment
   // ago.
   int determined_frames = kDeterminedFrames;
+  int unproven_frames = 0;         // sure ones in a row, to come before a turn after a loss is believed
   SizeTest size;                   // since the start
   bool free_scale = false;         // the model has the object's form, not its size
   double log_scale = 0;            // of shape over the model as it was given
@@ -94,7 +96,7 @@ struct TrackedObject {
     memory = {};
     memory.systematic_m = options.systematic_m;
     motion.reset(), errors = {}, open = {}, determined_frames = kDeterminedFrames, size = {}, unread = false,
-                    sure_frames = 0;
+                    sure_frames = unproven_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
@@ -106,13 +108,13 @@ struct TrackedObject {
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
-           determined, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count,
-           weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count, twin,
-           others, turns, before, trial_count, kind, solid] = self;
-    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined, scale,
-            is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count, weak_count, odds,
-            lost_count, hidden_count, information, hint, search, doubtful_count, twin, others, turns, before,
-            trial_count, kind, solid);
+           determined, unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure,
+           sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
+           twin, others, turns, before, trial_count, kind, solid] = self;
+    archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined,
+            unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count,
+            weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count, twin,
+            others, turns, before, trial_count, kind, solid);
   }
 };
 

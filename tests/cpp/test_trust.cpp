@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "tracking/alternatives.h"
 #include "tracking/fit/local_noise.h"
 #include "tracking/fit/outline_noise.h"
 #include "tracking/size/size_test.h"
@@ -247,6 +248,23 @@ TEST(SizeTest, an_outline_of_the_models_form_contradicts_depth_that_bends) {
   EXPECT_NE(said(0.8, 1).find("22 % longer than the model along (1.00, 0.00, 0.00)"), std::string::npos);
   EXPECT_TRUE(said(0, 1).empty());
   EXPECT_FALSE(said(0, 1e-3).empty());  // which does not tell
+}
+
+TEST(Unproven, a_turn_after_a_loss_is_believed_after_enough_sure_frames_in_a_row) {
+  tracking::TrackedObject object;
+  object.unproven_frames = tracking::kProvingFrames;
+  const auto said = [&](tracking::Status status) {
+    tracking::ObjectResult result;
+    result.trust.status = status;
+    tracking::doubt_unproven(&object, &result);
+    return result.trust.status;
+  };
+  for (int i = 1; i < tracking::kProvingFrames; ++i)
+    EXPECT_EQ(said(tracking::Status::kOk), tracking::Status::kWeak);
+  EXPECT_EQ(said(tracking::Status::kLost), tracking::Status::kLost);  // from the beginning again
+  for (int i = 0; i < tracking::kProvingFrames; ++i)
+    EXPECT_EQ(said(tracking::Status::kOk), tracking::Status::kWeak);
+  EXPECT_EQ(said(tracking::Status::kOk), tracking::Status::kOk);
 }
 
 TEST(Disagreement, what_only_one_of_two_knows_is_no_way_between_them) {

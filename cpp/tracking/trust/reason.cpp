@@ -59,7 +59,7 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kAmbiguous, "ambiguous: another pose explains the view nearly as well"},
     Sentence{ReasonCode::kNothingFound, "no match for the object was found"},
     Sentence{ReasonCode::kNoReadingInMask, "no depth measurement within the mask"},
-    Sentence{ReasonCode::kFoundAgain, "found again; the next frame must confirm it"},
+    Sentence{ReasonCode::kFoundAgain, "found again; later frames must confirm it"},
     Sentence{ReasonCode::kNotConfirmed, "the object that was found was not confirmed"},
     Sentence{ReasonCode::kPrimitiveNotFound,
              "no {text} found there; give a mask of it, or a frame in which it stands alone on the table"},
