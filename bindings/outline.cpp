@@ -163,9 +163,8 @@ void bind_outline(py::module_& m) {
   m.def("outline_size", &outline_size, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
         py::arg("T_obj_cam"), py::arg("noise"), py::arg("to_depth"), py::arg("shared_lines"),
         py::arg("middle") = std::array<double, 3>{},
-        "Log scale, own and shared variance, pull; information and pull of a strain about `middle`. None of "
-        "too "
-        "few lines.");
+        "Log scale, own and shared variance, pull; information and pull of a strain about `middle`.\n\n"
+        "None of too few lines.");
 }
 
 }  // namespace sdftrack::bindings

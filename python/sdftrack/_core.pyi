@@ -1776,7 +1776,9 @@ def outline_offset(chance: numpy.ndarray, reach: typing.SupportsInt | typing.Sup
     """
 def outline_size(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex, to_depth: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"], shared_lines: typing.SupportsFloat | typing.SupportsIndex, middle: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"] = [0.0, 0.0, 0.0]) -> typing.Any:
     """
-    Log scale, own and shared variance, pull; information and pull of a strain about `middle`. None of too few lines.
+    Log scale, own and shared variance, pull; information and pull of a strain about `middle`.
+    
+    None of too few lines.
     """
 def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], reach_m: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.uint8]:
     """

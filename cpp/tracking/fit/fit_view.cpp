@@ -303,8 +303,7 @@ void FitView::look_at_size(double noise_m, double systematic_m, Fitted* fitted) 
   const bool again = fitted->form_by_depth && std::abs(fitted->form_by_depth->largest().log_stretch) > kAgain;
   age = again ? 0 : (age + 1) % kFormEvery;
   const std::optional<SizeLook>& size = fitted->size_by_depth;
-  const bool odd = size && std::abs(size->log_scale) >
-                               kOddSize + kOddSize_sd * std::sqrt(size->own_var + size->shared_var);
+  const bool odd = size && std::abs(size->log_scale) > kOddSize + kOddSize_sd * size->sd();
   if (again || odd) fitted->memory.area_age = kAreaEvery - 1;  // the size is looked at in the next frame
 }
 

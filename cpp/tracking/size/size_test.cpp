@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kMaxFrames = 30;  // the mean follows the last ones
 constexpr double kNewView_rad = 0.35;
+constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
 constexpr double kBand = 0.01;        // of the scale: as much as meshes are off
 constexpr double kSureAtOnce_sd = 7;  // by one frame, whose scatter nothing shows
 constexpr double kFormBand = 0.05;    // of a log stretch: smooth errors of a sensor may look like less
@@ -24,9 +25,8 @@ constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itsel
 constexpr double kOutlineReaches = 0.1;  // log scale: lines are searched so near to the model's silhouette
 constexpr double kTellingSd = 0.032;     // an outline that says less is no witness
 constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
-constexpr double kCurved = 0.03;      // an estimate at a log scale farther away is of another problem
-constexpr double kKnownSd = 0.05;     // of a free scale
-constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
+constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
+constexpr double kKnownSd = 0.05;  // of a free scale
 
 std::string shown(const char* format, double a, double b, double c) {
   char text[256];
