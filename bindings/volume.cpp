@@ -3,8 +3,9 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
+
+#include "base/short_text.h"
 
 namespace sdftrack::bindings {
 
@@ -13,12 +14,6 @@ namespace {
 // Of a voxel: its square and the inverse of that are floats, too.
 constexpr double kLeast_m = 1e-12, kMost_m = 1e12;
 constexpr double kFarthest_m = 1e15;  // of an origin
-
-std::string text_of(double x) {
-  std::ostringstream text;
-  text << x;
-  return text.str();
-}
 
 }  // namespace
 
@@ -32,10 +27,11 @@ sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
   if (nx > kMost / ny || nx * ny > kMost / nz)
     throw py::value_error(std::string(name) + ": expected fewer than 2^31 voxels" + got);
   if (!(voxel_m >= kLeast_m && voxel_m <= kMost_m))
-    throw py::value_error("voxel_size: expected a length from 1e-12 to 1e12 metres, got " + text_of(voxel_m));
+    throw py::value_error("voxel_size: expected a length from 1e-12 to 1e12 metres, got " +
+                          short_text(voxel_m));
   for (const double x : origin)
     if (!(std::abs(x) <= kFarthest_m))
-      throw py::value_error("origin: expected coordinates of at most 1e15 metres, got " + text_of(x));
+      throw py::value_error("origin: expected coordinates of at most 1e15 metres, got " + short_text(x));
   return {static_cast<int>(nx),
           static_cast<int>(ny),
           static_cast<int>(nz),

@@ -2,9 +2,11 @@
 #include "base/cpu_count.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -18,12 +20,20 @@ namespace sdftrack {
 
 namespace {
 
-// "" where it cannot be read.
-std::string first_line(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  return line;
+// Closes a file of the C library.
+struct Close {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+// "" where it cannot be read. Files of the system, of a few lines. By the C library: this runs while the
+// library is loaded, and a stream that reads numbers ends the process there if the C++ library is linked
+// statically and another module has loaded the system's.
+std::string text_of(const std::string& path) {
+  const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "r"));
+  std::string text;
+  char part[1024];
+  while (const std::size_t n = file ? std::fread(part, 1, sizeof(part), file.get()) : 0) text.append(part, n);
+  return text;
 }
 
 int affinity() {
@@ -49,8 +59,10 @@ double tightest(const std::string& root, std::string group, const QuotaAt& quota
 
 double control_group_limit() {
   double limit = INFINITY;
-  std::ifstream groups("/proc/self/cgroup");  // lines "id:controllers:path"; version 2: "0::path"
-  for (std::string line; std::getline(groups, line);) {
+  // Lines "id:controllers:path"; version 2: "0::path".
+  std::string groups = text_of("/proc/self/cgroup");
+  for (std::size_t end = 0; (end = groups.find('\n')) != std::string::npos; groups.erase(0, end + 1)) {
+    const std::string line = groups.substr(0, end);
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (second == std::string::npos) continue;
     const std::string controllers = line.substr(first + 1, second - first - 1);
@@ -58,37 +70,42 @@ double control_group_limit() {
     if (path == "/") path.clear();
     if (controllers.empty())
       limit = std::min(limit, tightest("/sys/fs/cgroup", path, [](const std::string& folder) {
-                         return quota_of_cpu_max(first_line(folder + "/cpu.max"));
+                         return quota_of_cpu_max(text_of(folder + "/cpu.max"));
                        }));
     else if (("," + controllers + ",").find(",cpu,") != std::string::npos)
       limit = std::min(limit, tightest("/sys/fs/cgroup/cpu", path, [](const std::string& folder) {
-                         return quota_of_cfs(first_line(folder + "/cpu.cfs_quota_us"),
-                                             first_line(folder + "/cpu.cfs_period_us"));
+                         return quota_of_cfs(text_of(folder + "/cpu.cfs_quota_us"),
+                                             text_of(folder + "/cpu.cfs_period_us"));
                        }));
   }
   return limit;
 }
 
-std::optional<double> ratio(double quota, double period) {
-  if (!(quota > 0) || !(period > 0)) return std::nullopt;
-  return quota / period;
+// Takes the number that `text` begins with off it, and the spaces before it. Nothing where it begins with
+// something else.
+std::optional<std::int64_t> take_number(std::string_view* text) {
+  text->remove_prefix(std::min(text->find_first_not_of(" \t\n"), text->size()));
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
+  if (error != std::errc()) return std::nullopt;
+  text->remove_prefix(static_cast<std::size_t>(end - text->data()));
+  return number;
+}
+
+std::optional<double> ratio(std::optional<std::int64_t> quota, std::optional<std::int64_t> period) {
+  if (quota.value_or(0) <= 0 || period.value_or(0) <= 0) return std::nullopt;
+  return static_cast<double>(*quota) / static_cast<double>(*period);
 }
 
 }  // namespace
 
-std::optional<double> quota_of_cpu_max(const std::string& text) {
-  std::istringstream in(text);
-  double quota = 0, period = 100000;        // what the kernel takes where the period is left out
-  if (!(in >> quota)) return std::nullopt;  // "max", or no file
-  in >> period;
-  return ratio(quota, period);
+std::optional<double> quota_of_cpu_max(std::string_view text) {
+  const auto quota = take_number(&text);                     // "max", or no file: none
+  return ratio(quota, take_number(&text).value_or(100000));  // what the kernel takes where it is left out
 }
 
-std::optional<double> quota_of_cfs(const std::string& quota_us, const std::string& period_us) {
-  double quota = -1, period = 0;
-  if (!(std::istringstream(quota_us) >> quota) || !(std::istringstream(period_us) >> period))
-    return std::nullopt;
-  return ratio(quota, period);
+std::optional<double> quota_of_cfs(std::string_view quota_us, std::string_view period_us) {
+  return ratio(take_number(&quota_us), take_number(&period_us));
 }
 
 int usable_cpus() {

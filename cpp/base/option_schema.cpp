@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "base/short_text.h"
 
 namespace sdftrack {
 
 namespace {
-
-// A bound, short: Python's format(value, "g").
-std::string short_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
 
 // A value to its last digit: Python's repr.
 std::string full_text(double value) {

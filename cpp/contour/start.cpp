@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "base/short_text.h"
 #include "base/to_int.h"
 #include "contour/color_difference.h"
 #include "contour/tracker.h"
@@ -30,15 +30,12 @@ constexpr const char* kOneColor =
 // Why a mask of so many pixels leaves no object or no background on the grid.
 std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
   const std::int64_t others = static_cast<std::int64_t>(image.width) * image.height - pixels;
-  std::ostringstream text;
-  if (others < kMinPixels) {
-    text << "mask: expected background around the object, at least " << kMinPixels << " pixels, got "
-         << others << "; mark only the object";
-  } else {
-    text << "mask: expected one object, got " << pixels << " scattered pixels; on a grid with cells of "
-         << grid_.warp.scale() << " px they leave no object or no background; mark one connected object";
-  }
-  return text.str();
+  if (others < kMinPixels)
+    return "mask: expected background around the object, at least " + std::to_string(kMinPixels) +
+           " pixels, got " + std::to_string(others) + "; mark only the object";
+  return "mask: expected one object, got " + std::to_string(pixels) +
+         " scattered pixels; on a grid with cells of " + short_text(grid_.warp.scale()) +
+         " px they leave no object or no background; mark one connected object";
 }
 
 // Begun beside the track that runs: nothing of that one shows in the new one, and it goes on if this is

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "base/interrupt.h"
 #include "base/parallel.h"
+#include "base/short_text.h"
 
 namespace sdftrack::lwpr {
 
@@ -38,9 +38,7 @@ void check_count(const char* name, int value) {
 std::string text_of(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return "inf";
-  std::ostringstream text;
-  text << value;
-  return text.str();
+  return short_text(value);
 }
 
 void check_finite(const char* name, const double* values, std::size_t count,

@@ -207,6 +207,13 @@ def test_each_folder_of_the_core_has_its_namespace() -> None:
         assert set(found) <= {expected, f"{expected}::{path.parent.name}"}, path
 
 
+def test_the_core_has_no_streams() -> None:
+    """With libstdc++ linked statically, a stream of numbers crashes once numpy has loaded the system's."""
+    stream = re.compile(r"#\s*include <(\w*stream|iomanip|locale|regex|format)>")
+    sources = (p for folder in ("cpp", "bindings") for p in (ROOT / folder).rglob("*.[ch]*"))
+    assert [p.name for p in sources if stream.search(p.read_text())] == []
+
+
 def test_floats_become_ints_through_one_function() -> None:
     """What is rounded is a float: its cast is base/to_int.h's, which has an answer for every number."""
     cast = re.compile(
