@@ -93,9 +93,10 @@ std::vector<Rigidd> found_there(FrameContext* context, ObjectFollower* follower,
 void add_alternatives(const FrameContext& context, ObjectFollower* follower, const std::vector<Rigidd>& poses,
                       TrackedObject* object) {
   const Rigidd T = object->T_cam_obj;
-  std::optional<Fitted> own = follower->fit_finely(context, *object, T);
-  if (!own) return;
+  std::optional<Fitted> own;
   for (const Rigidd& there : poses) {
+    if (!looks_distinct(there, T, &object->symmetries)) continue;
+    if (!own && !(own = follower->fit_finely(context, *object, T))) return;
     std::optional<Fitted> other = follower->fit_finely(context, *object, there);
     if (!other) continue;
     const auto same = [&](const Alternative& a) { return !distinct(T * a.motion, other->T_cam_obj); };
@@ -106,7 +107,7 @@ void add_alternatives(const FrameContext& context, ObjectFollower* follower, con
       object->alternatives.push_back({inverse(T) * other->T_cam_obj, 0});
     follower->give_back(std::move(other->steps));
   }
-  follower->give_back(std::move(own->steps));
+  if (own) follower->give_back(std::move(own->steps));
 }
 
 // The log odds of a fit to the outline against another one.

@@ -71,6 +71,8 @@ def test_cropping_shifts_pixels():
 def test_field_of_view_spans_the_image():
     camera = st.Camera.from_fov(np.pi / 2, 640, 480)
     assert (camera.fx, camera.cx, camera.cy) == (pytest.approx(320), 319.5, 239.5)
+    with pytest.raises(ValueError, match=r"fov_x_rad: expected radians between 0 and pi, got 4\.94066e-324"):
+        st.Camera.from_fov(5e-324, 640, 480)  # its tangent is 0
 
 
 def test_cameras_are_values():

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from pathlib import Path
 
@@ -100,6 +101,11 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
     )
 
 
+def _is_name(text: str) -> bool:
+    """Whether a file system takes it: most allow 255 bytes between slashes, and fail each call with longer ones."""
+    return all(len(os.fsencode(part)) <= 255 for part in text.split("/"))
+
+
 def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
     """Times, files, and the third word of lines whose file is a video: the number of the image there."""
     times, files, numbers = [], [], []
@@ -110,7 +116,7 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
                 continue
             try:
                 times.append(float(words[0]))
-                if not math.isfinite(times[-1]):
+                if not math.isfinite(times[-1]) or not _is_name(words[1]):
                     raise ValueError
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
