@@ -152,8 +152,7 @@ class Camera:
         """Ideal camera with square pixels and a horizontal field of view of `fov_x_rad` radians, edge to edge."""
         fov_x_rad = _finite("fov_x_rad", fov_x_rad)
         width, height = _pixels("width", width), _pixels("height", height)
-        # Not 1e-323 either, which has the tangent 0.
-        if not 0.0 < 0.5 * fov_x_rad < 0.5 * math.pi:
+        if not 0.0 < 0.5 * fov_x_rad < 0.5 * math.pi:  # nor so small that its tangent is 0
             raise ValueError(f"fov_x_rad: expected radians between 0 and pi, got {fov_x_rad:g}")
         f = 0.5 * width / math.tan(0.5 * fov_x_rad)
         return cls(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)

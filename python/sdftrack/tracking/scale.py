@@ -43,10 +43,9 @@ def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) 
     chosen = mask & (depth > 0)
     if np.count_nonzero(chosen) < 3:
         return 0.0
-    rays, z = depth_camera(camera).rays[chosen], depth[chosen, np.newaxis].astype(np.float64)
-    p = np.hstack([rays * z, z])
-    along = np.linalg.eigh(np.cov(p.T))[1][:, 2]
-    low, high = np.quantile(p @ along, ENDS)
+    z = depth[chosen, np.newaxis].astype(np.float64)
+    p = np.hstack([depth_camera(camera).rays[chosen] * z, z])
+    low, high = np.quantile(p @ np.linalg.eigh(np.cov(p.T))[1][:, 2], ENDS)
     return float((high - low) / (ENDS[1] - ENDS[0]))
 
 

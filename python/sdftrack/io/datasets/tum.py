@@ -23,6 +23,7 @@ from sdftrack.io.datasets.video_images import VideoImage, VideoImages, is_part
 from sdftrack.io.trajectories import read_tum
 
 DEPTH_SCALE = 1 / 5000
+NAME_BYTES = 255  # between slashes, on most file systems: each call fails with a longer one
 LONGEST_GAP_S = 0.02  # as in the data set's own association script
 # The calibrations that the data set publishes; depth images are registered to the colour camera.
 PUBLISHED = {
@@ -101,11 +102,6 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
     )
 
 
-def _is_name(text: str) -> bool:
-    """Whether a file system takes it: most allow 255 bytes between slashes, and fail each call with longer ones."""
-    return all(len(os.fsencode(part)) <= 255 for part in text.split("/"))
-
-
 def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
     """Times, files, and the third word of lines whose file is a video: the number of the image there."""
     times, files, numbers = [], [], []
@@ -116,7 +112,8 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
                 continue
             try:
                 times.append(float(words[0]))
-                if not math.isfinite(times[-1]) or not _is_name(words[1]):
+                longest = max(map(len, os.fsencode(words[1]).split(b"/")))
+                if not math.isfinite(times[-1]) or longest > NAME_BYTES:
                     raise ValueError
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
