@@ -76,7 +76,7 @@ if command -v compute-sanitizer >/dev/null; then
   check=(compute-sanitizer --report-api-errors no --error-exitcode 9)
   for tool in memcheck racecheck initcheck synccheck; do
     checked='*OnDevice*:CudaProbe*:CudaWork.kPose_*:CudaWork.kFour_*:PoseFits*:*JointFits*:*DeviceVolume*'
-    # A hundred times slower than the others: of the fits, one with contact and one without.
+    # The slowest tool: of the fits, one with contact and one without.
     [ "$tool" != racecheck ] || checked='*JointFits.contact*/0:PoseFits.the_pose*:*OnDevice*:*DeviceVolume*'
     step "$tool" 75 "${check[@]}" --tool "$tool" "$tests" --gtest_filter="$checked"
     if [ "$tool" = memcheck ]; then
