@@ -20,6 +20,9 @@ constexpr double kHidden = 0.5;  // of the surface that should be seen: what hid
 constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
 constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
+// Of the diameter, root mean square between a surface and itself after a motion: where depth misfits, neither
+// it nor the outline tells the two apart, and they are one answer.
+constexpr double kSameSurface = 0.01;
 
 double log_odds(double chance) {
   const double p = std::clamp(chance, kLeastChance, 1 - kLeastChance);
@@ -110,6 +113,23 @@ void add_alternatives(const FrameContext& context, ObjectFollower* follower, con
   if (own) follower->give_back(std::move(own->steps));
 }
 
+// Root mean square distance of the moved surface from the surface.
+double moved_apart_m(const frame::Shape& shape, const Rigidd& motion) {
+  const Rigidf moved = motion.cast<float>();
+  double square = 0;
+  for (const Vec3f& p : shape.points) {
+    float phi = 0;
+    Vec3f slope;
+    sample(shape.sdf, moved * p, &phi, &slope);
+    square += static_cast<double>(phi) * static_cast<double>(phi);
+  }
+  return shape.points.empty() ? 0 : std::sqrt(square / static_cast<double>(shape.points.size()));
+}
+
+bool is_same_surface(const frame::Shape& shape, const Rigidd& motion) {
+  return moved_apart_m(shape, motion) < kSameSurface * shape.diameter_m;
+}
+
 // The log odds of a fit to the outline against another one.
 double outline_odds(const Fitted& fitted, const Fitted& other) {
   const OutlineNoise& noise = fitted.memory.outline;
@@ -163,9 +183,11 @@ Rigidd pose_by_outline(const FrameContext& context, ObjectFollower* follower,
     others.push_back(std::move(*other));
   }
   object->alternatives.clear();
-  for (const Fitted& other : others)
-    if (mask.empty() || outline_odds(*best, other) < kDecided)
-      object->alternatives.push_back({inverse(best->T_cam_obj) * other.T_cam_obj, 0});
+  for (const Fitted& other : others) {
+    const Rigidd motion = inverse(best->T_cam_obj) * other.T_cam_obj;
+    if ((mask.empty() || outline_odds(*best, other) < kDecided) && !is_same_surface(*object->shape, motion))
+      object->alternatives.push_back({motion, 0});
+  }
   object->memory.outline = best->memory.outline;
   object->memory.outline.depth_excess = kMaxExcess;
   object->memory.outline.apart_m = kDepthBends_m;

@@ -70,7 +70,7 @@ def test_the_brick_stays_at_its_ground_truth(ycb):
         assert radians < YCB_ATOL_RAD
 
 
-@pytest.mark.parametrize("voxels", [100, 150])
+@pytest.mark.parametrize("voxels", [100, 200])
 def test_a_bottle_before_a_time_of_flight_camera_is_found_in_its_mask(data_dir, voxels):
     """Depth is off as a whole: the pose is that of the outline, so what depth has against it is the sensor's."""
     with st.open_sequence(folder(data_dir, "mustard0")) as seq:
