@@ -49,20 +49,22 @@ bool both_beyond(double a, double factor_a, double b, double factor_b) {
 // Remembers the image; whether it is the one before, bit by bit, and has a sensor's noise.
 bool FrameWatch::repeats(const ImageView<float>& depth_m) {
   const int run = std::min(kRun, depth_m.width);
-  std::size_t at = 0;
-  next_.fill(0);
+  int others = seen_ ? 0 : 1;
+  seen_ = true;
+  float* kept = depths_.data();
   for (int j = 0; j < kRows; ++j) {
     const int y = (2 * j + 1) * depth_m.height / (2 * kRows);
-    for (int i = 0; i < kRuns; ++i, at += kRun) {
+    for (int i = 0; i < kRuns; ++i, kept += kRun) {
       const int x = (depth_m.width - run) * (2 * i + 1) / (2 * kRuns);
       const float* const first = depth_m.data + static_cast<std::ptrdiff_t>(y) * depth_m.width + x;
-      for (int k = 0; k < run; ++k)
-        next_[at + static_cast<std::size_t>(k)] = first[k] > 0 ? first[k] : 0.0f;  // NaN is no reading
+      for (int k = 0; k < run; ++k) {
+        const float now = first[k] > 0 ? first[k] : 0.0f;  // NaN is no reading
+        others += now != kept[k];
+        kept[k] = now;
+      }
     }
   }
-  const bool same = std::exchange(seen_, true) && next_ == depths_;
-  depths_ = next_;
-  if (!same) return false;
+  if (others > 0) return false;
   int readings = 0, places = 0, rough = 0;
   for (const float z : depths_) readings += z > 0;
   if (readings < kMinReadings) return false;

@@ -23,7 +23,7 @@ class FrameWatch {
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [depths, next, seen, time_s, usual_step_s, steps, brightness] = self;
+    auto& [depths, seen, time_s, usual_step_s, steps, brightness] = self;
     archive(depths, seen, time_s, usual_step_s, steps, brightness);
   }
 
@@ -49,7 +49,7 @@ class FrameWatch {
   static Brightness brightness(const frame::DepthFrame& frame, const std::vector<frame::Rect>& regions,
                                float depth_m);
 
-  Depths depths_{}, next_{};
+  Depths depths_{};
   bool seen_ = false;
   double time_s_ = std::numeric_limits<double>::quiet_NaN();
   double usual_step_s_ = 0;

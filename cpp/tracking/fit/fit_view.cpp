@@ -22,9 +22,10 @@ constexpr double kOddSize = 0.01, kOddSize_sd = 2;  // log scale that is looked 
 constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree for its size to be judged
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr double kAreaFollows = 0.4;
-constexpr int kAreaEvery = 4;          // frames from one measurement to the next
-constexpr int kFormEvery = 4;          // looks at the size from one at the form to the next
-constexpr double kAgain = 0.06;        // a log stretch that is looked at again at once
+constexpr int kAreaEvery = 4;                   // frames from one measurement to the next
+constexpr int kFormEvery = 4;                   // looks at the size from one at the form to the next
+constexpr int kFirstLooks = 8, kLookEvery = 5;  // at the size, the second of later ones
+constexpr double kAgain = 0.06;                 // a log stretch that is looked at again at once
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kSharedFollows = 0.1;
 constexpr double kFormTolerance_m = 0.008;  // from the surface, of a reading that is on it
@@ -33,6 +34,15 @@ constexpr double kMinNoise_m = 1e-4;        // s never falls below: the volume i
 // Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
 bool clear_view(const Visibility& seen) {
   return agreeing_share(seen) > 0.6 && seen.farther < 0.1 * seen.agree;
+}
+
+// Whether the size is looked at in this one of the frames in which it may be: in all of the first and of
+// those that follow an odd size, then in one of five.
+bool is_turn_for_size(int* turns) {
+  if (++*turns <= kFirstLooks) return true;
+  if (*turns < kFirstLooks + kLookEvery) return false;
+  *turns = kFirstLooks;
+  return true;
 }
 
 }  // namespace
@@ -221,11 +231,16 @@ void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
   fitted->systematic_m = systematic_m;
   const double distance_m = distance_error_m(options_, fitted->T_cam_obj.t.z);
   BiasResponse response;
-  if (systematic_m + distance_m > 0 && measured_.known && measured_.sums.inliers > 0)
+  if (systematic_m + distance_m > 0 && measured_.known && measured_.sums.inliers > 0) {
+    const double information = trace_of(measured_.depth_information, target_->shape);
+    BiasSums& sums = fitted->memory.bias;
+    if (fitted->memory.area_age == 0 || !sums.hold(information, measured_.T_obj_cam))
+      sums = bias_sums(target_->shape, *camera_, measured_.T_obj_cam, pixels_, measured_.penalty,
+                       measured_.color_prior, information);
     response =
-        bias_response(measured_.sums, measured_.depth_information, target_->shape, *camera_,
-                      measured_.T_obj_cam, pixels_, measured_.penalty, measured_.color_prior)
+        bias_response(sums, measured_.sums, information, target_->shape)
             .moved(optim::camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
+  }
   fitted->covariance += systematic_covariance(response, systematic_m,
                                               options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
   if (distance_m > 0) fitted->unseen_errors = distance_covariance(response, distance_m, fitted->T_cam_obj.t);
@@ -289,7 +304,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
   // Not in every frame, for it costs as much as the area that readings share: in those that measure that.
   if (measured_.known && fitted->memory.area_age == 0 && others.empty() && !target_->shape.seen.amount &&
-      fitted->seen.agree > kSizeShare * fitted->seen.expected)
+      fitted->seen.agree > kSizeShare * fitted->seen.expected && is_turn_for_size(&fitted->memory.size_turns))
     look_at_size(own * stated_m, told_m, fitted);
 }
 
@@ -304,7 +319,8 @@ void FitView::look_at_size(double noise_m, double systematic_m, Fitted* fitted) 
   age = again ? 0 : (age + 1) % kFormEvery;
   const std::optional<SizeLook>& size = fitted->size_by_depth;
   const bool odd = size && std::abs(size->log_scale) > kOddSize + kOddSize_sd * size->sd();
-  if (again || odd) fitted->memory.area_age = kAreaEvery - 1;  // the size is looked at in the next frame
+  if (again || odd)
+    fitted->memory.area_age = kAreaEvery - 1, fitted->memory.size_turns = 0;  // in the next frame
 }
 
 }  // namespace sdftrack::tracking

@@ -53,11 +53,15 @@ struct FitMemory {
   double shared_m = 0;             // sd of what the readings have been off by in common, lately
   int outline_age = 0;             // frames since the outline was looked at
   int form_age = 0;                // looks at the size since the last one at the form
+  int size_turns = 0;              // see is_turn_for_size
+  BiasSums bias{};                 // of the last frames
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age] = self;
-    archive(noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age);
+    auto& [noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age, turns,
+           sums] = self;
+    archive(noise, known, area_px, age, systematic, learns, pause, lines, shared, lines_age, form_age, turns,
+            sums);
   }
 };
 

@@ -48,8 +48,6 @@ template <int kStrains>
 class DepthFit {
  public:
   static constexpr int kUnknowns = kFirstStrain + kStrains;
-  using Row = Eigen::Matrix<double, kUnknowns, 1>;
-  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
   DepthFit(const energies::PixelSet& pixels, float color_prior, const frame::Shape& shape,
            const Camera& camera, const Rigidd& T_obj_cam);
@@ -64,8 +62,14 @@ class DepthFit {
   StrainLook strain_look() const;
 
  private:
+  using Row = Eigen::Matrix<double, kUnknowns, 1>;
+  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using PerPixel = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPixels, 1>;
+
   double grain_var() const;
-  double residual(int i) const { return error_m_[i] - rows_.col(i).dot(x_); }
+  PerPixel residuals() const;
+  PerPixel weighted(int k) const { return weight_.head(count_).cwiseProduct(along_pixels(k)); }
+  auto along_pixels(int k) const { return columns_.col(k).head(count_); }
 
   void read(bool move);
 
@@ -76,11 +80,10 @@ class DepthFit {
   Intrinsics<float> K_;
   Rigidd T_obj_cam_;
   double log_scale_ = 0;  // at which the readings are
-  // One column for each pixel.
-  Eigen::Matrix<double, kUnknowns, kMaxPixels> rows_, pulls_;  // pulls: times their weights
-  Eigen::Matrix<double, kMaxPixels, 1> error_m_;
+  // One column for each unknown, one row for each pixel: sums run along the pixels.
+  Eigen::Matrix<double, kMaxPixels, kUnknowns> columns_;
+  Eigen::Matrix<double, kMaxPixels, 1> error_m_, weight_;
   std::array<Reading, kMaxPixels> all_;
-  std::array<double, kMaxPixels> weight_;
   int count_ = 0;
   Square readings_ = Square::Zero(), priors_ = Square::Zero(), C_ = Square::Zero();
   double weights_ = 0;
@@ -133,7 +136,7 @@ void DepthFit<kStrains>::read(bool move) {
     const float error_m = pixels_.depth_m[i] - hit_m;
     if (!(std::abs(slope) > kGrazing) || !(std::abs(error_m) < kFar_m)) continue;
     const Vec3f m = cross(p_obj, g);
-    auto row = rows_.col(count_);
+    Row row;
     row.template head<6>() << static_cast<double>(g.x), static_cast<double>(g.y), static_cast<double>(g.z),
         static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z);
     row.template head<6>() *= -1 / static_cast<double>(slope);
@@ -142,6 +145,7 @@ void DepthFit<kStrains>::read(bool move) {
       row.template tail<kStrains>() = strains(vector_of((1 / slope) * g), vector_of(p_obj - middle_obj_));
     const double x = u.at(pixels_.u_px[i]), y = v.at(pixels_.v_px[i]);
     row.template segment<kBiasModes>(kModes) = bias_modes_at(x, y);
+    columns_.row(count_) = row.transpose();
     error_m_[count_] = static_cast<double>(error_m);
     Reading& r = all_[static_cast<std::size_t>(count_++)];
     r.share =
@@ -151,23 +155,30 @@ void DepthFit<kStrains>::read(bool move) {
 }
 
 template <int kStrains>
+typename DepthFit<kStrains>::PerPixel DepthFit<kStrains>::residuals() const {
+  PerPixel left = error_m_.head(count_);
+  for (int k = 0; k < kUnknowns; ++k) left -= x_[k] * along_pixels(k);
+  return left;
+}
+
+template <int kStrains>
 void DepthFit<kStrains>::weigh(double size_m) {
+  const PerPixel left_m = residuals();
   for (int i = 0; i < count_; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double off = residual(i) / size_m;
-    weight_[k] = all_[k].share / (size_m * size_m * (1 + off * off));
+    const double off = left_m[i] / size_m;
+    weight_[i] = all_[static_cast<std::size_t>(i)].share / (size_m * size_m * (1 + off * off));
   }
 }
 
 template <int kStrains>
 void DepthFit<kStrains>::solve(double systematic_m, const frame::Shape& shape) {
-  const auto rows = rows_.leftCols(count_);
-  for (int i = 0; i < count_; ++i) pulls_.col(i) = weight_[static_cast<std::size_t>(i)] * rows_.col(i);
-  const auto pulls = pulls_.leftCols(count_);
-  readings_.template triangularView<Eigen::Lower>() = pulls * rows.transpose();
-  const Row g = pulls * error_m_.head(count_);
-  weights_ = 0;
-  for (int i = 0; i < count_; ++i) weights_ += weight_[static_cast<std::size_t>(i)];
+  Row g;
+  for (int j = 0; j < kUnknowns; ++j) {
+    const PerPixel pulls = weighted(j);
+    for (int k = j; k < kUnknowns; ++k) readings_(k, j) = readings_(j, k) = pulls.dot(along_pixels(k));
+    g[j] = pulls.dot(error_m_.head(count_));
+  }
+  weights_ = weight_.head(count_).sum();
   priors_.setZero();
   priors_.template topLeftCorner<6, 6>() = weak_knowledge(shape);
   priors_(kLogScale, kLogScale) = 1;  // a log scale of 1 is nothing
@@ -181,7 +192,8 @@ void DepthFit<kStrains>::solve(double systematic_m, const frame::Shape& shape) {
 template <int kStrains>
 double DepthFit<kStrains>::spread_m() const {
   std::array<double, kMaxPixels> sizes;
-  for (int i = 0; i < count_; ++i) sizes[static_cast<std::size_t>(i)] = std::abs(residual(i));
+  const PerPixel left_m = residuals();
+  for (int i = 0; i < count_; ++i) sizes[static_cast<std::size_t>(i)] = std::abs(left_m[i]);
   std::nth_element(sizes.begin(), sizes.begin() + count_ / 2, sizes.begin() + count_);
   return sizes[static_cast<std::size_t>(count_ / 2)] / kMedianOfNormal;
 }
@@ -206,11 +218,11 @@ template <int kStrains>
 SizeLook DepthFit<kStrains>::look() const {
   std::array<double, kBlocks * kBlocks> pulls{};
   const Row along = C_.col(kLogScale);
-  for (int i = 0; i < count_; ++i) {
-    const Reading& r = all_[static_cast<std::size_t>(i)];
-    pulls[static_cast<std::size_t>(r.block)] +=
-        weight_[static_cast<std::size_t>(i)] * residual(i) * along.dot(rows_.col(i));
-  }
+  const PerPixel pulled = weight_.head(count_).cwiseProduct(residuals());
+  PerPixel answers = along[0] * along_pixels(0);
+  for (int k = 1; k < kUnknowns; ++k) answers += along[k] * along_pixels(k);
+  for (int i = 0; i < count_; ++i)
+    pulls[static_cast<std::size_t>(all_[static_cast<std::size_t>(i)].block)] += pulled[i] * answers[i];
   double own = 0;
   int blocks = 0;
   for (const double pull : pulls) own += pull * pull, blocks += pull != 0;
@@ -224,10 +236,10 @@ template <int kStrains>
 StrainLook DepthFit<kStrains>::strain_look() const {
   const Eigen::Matrix<double, kUnknowns, kStrains> along = C_.template rightCols<kStrains>();
   Eigen::Matrix<double, kStrains, kBlocks* kBlocks> pulls = decltype(pulls)::Zero();
-  for (int i = 0; i < count_; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    pulls.col(all_[k].block) += weight_[k] * residual(i) * along.transpose() * rows_.col(i);
-  }
+  const PerPixel pulled = weight_.head(count_).cwiseProduct(residuals());
+  for (int i = 0; i < count_; ++i)
+    pulls.col(all_[static_cast<std::size_t>(i)].block) +=
+        pulled[i] * along.transpose() * columns_.row(i).transpose();
   const auto blocks = static_cast<int>((pulls.row(0).array() != 0).count());
   StrainLook look;
   look.strain = x_.template tail<kStrains>();

@@ -15,6 +15,9 @@ namespace {
 Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
   const Vector6d unit = comparable_units(shape);
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
+  // Mostly none is blind, which costs less to find than the directions.
+  const Matrix6d beyond = geometry - kBlindSlope * kBlindSlope * Matrix6d::Identity();
+  if (Eigen::LLT<Matrix6d>(beyond).info() == Eigen::Success) return Matrix6d::Identity();
   const optim::Eigenpairs<6> directions = optim::eigenpairs(geometry);
   Matrix6d seen = Matrix6d::Zero();
   for (int i = 0; i < 6; ++i)
@@ -60,8 +63,7 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
 Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Shape& shape) {
   if (!(sums.inliers > 0)) return Matrix6d::Zero();
   const Matrix6d P = seen_directions(sums, shape);
-  // Not by optim::solve_symmetric: the last bits of recorded results would change.
-  return (P * sums.A * P.transpose() + weak_knowledge(shape)).ldlt().solve(P);
+  return optim::solve_symmetric<6, 6>(Matrix6d(P * sums.A * P.transpose() + weak_knowledge(shape)), P);
 }
 
 Matrix6d without_slips(const Matrix6d& information, const frame::Shape& shape) {

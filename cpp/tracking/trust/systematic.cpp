@@ -12,6 +12,9 @@ namespace {
 constexpr int kBudget = 200;           // pixels
 constexpr double kUnitSquare = 1.118;  // 1 / rms of x^2 - 1, x uniform of variance 1
 
+constexpr double kSameShare = 1.25, kSameView = 0.995;  // of information; cosine: 6 degrees
+constexpr Vec3d kAhead{0, 0, 1};
+
 constexpr double kBends = 0.4;  // over an object, of an error of the distance
 
 constexpr double kSharedFrom = 1.3, kWholePerSeen = 3;
@@ -40,10 +43,18 @@ double systematic_by_residuals(double spread_m, double noise_m) {
   return kWholePerSeen * std::sqrt(std::max(0.0, spread_m * spread_m - std::pow(kSharedFrom * noise_m, 2)));
 }
 
-BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& depth_information,
-                           const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
-                           const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
-                           float color_prior) {
+bool BiasSums::hold(double information_now, const Rigidd& T_obj_cam) const {
+  return information > 0 && information_now < kSameShare * information &&
+         information < kSameShare * information_now && dot(T_obj_cam.R * kAhead, sight_obj) > kSameView;
+}
+
+double trace_of(const Matrix6d& information, const frame::Shape& shape) {
+  return comparable_units(shape).cwiseAbs2().dot(information.diagonal());
+}
+
+BiasSums bias_sums(const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
+                   const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
+                   float color_prior, double information) {
   const Intrinsics<float> K = camera.K.cast<float>();
   const energies::SingleObject<float> field{shape.sdf, T_obj_cam.cast<float>()};
   const std::size_t n = pixels.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
@@ -71,15 +82,17 @@ BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& 
     seen.col(used++).tail<kBiasModes>() = bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i]));
   }
   if (!(here > 0)) return {};
-  // The subset's sums, as large as those of all pixels.
-  const double scale_up = unit.cwiseAbs2().dot(depth_information.diagonal()) / here;
   const auto columns = seen.leftCols(used);
-  const Eigen::Matrix<double, 6, 6 + kBiasModes> sums_here = columns.topRows<6>() * columns.transpose();
-  BiasResponse response;
-  response.modes = scale_up * sums_here.rightCols<kBiasModes>();
+  const Eigen::Matrix<double, 6, 6 + kBiasModes> sums = columns.topRows<6>() * columns.transpose();
   // A patch's pixels pull together.
-  response.patches = scale_up * scale_up * used / kPatches * sums_here.leftCols<6>();
-  return response.moved(increment_response(sums, shape));
+  return {sums.rightCols<kBiasModes>() / here, used / (kPatches * here * here) * sums.leftCols<6>(),
+          information, T_obj_cam.R * kAhead};
+}
+
+BiasResponse bias_response(const BiasSums& bias, const energies::EnergySummary& sums, double information,
+                           const frame::Shape& shape) {
+  return BiasResponse{information * bias.modes, information * information * bias.patches}.moved(
+      increment_response(sums, shape));
 }
 
 Matrix6d systematic_covariance(const BiasResponse& response, double systematic_m, double lateral_m) {

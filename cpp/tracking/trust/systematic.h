@@ -48,14 +48,38 @@ struct BiasResponse {
   BiasResponse moved(const Matrix6d& J) const { return {J * modes, J * patches * J.transpose()}; }
 };
 
-// Of the increment: A^-1 sum_i w_i J_i m_k(u_i), J the derivative of the depth where a pixel's ray meets the
-// model, w the weight that the penalty gives its residual. A is that of the sums, so what else holds the pose
-// (the outline) resists; depth_information is the part of it that the pixels made. Of an even subset of the
-// pixels, as their hits lie; with a color_prior above 0 their posteriors weigh them.
-BiasResponse bias_response(const energies::EnergySummary& sums, const Matrix6d& depth_information,
-                           const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
-                           const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
-                           float color_prior);
+// Sums over pixels that a response follows from, over the information of the same pixels (its trace, of
+// translation in diameters). They last for a few frames of one view.
+struct BiasSums {
+  Eigen::Matrix<double, 6, kBiasModes> modes = Eigen::Matrix<double, 6, kBiasModes>::Zero();
+  Matrix6d patches = Matrix6d::Zero();
+  double information = 0;  // trace of that of the frame; 0: there are none
+  Vec3d sight_obj{};       // of the camera's axis
+
+  // Whether they hold in a frame of this information from this pose.
+  bool hold(double information_now, const Rigidd& T_obj_cam) const;
+
+  template <class Archive, class Self>
+  static void visit(Archive& archive, Self& self) {
+    auto& [by_modes, by_patches, trace, sight] = self;
+    archive(by_modes, by_patches, trace, sight);
+  }
+};
+
+// The trace that information is compared by.
+double trace_of(const Matrix6d& information, const frame::Shape& shape);
+
+// sum_i w_i J_i m_k(u_i), J the derivative of the depth where a pixel's ray meets the model, w the weight
+// that the penalty gives its residual; of an even subset of the pixels, as their hits lie. With a color_prior
+// above 0 their posteriors weigh them.
+BiasSums bias_sums(const frame::Shape& shape, const Camera& camera, const Rigidd& T_obj_cam,
+                   const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
+                   float color_prior, double information);
+
+// Of the increment: A^-1 times the sums, where A is that of `sums`, so what else holds the pose (the outline)
+// resists; information is the trace of the part of it that the pixels made.
+BiasResponse bias_response(const BiasSums& bias, const energies::EnergySummary& sums, double information,
+                           const frame::Shape& shape);
 
 // What an error of sd systematic_m does to the pose by this response (of the pose in camera axes), and one of
 // lateral_m across the ray, which moves it as it is.
