@@ -6,12 +6,23 @@
 
 #include "appearance.h"
 #include "busy.h"
+#include "plane/ray_length.h"
 #include "region_colors.h"
 #include "release_gil.h"
 #include "track_results.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
+
+namespace {
+
+constexpr int kCaller = 6;  // of Tracker.start, from here on
+constexpr const char* kRayLength =
+    "depth: the table or wall is flat only if the depth is the distance along each pixel's ray; expected Z, "
+    "the "
+    "distance along the optical axis: divide by the length of the ray (x, y, 1), camera.rays";
+
+}  // namespace
 
 PyTracker::PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
                      const tracking::TrackerOptions& options, int threads, bool recover,
@@ -72,7 +83,12 @@ void PyTracker::run(const PyFrame& frame, const Work& work) {
 py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
   const std::vector<tracking::PoseHint> hints = hints_from(places);
   const Busy busy(&busy_, "tracker");
-  run(frame, [&](const frame::DepthFrame& f) { tracker_->start(f, hints); });
+  bool bent = false;
+  run(frame, [&](const frame::DepthFrame& f) {
+    bent = f.depth_m.data && plane::is_ray_length(f, tracker_->camera());
+    tracker_->start(f, hints);
+  });
+  if (bent && PyErr_WarnEx(PyExc_UserWarning, kRayLength, kCaller) < 0) throw py::error_already_set();
   return result_to_dict(tracker_->last_result(), names);
 }
 

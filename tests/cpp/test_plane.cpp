@@ -9,6 +9,7 @@
 
 #include "plane/plane.h"
 #include "plane/plane_mask.h"
+#include "plane/ray_length.h"
 
 namespace sdftrack {
 namespace {
@@ -58,6 +59,7 @@ TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
           if (kind == 1) z = anywhere(random);
           if (kind == 2 || chance(random) < 0.2f) z = odd[random() % 6];
         }
+        plane::is_ray_length(frame_of(depth, camera), camera);
         plane::PlaneOptions options;
         options.method = static_cast<plane::PlaneMethod>(random() % 3);
         if (chance(random) < 0.5f) {
@@ -74,6 +76,21 @@ TEST(Plane, is_looked_for_in_images_of_all_sizes_and_all_kinds_of_readings) {
         for (std::size_t i = 0; i < depth.size(); ++i)
           if (!(depth[i] > 0)) EXPECT_EQ(mask[i], 0);
       }
+}
+
+TEST(Plane, is_flat_by_lengths_of_rays_only_where_depth_is_these) {
+  const Camera camera = camera_of(160, 120);
+  std::vector<float> depth = table(camera, 0.002);
+  EXPECT_FALSE(plane::is_ray_length(frame_of(depth, camera), camera));
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x)
+      depth[static_cast<std::size_t>(y * camera.width + x)] *=
+          static_cast<float>(norm(ray(camera.K, static_cast<double>(x), static_cast<double>(y))));
+  EXPECT_TRUE(plane::is_ray_length(frame_of(depth, camera), camera));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anywhere(0.3f, 3.0f);
+  for (float& z : depth) z = anywhere(random);
+  EXPECT_FALSE(plane::is_ray_length(frame_of(depth, camera), camera));
 }
 
 }  // namespace

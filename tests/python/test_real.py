@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Recorded depth: a sponge before a Kinect, a brick of YCB-Video. Skipped where the recordings are not there."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -85,6 +87,20 @@ def test_a_bottle_before_a_time_of_flight_camera_is_found_in_its_mask(data_dir, 
         assert sum(r.ok for r in results) > 53
         elsewhere = np.roll(mask, -150, axis=1)  # of the table
         assert tracker.start(seq[0], masks=elsewhere).status[0] in ("lost", "weak")
+
+
+def test_depth_along_the_rays_is_named_where_a_table_shows_it(data_dir):
+    """As Z the table is flat; nothing is said then."""
+    with st.open_sequence(folder(data_dir, "mustard0")) as seq:
+        tracker = st.Tracker(st.SDF.from_mesh(seq.models[1], voxels=60), seq.camera, mode="depth")
+        depth, T = seq[0].depth, seq.ground_truth[0][0]
+    lengths = np.sqrt((seq.camera.depth.rays**2).sum(axis=-1) + 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tracker.start(st.Frame(depth), poses=T)
+    with pytest.warns(UserWarning, match="along each pixel's ray") as caught:
+        tracker.start(st.Frame((depth * lengths).astype(np.float32)), poses=T)
+    assert caught[0].filename == __file__
 
 
 def test_another_shape_in_a_mask_is_not_believed(data_dir):
