@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/pixel_ray.h"
+#include "base/to_int.h"
 #include "plane/plane.h"
 
 namespace sdftrack::plane {
@@ -31,7 +32,7 @@ double largest(const std::vector<Vec3d>& points) {
 
 bool is_ray_length(const frame::DepthFrame& frame, const Camera& camera) {
   const LensRays rays(camera);
-  const int step = std::max(1, static_cast<int>(std::sqrt(camera.width * camera.height / kRayPoints)));
+  const int step = std::max(1, to_int(std::sqrt(camera.width * camera.height / kRayPoints)));
   std::vector<Vec3d> by_z, by_length;
   for (int y = step / 2; y < camera.height; y += step)
     for (int x = step / 2; x < camera.width; x += step) {
