@@ -87,7 +87,7 @@ py::array smooth_foreground(const py::array& at, const py::array& depth_m, const
   const float* p = borrow<float>(foreground, "foreground", {n});
   const float* d =
       distance_m.is_none() ? nullptr : borrow<float>(distance_m.cast<py::array>(), "distance", {n});
-  constexpr int kMostPixels = 1 << 28;  // which sums of a row and a width do not exceed
+  constexpr int kMostPixels = 1 << 28;  // keeps sums of a row and a width in range
   if (width < 1 || width > kMostPixels) throw py::value_error("width: expected 1 or more pixels of a row");
   for (py::ssize_t i = 0; i < n; ++i)
     if (index[i] < (i ? index[i - 1] : 0) || index[i] > kMostPixels)

@@ -6,7 +6,7 @@
 
 namespace sdftrack::bindings {
 
-// Borrows a colour image (H, W, 3) uint8 of the map's size; rgb is nullptr where `color` is None.
+// Borrows a colour image (H, W, 3) uint8 of the map's size; rgb is nullptr if `color` is None.
 appearance::ColorImage color_view(const py::object& color, const py::object& map);
 
 }  // namespace sdftrack::bindings

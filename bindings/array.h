@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// numpy arrays across the boundary: borrowed without a copy, handed out without a copy, checked with a
-// message that names the argument, what was expected, what came, and how to fix it.
+// numpy arrays across the boundary: borrowed and returned without a copy, and checked, with messages that
+// name the argument, the expected value, the given value, and how to fix it.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -31,7 +31,7 @@ const T* borrow(const py::array& a, const char* name, const std::vector<py::ssiz
   return static_cast<const T*>(a.data());
 }
 
-// Hand a vector to numpy without a copy; the array owns it from then on.
+// Passes a vector to numpy without a copy; the array then owns it.
 template <class T>
 py::array_t<T> to_numpy(std::vector<T> values, std::vector<py::ssize_t> shape) {
   auto* owner = new std::vector<T>(std::move(values));
@@ -39,14 +39,14 @@ py::array_t<T> to_numpy(std::vector<T> values, std::vector<py::ssize_t> shape) {
   return py::array_t<T>(std::move(shape), owner->data(), free_when_done);
 }
 
-// ValueError unless (x0, y0, x1, y1) is a part of an image, or empty within it.
+// Throws ValueError unless (x0, y0, x1, y1) lies within the image; it may be empty.
 void check_region(const std::array<int, 4>& region, int width, int height);
 
-// 4x4 float64 to Rigid. A matrix from a float32 file is never quite rigid: it is projected onto the
-// rotations when within 1e-3, and refused (ValueError) beyond.
+// 4x4 float64 to Rigid. A matrix from a float32 file is not exactly rigid: it is projected onto the rotations
+// if within 1e-3, and rejected (ValueError) otherwise.
 Rigidd rigid_from(const py::array& T, const char* name);
 py::array_t<double> matrix_from(const Rigidd& T);
-// The same to and from 16 numbers, row by row, as they are.
+// A transform to and from 16 numbers, row by row, unchanged.
 void write_matrix(const Rigidd& T, double* m);
 Rigidd read_matrix(const double* m);
 

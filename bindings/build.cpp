@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How this extension was compiled: what `sdftrack info` prints.
+// How this extension was compiled; `sdftrack info` prints it.
 #include <pybind11/stl.h>
 
 #include "array.h"
@@ -44,7 +44,7 @@ void bind_build(py::module_& m) {
   m.def(
       "isa", [] { return isa_name(used_isa()); },
       "The one in use: the fastest, or the environment variable SDFTRACK_ISA.");
-  used_isa();  // a wrong name is told at the import, not in the middle of a frame
+  used_isa();  // reports a wrong name at the import, not during a frame
 }
 
 }  // namespace sdftrack::bindings

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One thread at a time in an object that works without the GIL.
+// Allows one thread at a time in an object that works without the GIL.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace sdftrack::bindings {
 
-// A thread's turn, from construction to the end of the scope. Take it before anything of the object is read.
+// A thread's turn, from construction to the end of the scope. Take it before reading the object.
 class Busy {
  public:
   Busy(std::atomic<bool>* flag, const char* what) : flag_(flag) {

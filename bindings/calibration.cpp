@@ -14,7 +14,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-// The problem with the volume it refers to; one call at a time.
+// The problem, with the volume that it refers to; one call at a time.
 class Calibration {
  public:
   Calibration(const std::tuple<py::array, double, std::array<double, 3>>& volume,
@@ -123,7 +123,7 @@ py::tuple polish(Calibration& self) {
   return as_tuple(record);
 }
 
-// Of the readings of a frame that count: pixel, reading, and residual at the state in hand.
+// For the measurements of a frame that count: pixel, depth, and residual at the current state.
 py::dict readings(Calibration& self, int frame) {
   const Busy busy = self.turn();
   const std::vector<calibration::LensFrame::Reading> found = self.problem().readings(frame);

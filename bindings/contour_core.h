@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A contour tracker and whose turn it is.
+// A contour tracker with the flag that it is in use.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace sdftrack::bindings {
 
-// As contour::ContourStatus is numbered.
+// In the order of contour::ContourStatus.
 inline constexpr std::array<const char*, 3> kContourStatus = {"ok", "weak", "lost"};
 
 struct ContourCore {
@@ -22,7 +22,7 @@ struct ContourCore {
   ContourCore(const py::dict& options, int device) : tracker(options_from(options), device) {}
 };
 
-// A part of a contour tracker travels as its state.
+// Pickles a part of a contour tracker as its state.
 template <class Part>
 auto pickled() {
   return py::pickle([](const Part& self) { return py::bytes(state_of(self)); },
@@ -35,7 +35,7 @@ auto pickled() {
                     });
 }
 
-// What `call` returns, without the interpreter's lock.
+// Runs `call` without the interpreter's lock and returns its result.
 template <class Call>
 auto unlocked(const Call& call) {
   const ReleaseGil release;

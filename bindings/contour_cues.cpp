@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an outline is judged by beside its colours, and how little a box determines a first mask.
+// Cues for an outline in addition to its colours, and how little a box determines a first mask.
 #include <pybind11/stl.h>
 
 #include <algorithm>

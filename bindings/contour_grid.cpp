@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The steps of the contour tracker, one by one, on arrays: what tests compare with numpy.
+// The steps of the contour tracker, one by one, on arrays, for tests that compare them with numpy.
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -67,8 +67,8 @@ py::array_t<float> contour_distance(const py::array& phi, int radius) {
   return phi_of(grid);
 }
 
-// The posterior at the pixels of `image` of a model learned from `learned`, with the images of `pooled`
-// pooled in one after the other, phi where warp puts it.
+// The posterior at the pixels of `image`, by a model that was learned from `learned` and then pooled with
+// each of `pooled`. phi is placed by warp.
 py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
                                      const std::array<double, 6>& warp, const py::dict& given,
                                      const std::vector<py::array>& pooled) {

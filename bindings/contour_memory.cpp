@@ -83,7 +83,7 @@ py::dict assess(const contour::SilhouetteMemory& self, const py::array& given) {
       "known"_a = std::min(1.0, explained.explained), "doubt"_a = explained.doubt());
 }
 
-// All but the options, as in files; masks as bits.
+// All data except the options, as in files; masks as bits.
 py::dict state_of_memory(const contour::SilhouetteMemory& self) {
   contour::SilhouetteMemory::State state = self.state();
   const auto n = static_cast<py::ssize_t>(state.library.masks.size());

@@ -20,7 +20,7 @@ struct Lent {
 };
 
 py::object lend(const std::shared_ptr<OnDevice>& array, const py::object& stream) {
-  // As the array API has it: None is the legacy default stream, -1 no wait.
+  // As in the array API: None is the legacy default stream, -1 no wait.
   const std::int64_t to = stream.is_none() ? 1 : py::cast<std::int64_t>(stream);
   if (to < -1 || to == 0)
     throw py::value_error("stream: expected -1, 1, 2 or the address of a CUDA stream, got " +
@@ -39,11 +39,11 @@ py::object lend(const std::shared_ptr<OnDevice>& array, const py::object& stream
              static_cast<std::uint8_t>(8 * array->dtype.itemsize()), 1};
   lent->managed.context = lent;
   lent->managed.deleter = [](dlpack::ManagedTensor* self) {
-    const py::gil_scoped_acquire lock;  // of any thread of the other library
+    const py::gil_scoped_acquire lock;  // may run on any thread of the other library
     delete static_cast<Lent*>(self->context);
   };
   return py::capsule(&lent->managed, dlpack::kName, [](PyObject* capsule) {
-    // Unused: nobody else will free it.
+    // Not consumed: free it here.
     if (PyCapsule_IsValid(capsule, dlpack::kName)) {
       auto* const managed = static_cast<dlpack::ManagedTensor*>(PyCapsule_GetPointer(capsule, dlpack::kName));
       managed->deleter(managed);

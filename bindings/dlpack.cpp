@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Arrays of other libraries by DLPack (https://dmlc.github.io/dlpack): copied to the host, wherever they lie.
+// Arrays of other libraries by DLPack (https://dmlc.github.io/dlpack): copied to the host from any device.
 #include "dlpack.h"
 
 #include <cstdint>

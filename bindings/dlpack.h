@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The structures of DLPack's stable C interface (https://dmlc.github.io/dlpack), of which only what is used
-// here is named.
+// The structures of DLPack's stable C interface (https://dmlc.github.io/dlpack), with names only for the
+// parts used here.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace sdftrack::bindings::dlpack {
 
-constexpr const char* kName = "dltensor";  // of a capsule that nobody has taken over
+constexpr const char* kName = "dltensor";  // of a capsule that is not consumed yet
 
 enum DeviceType : std::int32_t { kCpu = 1, kCuda = 2, kCudaHost = 3, kCudaManaged = 13 };
 enum TypeCode : std::uint8_t { kInt = 0, kUInt = 1, kFloat = 2, kBool = 6 };
@@ -35,14 +35,14 @@ struct ManagedTensor {
   void (*deleter)(ManagedTensor*);
 };
 
-py::dtype dtype_of(const Tensor& t, const std::string& name);  // TypeError: one that numpy has not
+py::dtype dtype_of(const Tensor& t, const std::string& name);  // TypeError if numpy lacks the type
 bool is_contiguous(const Tensor& t);                           // C order
 
-// What another library lends, by its capsule, which may be consumed once: its owner is told when it is no
-// longer used.
+// A tensor lent by another library, from its capsule, which may be consumed once. The owner is notified when
+// the tensor is no longer used.
 class Borrowed {
  public:
-  Borrowed(const py::object& capsule, const std::string& name);  // TypeError: a used one, or none
+  Borrowed(const py::object& capsule, const std::string& name);  // TypeError if it is used or not a capsule
   ~Borrowed();
   Borrowed(const Borrowed&) = delete;
   Borrowed& operator=(const Borrowed&) = delete;

@@ -94,7 +94,7 @@ class FrameEnergy {
     return py::make_tuple(poses, std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
   }
 
-  // Those around object k that no object before it has brought.
+  // Adds the pixels around object k that no earlier object has added.
   void add_pixels(const frame::DepthFrame& frame, const tracking::TrackerOptions& options, std::size_t k) {
     frame::PixelSelection selection;
     energies::PixelSet around;
@@ -109,7 +109,7 @@ class FrameEnergy {
     }
   }
 
-  // The model is made from this very frame: inside and around its mask, or at the start pose.
+  // The model is learned from this frame: inside and around its mask, or at the start pose.
   void look_at_colors(const frame::DepthFrame& frame, const tracking::TrackerOptions& options) {
     const Rigidd T_cam_obj = inverse(start_.T_obj_cam[0]);
     tracking::ColorReader reader;
@@ -141,7 +141,7 @@ class FrameEnergy {
   Camera camera_;
   energies::PixelSet pixels_;
   optim::State start_;
-  std::unique_ptr<energies::CudaWork> device_;  // nullptr without
+  std::unique_ptr<energies::CudaWork> device_;  // nullptr: CPU
   std::unique_ptr<energies::SdfEnergy> energy_;
   std::atomic<bool> busy_{false};
 };
@@ -194,7 +194,7 @@ py::tuple run_minimize(FrameEnergy& self, const optim::State& x, const optim::Lm
 
 }  // namespace
 
-// After TrackerOptions are known, so that the signature can name them.
+// Called after TrackerOptions is bound, so that the signature can name it.
 void bind_frame_energy(py::module_& m) {
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
       .def(py::init<const Volumes&, const Camera&, const py::array&, const py::object&, const py::list&,

@@ -17,7 +17,7 @@ namespace {
 
 using namespace py::literals;
 
-// A model and who is at work in it: any number that read, or one that writes.
+// A model with its users: any number of readers, or one writer.
 class SharedLwpr {
  public:
   explicit SharedLwpr(lwpr::LwprModel model) : model(std::move(model)) {}
@@ -99,7 +99,7 @@ py::object predict_model(const SharedLwpr& self, const py::array& x, bool with_s
   return py::make_tuple(means, to_numpy(std::move(sd), {count, m}));
 }
 
-// Of samples that lie on the device, to means that stay there.
+// Predicts means for samples on the device; the means stay there.
 std::shared_ptr<OnDevice> predict_there(const SharedLwpr& self, std::uintptr_t address, ForeignStream stream,
                                         std::size_t count, int device) {
   const SharedLwpr::Reading turn(self);
@@ -124,7 +124,7 @@ py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int 
   return to_numpy(std::move(out), {count, m});
 }
 
-// Everything about a field, in the units of the inputs divided by norm_in and the output divided by norm_out.
+// All values of a field, in the units of the inputs divided by norm_in and the output divided by norm_out.
 py::dict field(const lwpr::LwprUnit& unit, int k) {
   const lwpr::FieldLayout& at = unit.layout();
   const double* const head = unit.record(k);

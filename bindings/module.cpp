@@ -46,7 +46,7 @@ void bind_build(py::module_& m);
 
 namespace {
 
-// That of a standard container says its name alone.
+// The message of a standard container's bad_alloc is only its name.
 void tell_of_memory(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);

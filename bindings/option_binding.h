@@ -12,7 +12,7 @@
 
 namespace sdftrack::bindings {
 
-// As an attribute: numbers with the fewest digits that are the same value, choices by name.
+// Converts to an attribute: numbers with the fewest digits that give the same value, choices by name.
 inline bool to_attribute(bool value, TrueOrFalse) { return value; }
 inline int to_attribute(int value, const OptionRange&) { return value; }
 template <std::floating_point Number>
@@ -42,7 +42,7 @@ void from_attribute(const std::string& value, Choices<Value> choices, const char
   check_option(option);
 }
 
-// The member of `o` with that name, given to `use` with its range; the struct's own line says where it is.
+// Calls `use` with the member of `o` that has this name, and its range, as listed in visit_options.
 template <class Options, class Member, class Kind, class Use>
 void with_member(Options& o, const std::string& wanted, const Use& use) {
   const auto visit = [&](const char* name, auto& member, const auto& kind, const char*, const char*) {
@@ -60,7 +60,7 @@ OptionDescription described(const Options& o, const std::string& wanted) {
   throw std::logic_error(wanted + ": no such option");
 }
 
-// Setting checks the bounds; what concerns several options is checked where the struct is used.
+// Setting an option checks its bounds. Relations between options are checked where the struct is used.
 template <class Options>
 py::class_<Options> bind_options(py::module_& m, const char* class_name, const char* doc) {
   py::class_<Options> bound(m, class_name, doc);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The schema of every option of the core as plain data, from which bindings/generate_options.py makes the
-// rest.
+// The schema of every option of the core as plain data, the input of bindings/generate_options.py.
 #include "base/option_schema.h"
 
 #include <pybind11/stl.h>

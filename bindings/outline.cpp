@@ -90,7 +90,7 @@ appearance::ColorModel model_of(const std::tuple<py::array, py::array>& counts) 
   return model;
 }
 
-// Chances after these pixels were seen: frames ascending, one opening for each.
+// Probabilities after these pixels were seen: frames in ascending order; the memory opens once per frame.
 std::vector<float> local_chances(const std::tuple<py::array, py::array>& counts, const py::array& points,
                                  const std::vector<bool>& object, const std::vector<int>& bins,
                                  const std::vector<int>& frames, float rate, const py::array& asked,

@@ -28,7 +28,7 @@ py::array_t<std::uint8_t> painted(const py::array& vertices, const py::array& fa
   return to_numpy(std::move(rgba), {grid.nz, grid.ny, grid.nx, 4});
 }
 
-// What the energy says at a pose: cost, gradient (6), Hessian (6, 6), tone (gain, shading, offset), used.
+// The energy's values at a pose: cost, gradient (6), Hessian (6, 6), tone (gain, shading, offset), used.
 py::tuple photometric(const std::tuple<py::array, double, std::array<double, 3>, py::array>& shape,
                       const std::array<double, 4>& K, const py::array& settled, const py::array& T,
                       const py::array& u, const py::array& v, const py::array& depth, const py::array& grey,

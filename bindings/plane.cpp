@@ -31,7 +31,7 @@ plane::PlaneMethod method_of(const std::string& name) {
   throw std::invalid_argument("method: expected \"rigid\", \"bent\" or \"printed\", got \"" + name + "\"");
 }
 
-// (mask, normal, offset, bend, noise scale, share), or a word that says why there is no plane.
+// (mask, normal, offset, bend, noise scale, share), or a word for the reason why there is no plane.
 py::object remove_plane(const py::array& depth, const Camera& camera, const py::object& rays, int start_x,
                         int start_y, double tolerance_m, const std::string& method,
                         const std::array<double, 3>& noise, bool measure_noise, bool feet, int threads) {
@@ -59,8 +59,8 @@ py::object remove_plane(const py::array& depth, const Camera& camera, const py::
                         found.share);
 }
 
-// (normal, offset, bend, noise scale) of a plane refitted to all readings in a mask, or None where they lie
-// on a line.
+// (normal, offset, bend, noise scale) of a plane refitted to all depths in a mask, or None if they lie on a
+// line.
 py::object fit_masked_plane(const py::array& depth, const Camera& camera, const py::object& rays,
                             const py::object& mask, const std::array<double, 3>& normal, double offset_m,
                             double tolerance_m, const std::array<double, 3>& noise, bool bent) {

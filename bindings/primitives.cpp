@@ -20,7 +20,7 @@ namespace {
 
 using namespace py::literals;
 
-// Readings and edge pixels of a labelled depth image, or bare points; what is known of the table.
+// Measurements and edge pixels of a labelled depth image, or only points; and the known data of the table.
 class View {
  public:
   static View of_points(const py::array& points) {
@@ -87,8 +87,7 @@ py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedClo
   return d;
 }
 
-// One dict per kind (None where there was nothing to start from), with its evidence at the least scale of
-// all.
+// One dict per kind (None if there was no start), with its evidence at the least scale of all kinds.
 py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind>& kinds,
                    const primitives::PrimitiveFitOptions& options, const py::object& T_cam_obj,
                    const std::optional<std::vector<double>>& size, int threads) {
@@ -122,7 +121,7 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
   return out;
 }
 
-// What a test compares: residuals, gradient and cost at a pose and lengths.
+// For tests: residuals, gradient and cost at a pose and lengths.
 py::dict energy_at(const View& self, primitives::PrimitiveKind kind, const py::array& T_obj_cam,
                    const std::vector<double>& size, const primitives::PrimitiveEnergyOptions& options) {
   const primitives::PrimitiveSize s = checked_size(kind, size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The calls that look at a frame.
+// The calls that use a frame.
 #include "py_tracker.h"
 
 #include <pybind11/stl.h>
@@ -16,7 +16,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-constexpr int kCaller = 6;  // of Tracker.start, from here on
+constexpr int kCaller = 6;  // stack levels from here to the caller of Tracker.start
 constexpr const char* kRayLength =
     "depth: the table or wall is flat only if the depth is the distance along each pixel's ray; expected Z, "
     "the "
@@ -65,7 +65,7 @@ std::vector<tracking::PoseHint> PyTracker::hints_from(const py::list& places) co
   return where;
 }
 
-// `work` runs on the frame as the core knows it, without the interpreter's lock.
+// Runs `work` on the core's form of the frame, without the interpreter's lock.
 template <class Work>
 void PyTracker::run(const PyFrame& frame, const Work& work) {
   const appearance::ColorImage image = color_view(frame.color, frame.color_map);

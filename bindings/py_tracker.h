@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tracker as Python holds it: it keeps the volumes alive, and refuses use by two threads at once.
+// The tracker for Python: it keeps the volumes alive and rejects use by two threads at once.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ using PyVolume = std::tuple<py::array, double, std::array<double, 3>>;  // value
 
 using Names = std::vector<std::string>;
 
-// A frame as Python gives it. depth, mask and colour may be None; without depth, `error` may say why.
+// A frame from Python. depth, mask and colour may be None; without depth, `error` may give the reason.
 struct PyFrame {
   py::object depth, mask, color, color_map;
   double time_s;
@@ -31,17 +31,16 @@ class PyTracker {
   PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
             const tracking::TrackerOptions& options, int threads, bool recover, tracking::MotionModel motion,
             int device, tracking::Collision collision);
-  // names: of the objects, for the sentences of the reasons.
+  // names: of the objects, for the texts of the reasons.
   py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
   py::dict track(const PyFrame& frame, const Names& names);
   py::dict recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
                    const Names& names);
-  // Poses (M, 4, 4) of a frame outside of the sequence, and whether each is sure.
+  // Poses (M, 4, 4) in a frame outside the sequence, and whether each pose is sure.
   py::tuple revisit(const PyFrame& frame);
-  // What the tracker would say of object k at a pose as it is, and what it says it by; None: too few
-  // readings.
+  // The tracker's judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
   py::object judge(const PyFrame& frame, int k, const py::array& T);
-  // Where object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
+  // The region in which object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
   std::array<int, 4> region(int k, const py::array& T, double padding_m);
   // P_f (h, w) of a region by object k's colours (NaN: not known), and the region's colours (h, w, 3).
   py::tuple look_at(const PyFrame& frame, int k, const std::array<int, 4>& region);
@@ -50,35 +49,35 @@ class PyTracker {
 
   int add(const PyVolume& shape, const py::object& place);
   void remove(int k);
-  // poses: (M, 4, 4), NaN: not known; the others are gone on from.
+  // poses: (M, 4, 4), NaN: not known; tracking continues from the others.
   void replace_shapes(const std::vector<PyVolume>& shapes, const py::array& poses);
   // seen: uint16 [z, y, x], how much of the surface was seen near each voxel; less than `least` is unknown.
-  // boxes: int32 (n, 6), voxels x0 y0 z0 x1 y1 z1 that hold the surface.
+  // boxes: int32 (n, 6), voxels x0 y0 z0 x1 y1 z1 that contain the surface.
   void reshape(int k, const PyVolume& shape, const py::array& seen, int least, const py::array& boxes,
                const std::optional<py::array>& colors);
-  // colors: uint16 (z, y, x, 4) beside object k's volume.
+  // colors: uint16 (z, y, x, 4) of object k's volume.
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
   void set_symmetries(int k, const py::array& motions);
   void mark_unfound(int k, const std::string& kind);
-  // Of a model whose scale is estimated (tracker.h).
+  // For a model with estimated scale (tracker.h).
   void free_scale(int k);
   double log_scale_to_add(int k);
   void rescale(int k, const PyVolume& scaled, double log_scale);
   std::pair<double, double> scale(int k);  // log scale and its sd
-  // In the last frame: nothing but open directions is against its pose.
+  // Whether in the last frame only open directions count against the pose.
   bool is_sure(int k);
   double evidence(int k);
 
-  // The record of the sequence. best: (M, 4, 4), NaN: no good pose yet.
+  // Records of the sequence. best: (M, 4, 4), NaN: no good pose yet.
   int index() const { return tracker_->last_result().index; }
-  // Seconds, its sd, and the frames that it was seen in; 0 frames: nothing is known.
+  // Delay in seconds, its sd, and the number of frames that measured it; 0 frames: not known.
   std::tuple<double, double, int> color_delay();
   py::array_t<double> best();
   void resume(int index, double time_s, const std::vector<bool>& followed, const py::array& best);
   void interrupt(int index);
-  // All that the next frames depend on, but for shapes, camera and settings (base/state_archive.h).
+  // All data that later frames depend on, except shapes, camera and settings (base/state_archive.h).
   py::bytes state();
   bool set_state(const py::bytes& state);
 
@@ -91,13 +90,13 @@ class PyTracker {
   template <class Work>
   void run(const PyFrame& frame, const Work& work);
 
-  // What an object's shape lies in; free with the object.
+  // The arrays of an object's shape, released with the object.
   struct Held {
     py::array values, seen, colors;
   };
   static std::vector<SdfView> views_of(const std::vector<PyVolume>& shapes, std::vector<Held>* held);
 
-  std::vector<Held> held_;  // of each object
+  std::vector<Held> held_;  // per object
   std::unique_ptr<tracking::Tracker> tracker_;
   std::atomic<bool> busy_{false};
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The calls that change which shapes are tracked, and from where.
+// The calls that change the tracked shapes and their poses.
 #include <pybind11/stl.h>
 
 #include <algorithm>

@@ -17,8 +17,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-// Arrays that show the volumes as they are now, those of a GPU as they were when they were last asked for;
-// they keep their owner alive.
+// Arrays that show the present volumes, or those of a GPU at the last request, and keep the owner alive.
 template <class T>
 py::array shown(const T* data, const sdf::Grid& grid, py::ssize_t channels, const py::object& owner) {
   const auto n = static_cast<py::ssize_t>(sizeof(T));
@@ -62,7 +61,7 @@ class PyReconstruction {
     const ReleaseGil release;
     core_->fuse(frame, camera, T_cam_obj, threads_);
   }
-  // What arrays and trackers have borrowed of a volume on a GPU is as new as the last frame.
+  // Brings the borrowed data of a volume on a GPU up to the last frame.
   void show() { begin_to_show(), static_cast<void>(phi()); }
   void begin_to_show() {
     const Busy busy(&busy_, "reconstruction");
@@ -70,7 +69,7 @@ class PyReconstruction {
   }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
     const Busy busy(&busy_, "reconstruction");
-    // Whole blocks; what comes of them is a volume like any other.
+    // Whole blocks; the result must be a valid volume.
     const sdf::Grid& grid = core_->grid();
     std::array<py::ssize_t, 3> voxels{grid.nx, grid.ny, grid.nz};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -95,7 +94,7 @@ class PyReconstruction {
   }
   const reconstruction::Reconstruction& core() const { return *core_; }
 
-  // The distances, colours and sums, from wherever they are.
+  // The distances, colours and sums, from the CPU or the GPU.
   std::span<const float> phi() {
     return brought([this] { return core_->phi(); });
   }
@@ -144,7 +143,7 @@ PyReconstruction& of(const py::object& self) { return self.cast<PyReconstruction
 }  // namespace
 
 void bind_reconstruction(py::module_& m) {
-  // Beside the options of a Reconstructor, what it measures and what its tests vary.
+  // In addition to the options of a Reconstructor: measured values, and values that tests vary.
   bind_options<reconstruction::ReconstructionOptions>(
       m, "ReconstructionOptions", "Options of a reconstruction; see sdftrack.ReconstructorOptions.")
       .def_property(

@@ -17,7 +17,7 @@ void fetch_colors(const frame::DepthFrame& frame, const frame::Rect& rect, std::
       const bool found = z > 0 && image.map.find(u, z, &cx, &cy, &depth);
       const unsigned char none[3] = {}, *const c = found ? image.at(cx, cy) : none;
       rgb->insert(rgb->end(), c, c + 3);
-      if (found && !(c[0] | c[1] | c[2])) rgb->back() = 1;  // black is a colour, too
+      if (found && !(c[0] | c[1] | c[2])) rgb->back() = 1;  // black is also a colour
     }
 }
 

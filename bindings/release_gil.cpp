@@ -11,10 +11,10 @@ namespace sdftrack::bindings {
 namespace {
 
 std::atomic<bool> ending{false};
-std::atomic<int> coming_back{0};  // threads that ask for the lock
+std::atomic<int> coming_back{0};  // threads that request the lock
 std::thread::id ender;            // the thread that ends the interpreter; written before `ending`
 
-// Threads that came back before `ending` was set get the lock first; those that come later rest.
+// Threads that came back before `ending` was set get the lock first; later ones sleep.
 void end() {
   ender = std::this_thread::get_id();
   ending = true;
@@ -23,7 +23,7 @@ void end() {
   PyEval_RestoreThread(state);
 }
 
-// Between looks the handlers wait; taking the lock may wait for another thread's turn.
+// Time between checks for signals. Handlers wait that long; taking the lock may also wait for other threads.
 constexpr std::chrono::milliseconds kBetweenLooks{50};
 
 }  // namespace

@@ -10,10 +10,9 @@
 
 namespace sdftrack::bindings {
 
-// Without the lock from construction to the end of the scope. In place of py::gil_scoped_release: when the
-// interpreter ends, Python makes a daemon thread that asks for the lock exit by unwinding its stack, which
-// C++ functions that do not expect it answer by aborting the process. Here such a thread rests instead, until
-// the process is over.
+// Releases the lock from construction to the end of the scope. It replaces py::gil_scoped_release: when the
+// interpreter ends, Python unwinds the stack of a daemon thread that requests the lock. C++ functions that do
+// not expect this abort the process. Here such a thread sleeps until the process ends.
 class ReleaseGil {
  public:
   ReleaseGil() : state_(PyEval_SaveThread()) {}
@@ -27,8 +26,8 @@ class ReleaseGil {
   PyThreadState* state_;
 };
 
-// The same around a call that may take seconds: where a signal's handler raises an exception, as that of
-// Ctrl-C does, the call is broken off with it. Only the main thread runs handlers.
+// As ReleaseGil, around a call that may take seconds: if a signal's handler raises an exception, as for
+// Ctrl-C, the call ends with this exception. Only the main thread runs handlers.
 class ReleaseGilUntilSignal : private Interrupt {
  public:
   ReleaseGilUntilSignal() { this_threads_interrupt = this; }
@@ -40,7 +39,7 @@ class ReleaseGilUntilSignal : private Interrupt {
   std::chrono::steady_clock::time_point last_look_ = std::chrono::steady_clock::now();
 };
 
-// Registers with the interpreter what is to be done when it ends. Once, while the module is loaded.
+// Registers the work at the interpreter's end. Called once, while the module is loaded.
 void watch_for_the_end();
 
 }  // namespace sdftrack::bindings

@@ -71,7 +71,7 @@ class MeshCaster {
  private:
   py::array vertices_, faces_;
   sdf::MeshView mesh_;
-  std::uint64_t id_ = new_volume_id();  // no volume has it, and no other mesh
+  std::uint64_t id_ = new_volume_id();  // unique among volumes and meshes
   std::unique_ptr<sdf::Bvh> bvh_;
 };
 

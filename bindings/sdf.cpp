@@ -110,7 +110,7 @@ py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& fac
   return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
 }
 
-// Those with an inside alone have a volume.
+// Only primitives with an inside have a volume.
 primitives::PrimitiveKind solid_named(const std::string& name) {
   std::string known;
   for (int k = 0; k < primitives::kPrimitiveKinds; ++k) {

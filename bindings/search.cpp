@@ -15,7 +15,7 @@ namespace {
 
 using ShapeTuple = std::tuple<py::array, double, std::array<double, 3>>;
 
-// A shape made ready once, for many searches.
+// A shape prepared once for many searches.
 class PySearcher {
  public:
   PySearcher(const ShapeTuple& shape, const tracking::TrackerOptions& options)

@@ -28,7 +28,7 @@ class SingleFitter {
     }
   }
 
-  // of: which of the shapes each pose is of.
+  // of: the index of each pose's shape.
   py::list fit(const py::array& depth_m, const py::object& mask, const std::vector<std::size_t>& of,
                const std::vector<py::array>& T_cam_obj, const tracking::SingleFitOptions& options,
                int threads) {
@@ -74,7 +74,7 @@ class SingleFitter {
 
 }  // namespace
 
-// After TrackerOptions are known, so that the signature can name them.
+// Called after TrackerOptions is bound, so that the signature can name it.
 void bind_single_fits(py::module_& m) {
   using namespace py::literals;
   py::class_<SingleFitter>(m, "SingleFitter",

@@ -52,7 +52,7 @@ py::tuple distances(primitives::PrimitiveKind kind, const std::vector<double>& s
                         to_numpy(std::move(by_size), {rows, static_cast<py::ssize_t>(sizes)}));
 }
 
-// Of one ray of the picture's edge: least phi along it (m), and its derivative by (v, w) and the lengths.
+// For one ray of the image's edge: least phi along it (m), and its derivative by (v, w) and the lengths.
 py::tuple clearance_of(primitives::PrimitiveKind kind, const std::vector<double>& size,
                        const py::array& T_obj_cam, std::array<double, 3> ray, double near_m, double far_m) {
   const primitives::PrimitiveSize s = checked_size(kind, size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sizes and points of primitives as Python gives them, checked.
+// Checked sizes and points of primitives from Python.
 #pragma once
 
 #include <vector>

@@ -23,7 +23,7 @@ superpixels::ColorSpace space_of(const std::string& name) {
                        : (name == "xyz" ? superpixels::ColorSpace::kXyz : superpixels::ColorSpace::kRgb);
 }
 
-// The image as the core wants it; the arrays must outlive it.
+// The image in the core's form; the arrays must outlive it.
 superpixels::SlicImage image_of(const py::array& image, const std::optional<py::array>& mask,
                                 const std::optional<py::array>& depth) {
   superpixels::SlicImage out;
@@ -41,7 +41,7 @@ superpixels::SlicImage image_of(const py::array& image, const std::optional<py::
   return out;
 }
 
-// Working memory from call to call; large ones are not kept.
+// Working memory that is kept between calls, unless it is large.
 class SlicWork {
  public:
   static constexpr std::size_t kKept = std::size_t{1} << 27;
@@ -74,7 +74,7 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::Sl
   return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);
 }
 
-// An image that lies on the device, to labels that stay there.
+// Labels of an image on the device; the labels stay there.
 std::shared_ptr<OnDevice> slic_there(std::uintptr_t address, ForeignStream stream, int height, int width,
                                      int channels, const superpixels::SlicOptions& options, int device) {
   const ForeignArray there{reinterpret_cast<const void*>(address), stream};
@@ -92,7 +92,7 @@ std::shared_ptr<OnDevice> slic_there(std::uintptr_t address, ForeignStream strea
       OnDevice{std::move(labels), py::dtype::of<std::int32_t>(), {height, width}});
 }
 
-// One call: with the memory of the last one where no other thread has it.
+// One call; it uses the memory of the last one unless another thread has it.
 py::tuple slic_once(const py::array& image, const superpixels::SlicOptions& options,
                     const std::optional<py::array>& mask, const std::optional<py::array>& depth, int threads,
                     int device) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tracker found, as dictionaries of arrays.
+// The tracker's results as dictionaries of arrays.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace sdftrack::bindings {
 
-// Numbers of all objects in arrays, the rest in lists. names: for the sentences of the reasons.
+// Numbers of all objects in arrays, the rest in lists. names: for the texts of the reasons.
 py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<std::string>& names);
-// A fit as it is, what is said of it, and what it is said by.
+// An unchanged fit, its judgement, and the grounds of the judgement.
 py::dict judgement_to_dict(const tracking::Fitted& f, const tracking::Trust& trust,
                            const tracking::TrackerOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tracker takes, and parts of it that tests compare with numpy.
+// The tracker's inputs, and parts of the tracker that tests compare with numpy.
 #include <pybind11/eigen.h>
 #include <pybind11/native_enum.h>
 #include <pybind11/stl.h>

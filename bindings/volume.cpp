@@ -11,7 +11,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-// Of a voxel: its square and the inverse of that are floats, too.
+// Range of a voxel's size: its square and the inverse of the square must also be floats.
 constexpr double kLeast_m = 1e-12, kMost_m = 1e12;
 constexpr double kFarthest_m = 1e15;  // of an origin
 

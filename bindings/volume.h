@@ -12,15 +12,15 @@
 
 namespace sdftrack::bindings {
 
-// A volume of so many voxels. ValueError where its size, its voxels or its place are beyond what the core's
-// indices and floats hold; `name` is the argument that says how many voxels.
+// A grid with this number of voxels. Throws ValueError if its size, its voxels or its origin exceed the range
+// of the core's indices and floats; `name` is the argument that gives the number of voxels.
 sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
                     const std::array<double, 3>& origin, const char* name = "values");
-// float32 [z, y, x]; origin: object coordinates of voxel (0, 0, 0)'s centre, metres. The array stays the
-// caller's.
+// float32 [z, y, x]; origin: object coordinates of voxel (0, 0, 0)'s centre, metres. The caller owns the
+// array.
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin);
 sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces);
-// uint16 (z, y, x, 4), red, green, blue times 256 and how much was seen, beside a volume.
+// uint16 (z, y, x, 4) of a volume: red, green, blue times 256 and how much was seen.
 energies::ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera);

@@ -13,7 +13,7 @@ Mat3d inverse_camera_matrix(const Intrinsics<double>& K) {
   return {{1 / K.fx, 0, -K.cx / K.fx}, {0, 1 / K.fy, -K.cy / K.fy}, {0, 0, 1}};
 }
 
-// The farthest corner of the image, with a margin.
+// Squared radius of the farthest corner of the image, with a margin.
 float lens_reach2(const Camera& camera) {
   double reach2 = 0;
   for (const double u : {-0.5, camera.width - 0.5})
@@ -54,7 +54,7 @@ ColorMap projective_map(const Mat3d& P, Vec3d q, int width, int height) {
   ColorMap map;
   map.width = width, map.height = height;
   map.aligned = false;
-  // (P, q) is known up to a factor, that is up to a sign: a point far along the middle of the view is in
+  // (P, q) is known up to a factor, hence up to a sign: a point far along the middle of the view must be in
   // front.
   const double sign = dot(P.r2, Vec3d{width / 2.0, height / 2.0, 1.0}) < 0 ? -1.0 : 1.0;
   map.P = (sign * P).cast<float>();

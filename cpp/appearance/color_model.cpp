@@ -13,9 +13,9 @@ namespace {
 constexpr float kUniformShare = 1e-3f;
 constexpr float kMinPosterior = 0.02f;
 constexpr int kMinPixels = 30;
-constexpr double kMinFrontShare = 0.1;  // pixels in front over those of the object; fewer are stray ones
-constexpr float kMaxFrontShare = 0.3f;  // of the object's histogram, that may be of what holds it
-constexpr float kFrontMargin = 1.5f;    // so much more is taken out: its colours vary from place to place
+constexpr double kMinFrontShare = 0.1;  // pixels in front over those of the object; fewer are stray pixels
+constexpr float kMaxFrontShare = 0.3f;  // of the object's histogram, that may come from what holds it
+constexpr float kFrontMargin = 1.5f;    // factor on the removed part: its colours vary from place to place
 
 void pool(const std::vector<float>& counts, double total, double rate, std::vector<float>* share) {
   const auto keep = static_cast<float>(1 - rate), gain = static_cast<float>(rate / total);
@@ -47,7 +47,7 @@ void smooth_axis(const std::vector<float>& in, std::size_t stride, std::vector<f
     }
 }
 
-// In several sums side by side, which the compiler turns into lanes.
+// Summed in several lanes, which the compiler can vectorise.
 double overlap_of(const std::vector<float>& f, const std::vector<float>& b) {
   constexpr std::size_t n = kColorBinsPerChannel;
   std::array<float, n> sums{};
@@ -56,7 +56,7 @@ double overlap_of(const std::vector<float>& f, const std::vector<float>& b) {
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-// Of pairs of a value and its weight, whose weights have the sum 1; sorts them.
+// Weighted median of pairs of a value and its weight; the weights have the sum 1. Sorts the pairs.
 float weighted_median(std::vector<std::pair<float, float>>* values) {
   std::sort(values->begin(), values->end());
   float below = 0;
@@ -89,7 +89,7 @@ void ColorModel::update(const ColorCounts& counts, double object_rate, double ba
     if (counts.object_pixels < kMinPixels) return;
     known_ = true, front_known_ = false;
     object_.assign(kColorBins, 0.0f);
-    // Nothing seen around the object: any colour is as likely there as any other.
+    // Nothing was seen around the object: every colour is equally likely there.
     background_.assign(kColorBins, 1.0f / static_cast<float>(kColorBins));
     object_rate = background_rate = 1;
   }
@@ -111,9 +111,9 @@ bool ColorModel::are_shares(const std::vector<float>& values, bool known) {
          std::any_of(values.begin(), values.end(), [](float v) { return v > 0; });
 }
 
-// What holds the object lies on it too, and some of it is counted as the object's. Where its colours make up
-// the same small part of the object's histogram throughout, they are taken out; where they are a large part,
-// the object has them itself. docs/math/color.md, (4b).
+// What holds the object also lies on it, and some of it is counted as the object's. If its colours have the
+// same small share of the object's histogram throughout, they are removed; if the share is large, the object
+// has these colours itself. docs/math/color.md, (4b).
 void ColorModel::take_out_front() {
   if (!front_known_) return;
   smooth_histogram(front_, &scratch_, &smooth_front_);

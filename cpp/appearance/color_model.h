@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What colours an object has and what colours are around it: two histograms, and the posterior of each
-// colour.
+// The colours of an object and of its surroundings: two histograms, and the posterior of each colour.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +18,7 @@ HD int color_bin(const unsigned char* rgb) {
   return ((rgb[0] >> 4) << 8) | ((rgb[1] >> 4) << 4) | (rgb[2] >> 4);
 }
 
-// Pixels per colour, of one frame. A pixel of the object may count for less than one.
+// Pixels per colour, of one frame. A pixel of the object may have a weight below one.
 struct ColorCounts {
   std::vector<float> object = std::vector<float>(kColorBins), background = std::vector<float>(kColorBins),
                      front = std::vector<float>(kColorBins);
@@ -32,38 +31,38 @@ struct ColorCounts {
     ++object_pixels;
   }
   void add_background(int bin) { background[static_cast<std::size_t>(bin)] += 1, ++background_pixels; }
-  // Of what stands in front of the object; it may count as background too.
+  // Colours of what stands in front of the object; it may count as background too.
   void add_front(int bin) { front[static_cast<std::size_t>(bin)] += 1, ++front_pixels; }
 };
 
 // p(colour | object), without what holds the object, and p(colour | background), each smoothed, and
 //   P_f = prior p_f / (prior p_f + (1 - prior) p_b),
-// kept between two bounds: no colour proves anything. A colour that neither has seen gives the prior.
+// kept between two bounds, because no colour is conclusive. A colour seen on neither side gives the prior.
 class ColorModel {
  public:
   explicit ColorModel(float prior = 0.7f) : prior_(prior) {}
 
-  // Made from enough pixels of the object; else it says nothing.
+  // True once it was made from enough pixels of the object; without that it gives no information.
   bool known() const { return known_; }
   void forget() { known_ = false; }
   float prior() const { return prior_; }
-  // How much a pixel of this colour on the surface counts for the object's histogram: what is probably
-  // something else that lies there hardly does.
+  // Weight of a surface pixel of this colour in the object's histogram: small where the pixel probably shows
+  // something else.
   float weight(int bin) const {
     return known_ ? std::min(1.0f, posterior_[static_cast<std::size_t>(bin)] / prior_) : 1.0f;
   }
   // Posterior of every colour bin.
   const std::vector<float>& posterior() const { return posterior_; }
-  // Of a colour on the object and around it, over that of colours that are all equally likely; once known.
+  // Density of a colour on the object and around it, relative to a uniform distribution; valid once known.
   float object_density(int bin) const { return kColorBins * smooth_object_[static_cast<std::size_t>(bin)]; }
   float background_density(int bin) const {
     return kColorBins * smooth_background_[static_cast<std::size_t>(bin)];
   }
-  // Sum of sqrt(p_f p_b): 1, the colours say nothing; 0, they say everything.
+  // Sum of sqrt(p_f p_b): 1, the colours give no information; 0, they separate object and background.
   double overlap() const { return overlap_; }
 
-  // The first call sets the histograms; later ones mix them in by the linear opinion pool
-  // p <- (1 - rate) p + rate p_new (thesis Eq. 4.22). Too few pixels of a kind leave its histogram as it was.
+  // The first call sets the histograms; later ones mix counts in by the linear opinion pool
+  // p <- (1 - rate) p + rate p_new (thesis Eq. 4.22). A histogram is unchanged if it gets too few pixels.
   void update(const ColorCounts& counts, double object_rate, double background_rate);
 
   template <class Archive, class Self>
@@ -78,7 +77,7 @@ class ColorModel {
   }
 
  private:
-  // Of every colour, and not of none.
+  // Whether there is a valid share for every colour, and not all are 0.
   static bool are_shares(const std::vector<float>& values, bool known);
   void make_posterior();
   void take_out_front();

@@ -8,7 +8,7 @@ namespace sdftrack::appearance {
 
 namespace {
 
-// Of the depth: a nearer step of the scene shifts the two images by less than half a pixel against each other
+// Relative depth: a smaller depth step shifts the two images by less than half a pixel against each other
 // (25 mm apart, 525 px), and the slope of a surface within a cell hides nothing.
 constexpr float kBehind = 1.025f;
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Which points the colour camera sees: a small z-buffer of its image, over one object's region.
+// The points that the colour camera sees: a small z-buffer of its image, over one object's region.
 #pragma once
 
 #include <vector>
 
 namespace sdftrack::appearance {
 
-// The two cameras stand apart: a point that the depth camera reads may be hidden from the colour camera,
-// whose pixel then shows what stands in front. All readings of the region are entered; one that lies clearly
-// behind the nearest of its cell is hidden. Where nothing was entered nothing hides.
+// The two cameras stand apart: a point that the depth camera measures may be hidden from the colour camera,
+// whose pixel then shows what stands in front. All measurements of the region are entered; one that lies
+// clearly behind the nearest of its cell is hidden. An empty cell hides nothing.
 class ColorSight {
  public:
-  // Begins afresh for the colour pixels [x0, x1) x [y0, y1), in cells of cell_px.
+  // Starts again for the colour pixels [x0, x1) x [y0, y1), in cells of cell_px.
   void clear(int x0, int y0, int x1, int y1, int cell_px);
   void add(int x, int y, float depth);
   bool sees(int x, int y, float depth) const;

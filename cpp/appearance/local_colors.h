@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What colours are on the two sides of an object's outline, place by place on the object.
+// The colours on the two sides of an object's outline, by place on the object.
 #pragma once
 
 #include <array>
@@ -13,30 +13,30 @@ namespace sdftrack::appearance {
 
 constexpr int kLocalBins = 8 * 8 * 8;
 
-// Of a bin of the whole object's histograms: half as fine along each channel, for a place has few pixels.
+// Maps a bin of the whole object's histograms: half as fine along each channel, since a place has few pixels.
 constexpr int local_bin(int bin) { return ((bin >> 9) & 7) << 6 | ((bin >> 5) & 7) << 3 | ((bin >> 1) & 7); }
 
 // Two histograms for each of some places on the object. A place's densities are
 //   (n(c) + kPseudoPixels p(c)) / (n + kPseudoPixels),
-// n(c) the pixels of that colour seen there, those of earlier frames counting less and less, p the density
-// of the whole object's histograms: where little has been seen, it is these that speak.
+// n(c) the pixels of that colour seen there, with decaying weight for earlier frames, p the density of the
+// whole object's histograms, which dominates where little has been seen.
 class LocalColors {
  public:
   // Places are the cells of a cube about the object's centre, 4 x 4 on each side.
   static constexpr int kPerSide = 4, kPlaces = 6 * kPerSide * kPerSide;
   static constexpr float kPseudoPixels = 15;
 
-  // Of a point in the centred object frame.
+  // Place of a point in the centred object frame.
   static int place_of(Vec3d p_obj);
 
   void forget() { places_.clear(); }
   bool known() const { return !places_.empty(); }
 
-  // A frame's pixels: what was seen before of the places that are met fades by `rate`.
+  // Starts a frame: the earlier counts of each place that it shows decay by `rate`.
   void open(float rate);
   void add(int place, bool object, int bin);
 
-  // The chance that a colour at this place is the object's, both being equally likely beforehand.
+  // The probability that a colour at this place is the object's, with equal priors.
   float chance(const ColorModel& whole, int place, int bin) const {
     const Place& here = places_[static_cast<std::size_t>(place)];
     const float f = density(here.object, here.object_pixels, whole.object_density(bin), bin);
@@ -53,7 +53,7 @@ class LocalColors {
 
  private:
   struct Place {
-    int frame = 0;  // in which it was met last
+    int frame = 0;  // in which it was last seen
     float object_pixels = 0, background_pixels = 0;
     std::array<float, kLocalBins> object{}, background{};
 
@@ -63,7 +63,7 @@ class LocalColors {
       archive(met, object_px, background_px, own, others);
     }
   };
-  // Over that of colours that are all equally likely.
+  // Density relative to a uniform distribution.
   static float density(const std::array<float, kLocalBins>& seen, float pixels, float whole, int bin) {
     return (kLocalBins * seen[static_cast<std::size_t>(local_bin(bin))] + kPseudoPixels * whole) /
            (pixels + kPseudoPixels);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lanes of the baseline: packs of four where every processor has them, else pixel by pixel.
+// Lanes of the baseline: packs of four if every processor supports them, else single floats.
 #pragma once
 
 #ifdef __SSE2__

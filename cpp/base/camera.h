@@ -42,7 +42,7 @@ HD Vec2<T> brown_conrady(const T* k, Vec2<T> xy) {
           y * radial + k[2] * (r2 + T(2) * y * y) + T(2) * k[3] * x * y};
 }
 
-// The same in double, and back (fixed-point iteration).
+// Distortion in double, and its inverse (fixed-point iteration).
 Vec2d distort(const Distortion& k, Vec2d xy);
 Vec2d undistort(const Distortion& k, Vec2d xy);
 
@@ -56,8 +56,7 @@ struct Camera {
   Vec3d pixel_ray(double u_px, double v_px) const;  // z = 1, distortion removed
 };
 
-// The rays' x and y for every pixel, interleaved, row-major: computed once per camera where it has
-// distortion.
+// The rays' x and y for every pixel, interleaved, row-major. Computed once per camera that has distortion.
 std::vector<float> ray_table(const Camera& camera);
 
 }  // namespace sdftrack

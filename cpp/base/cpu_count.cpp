@@ -25,9 +25,9 @@ struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-// "" where it cannot be read. Files of the system, of a few lines. By the C library: this runs while the
-// library is loaded, and a stream that reads numbers ends the process there if the C++ library is linked
-// statically and another module has loaded the system's.
+// The text of a system file of a few lines; "" if it cannot be read. It uses the C library because it runs
+// while the library is loaded: a stream that reads numbers would end the process there if the C++ library is
+// linked statically and another module has loaded the system's.
 std::string text_of(const std::string& path) {
   const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "r"));
   std::string text;
@@ -45,8 +45,8 @@ int affinity() {
   return static_cast<int>(std::thread::hardware_concurrency());
 }
 
-// The tightest limit of a group and those above it. `group` is its path within the hierarchy: in a container
-// it may name folders that are not mounted, where only the root's own files are left.
+// The tightest limit of a group and the groups above it. `group` is its path in the hierarchy. In a container
+// it may name folders that are not mounted; then only the root's files are available.
 template <class QuotaAt>
 double tightest(const std::string& root, std::string group, const QuotaAt& quota_at) {
   double limit = INFINITY;
@@ -81,8 +81,7 @@ double control_group_limit() {
   return limit;
 }
 
-// Takes the number that `text` begins with off it, and the spaces before it. Nothing where it begins with
-// something else.
+// Removes and returns the number at the start of `text`, with the spaces before it. Else no value.
 std::optional<std::int64_t> take_number(std::string_view* text) {
   text->remove_prefix(std::min(text->find_first_not_of(" \t\n"), text->size()));
   std::int64_t number = 0;
@@ -101,7 +100,7 @@ std::optional<double> ratio(std::optional<std::int64_t> quota, std::optional<std
 
 std::optional<double> quota_of_cpu_max(std::string_view text) {
   const auto quota = take_number(&text);                     // "max", or no file: none
-  return ratio(quota, take_number(&text).value_or(100000));  // what the kernel takes where it is left out
+  return ratio(quota, take_number(&text).value_or(100000));  // the kernel's default
 }
 
 std::optional<double> quota_of_cfs(std::string_view quota_us, std::string_view period_us) {

@@ -8,7 +8,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr int kLeastCapability = SDFTRACK_LEAST_CAPABILITY;  // of the kernels: CMakeLists.txt
+constexpr int kLeastCapability = SDFTRACK_LEAST_CAPABILITY;  // that the kernels need; from CMakeLists.txt
 
 struct ScaleAndAdd {
   static constexpr const char* kName = "scale_and_add";
@@ -23,7 +23,7 @@ struct ScaleAndAdd {
   }
 };
 
-// An attribute costs microseconds, all properties a millisecond.
+// Reading an attribute takes microseconds; reading all properties takes a millisecond.
 int capability_of(int device) {
   int major = 0, minor = 0;
   if (cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device) == cudaSuccess &&
@@ -84,7 +84,7 @@ void copy_from_device(const void* device, std::size_t bytes, void* host) {
   if (where.type == cudaMemoryTypeUnregistered)
     throw CudaError("CUDA: expected an address of a device, got one that CUDA does not know");
   const DeviceScope scope(where.device);
-  SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());  // whoever writes there may still be at it, on any stream
+  SDFTRACK_CHECK_CUDA(cudaDeviceSynchronize());  // a stream may still be writing there
   SDFTRACK_CHECK_CUDA(cudaMemcpy(host, device, bytes, cudaMemcpyDeviceToHost));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Which GPUs are there, and do they compute what the CPU does? scale_and_add is the smallest kernel there is:
-// it proves the compiler, the driver and the copies, and shows the pattern of every later kernel: one HD
-// formula, one loop for the CPU, one kernel for the GPU.
+// Lists the GPUs and checks that they compute the same as the CPU. scale_and_add is a minimal kernel: it
+// tests the compiler, the driver and the copies, and shows the pattern of every other kernel: one HD formula,
+// one loop for the CPU, one kernel for the GPU.
 #pragma once
 
 #include <cstddef>
@@ -16,22 +16,22 @@ HD float scaled_sum(float a, float x, float y) { return a * x + y; }
 
 // True in a library that was built with SDFTRACK_CUDA.
 bool cuda_built();
-// Numbers of the devices that answer and are new enough for the kernels. Never throws.
+// Numbers of the devices that respond and are new enough for the kernels. Never throws.
 std::vector<int> cuda_devices();
-// The capability that is new enough, as 10 * major + minor.
+// The least compute capability that the kernels need, as 10 * major + minor.
 int cuda_least_capability();
-// Its name; empty where there is no such device.
+// The device's name; empty if there is no such device.
 std::string cuda_device_name(int device);
-// What its kernels were compiled from and run by: changes with the device, the driver and the build.
+// Identifies the device, the driver and the build: changes with each of them.
 std::string cuda_fingerprint(int device);
 
-// Waits for the device on which `device` lies, then copies from there. Without CUDA in the build:
-// std::runtime_error.
+// Waits for the GPU that owns the address `device`, then copies from it. Throws std::runtime_error in a build
+// without CUDA.
 void copy_from_device(const void* device, std::size_t bytes, void* host);
 
 // a x + y, element by element. x and y must have the same length.
 std::vector<float> scale_and_add_cpu(float a, const std::vector<float>& x, const std::vector<float>& y);
-// The same on a GPU. Without CUDA in the build: std::runtime_error.
+// As scale_and_add_cpu, on a GPU. Throws std::runtime_error in a build without CUDA.
 std::vector<float> scale_and_add_cuda(float a, const std::vector<float>& x, const std::vector<float>& y,
                                       int device);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of cuda_probe.cu: no device, and one error.
+// Replaces cuda_probe.cu in a build without CUDA: no devices; the other functions throw an error.
 #include "base/cuda_probe.h"
 #include "base/no_cuda.h"
 

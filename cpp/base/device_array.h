@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An array on a GPU that leaves this library, and work of others that this library waits for. No CUDA header
-// is needed to include this; builds without CUDA have device_array_none.cpp.
+// An array on a GPU that is given to other libraries, and foreign work that this library waits for. No CUDA
+// header is needed to include this; builds without CUDA have device_array_none.cpp.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,13 @@
 
 namespace sdftrack {
 
-// A stream of somebody else, as CUDA and DLPack number it: 1 the legacy default one, 2 that of the host's
-// thread, else an address.
+// A stream of another library, numbered as in CUDA and DLPack: 1 is the legacy default stream, 2 that of the
+// host's thread; otherwise an address.
 using ForeignStream = std::uintptr_t;
 
 class DeviceArray {
  public:
-  DeviceArray(int device, std::size_t bytes);  // CudaError where there is no room
+  DeviceArray(int device, std::size_t bytes);  // throws CudaError if there is no room
   ~DeviceArray();
   DeviceArray(DeviceArray&&) noexcept;
   DeviceArray& operator=(DeviceArray&&) noexcept;
@@ -24,9 +24,9 @@ class DeviceArray {
   void* data() const;
   std::size_t bytes() const;
 
-  // The stream of device_stream.h that writes the array has got all that does so.
+  // Call it when all writes to the array are queued on `stream` (device_stream.h).
   void written_on(void* stream);
-  // `stream` goes on when the array is written; the host does not wait.
+  // `stream` continues once the array is written; the host does not wait.
   void ready_for(ForeignStream stream) const;
   void download(void* host) const;  // waits
   void upload(const void* host);    // waits
@@ -36,7 +36,7 @@ class DeviceArray {
   std::unique_ptr<Impl> impl_;
 };
 
-// What others have on a GPU, and the stream on which they write it; 0: written before.
+// An array of another library on a GPU, and the stream that writes it; 0: already written.
 struct ForeignArray {
   const void* data = nullptr;
   ForeignStream stream = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Owned memory of a GPU, and of the host where a GPU can read it. Only builds with SDFTRACK_CUDA include this
-// file. A CUDA call that fails becomes an exception that carries the call; nothing here exits or resets the
-// device.
+// file. A failed CUDA call throws an exception that names the call; nothing here exits or resets the device.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -24,13 +23,13 @@ class CudaError : public std::runtime_error {
 
 inline void check_cuda(cudaError_t code, const char* call) {
   if (code == cudaSuccess) return;
-  static_cast<void>(cudaGetLastError());  // told once: the next call starts without it
+  static_cast<void>(cudaGetLastError());  // clears the error for the next call
   throw CudaError(std::string("CUDA: ") + call + ": " + cudaGetErrorName(code) + ", " +
                   cudaGetErrorString(code));
 }
 #define SDFTRACK_CHECK_CUDA(call) ::sdftrack::check_cuda((call), #call)
 
-// The memory that nobody uses at present, and that is given up before a device is said to be full.
+// Memory that is unused at present, and is freed before a device is reported as full.
 class IdleMemory {
  public:
   static void on_shortage(std::function<void()> free) {
@@ -43,7 +42,7 @@ class IdleMemory {
   }
 
  private:
-  // Never destroyed: at the end of the process CUDA may be gone before it.
+  // Never destroyed: at the end of the process CUDA may end before it.
   static std::mutex& mutex() {
     static auto* const one = new std::mutex;
     return *one;
@@ -54,7 +53,7 @@ class IdleMemory {
   }
 };
 
-// n values of T that Memory gives and takes back.
+// n values of T, allocated and freed by Memory.
 template <class T, class Memory>
 class CudaBuffer {
  public:
@@ -79,8 +78,8 @@ class CudaBuffer {
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }
 
-  // Room for n values; if it has to grow, what was there is freed first, so that only one of them takes
-  // memory. After an exception the buffer is empty.
+  // Room for n values. If the buffer has to grow, the old memory is freed first, so that only one copy
+  // exists. After an exception the buffer is empty.
   T* room(std::size_t n) {
     if (n > size_) {
       Memory::give_back(std::exchange(data_, nullptr));
@@ -106,8 +105,7 @@ struct GlobalMemory {  // of the calling thread's current device
     check_cuda(code, "cudaMalloc");
   }
   static void give_back(void* data) noexcept {
-    // Not of nothing, which would start CUDA; an error is one of earlier work, which its caller has been
-    // told.
+    // Not for nullptr, which would start CUDA. An error here is from earlier work and was reported.
     if (data && cudaFree(data) != cudaSuccess) static_cast<void>(cudaGetLastError());
   }
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Values in the host's memory of which a GPU has the same, kept by whoever keeps them alike: what needs them
-// there need not send them. No CUDA header is needed to include this.
+// Host arrays with an equal copy on a GPU, registered by the code that keeps both equal, so that users of the
+// copy need not send it. No CUDA header is needed to include this.
 #pragma once
 
 #include <map>
@@ -19,7 +19,7 @@ class DeviceCopies {
     const std::lock_guard lock(mutex());
     all().erase({host, device});
   }
-  // nullptr: there is none.
+  // nullptr: no copy.
   template <class T>
   static const T* find(const T* host, int device) {
     const std::lock_guard lock(mutex());

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What the host can wait for within a stream's queue. Only builds with SDFTRACK_CUDA include this file.
+// Events in a stream's queue. Only builds with SDFTRACK_CUDA include this file.
 #pragma once
 
 #include "base/device_stream.h"
 
 namespace sdftrack {
 
-// A place in a stream's queue that the host can wait for while the stream goes on.
+// A place in a stream's queue that the host can wait for while the stream continues.
 class DeviceEvent {
  public:
-  // On the calling thread's current device.
+  // Belongs to the calling thread's current device.
   DeviceEvent() { SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming)); }
   ~DeviceEvent() {
     if (cudaEventDestroy(event_) != cudaSuccess) static_cast<void>(cudaGetLastError());

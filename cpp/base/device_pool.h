@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Working memory on a GPU that calls borrow one after another: at most one of each device is kept, until
-// memory is short there. Only builds with SDFTRACK_CUDA include this file.
+// Working memory on a GPU that calls borrow one after another. At most one is kept per device, until memory
+// runs short there. Only builds with SDFTRACK_CUDA include this file.
 #pragma once
 
 #include <map>
@@ -11,11 +11,11 @@
 
 namespace sdftrack {
 
-// Work has a member `stream` and is made on the current device.
+// Work has a member `stream` and is created on the current device.
 template <class Work>
 class DevicePool {
  public:
-  // A call's own; at its end the stream has finished, also after an exception.
+  // The work of one call. Its destructor waits for the stream, also after an exception.
   class Borrowed {
    public:
     Borrowed(DevicePool* pool, int device)
@@ -63,7 +63,7 @@ class DevicePool {
   std::map<int, std::unique_ptr<Work>> idle_;
 };
 
-// The pool of one kind of work. Never destroyed: at the end of the process CUDA may be gone before it.
+// The pool of one kind of work. Never destroyed: at the end of the process CUDA may end before it.
 template <class Work>
 DevicePool<Work>& pool_of() {
   static auto* const pool = [] {

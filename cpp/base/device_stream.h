@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A queue of work on one GPU: copies and kernels run in its order, while the host goes on. All copies go
-// through a stream: one outside of it would not wait for its kernels, nor they for the copy. Only builds with
+// A queue of work on one GPU: copies and kernels run in order while the host continues. All copies go through
+// a stream: a copy outside it would not wait for its kernels, nor the kernels for the copy. Only builds with
 // SDFTRACK_CUDA include this file.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace sdftrack {
 
-// A device is the calling thread's current one while this lives.
+// Makes a device the calling thread's current one for the lifetime of this object.
 class DeviceScope {
  public:
   explicit DeviceScope(int device) {
@@ -33,7 +33,7 @@ class DeviceScope {
 
 class DeviceStream {
  public:
-  // On the calling thread's current device.
+  // Belongs to the calling thread's current device.
   DeviceStream() { SDFTRACK_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
   ~DeviceStream() {
     if (cudaStreamDestroy(stream_) != cudaSuccess) static_cast<void>(cudaGetLastError());
@@ -44,20 +44,20 @@ class DeviceStream {
   cudaStream_t get() const { return stream_; }
   void wait() const { SDFTRACK_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
 
-  // The host's memory must stay as it is until wait(): pinned memory is read late, and so may be pageable
-  // memory where the device reads it by itself (cudaDevAttrPageableMemoryAccessUsesHostPageTables).
+  // The host's memory must not change until wait(): pinned memory is read later, and so may be pageable
+  // memory if the device reads it directly (cudaDevAttrPageableMemoryAccessUsesHostPageTables).
   template <class T>
   void upload(const T* host, std::size_t count, T* device) const {
     if (count > 0)
       SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(device, host, count * sizeof(T), cudaMemcpyHostToDevice, stream_));
   }
-  // There after wait(). The host's memory must live until then: see StreamWaiter.
+  // Complete after wait(). The host's memory must live until then: see StreamWaiter.
   template <class T>
   void download(const T* device, std::size_t count, T* host) const {
     if (count > 0)
       SDFTRACK_CHECK_CUDA(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, stream_));
   }
-  // Goes on when what another stream has got by now is done; the host does not wait. 0: there is none.
+  // Continues after the work that is now queued on another stream; the host does not wait. 0: no stream.
   void follow(std::uintptr_t stream) const {
     if (stream == 0) return;
     const auto other = reinterpret_cast<cudaStream_t>(stream);
@@ -65,7 +65,7 @@ class DeviceStream {
     SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
     const cudaError_t recorded = cudaEventRecord(event, other);
     const cudaError_t waits = recorded == cudaSuccess ? cudaStreamWaitEvent(stream_, event, 0) : recorded;
-    static_cast<void>(cudaEventDestroy(event));  // once it is no longer needed
+    static_cast<void>(cudaEventDestroy(event));  // CUDA frees it when it is no longer needed
     check_cuda(waits, "the wait for another stream");
   }
   template <class T>
@@ -77,8 +77,8 @@ class DeviceStream {
   cudaStream_t stream_ = nullptr;
 };
 
-// Waits at the end of a scope, an exception's too: what the stream still writes to the host's memory is then
-// there before that memory goes. Declared after it.
+// Waits at the end of a scope, also after an exception, so that the stream's writes to host memory end before
+// that memory is freed. Declare it after the memory.
 class StreamWaiter {
  public:
   explicit StreamWaiter(const DeviceStream& stream) : stream_(stream) {}

@@ -11,22 +11,22 @@
 
 namespace sdftrack {
 
-// One with an id is sent once, at most `most` are kept, and those not used for the longest time make room for
-// others. A volume without an id is sent anew by each call. On the device that is current when it is used.
+// A volume with an id is sent once. At most `most` are kept; the least recently used ones make room for
+// others. A volume without an id is sent by each call. Works on the device that is current at the call.
 class DeviceVolumes {
  public:
   explicit DeviceVolumes(std::size_t most) : most_(most) {}
 
-  // At least `count` from now on.
+  // Keeps at least `count` volumes from now on.
   void keep(std::size_t count) { most_ = std::max(most_, count); }
 
-  // Another frame: nothing of the last one is used any more.
+  // Starts a frame: no volume of the last frame is still in use.
   void begin_frame() {
     ++frame_;
     sent_.remove_if([](const Sent& v) { return v.id == 0; });
   }
 
-  // The volume with its values on the device, once the stream has come to them.
+  // The volume with its values on the device, for work queued later on the stream.
   SdfView send(const SdfView& sdf, const DeviceStream& stream) {
     const auto known = std::find_if(sent_.begin(), sent_.end(),
                                     [&](const Sent& v) { return sdf.id != 0 && v.id == sdf.id; });
@@ -37,7 +37,7 @@ class DeviceVolumes {
                                  static_cast<std::size_t>(sdf.nz);
       Sent made{sdf.id, 0, room_for(voxels)};
       stream.upload(sdf.phi, voxels, made.phi.data());
-      stream.wait();  // the values are the caller's: they may change or go
+      stream.wait();  // the caller may change or free the values
       sent_.push_front(std::move(made));
     }
     sent_.front().frame = frame_;
@@ -48,11 +48,11 @@ class DeviceVolumes {
 
  private:
   struct Sent {
-    std::uint64_t id, frame;  // frame: of the last use
+    std::uint64_t id, frame;  // frame: that of the last use
     DeviceBuffer<float> phi;
   };
 
-  // Where the device is full, at the cost of those that this frame has not used.
+  // If the device is full, frees volumes that this frame has not used.
   DeviceBuffer<float> room_for(std::size_t voxels) {
     while (sent_.size() >= most_) sent_.pop_back();
     try {
@@ -65,7 +65,7 @@ class DeviceVolumes {
 
   std::size_t most_;
   std::uint64_t frame_ = 0;
-  std::list<Sent> sent_;  // that of the last use first
+  std::list<Sent> sent_;  // the most recently used first
 };
 
 }  // namespace sdftrack

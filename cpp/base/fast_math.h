@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // exp and log for per-pixel work: polynomials without tables or branches, so that they inline. In double they
-// are the library's own, which is what the finite-difference tests use. On a GPU they are CUDA's own, but for
-// the files that are compiled with SDFTRACK_CPU_BITS.
+// are the standard library's functions, which the finite-difference tests use. On a GPU they are CUDA's
+// functions, except in files compiled with SDFTRACK_CPU_BITS.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ HD T exp_negative(T x) {
   const T t = T(1.44269504f) * select(x < T(-87.0f), T(-87.0f), x);
   const IntOf<T> n = truncate(t - T(0.5f));  // nearest integer, t <= 0
   const T f = (t - real<T>(n)) * T(0.69314718f);
-  const T f2 = f * f;  // Estrin's order: short chains, so that neighbouring pixels overlap
+  const T f2 = f * f;  // Estrin's scheme: short chains, so that neighbouring pixels overlap
   const T p = (T(1.0f) + f) + f2 * ((T(0.5f) + T(0.16666667f) * f) +
                                     f2 * ((T(0.041666668f) + T(0.0083333338f) * f) + T(0.0013888889f) * f2));
   return p * from_bits<T>((n + 127) << 23);
@@ -44,8 +44,8 @@ HD T log_positive(T x) {
 #ifdef SDFTRACK_DEVICE_MATH
   return logf(x);
 #else
-  // x = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); log(1 + f) = f - f^2 / 2 + f^3 P(f), where P has the
-  // least greatest error of its degree.
+  // x = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); log(1 + f) = f - f^2 / 2 + f^3 P(f), where P is the
+  // minimax polynomial of its degree.
   const IntOf<T> bits = bits_of(x), e = (bits - 0x3f3504f3) >> 23;
   const T f = from_bits<T>(bits - (e << 23)) - T(1.0f), f2 = f * f;
   const T P = (T(0.333346903f) - T(0.249805734f) * f) +
@@ -55,7 +55,7 @@ HD T log_positive(T x) {
 }
 HD double log_positive(double x) { return std::log(x); }
 
-// The error function (Abramowitz and Stegun, 7.1.26); absolute error below 1e-6. Cut at 4: no denormal
+// The error function (Abramowitz and Stegun, 7.1.26); absolute error below 1e-6. Cut at 4 to avoid denormal
 // numbers, which cost a hundred times as much.
 template <class T>
 HD T fast_erf(T x) {

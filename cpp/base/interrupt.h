@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Long computations that their caller may break off.
+// Interruption of long computations by their caller.
 #pragma once
 
 namespace sdftrack {
 
-// Asked by a computation now and then, on the thread that has called it. Throws to break it off.
+// A computation calls check() now and then, on the thread of its caller. check() throws to end it.
 class Interrupt {
  public:
   virtual void check() = 0;
@@ -16,10 +16,10 @@ class Interrupt {
   Interrupt& operator=(const Interrupt&) = delete;
 };
 
-// Of the calls of this thread; nullptr: they are not to be broken off. Helpers of a parallel loop have none.
+// For the calls of this thread; nullptr: no interruption. Helper threads of a parallel loop have none.
 inline thread_local Interrupt* this_threads_interrupt = nullptr;
 
-// Between the parts of a computation that may take seconds. What it has changed so far must be valid.
+// Called between the parts of a computation that may take seconds, when all data changed so far is valid.
 inline void check_interrupt() {
   if (this_threads_interrupt) this_threads_interrupt->check();
 }

@@ -13,10 +13,10 @@ namespace sdftrack {
 namespace {
 
 #ifdef SDFTRACK_X86_SETS
-// Not by __builtin_cpu_supports: it asks the compiler's run-time library, and zig's says no to everything.
+// __builtin_cpu_supports is not used: it calls the compiler's run-time library; zig's always returns false.
 struct Processor {
   unsigned features = 0;  // register ebx of leaf 7
-  unsigned saved = 0;     // XCR0: the registers that the system keeps when it changes threads
+  unsigned saved = 0;     // XCR0: the registers that the system saves when it changes threads
 
   Processor() {
     constexpr unsigned kAvx = 1u << 28, kXgetbv = 1u << 27;

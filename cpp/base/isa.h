@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The instruction sets that the per-pixel loops are compiled for, and the one that is used.
+// The instruction sets for which the per-pixel loops are compiled, and the one in use.
 #pragma once
 
 #include <string>
@@ -11,15 +11,14 @@ enum class Isa { kBaseline, kAvx2, kAvx512 };
 
 std::string isa_name(Isa isa);
 
-// What this build has and this processor runs, slowest first.
+// The sets that this build contains and this processor supports, slowest first.
 const std::vector<Isa>& supported_isas();
 
-// The fastest of them, or the one that the environment variable SDFTRACK_ISA names; chosen once.
-// std::runtime_error where that is none of them.
+// The fastest of them, or the one that the environment variable SDFTRACK_ISA names; chosen once. Throws
+// std::runtime_error if the name is not one of them.
 Isa used_isa();
 
-// What a class Of has for an instruction set: one of its members baseline, avx2 and, unless wider packs are
-// no faster, avx512.
+// The member of a class Of for an instruction set: baseline, avx2 or, where wider packs are faster, avx512.
 template <class Of>
 const auto& for_isa(Isa isa) {
 #ifdef SDFTRACK_X86_SETS

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A lane type is a number or a pack of floats (pack.h). Per-pixel formulas are templates on it, and these two
-// files alone know the difference: a comparison gives a mask, select(mask, a, b) takes the place of `mask ? a
-// : b`. Every operation gives the same bits in a pack as in a float.
+// A lane type is a number or a pack of floats (pack.h). Per-pixel formulas are templates on it, and only
+// these two files distinguish them: a comparison gives a mask, select(mask, a, b) replaces `mask ? a : b`.
+// Every operation gives the same bits in a pack as in a float.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace sdftrack {
 
-// The number that a lane is made of, what holds its indices, and how many numbers there are.
+// The number type of a lane, the type of its indices, and its number of numbers.
 template <class T>
 struct Lane {
   using Scalar = T;
@@ -39,7 +39,7 @@ HD float sqrt(float x) { return std::sqrt(x); }
 HD double sqrt(double x) { return std::sqrt(x); }
 HD float copysign(float size, float sign) { return std::copysign(size, sign); }
 HD double copysign(double size, double sign) { return std::copysign(size, sign); }
-// Of a pack, what lies beyond the ints is for the processor to say: whoever reads by it bounds it before.
+// In a pack, a value beyond the ints gives a result that depends on the processor: the caller must bound it.
 HD int truncate(float x) { return to_int(x); }
 HD int truncate(double x) { return to_int(x); }
 template <class T>
@@ -58,7 +58,7 @@ HD float from_bits(int bits) requires(kWidth<T> == 1) {
   return x;
 }
 
-// The first n numbers from p on, of which there are at least that many; n <= kWidth<T>, the rest is 0.
+// The first n numbers from p on; n <= kWidth<T>, the rest is 0.
 template <class T>
 HD T load(const ScalarOf<T>* p, int n) {
   if constexpr (kWidth<T> == 1) {
@@ -86,7 +86,7 @@ HD void store(T x, ScalarOf<T>* p, int n) {
   }
 }
 
-// first, first + 1, ... of lanes that hold something; the others repeat the last of the n.
+// first, first + 1, ... in the first n lanes; the others repeat the last one.
 template <class T>
 HD IntOf<T> indices(int first, int n) {
   if constexpr (kWidth<T> == 1) {
@@ -97,7 +97,7 @@ HD IntOf<T> indices(int first, int n) {
     return i;
   }
 }
-// The same of the first n of a list of indices that has room for a whole pack.
+// As indices(), for the first n of a list of indices that has room for a whole pack.
 template <class T>
 HD IntOf<T> load_indices(int* list, int n) {
   if constexpr (kWidth<T> == 1) {
@@ -109,7 +109,7 @@ HD IntOf<T> load_indices(int* list, int n) {
     return i;
   }
 }
-// Whether a lane is one of the n.
+// Whether a lane is one of the first n.
 template <class T>
 HD auto among_first(int n) {
   if constexpr (kWidth<T> == 1)
@@ -118,15 +118,15 @@ HD auto among_first(int n) {
     return indices<T>(0, kWidth<T>) < n;
 }
 
-// Asks for what lies at p, which need not exist.
+// Prefetches the memory at p, which need not exist.
 HD void prefetch([[maybe_unused]] const void* p) {
 #ifndef __CUDA_ARCH__
   __builtin_prefetch(p);
 #endif
 }
 
-// Appends the indices first, first + 1, ... of the lanes with a yes; `out` has room for a whole pack. Returns
-// how many there are.
+// Appends the indices first, first + 1, ... of the lanes where mask is true; `out` has room for a whole pack.
+// Returns their number.
 HD int keep(bool mask, int first, int* out) {
   *out = first;
   return mask;
@@ -136,7 +136,7 @@ template <class T>
 HD T gather(const float* p, int i) requires(kWidth<T> == 1) {
   return static_cast<T>(p[i]);
 }
-// p[i] and p[i + 1]: two corners of a cell, one beside the other.
+// p[i] and p[i + 1]: two neighbouring corners of a cell.
 template <class T>
 HD void gather_pair(const float* p, int i, T* a, T* b) {
   *a = static_cast<T>(p[i]), *b = static_cast<T>(p[i + 1]);

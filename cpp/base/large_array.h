@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Memory for a volume: all zeros, of which only what is written is ever taken from the system.
+// Memory for a volume, filled with zeros. The system provides only the pages that are written.
 #pragma once
 
 #include <cstddef>

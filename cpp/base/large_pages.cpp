@@ -18,7 +18,7 @@ constexpr std::size_t kPage = std::size_t{2} << 20, kLeast = 4 * kPage;
 
 std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
-// With the size: of a volume that is asked for in voxels nobody knows it.
+// States the size, because the caller requests a volume in voxels and does not know its bytes.
 class NoRoom : public std::bad_alloc {
  public:
   explicit NoRoom(std::size_t bytes)
@@ -39,12 +39,12 @@ void* zeroed_pages(std::size_t bytes) {
     void* const all =
         mmap(nullptr, needed + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (all == MAP_FAILED) throw NoRoom(bytes);
-    // Huge pages begin at multiples of their size; what is left over goes back.
+    // Huge pages start at multiples of their size; the rest is returned to the system.
     char* const first = static_cast<char*>(all);
     const std::size_t before = (kPage - reinterpret_cast<std::uintptr_t>(all) % kPage) % kPage;
     if (before) munmap(first, before);
     munmap(first + before + needed, kPage - before);
-    madvise(first + before, needed, MADV_HUGEPAGE);  // where the advice is not taken, nothing is lost
+    madvise(first + before, needed, MADV_HUGEPAGE);  // no harm if the system ignores it
     return first + before;
   }
 #endif

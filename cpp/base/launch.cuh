@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(Kernel::kThreads) run_kernel(Kernel kernel) {
   kernel();
 }
 
-// After what the stream holds already. `threads` may have two dimensions, kThreads in all.
+// Runs after the work already in the stream. `threads` may have two dimensions, kThreads in all.
 template <class Kernel>
 void launch(const DeviceStream& stream, dim3 blocks, const Kernel& kernel, dim3 threads = Kernel::kThreads) {
   if (const unsigned all = threads.x * threads.y * threads.z; all > Kernel::kThreads)
@@ -32,7 +32,7 @@ void launch(const DeviceStream& stream, dim3 blocks, const Kernel& kernel, dim3 
   check_cuda(cudaLaunchKernelEx(&config, run_kernel<Kernel>, kernel), Kernel::kName);
 }
 
-// Blocks of which each thread has one of n numbers, at least one and at most `most`.
+// Number of blocks with one thread per number of n, at least one and at most `most`.
 inline unsigned blocks_of(std::int64_t n, int threads, std::int64_t most = 0x7fffffff) {
   const std::int64_t blocks = (n + threads - 1) / threads;
   return static_cast<unsigned>(blocks < 1 ? 1 : (blocks > most ? most : blocks));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The pixel of a point through a lens, for loops and kernels; the way back is pixel_ray.h.
+// The pixel of a point through a lens, for loops and kernels; the inverse is in pixel_ray.h.
 #pragma once
 
 #include "base/pixel_ray.h"
 
 namespace sdftrack {
 
-// Of a point with z > 0; k as of brown_conrady.
+// For a point with z > 0; k as in brown_conrady.
 HD Vec2d lens_pixel(const Intrinsics<double>& K, const double* k, Vec3d p_cam) {
   const Vec2d xy = brown_conrady(k, {p_cam.x / p_cam.z, p_cam.y / p_cam.z});
   return {K.fx * xy.x + K.cx, K.fy * xy.y + K.cy};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA says, whatever it is asked to run on a GPU.
+// The error of a build without CUDA for all requests to use a GPU.
 #pragma once
 
 #include <stdexcept>

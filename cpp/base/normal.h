@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Standard normal numbers, the same ones with every C++ standard library that has the same `log`: how
-// std::normal_distribution makes them is left to the library. Marsaglia's polar method, as libstdc++ has it.
+// Standard normal numbers, identical with every C++ standard library that has the same `log`; the method of
+// std::normal_distribution depends on the library. Marsaglia's polar method, as in libstdc++.
 #pragma once
 
 #include <algorithm>

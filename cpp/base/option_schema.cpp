@@ -12,7 +12,7 @@ namespace sdftrack {
 
 namespace {
 
-// A value to its last digit: Python's repr.
+// A value with all its digits, as Python's repr.
 std::string full_text(double value) {
   const double size = std::abs(value);
   if (!std::isfinite(value)) return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// How an option is described: name, bounds, unit, meaning. A struct of options has one function
+// The description of an option: name, bounds, unit, meaning. A struct of options has one function
 //
 //   visit_options(options, f), which calls f(name, member, range, unit, meaning) once per option,
 //
-// and everything else is made from it: checks, bindings, Python's classes, TOML, the tables of
-// docs/options.md. The default is what the struct's member is initialised with.
+// and everything else follows from it: checks, bindings, Python's classes, TOML, the tables of
+// docs/options.md. The default is the initial value of the struct's member.
 #pragma once
 
 #include <concepts>
@@ -24,12 +24,12 @@ concept OptionsOf = std::same_as<std::remove_const_t<Visited>, Options>;
 
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
-// The numbers that an option may be; NaN never.
+// The allowed numbers of an option; never NaN.
 struct OptionRange {
   double min = -kNoBound, max = kNoBound;
   bool min_open = false, max_open = false;  // the end itself is excluded
   bool ends_only = false;                   // min or max, nothing between
-  bool may_be_none = false;                 // None in Python, where the value is then measured
+  bool may_be_none = false;                 // None in Python: the value is then measured
 
   constexpr OptionRange below(double end) const { return {min, end, min_open, true, ends_only, may_be_none}; }
   constexpr OptionRange up_to(double end) const {
@@ -43,11 +43,11 @@ constexpr OptionRange at_least(double min) { return {.min = min}; }
 constexpr OptionRange from_to(double min, double max) { return {.min = min, .max = max}; }
 constexpr OptionRange either(double a, double b) { return {.min = a, .max = b, .ends_only = true}; }
 
-// A bool that is true or false in Python too.
+// A bool that is also true or false in Python.
 struct TrueOrFalse {};
 constexpr TrueOrFalse kTrueOrFalse;
 
-// A std::vector<double> that a function of its own checks.
+// A std::vector<double> that a separate function checks.
 struct NumberArray {};
 constexpr NumberArray kNumberArray;
 
@@ -64,7 +64,7 @@ enum class OptionKind { kBool, kInt, kNumber, kChoice, kNumbers };
 
 using OptionValue = std::variant<bool, int, double, std::string, std::vector<double>>;
 
-// One option of one struct, with the value that it has there.
+// One option of one struct, with its value there.
 struct OptionDescription {
   std::string name;
   OptionKind kind;
@@ -74,16 +74,16 @@ struct OptionDescription {
   std::string unit = {}, meaning = {};
 };
 
-// "a number > 0", "2 to 32", "one of ['a', 'b']": what a message says after "expected".
+// "a number > 0", "2 to 32", "one of ['a', 'b']": the text after "expected" in a message.
 std::string expected_of(OptionKind kind, const OptionRange& range, const std::vector<std::string>& choices);
 
-// NaN never does.
+// False for NaN.
 bool lies_in(const OptionRange& range, double value);
 
-// std::invalid_argument "NAME: expected ..., got ..." for a value out of range.
+// Throws std::invalid_argument "NAME: expected ..., got ..." for a value out of range.
 void check_option(const OptionDescription& option);
 
-// The double with the fewest digits that is this float: 0.05 for 0.05f.
+// The double with the fewest digits that rounds to this float: 0.05 for 0.05f.
 double decimal_of(float value);
 inline double decimal_of(double value) { return value; }
 
@@ -130,7 +130,7 @@ std::vector<OptionDescription> describe_options(const Options& options) {
   return std::move(describer.options);
 }
 
-// The options themselves; std::invalid_argument names the first that is out of range.
+// Returns the options; throws std::invalid_argument that names the first option out of range.
 template <class Options>
 const Options& check_options(const Options& options) {
   for (const OptionDescription& option : describe_options(options)) check_option(option);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Of two numbers, for loops and kernels. A NaN as the second one is passed over, as std::min and std::max do.
+// The smaller and the larger of two numbers, for loops and kernels. A NaN as the second is ignored, as in
+// std::min and std::max.
 #pragma once
 
 #include "base/hd.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Packs of floats for lane.h, by the vector extensions of GCC and Clang. Included only by files that are
-// compiled for one instruction set (energies/ops_*.cpp, tracking/points_*.cpp); all of it inlines, so that
-// nothing here is shared by two of them.
+// compiled for one instruction set (energies/ops_*.cpp, tracking/points_*.cpp); all functions are inlined, so
+// that no two of these files share one.
 #pragma once
 
 #include "base/lane.h"

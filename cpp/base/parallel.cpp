@@ -15,14 +15,13 @@ namespace {
 
 std::atomic<ThreadPool*> the_pool{nullptr};
 
-// The child has no threads but the one that forked. The parent's pool is left as it is: its memory may be in
-// any state.
+// The child has only the thread that forked. The parent's pool is not freed: its memory may be in any state.
 #ifdef __unix__
 const int forgotten_in_children =
     pthread_atfork(nullptr, nullptr, [] { the_pool.store(nullptr, std::memory_order_relaxed); });
 #endif
 
-// Counted when the library is loaded: a count under a lock could be caught in the middle by a fork.
+// Counted when the library is loaded: a fork could interrupt a count under a lock.
 const int processors = usable_cpus();
 
 }  // namespace
@@ -37,7 +36,7 @@ ThreadPool* shared_pool() {
     if (the_pool.compare_exchange_strong(pool, made, std::memory_order_acq_rel))
       pool = made;
     else
-      delete made;  // another thread was faster
+      delete made;  // another thread was first
   }
   return pool->workers() > 0 ? pool : nullptr;
 }

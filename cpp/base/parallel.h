@@ -8,18 +8,18 @@
 
 namespace sdftrack {
 
-// Number of threads that a call may use which asks for `requested`; 0: all processors that this process may
-// use (its affinity, and its control group's quota).
+// Number of threads for a call that requests `requested`; 0: all processors that this process may use (by its
+// affinity and its control group's quota).
 int thread_count(int requested);
 
-// The pool of this process, made when it is first needed and never taken down; nullptr where no thread could
-// help. A forked child has one of its own.
+// The pool of this process, created at first use and never destroyed; nullptr if no thread could help. A
+// forked child creates a new one.
 ThreadPool* shared_pool();
 
-// Calls body(chunk) once for each chunk in 0..chunks-1, on up to `threads` threads (0: all processors), of
-// which the caller's is one. Which thread runs a chunk is not fixed, what a chunk is must be: then results
-// that are combined in chunk order do not depend on the number of threads. After the first exception no chunk
-// is begun, and it is rethrown here. May be called by several threads at once, and within a chunk.
+// Calls body(chunk) once for each chunk in 0..chunks-1, on up to `threads` threads (0: all processors),
+// including the caller's. Any thread may run a chunk, but the chunks must be fixed: then results that are
+// combined in chunk order do not depend on the number of threads. After the first exception no chunk starts,
+// and the exception is rethrown here. May be called by several threads at once, and within a chunk.
 template <class Body>
 void parallel_for(std::size_t chunks, int threads, const Body& body) {
   const int wanted = thread_count(threads);

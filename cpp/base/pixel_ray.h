@@ -6,7 +6,7 @@
 
 namespace sdftrack {
 
-// Distorted normalised coordinates to ideal ones by fixed-point iteration; k as of brown_conrady.
+// Distorted normalised coordinates to ideal ones by fixed-point iteration; k as in brown_conrady.
 HD Vec2d undistorted(const double* k, Vec2d xy) {
   Vec2d ideal = xy;
   for (int i = 0; i < 100; ++i) {
@@ -18,7 +18,7 @@ HD Vec2d undistorted(const double* k, Vec2d xy) {
   return ideal;
 }
 
-// A camera's numbers without its image.
+// A camera's parameters without its image size.
 struct LensRays {
   Intrinsics<double> K;
   double k[8];

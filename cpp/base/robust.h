@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Spread of numbers that are not all of one kind.
+// Robust spread of numbers with outliers.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace sdftrack {
 
-// sd of a Gaussian whose absolute values these are, from their 30 % quantile: what fits badly (a shape that
-// is off, a touching hand) is among the largest values. 0 for too few. Reorders them.
+// sd of a Gaussian with these absolute values, from their 30 % quantile: outliers (a wrong shape, a touching
+// hand) are among the largest values. 0 for too few values. Reorders the values.
 template <class T>
 double robust_sd(std::vector<T>* values) {
   if (values->size() < 20) return 0;

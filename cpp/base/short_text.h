@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A number for a sentence.
+// A number as text for a sentence.
 #pragma once
 
 #include <charconv>
@@ -7,7 +7,7 @@
 
 namespace sdftrack {
 
-// Six digits at most, as Python's format(value, "g"), whatever the locale.
+// At most six digits, as Python's format(value, "g"), in any locale.
 inline std::string short_text(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6).ptr};

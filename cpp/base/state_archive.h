@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The state of an object as bytes, and back. A class says once, for both directions, what it keeps:
+// The state of an object as bytes, and back. A class states once, for both directions, what it keeps:
 //
 //   template <class Archive, class Self>
 //   static void visit(Archive& archive, Self& self) {
@@ -7,7 +7,7 @@
 //     archive(pose, colors);
 //   }
 //
-// The names are those of all members, so that one that is added later and not decided on does not compile.
+// The binding names all members, so that a member that is added later without a decision does not compile.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ template <class T, class Archive>
 concept Visited = requires(Archive& archive, T& value) {
   T::visit(archive, value);
 };
-// Numbers side by side, as many as the type says: std::array and Eigen's matrices of fixed size.
+// Contiguous numbers whose count is part of the type: std::array and Eigen's matrices of fixed size.
 template <class T>
 constexpr bool kFixedSize = requires {
   T::SizeAtCompileTime;
@@ -45,7 +45,7 @@ concept FixedNumbers = kFixedSize<T> && requires(T& value) {
   requires PlainNumber<std::remove_cvref_t<decltype(*value.data())>>;
 };
 
-// Of what types a state is made: two states of one value can be read as each other.
+// Hash of the types in a state: states with the same value can be read as each other.
 class StateLayout {
  public:
   template <class... T>
@@ -99,12 +99,12 @@ class StateWriter {
   void operator()(const T&... values) {
     (put(values), ...);
   }
-  // Elements that are there when it is read.
+  // Elements that already exist when the state is read.
   template <class T>
   void in_place(const std::vector<T>& values) {
     put(values);
   }
-  // An enumerator up to `last`.
+  // An enumerator, at most the last one.
   template <class E>
   void choice(const E& value, E) {
     put(static_cast<std::int32_t>(value));
@@ -151,8 +151,8 @@ class StateWriter {
   std::string bytes_;
 };
 
-// std::invalid_argument for bytes that no writer has made, before they can do harm: what counts, indexes or
-// takes memory is bounded, poses are rigid; numbers that are only computed with may be any.
+// Throws std::invalid_argument for invalid bytes before they can do harm: counts, indices and memory sizes
+// are bounded and poses are rigid. Numbers that are only used in computations may have any value.
 class StateReader {
  public:
   explicit StateReader(std::string_view bytes) : left_(bytes) {}
@@ -179,14 +179,14 @@ class StateReader {
   void end() const { check(left_.empty()); }
 
  private:
-  static constexpr std::int64_t kMost = 1 << 30;  // of what is counted: the next frames can count on
+  static constexpr std::int64_t kMost = 1 << 30;  // largest counter, so that later frames can still add to it
 
   void raw(void* to, std::size_t bytes) {
     check(bytes <= left_.size());
     if (bytes > 0) std::memcpy(to, left_.data(), bytes);
     left_.remove_prefix(bytes);
   }
-  // Every element takes a byte and more: memory is taken as the bytes are there.
+  // Every element takes at least a byte, so that the memory is limited by the bytes left.
   std::size_t size() {
     std::uint64_t n = 0;
     raw(&n, sizeof(n));
@@ -264,7 +264,7 @@ class StateReader {
   std::string_view left_;
 };
 
-// A whole state: what it is made of, and the values.
+// A whole state: the hash of its types, and the values.
 template <class T>
 std::string state_of(const T& object) {
   StateLayout layout;
@@ -274,8 +274,8 @@ std::string state_of(const T& object) {
   return writer.take();
 }
 
-// False, and nothing read, where the bytes are of another version's members; std::invalid_argument, and the
-// object is then none to go on with, where they are damaged.
+// Returns false, and reads nothing, if the bytes are from a version with other members. Throws
+// std::invalid_argument if they are damaged; the object must then not be used further.
 template <class T>
 bool set_state(std::string_view bytes, T* object) {
   StateLayout layout;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every stride-th number below n. In 64 bits: the one after the last may lie beyond an int.
+// Every stride-th number below n. In 64 bits, because the number after the last may exceed an int.
 #pragma once
 
 #include <cstdint>

@@ -8,10 +8,10 @@ namespace sdftrack {
 
 namespace {
 
-constexpr std::uint32_t kMaxChunks = (1u << 24) - 2;  // of one ticket; longer loops go in parts
+constexpr std::uint32_t kMaxChunks = (1u << 24) - 2;  // of one ticket; longer loops are split
 constexpr int kMaxHelpers = 255;
-// Looks for work before a thread sleeps, with the processor offered to others between them: about as long as
-// it takes to be woken. Longer loops come in quick succession.
+// Checks for work before a thread sleeps, each followed by a yield: in all about the time of a wake-up.
+// Longer loops come in quick succession.
 constexpr int kLooks = 200;
 
 constexpr std::uint32_t next_of(std::uint64_t ticket) {
@@ -20,7 +20,7 @@ constexpr std::uint32_t next_of(std::uint64_t ticket) {
 constexpr std::uint32_t joined_of(std::uint64_t ticket) {
   return static_cast<std::uint32_t>(ticket >> 24 & 0xff);
 }
-constexpr std::uint64_t kClosed = 0xffffff;  // a next chunk that no loop has
+constexpr std::uint64_t kClosed = 0xffffff;  // not the number of a chunk of any loop
 constexpr std::uint64_t kOneChunk = 1, kOneHelper = 1u << 24, kOneGeneration = std::uint64_t{1} << 32;
 
 thread_local int own_number = 0;
@@ -35,7 +35,7 @@ ThreadPool::ThreadPool(int workers) {
     while (threads_.size() < threads_.capacity())
       threads_.emplace_back([this, number = static_cast<int>(threads_.size()) + 1] { work(number); });
   } catch (const std::exception&) {
-    // The system lends no more threads or no memory for them: the callers do without.
+    // The system provides no more threads or no memory for them: the callers work without them.
   }
 }
 
@@ -74,8 +74,8 @@ void ThreadPool::run_in(Slot* slot, std::size_t first, std::uint32_t chunks, int
                         const ChunkBody& whole) {
   const auto part = [&](std::size_t i) { whole(first + i); };
   const ChunkBody body(part);
-  // A new generation, closed while it is described: whoever reads one of these values, and then finds the
-  // ticket as it was, has read all of them of one loop.
+  // A new generation, closed while its values are written: a thread that reads these values and then finds
+  // the ticket unchanged has read all of them from the same loop.
   std::uint64_t ticket = slot->ticket.load(std::memory_order_relaxed);
   ticket = (ticket & ~(kOneGeneration - 1)) + kOneGeneration;
   slot->ticket.store(ticket | kClosed, std::memory_order_relaxed);
@@ -96,7 +96,7 @@ void ThreadPool::run_in(Slot* slot, std::size_t first, std::uint32_t chunks, int
     slot->done.wait(done, std::memory_order_acquire);
 }
 
-// Takes the next chunk of the loop that *ticket was read from; false: it has none left, or is over.
+// Takes the next chunk of the loop from which *ticket was read; false: no chunk is left, or the loop is over.
 bool ThreadPool::claim(Slot* slot, std::uint64_t* ticket, bool joins, std::uint32_t* chunk) {
   const std::uint64_t generation = *ticket >> 32;
   for (;;) {
@@ -104,7 +104,7 @@ bool ThreadPool::claim(Slot* slot, std::uint64_t* ticket, bool joins, std::uint3
     if (next >= slot->chunks.load(std::memory_order_acquire)) return false;
     if (joins && joined_of(*ticket) >= slot->helpers.load(std::memory_order_acquire)) return false;
     const std::uint64_t taken = *ticket + kOneChunk + (joins ? kOneHelper : 0);
-    // Succeeds only where nothing has changed: then the chunk, and with it the loop, waits for this thread.
+    // Succeeds only if nothing has changed. Then the chunk, and with it the loop, waits for this thread.
     if (slot->ticket.compare_exchange_weak(*ticket, taken, std::memory_order_acq_rel,
                                            std::memory_order_acquire)) {
       *ticket = taken;
@@ -122,11 +122,11 @@ void ThreadPool::run_chunk(Slot* slot, const ChunkBody& body, std::uint32_t chun
     if (!slot->failed.exchange(true, std::memory_order_acq_rel)) slot->error = std::current_exception();
     close(slot, chunks);
   }
-  // Nothing of the loop may be touched after the last chunk is counted, but for the slot, which stays.
+  // After the last chunk is counted, only the slot may be used, not the loop's other data.
   if (slot->done.fetch_add(1, std::memory_order_acq_rel) + 1 == chunks) slot->done.notify_all();
 }
 
-// The chunks that nobody has begun count as done. The one of this thread does not yet, so the loop is not
+// Counts the chunks that have not started as done. This thread's chunk is counted later, so the loop is not
 // over.
 void ThreadPool::close(Slot* slot, std::uint32_t chunks) {
   std::uint64_t ticket = slot->ticket.load(std::memory_order_relaxed);
@@ -138,13 +138,13 @@ void ThreadPool::close(Slot* slot, std::uint32_t chunks) {
     }
 }
 
-// Whether a chunk was run.
+// Returns whether a chunk was run.
 bool ThreadPool::help(Slot* slot) {
   std::uint64_t ticket = slot->ticket.load(std::memory_order_acquire);
   const ChunkBody* const body = slot->body.load(std::memory_order_acquire);
   const std::uint32_t chunks = slot->chunks.load(std::memory_order_acquire);
   std::uint32_t chunk;
-  // Where the claim succeeds, what was read above is of the loop that the chunk is of.
+  // If the claim succeeds, the values read above belong to the loop of the chunk.
   if (next_of(ticket) >= chunks || !claim(slot, &ticket, true, &chunk)) return false;
   do run_chunk(slot, *body, chunk, chunks);
   while (claim(slot, &ticket, false, &chunk));
@@ -164,8 +164,7 @@ void ThreadPool::work(int number) {
       if (help_anywhere()) look = 0;
       std::this_thread::yield();
     }
-    // Whoever offers a loop after this sees that somebody is idle; whoever has before is found by one more
-    // look.
+    // A loop that is offered after this sees an idle thread; an earlier loop is found by one more check.
     idle_.fetch_add(1, std::memory_order_seq_cst);
     const std::uint32_t seen = offers_.load(std::memory_order_seq_cst);
     if (!help_anywhere() && !stopped_) offers_.wait(seen, std::memory_order_relaxed);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Threads that help with loops. The one place that makes threads.
+// Threads that help with loops. This is the only place that creates threads.
 //
-// A loop is offered, never handed over: the caller takes chunk after chunk itself, threads of the pool that
-// happen to be free take some of the others, and in the end the caller waits for chunks that have been begun,
-// not for threads that have not come. Where other processes keep the processors busy a loop takes about as
-// long as it would on one thread.
+// A loop is offered, not handed over: the caller itself takes chunk after chunk, and idle threads of the pool
+// take some of the others. At the end the caller waits only for chunks that have started, not for threads
+// that have not joined. If other processes use the processors, a loop takes about as long as on one thread.
 #pragma once
 
 #include <array>
@@ -32,7 +31,7 @@ class ChunkBody {
 
 class ThreadPool {
  public:
-  // Up to `workers` threads; fewer, or none, where the system lends no more.
+  // Up to `workers` threads; fewer, or none, if the system provides no more.
   explicit ThreadPool(int workers);
   // No loop may be running.
   ~ThreadPool();
@@ -40,17 +39,17 @@ class ThreadPool {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int workers() const { return static_cast<int>(threads_.size()); }
-  // 1, 2, ... on the threads of a pool, 0 on all others: whose caches hold what, from loop to loop.
+  // 1, 2, ... on the threads of a pool, 0 on all others: tells which caches hold which data between loops.
   static int thread_number();
-  // body(0) to body(chunks - 1), by the caller and at most `helpers` of the threads.
+  // Runs body(0) to body(chunks - 1) on the caller's thread and at most `helpers` of the pool's threads.
   void run(std::size_t chunks, int helpers, const ChunkBody& body);
 
  private:
-  // A loop on offer. Slots live as long as the pool, so a thread that comes late looks at one that is closed
-  // or serves another loop, never at memory that is gone.
+  // A loop on offer. Slots live as long as the pool, so a late thread finds a slot that is closed or serves
+  // another loop, never freed memory.
   struct alignas(64) Slot {
-    // Generation (32 bits), helpers that have joined (8), next chunk (24): one word, so that whoever changes
-    // it knows that the loop is still the one that was looked at. Next == chunks: closed.
+    // Generation (32 bits), helpers that have joined (8), next chunk (24): one word, so that a thread that
+    // changes it knows that the loop is still the one that it read. Next == chunks: closed.
     std::atomic<std::uint64_t> ticket{0};
     std::atomic<std::uint32_t> chunks{0}, helpers{0};
     std::atomic<const ChunkBody*> body{nullptr};
@@ -58,7 +57,7 @@ class ThreadPool {
     std::atomic<bool> taken{false}, failed{false};
     std::exception_ptr error;
   };
-  static constexpr int kSlots = 16;  // loops at once; one more runs on its caller's thread alone
+  static constexpr int kSlots = 16;  // loops at once; another loop runs only on its caller's thread
 
   Slot* take_slot();
   void run_in(Slot* slot, std::size_t first, std::uint32_t chunks, int helpers, const ChunkBody& body);
@@ -70,8 +69,7 @@ class ThreadPool {
   void work(int number);
 
   std::array<Slot, kSlots> slots_;
-  std::atomic<std::uint32_t> offers_{
-      0};  // changes with each loop that is offered; what idle threads wait for
+  std::atomic<std::uint32_t> offers_{0};  // changes with each offered loop; idle threads wait for it
   std::atomic<int> idle_{0};
   std::atomic<bool> stopped_{false};
   std::vector<std::thread> threads_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From a number to an int. The language leaves the cast open where the number has no int or is none at all;
-// here every number has an answer, on every processor the same.
+// Conversion of a number to an int. The language does not define the cast of NaN or of a number beyond the
+// ints; here every number has the same result on every processor.
 #pragma once
 
 #include <type_traits>
@@ -9,7 +9,7 @@
 
 namespace sdftrack {
 
-// The number without its fraction; beyond the ints the one at that end, and 0 for what is no number.
+// The number without its fraction; the nearest int for a number beyond the ints, and 0 for NaN.
 template <class T>
 HD constexpr int to_int(T x) requires(std::is_floating_point_v<T>) {
   constexpr int kLeast = -2147483647 - 1, kMost = 2147483647;
@@ -19,7 +19,7 @@ HD constexpr int to_int(T x) requires(std::is_floating_point_v<T>) {
   return x == x ? static_cast<int>(x) : 0;
 }
 
-// The same, kept within low..high; `low` for what is no number.
+// As to_int, clamped to low..high; `low` for NaN.
 template <class T>
 HD constexpr int to_int_within(T x, int low, int high) requires(std::is_floating_point_v<T>) {
   const int i = x == x ? to_int(x) : low;

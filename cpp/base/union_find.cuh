@@ -20,7 +20,7 @@ __device__ inline void unite(int* parent, int a, int b) {
     a = root_of(parent, a), b = root_of(parent, b);
     if (a == b) return;
     const int early = a < b ? a : b, late = a < b ? b : a;
-    if (atomicCAS(&parent[late], late, early) == late) return;  // else another was faster: again from there
+    if (atomicCAS(&parent[late], late, early) == late) return;  // else another thread was first: repeat
   }
 }
 

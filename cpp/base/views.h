@@ -26,10 +26,10 @@ struct SdfView {
   int nx, ny, nz;
   float voxel_m;
   Vec3f origin_obj;
-  std::uint64_t id = 0;  // of the values: two volumes that are not the same have two; 0: not known
+  std::uint64_t id = 0;  // identifies the values: different volumes have different ids; 0: unknown
 };
 
-// One axis of a trilinear sample: the cell, the fraction in it, and what clamping to the box did.
+// One axis of a trilinear sample: the cell, the fraction in it, and the effect of clamping to the box.
 template <class T>
 struct AxisSample {
   IntOf<T> cell;  // index of the lower corner
@@ -47,8 +47,8 @@ HD AxisSample<T> locate(T x_vox, int n) {
 }
 
 // phi (m) and its gradient (dimensionless) at p_obj: the trilinear interpolant and its exact derivative, from
-// the same 8 corners. Outside the box the field goes on as phi(q) + |p - q|, q = p clamped to the box, so it
-// is continuous everywhere and always points back (docs/math/depth_tracker.md, section 1).
+// the same 8 corners. Outside the box the field continues as phi(q) + |p - q|, q = p clamped to the box, so
+// it is continuous everywhere and always points back (docs/math/depth_tracker.md, section 1).
 template <class T>
 HD void sample(const SdfView& sdf, Vec3<T> p_obj, T* phi_m, Vec3<T>* gradient) {
   using S = ScalarOf<T>;

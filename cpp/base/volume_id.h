@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Names of volumes that do not change, by which a GPU knows those that it has.
+// Ids of constant volumes, by which a GPU recognises the volumes that it holds.
 #pragma once
 
 #include <atomic>
@@ -7,7 +7,7 @@
 
 namespace sdftrack {
 
-// No two calls of a process give the same; never 0.
+// Each call in a process gives another id; never 0.
 inline std::uint64_t new_volume_id() {
   static std::atomic<std::uint64_t> last{0};
   return ++last;

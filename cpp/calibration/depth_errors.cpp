@@ -16,20 +16,20 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr int kWindow_px = 31;  // wider than noise is shared, narrower than what bends a surface
-constexpr double kPatch_px = 61, kMinPatch_px = 9;  // the size of a part of an object,
-constexpr double kParts = 4;                        // of which so many lie side by side
+constexpr int kWindow_px = 31;  // wider than the noise is correlated, narrower than a surface's bend
+constexpr double kPatch_px = 61, kMinPatch_px = 9;  // the size of a part of an object
+constexpr double kParts = 4;                        // number of parts side by side
 constexpr std::size_t kMinPatches = 6;
 constexpr double kFilled = 0.6;  // of a window
-constexpr int kEdge_px = 4;      // measurements so near the edge of an object or of a hole are left out
-constexpr double kFar_m = 0.04;  // from an object's surface: another thing
+constexpr int kEdge_px = 4;      // measurements nearer to the edge of an object or hole are left out
+constexpr double kFar_m = 0.04;  // from an object's surface: another object
 constexpr double kClipped = 4;   // sd
 constexpr double kMinCosine = 0.05, kGrazing = 1e-3;
 constexpr double kBins_deg[] = {0, 15, 30, 45, 60, 75};
 constexpr double kBinStep = 1.1;      // of distances
 constexpr std::size_t kEnough = 400;  // measurements of a bin
 constexpr double kTangentSpan = 0.4;  // of the middle 80 %, for a slope
-constexpr double kShared = 0.05;      // correlation of neighbours that is none
+constexpr double kShared = 0.05;      // correlation of neighbours below which it counts as 0
 
 using Image = std::vector<double>;
 
@@ -42,13 +42,13 @@ double median_where(const Image& values, const Image& known) {
   return median_of(&some);
 }
 
-// By median, about 0.
+// sd by the median, around 0.
 double robust_spread(std::vector<double> values) {
   for (double& v : values) v = std::abs(v);
   return median_of(&values) / 0.6745;
 }
 
-// Pixel by pixel: on the surface or not, its depth there and the cosine of incidence.
+// Per pixel: whether it is on the surface, the depth there and the cosine of incidence.
 struct Expected {
   bool on;
   double depth, cosine;
@@ -66,7 +66,7 @@ DepthErrors errors_against(const ImageView<float>& depth, const Camera& camera, 
     const double cosine = std::clamp(expected.cosine / norm(ray), kMinCosine, 1.0);
     out.depth[i] = expected.depth, out.tangent[i] = std::sqrt(1 - cosine * cosine) / cosine;
   }
-  // Single pixels that are not on it are noise, not an edge.
+  // Single pixels off the surface are noise, not an edge.
   const Mask inside = eroded(closed(on), kEdge_px);
   for (std::size_t i = 0; i < n; ++i)
     if (on.values[i] && inside.values[i]) out.error[i] = static_cast<double>(depth.data[i]) - out.depth[i];
@@ -83,7 +83,7 @@ LocalMean local_mean(const DepthErrors& errors, int side) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   };
   const std::size_t n = static_cast<std::size_t>(w + 1) * static_cast<std::size_t>(h + 1);
-  Image sum(n, 0.0), count(n, 0.0);  // over all above and to the left
+  Image sum(n, 0.0), count(n, 0.0);  // sums over all pixels above and to the left
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
       const double e = errors.error[at(x, y, w)];
@@ -159,7 +159,7 @@ double neighbour_correlation(const Image& rough, int w, int h) {
 
 // One sample per bin of distance and incidence with enough pixels.
 std::vector<NoiseSample> samples_of(const DepthErrors& errors, const Image& rough, double correlation) {
-  // A window's mean takes part of the noise along: that of the pixels that share one error.
+  // A window's mean contains part of the noise: the pixels that share one error.
   const double length = correlation > kShared ? correlation_length(correlation) : 0;
   const double shared = correlation > kShared ? 2 * std::numbers::pi * length * length : 1;
   const double grown = 1 / std::sqrt(std::max(0.3, 1 - shared / (kWindow_px * kWindow_px)));
@@ -185,7 +185,7 @@ std::vector<NoiseSample> samples_of(const DepthErrors& errors, const Image& roug
   return out;
 }
 
-// Of the errors over tan(incidence), where that differs enough; else NaN.
+// The slope of the errors over tan(incidence), if that varies enough; else NaN.
 double slope_by_tangent(const DepthErrors& errors) {
   std::vector<double> t, e;
   for (std::size_t i = 0; i < errors.error.size(); ++i)

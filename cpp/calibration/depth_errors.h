@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors of a depth image against a surface that is known, and what one image says of the sensor's noise and
-// bias.
+// Errors of a depth image against a known surface, and the sensor's noise and bias from one image.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +12,20 @@
 
 namespace sdftrack::calibration {
 
-// Of every pixel: measured minus expected depth (m), NaN where it is not known; expected depth;
-// tan(incidence).
+// For every pixel: measured minus expected depth (m), NaN if unknown; expected depth; tan(incidence).
 struct DepthErrors {
   int width, height;
   std::vector<double> error, depth, tangent;
 };
 
-// Against a plane n . p = -offset_m with the unit normal n towards the camera. beside: not 0 off the plane.
+// Errors from a plane n . p = -offset_m, unit normal n towards the camera. beside: not 0 off the plane.
 DepthErrors errors_of_plane(const ImageView<float>& depth, const Camera& camera, const std::uint8_t* beside,
                             Vec3d normal, double offset_m);
-// Against a rendered surface: its depth, 0 where there is none, and unit normals.
+// Errors against a rendered surface: its depth, 0 where there is none, and unit normals.
 DepthErrors errors_of_surface(const ImageView<float>& depth, const Camera& camera, const float* expected,
                               const Vec3f* normals);
 
-// What an image says; NaN where it does not.
+// The noise statistics of an image; NaN where unknown.
 struct ImageNoise {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   int known = 0;                       // errors

@@ -16,14 +16,14 @@ namespace sdftrack::calibration {
 
 namespace {
 
-// Only its ratios between depths count here, and it is taken as even.
+// Only ratios between depths matter here; the noise is taken as constant.
 constexpr frame::DepthNoiseLaw kSensorNoise{0.001, 0};
 constexpr int kMaxTwinDraws = 1000;
 constexpr int kBalanceRounds = 8;
-constexpr double kBalanced = 0.005;  // log-likelihood that the last step could still gain: 0.1 sd
-constexpr double kMinHits = 0.8;     // of the most that any lens had, for one to be called better
+constexpr double kBalanced = 0.005;  // gain in log-likelihood left to the last step: 0.1 sd
+constexpr double kMinHits = 0.8;     // of the most hits of any lens, for a lens to count as better
 constexpr double kOpenShift = 1e-3;
-constexpr double kKnown = 1e-6;  // of a direction's information, over that of one unknown alone
+constexpr double kKnown = 1e-6;  // of a direction's information, relative to one unknown alone
 
 std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
   std::vector<LensFrame*> out;
@@ -31,7 +31,7 @@ std::vector<LensFrame*> all_of(std::vector<LensFrame>* frames) {
   return out;
 }
 
-// Information of one observation of a pose with the sd of "somewhere in the object's box, turned anyhow".
+// Information of an observation of a pose as "anywhere in the object's box, with any rotation".
 optim::Vector6d weak_information(const frame::Shape& shape) {
   constexpr double kPi = 3.14159265358979323846;
   optim::Vector6d weak;
@@ -40,9 +40,9 @@ optim::Vector6d weak_information(const frame::Shape& shape) {
   return weak;
 }
 
-// Directions in which a shift of the object changes next to nothing in the readings, the turn having
-// followed: below a thousandth of what they say of a shift on average. A pole or a plate whose ends are out
-// of view has them.
+// The number of directions in which a shift of the object, with the best rotation, hardly changes the
+// measurements: information below a thousandth of the average. A pole or a plate whose ends are out of view
+// has such directions.
 int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
   const Eigen::Matrix3d cross = pose.topRightCorner<3, 3>(), turn = pose.bottomRightCorner<3, 3>();
   const Eigen::Matrix3d shift =
@@ -52,8 +52,8 @@ int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
   return static_cast<int>((values.array() < kOpenShift * usual).count());
 }
 
-// Newton's step, nothing along what the frames leave open. Unknowns are measured by what is said of each
-// alone.
+// Newton's step, without directions that the frames leave open. Each unknown is scaled by its own
+// information.
 optim::SharedVector step_within_the_known(const optim::SharedMatrix& information,
                                           const optim::SharedVector& pull) {
   const optim::SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -86,7 +86,7 @@ int IntrinsicsProblem::add(const frame::DepthFrame& depth, const Rigidd& T_cam_o
   frame.T_obj_cam = inverse(centred);
   const int width = lens_.camera.width;
   for (std::size_t i = 0; i < pixels.at.size(); ++i) {
-    // The frame's depth may have been corrected by the lens as it is now.
+    // The frame's depth may have been corrected by the current lens.
     const double reading =
         (static_cast<double>(pixels.depth_m[i]) - lens_.depth_offset_m) / lens_.depth_scale;
     frame.pixels.push(pixels.at[i] % width, pixels.at[i] / width, reading);
@@ -123,9 +123,8 @@ optim::LmRecord IntrinsicsProblem::polish() {
   return solver.record();
 }
 
-// Newton's method on the pulls of all frames, each at its own optimum. Where rays come to meet the model, or
-// cease to, the cost jumps and would hold up a search that wants to see it fall; the pulls stay what they
-// are.
+// Newton's method on the gradients of all frames, each at its own optimum. Where rays begin or cease to meet
+// the model, the cost jumps, which would stop a search for a lower cost; the gradients do not change.
 void IntrinsicsProblem::balance(LensSolver* solver) {
   const int n = free_.count();
   Lens best = lens_;
@@ -142,7 +141,7 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
     max_hits = std::max(max_hits, hits);
     const optim::SharedVector step = step_within_the_known(information, pull);
     const double gain = -0.5 * step.dot(pull);
-    // Nothing pulls a lens under which the rays miss: that is no balance.
+    // A lens under which the rays miss has no gradient: that is not an optimum.
     if (!(gain >= 0 && gain < least) || hits < kMinHits * max_hits) {
       lens_ = best;
       solver->poses();
@@ -154,7 +153,7 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
       const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
       lens_.set(which, lens_.get(which) + step[j]);
     }
-    for (std::size_t m = 0; m < frames_.size(); ++m) {  // so that next to nothing is left for them to search
+    for (std::size_t m = 0; m < frames_.size(); ++m) {  // so that the frames start close to their optimum
       const optim::Vector6d d = -estimates[m].follow * step;
       Rigidd* const T = &frames_[m].T_obj_cam;
       *T = increment(Vec3d{d[0], d[1], d[2]}, Vec3d{d[3], d[4], d[5]}) * *T;
@@ -172,7 +171,7 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   Eigen::Matrix<double, 6, 6> pose = bread.topLeftCorner<6, 6>();
   pose.diagonal() += weak_information(shape_);
   const Eigen::MatrixXd follow =
-      optim::solve_symmetric<6, Eigen::Dynamic>(pose, bread.topRightCorner(6, n));  // how the pose follows
+      optim::solve_symmetric<6, Eigen::Dynamic>(pose, bread.topRightCorner(6, n));  // the pose's response
   optim::ArrowBlock block;
   frame->linearize(energy.view(), penalty, false, &block);
   Eigen::MatrixXd along(6 + n, n);
@@ -200,7 +199,7 @@ std::vector<FrameEstimate> IntrinsicsProblem::examine() {
 std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
   std::vector<FrameEstimate> out(frames_.size());
   IntrinsicsOptions alone = options_;
-  alone.threads = 1;  // of a frame; the frames are shared out
+  alone.threads = 1;  // per frame; the frames run in parallel
   parallel_for(frames_.size(), options_.threads, [&](std::size_t m) {
     LensFrame frame = frames_[m];
     Lens lens = lens_;

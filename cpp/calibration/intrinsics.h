@@ -11,16 +11,16 @@
 
 namespace sdftrack::calibration {
 
-// What one frame says of the free unknowns.
+// The estimate of the free unknowns from one frame.
 struct FrameEstimate {
   optim::SharedVector value;
-  optim::SharedMatrix information;  // inverse of the marginal covariance; the pose has followed
-  optim::SharedVector gradient;     // of the cost reduced to the lens, at the state in hand
+  optim::SharedMatrix information;  // inverse of the marginal covariance, poses eliminated
+  optim::SharedVector gradient;     // of the cost reduced to the lens, at the current state
   Eigen::MatrixXd follow;           // (6, n): a step d of the lens moves the pose's optimum by -follow d
-  optim::SharedMatrix scatter;      // variance of that gradient by the readings' own noise
+  optim::SharedMatrix scatter;      // variance of that gradient from the measurements' noise
   double noise_m = 0;
   int hits = 0;
-  int open_shifts = 0;  // directions along which nothing in the readings holds the object
+  int open_shifts = 0;  // directions in which no measurement holds the object
 };
 
 class IntrinsicsProblem {
@@ -29,8 +29,7 @@ class IntrinsicsProblem {
   IntrinsicsProblem(frame::Shape shape, const Lens& lens, const std::vector<LensUnknown>& free,
                     const IntrinsicsOptions& options);
 
-  // Keeps the readings near the object at T_cam_obj (of the caller's object frame); returns how many they
-  // are.
+  // Keeps the measurements near the object at T_cam_obj (of the caller's object frame); returns their number.
   int add(const frame::DepthFrame& frame, const Rigidd& T_cam_obj);
   int frame_count() const { return static_cast<int>(frames_.size()); }
   void drop(const std::vector<int>& frames);
@@ -40,23 +39,23 @@ class IntrinsicsProblem {
   Rigidd T_cam_obj(int frame) const;
   const FreeLens& free() const { return free_; }
 
-  // All frames together, from scale_m on down to the noise. prior: nullptr for none. quick: on some of the
+  // Fits all frames together, from scale_m down to the noise. prior: nullptr for none. quick: on some of the
   // pixels.
   optim::LmRecord solve(double scale_m, const LensPrior* prior, bool quick);
-  // The last stage alone, from the state in hand on.
+  // Only the last stage, from the current state.
   optim::LmRecord polish();
-  // What each frame says at the state in hand.
+  // The estimate of each frame at the current state.
   std::vector<FrameEstimate> examine();
-  // The same, with each frame moved to its own optimum first (thesis Eq. 3.23); the state stays as it is.
+  // As examine(), with each frame moved to its own optimum first (thesis Eq. 3.23); the state is not changed.
   std::vector<FrameEstimate> solve_each();
-  // Residuals of the readings of a frame that count, and the readings, at the state in hand.
+  // The residuals of a frame's pixels that count, at the current state, and whether their rays meet the
+  // model.
   std::vector<LensFrame::Reading> readings(int frame);
   const LensPixels& pixels(int frame) const { return frames_.at(static_cast<std::size_t>(frame)).pixels; }
-  // How many of the readings that count fall into each cell of the image, row by row.
+  // The number of counting measurements in each cell of the image, row by row.
   std::vector<int> coverage(int columns, int rows) const;
-  // By how much the estimate is off, on average, when the truth is the state in hand: solved anew for
-  // readings made up from it with the noise of each frame, and with that noise negated, so that what is of
-  // first order cancels.
+  // The mean error of the estimate if the current state is the truth: solved for measurements simulated from
+  // it with the noise of each frame, and with that noise negated, so that first-order errors cancel.
   optim::SharedVector bias(std::uint64_t seed, int pairs);
 
  private:

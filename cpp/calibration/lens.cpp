@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t at(LensUnknown which) { return static_cast<std::size_t>(which); }
 
-// Distorted coordinates of ideal ones and their derivatives.
+// The distorted coordinates of an ideal point, and their derivatives.
 struct Distorted {
   Vec2d xy;
   double xx, xy_, yx, yy;  // d distorted x / d ideal x, d x / d y, ...
@@ -96,7 +96,7 @@ LensRay look_through(const Lens& lens, bool distorted, double u_px, double v_px)
   const Intrinsics<double>& K = lens.camera.K;
   const double y = (v_px - K.cy) / K.fy, x = (u_px - K.cx - lens.skew * y) / K.fx;
   LensRay out;
-  // Of the distorted coordinates first.
+  // First for the distorted coordinates.
   const double y_by_fy = -y / K.fy, y_by_cy = -1 / K.fy, x_by_y = -lens.skew / K.fx;
   out.dx[at(LensUnknown::kFx)] = -x / K.fx;
   out.dx[at(LensUnknown::kCx)] = -1 / K.fx;

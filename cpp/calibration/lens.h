@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A depth camera as a calibration sees it: from a pixel and its reading to a point, with the derivatives by
-// everything that may be unknown. docs/math/intrinsics.md, section 1.
+// all possible unknowns. docs/math/intrinsics.md, section 1.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace sdftrack::calibration {
 
-// The order in which unknowns are named, and in which a subset of them stands in a vector.
+// The order of the unknowns' names, and of any subset of them in a vector.
 enum class LensUnknown { kFx, kFy, kCx, kCy, kSkew, kK1, kK2, kDepthScale, kDepthOffset };
 constexpr int kLensUnknowns = 9;
 static_assert(kLensUnknowns == optim::kMaxShared);

@@ -9,7 +9,7 @@
 
 namespace sdftrack::calibration {
 
-// What is known of the free unknowns before any frame: a value and an sd each (infinite: nothing).
+// Prior of the free unknowns: a value and an sd each (infinite: unknown).
 struct LensPrior {
   std::vector<double> value, sd;
 };
@@ -17,7 +17,7 @@ struct LensPrior {
 class LensEnergy final : public optim::ArrowEnergy {
  public:
   struct Settings {
-    double min_scale_m;  // s of the penalty, or the frame's noise where that is more
+    double min_scale_m;  // s of the penalty, or the frame's noise if that is larger
     double outlier_floor;
     OutlineUse outline;
     int stride, threads;

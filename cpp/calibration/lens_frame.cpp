@@ -13,12 +13,11 @@ namespace sdftrack::calibration {
 namespace {
 
 constexpr int kUnknowns = 6 + kLensUnknowns;
-constexpr int kNewtonSteps =
-    8;  // at most, until a hit is exact: the cost is then a function of the state alone
+constexpr int kNewtonSteps = 8;   // at most, until a hit is exact: then the cost depends only on the state
 constexpr double kMargin_px = 2;  // to the outline
-constexpr double kStep_m = 0.02;  // between neighbours: an outline within the object
+constexpr double kStep_m = 0.02;  // between neighbours: more is an outline within the object
 
-// From sums over all unknowns, lower triangle row by row, to the blocks.
+// Copies sums over all unknowns, lower triangle row by row, to the blocks.
 void unpack(const double* gradient, const double* hessian, int size, optim::ArrowBlock* out) {
   for (int a = 0; a < size; ++a) {
     if (a < 6)
@@ -36,7 +35,7 @@ void unpack(const double* gradient, const double* hessian, int size, optim::Arro
   }
 }
 
-// In units in which every unknown has curvature 1.
+// Tested in units in which every unknown has curvature 1.
 bool positive_definite(const Eigen::MatrixXd& H) {
   if (!(H.diagonal().minCoeff() > 0)) return false;
   const Eigen::VectorXd per_unit = H.diagonal().cwiseSqrt().cwiseInverse();
@@ -54,13 +53,12 @@ LensFrame::Loop LensFrame::loop_over(const LensView& view, const Rigidd& T) {
   return {{view.sdf, T}, {1, 0}, view.lens.camera.K, {}, energies::Residual::kRayHit, false, kNewtonSteps};
 }
 
-// visit(reading, hit, J): of a pixel that counts, the residual, whether its ray meets the model, and
-// d residual / d unknowns over reading.gain.
+// Calls visit(reading, hit, J) for every pixel that counts: the residual, whether its ray meets the model,
+// and d residual / d unknowns over reading.gain.
 template <class Visit>
 void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
   const Loop loop = loop_over(view, trial ? trial_T_obj_cam : T_obj_cam);
-  std::vector<double>& hits =
-      trial ? pixels.trial_hit_m : pixels.hit_m;  // those of a trial may come to nothing
+  std::vector<double>& hits = trial ? pixels.trial_hit_m : pixels.hit_m;  // a trial's hits may be discarded
   const std::vector<LensUnknown>& unknowns = view.free.unknowns;
   for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
     if (!pixels.used[at]) continue;
@@ -73,13 +71,13 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
     const auto lost = [&] {
       return !(std::abs(row.phi_m) < energies::kHitTolerance_m) || z == depth_m - energies::kHitLead_m;
     };
-    if (hit && lost()) {  // once more, from the reading
+    if (hit && lost()) {  // again, from the measurement
       z = depth_m - energies::kHitLead_m;
       per_slope = loop.find_hit<true>(look.ray, depth_m, true, &z, &row);
-      if (lost()) z = depth_m - energies::kHitReach_m;  // an outlier, until it meets again
+      if (lost()) z = depth_m - energies::kHitReach_m;  // an outlier, until its ray meets the model again
     }
     if (hit) hits[at] = z;
-    // In units of the reading, which is what is noisy: a lens that shrinks all depths gains nothing by it.
+    // In units of the noisy measurement: a lens that shrinks all depths gains nothing.
     const double gain = hit ? -per_slope : pixels.gain[at], per_scale = 1 / view.lens.depth_scale;
     const Loop::Reading reading{per_scale * (hit ? z - depth_m : gain * row.phi_m), per_scale * gain};
     double J[kUnknowns];
@@ -87,7 +85,7 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
     for (std::size_t j = 0; j < unknowns.size(); ++j) {
       const auto k = static_cast<std::size_t>(unknowns[j]);
       J[6 + j] = z * (row.grad_cam.x * look.dx[k] + row.grad_cam.y * look.dy[k]);
-      // The reading itself moves: residual = hit - depth, or phi at the depth.
+      // The measured depth changes: residual = hit - depth, or phi at the depth.
       const double slope = hit ? -1 / gain : dot(row.grad_cam, look.ray);
       if (unknowns[j] == LensUnknown::kDepthScale)
         J[6 + j] = slope * pixels.reading_m[at] - reading.residual_m / gain;
@@ -97,8 +95,8 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
   }
 }
 
-// Whether the rays beside a pixel's meet the model near its hit: else it lies on the outline, where
-// a sensor mixes depths and a small move of the state makes rays miss.
+// Whether the rays next to a pixel's meet the model near its hit. Otherwise the pixel is on the outline,
+// where a sensor mixes depths and a small change of the state makes rays miss.
 bool LensFrame::neighbours_meet(const LensView& view, const Loop& loop, std::size_t at) const {
   for (const Vec2d step : {Vec2d{-kMargin_px, 0}, {kMargin_px, 0}, {0, -kMargin_px}, {0, kMargin_px}}) {
     const Vec3d ray =
@@ -183,8 +181,8 @@ FrameSpread LensFrame::spread(const LensView& view, const energies::DepthLogisti
       }
     }
   });
-  // Readings of other things bend the cost downwards; where they outweigh the others, or nothing else speaks,
-  // the weights stand for the second derivatives, which they have the mean of.
+  // Outliers have negative second derivatives. If they dominate, the weights replace the second derivatives,
+  // scaled to the same mean.
   if (!positive_definite(out.bread) && weights > 0) out.bread = std::max(bends, 0.0) / weights * weighted;
   return out;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One frame of a calibration: readings near the object, and what they say of its pose and of the lens.
+// One frame of a calibration: measurements near the object, and their contribution to its pose and the lens.
 #pragma once
 
 #include <vector>
@@ -10,54 +10,53 @@
 
 namespace sdftrack::calibration {
 
-// The unknowns of a lens that are free, and what the rays need to know.
+// The free unknowns of a lens, and whether rays need distortion.
 struct FreeLens {
   std::vector<LensUnknown> unknowns;  // in the order of the enumeration
-  bool distorted = false;             // of the camera, or among the unknowns
+  bool distorted = false;             // distortion of the camera, or among the unknowns
 
   int count() const { return static_cast<int>(unknowns.size()); }
 };
 
-// Structure of arrays, as PixelsView has it; u and v are those of the image, distortion and all.
+// Structure of arrays, as PixelsView has it; u and v are those of the image, with distortion.
 struct LensPixels {
   std::vector<double> u_px, v_px, reading_m, gain;
-  std::vector<double> hit_m, trial_hit_m;  // where the ray meets the model at the state, and at the trial
+  std::vector<double> hit_m, trial_hit_m;  // where the ray meets the model at the state and at the trial
   std::vector<unsigned char> used;
 
   int count() const { return static_cast<int>(reading_m.size()); }
   void push(double u, double v, double reading);
 };
 
-// What all frames have in common while a state is looked at.
+// The data that all frames share while a state is evaluated.
 struct LensView {
   SdfView sdf;
   const Lens& lens;
   const FreeLens& free;
-  int stride = 1;  // of the pixels: coarse stages look at some of them
+  int stride = 1;  // of the pixels: coarse stages use some of them
 };
 
 enum class OutlineUse {
   kAll,     // pixels whose rays miss the model count too, by phi at the measured point
-  kWithin,  // only those that meet it, and whose neighbours do: no ray comes or goes while the state moves a
-            // little
-  kPoints,  // all pixels, each by phi at the measured point: the source's residual (thesis Eq. 3.11)
+  kWithin,  // only pixels whose rays and whose neighbours' rays meet it: small changes keep the set
+  kPoints,  // all pixels, by phi at the measured point: the thesis' residual (Eq. 3.11)
 };
 
-// How a sum over a frame's readings scatters: the two halves of the sandwich covariance.
+// The scatter of a sum over a frame's measurements: both parts of the sandwich covariance.
 struct FrameSpread {
   Eigen::MatrixXd meat;   // sum of psi^2 J J^T
-  Eigen::MatrixXd bread;  // sum of psi' J J^T, or its mean by the weights where that is not positive definite
+  Eigen::MatrixXd bread;  // sum of psi' J J^T, or from the weights if that is not positive definite
 };
 
 class LensFrame {
  public:
   LensPixels pixels;
   Rigidd T_obj_cam, trial_T_obj_cam;  // centred
-  double noise_m = 0;                 // sd of the readings of this frame; 0: not known yet
+  double noise_m = 0;                 // sd of this frame's measurements; 0: not known yet
 
-  // Decides anew which pixels count and which rays meet the model; costs may be compared until the next call.
+  // Decides again which pixels count and which rays meet the model; costs are comparable until the next call.
   void classify(const LensView& view, OutlineUse outline);
-  // At T_obj_cam, or at trial_T_obj_cam.
+  // Linearises at T_obj_cam, or at trial_T_obj_cam.
   void linearize(const LensView& view, const energies::DepthLogistic<double>& penalty, bool trial,
                  optim::ArrowBlock* out);
   void accept();  // the trial becomes the state
@@ -66,11 +65,11 @@ class LensFrame {
     double residual_m;
     bool hit;
   };
-  // Of every pixel that counts: residual (model minus measured, in metres of the reading), and whether its
-  // ray meets the model.
+  // For every pixel that counts: the residual (model minus measured, in metres of the measurement), and
+  // whether its ray meets the model.
   std::vector<Reading> readings(const LensView& view);
 
-  // At the state in hand, all unknowns (pose, then lens).
+  // The spread at the current state, over all unknowns (pose, then lens).
   FrameSpread spread(const LensView& view, const energies::DepthLogistic<double>& penalty);
 
  private:

@@ -13,11 +13,11 @@ namespace sdftrack::calibration {
 namespace {
 
 constexpr double kMinGain = 0.01;  // a step that promises less (log-likelihood) moves nothing by over 0.15 sd
-constexpr double kCoarseGain = 1e-3;  // a coarse step that gains less than this share of the cost is the last
-constexpr int kFineRounds = 2;        // at the noise as it is then, and with the pixels that then count
+constexpr double kCoarseGain = 1e-3;  // a coarse step with less gain, as a share of the cost, is the last
+constexpr int kFineRounds = 2;        // each with the current noise and the pixels that count then
 constexpr double kNarrowing = 0.4;    // of s, from stage to stage
 
-// points: none of the readings has a hit, and those of other things have the largest residuals.
+// points: no measurement has a hit, and outliers have the largest residuals.
 double noise_of(const LensView& view, bool points, LensFrame* frame) {
   std::vector<double> sizes;
   for (const LensFrame::Reading& r : frame->readings(view))
@@ -32,7 +32,7 @@ void LensSolver::measure_noise(const LensView& view, bool points) {
                [&](std::size_t m) { frames_[m]->noise_m = noise_of(view, points, frames_[m]); });
 }
 
-// classify: choose anew which pixels count; else those of run_poses.
+// classify: choose again which pixels count; else use those of run_poses.
 void LensSolver::run_joint(const LensEnergy::Settings& settings, const optim::LmOptions& lm, bool classify) {
   std::vector<optim::LmStep> steps = std::move(record_.steps);
   LensEnergy energy(sdf_, free_, frames_, lens_, prior_, settings);
@@ -42,7 +42,7 @@ void LensSolver::run_joint(const LensEnergy::Settings& settings, const optim::Lm
   record_.steps = std::move(steps);
 }
 
-// The lens stands still. Each frame has its own damping: one that fails does not hold up the others.
+// The lens is fixed. Each frame has its own damping: a failing frame does not delay the others.
 void LensSolver::run_poses(const LensEnergy::Settings& settings, const optim::LmOptions& lm) {
   const FreeLens none{{}, free_.distorted};
   LensEnergy::Settings alone = settings;
@@ -73,8 +73,8 @@ void LensSolver::coarse(double scale_m) {
   }
 }
 
-// What only the outline holds, a box along an edge for instance, comes to its place while the lens stands
-// still: then nothing that the outline says enters the lens.
+// Directions held only by the outline, for example a box along an edge, are fitted while the lens is fixed:
+// then the outline does not affect the lens.
 void LensSolver::align(double scale_m) {
   optim::LmOptions lm;
   lm.max_steps = options_.coarse_steps, lm.cost_relative = kCoarseGain;

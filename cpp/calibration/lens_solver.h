@@ -10,13 +10,13 @@
 namespace sdftrack::calibration {
 
 struct IntrinsicsOptions {
-  energies::Residual residual = energies::Residual::kRayHit;  // or kPoint, the source's, in the last stage
+  energies::Residual residual = energies::Residual::kRayHit;  // or kPoint, the thesis', in the last stage
   int max_pixels = 5000;                                      // of a frame
-  double padding_m = 0.03;    // a pixel counts when its point is this near the object's box
-  double min_scale_m = 2e-4;  // s of the last stage, or the noise where that is more
+  double padding_m = 0.03;    // a pixel counts if its point is this near to the object's box
+  double min_scale_m = 2e-4;  // s of the last stage, or the noise if that is larger
   double outlier_floor = 0.1;
   int coarse_steps = 12, fine_steps = 12;  // trials of a stage
-  // Of a frame, what suffices: for the early stages, for the joint steps at the noise, for the bias.
+  // Pixels of a frame that suffice: for the early stages, for the joint steps at the noise, for the bias.
   int coarse_pixels = 350, fine_pixels = 1000, twin_pixels = 700;
   int threads = 1;
 
@@ -25,20 +25,20 @@ struct IntrinsicsOptions {
 
 class LensSolver {
  public:
-  // Everything belongs to the caller and is moved in place; prior: nullptr for none.
+  // Everything belongs to the caller and is changed in place; prior: nullptr for none.
   LensSolver(const SdfView& sdf, const FreeLens& free, const IntrinsicsOptions& options,
              std::vector<LensFrame*> frames, Lens* lens, const LensPrior* prior)
       : sdf_(sdf), free_(free), options_(options), frames_(std::move(frames)), lens_(lens), prior_(prior) {}
 
-  // Stages from scale_m down to the noise, on some of the pixels, outlines and all.
+  // Stages from scale_m down to the noise, on some of the pixels, including outlines.
   void coarse(double scale_m);
-  // The same with the lens as it is: the poses alone.
+  // The same stages with a fixed lens: only the poses.
   void align(double scale_m);
-  // At the noise's own scale, pixels within the outlines.
+  // At the scale of the noise, on pixels within the outlines.
   void fine(int stride = 1);
-  // Each frame to its own optimum at that scale, the lens as it is.
+  // Each frame to its own optimum at that scale, with a fixed lens.
   void poses();
-  // All of it.
+  // All stages.
   void solve(double scale_m, int fine_stride = 1);
 
   LensEnergy fine_energy() const;

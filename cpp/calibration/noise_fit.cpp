@@ -13,12 +13,12 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kSpan = 1.3;  // largest over smallest distance from which on growth can be told
+constexpr double kSpan = 1.3;  // least ratio of largest to smallest distance to estimate growth
 constexpr double kMinTangent = 0.4, kNoiseTangentSpan = 0.3;
-constexpr double kNothing = -50, kMostLog = 2;  // of the logarithms of the model's numbers
+constexpr double kNothing = -50, kMostLog = 2;  // limits of the logarithms of the model's numbers
 constexpr double kLongestStep = 2;
-constexpr double kMin_m = 1e-6;       // less is none
-constexpr int kMostReadings = 20000;  // of a sample: so many others err alike
+constexpr double kMin_m = 1e-6;       // least sd of a sample
+constexpr int kMostReadings = 20000;  // of a sample: more have common errors
 constexpr int kGrowthRounds = 10;
 
 template <class Of>
@@ -33,7 +33,7 @@ double span_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
-// The logarithms of the three numbers, of which some may be held.
+// The system of the three numbers' logarithms, some of which may be fixed.
 class NoiseSystem {
  public:
   NoiseSystem(const std::vector<NoiseSample>& samples, const Eigen::Vector3d& start, const bool* free)
@@ -89,7 +89,7 @@ class NoiseSystem {
   optim::NormalEquations here_, next_;
 };
 
-// Of |value - fit|: as absolute values count, but near 0 as squares.
+// Least |value - fit|, with squares near 0.
 Eigen::Vector2d weighted_growth(const std::vector<double>& z, const std::vector<double>& value,
                                 const std::vector<double>& weights) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2, 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Noise and bias of a depth camera as functions of distance and incidence, from those of single images.
+// Noise and bias of a depth camera as functions of distance and incidence, from samples of single images.
 #pragma once
 
 #include <vector>
@@ -23,14 +23,14 @@ NoiseModel fit_noise(const std::vector<NoiseSample>& samples);
 struct Growth {
   double constant = 0, per_m2 = 0;
 };
-// Robust; without growth where the distances are too much alike. Unless `is_signed`, both are at least 0.
+// Robust fit, without growth if the distances are too similar. Unless `is_signed`, both are at least 0.
 Growth fit_growth(const std::vector<double>& depth_m, const std::vector<double>& value, bool is_signed);
 
-// Whether distances differ enough for the growth with them to be told.
+// Whether distances differ enough to estimate the growth.
 bool span_is_wide(const std::vector<double>& depth_m);
 
-// Of noise whose correlation at a distance d is exp(-d^2 / (2 length^2)): the length (px) by that of
-// neighbours.
+// The length (px) of noise whose correlation at a distance d is exp(-d^2 / (2 length^2)), from the
+// correlation of neighbours.
 double correlation_length(double neighbours);
 
 }  // namespace sdftrack::calibration

@@ -18,8 +18,8 @@ ColorDifference color_difference(const RgbView& image, const ImagePart& inner, c
       const auto bin = static_cast<std::size_t>(((rgb[0] >> 4) * 16 + (rgb[1] >> 4)) * 16 + (rgb[2] >> 4));
       ++count[within][bin], ++all[within];
     }
-  // The difference of two shares of n and m draws has the variance p (1/n + 1/m), and sqrt(2/pi) of its
-  // root is the mean of its size.
+  // The difference of two shares of n and m draws has the variance p (1/n + 1/m); its mean magnitude is
+  // sqrt(2/pi) times the sd.
   const double spread = 1 / all[0] + 1 / all[1];
   ColorDifference out{0, 0};
   for (std::size_t bin = 0; bin < kBins; ++bin) {

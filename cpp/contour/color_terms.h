@@ -6,13 +6,13 @@
 
 namespace sdftrack::contour {
 
-// Pixels whose shares of the object and of the background are those of the four windows around each, mixed.
+// Posterior of pixels from the shares of object and background, interpolated between four windows each.
 struct WindowMixture {
-  const float *x, *y;   // of each pixel, in windows from the first
-  int* colour;          // where its shares begin, -1 for a colour never seen; room for a whole pack
+  const float *x, *y;   // of each pixel, in windows, counted from the first
+  int* colour;          // index of its shares, -1 for a colour never seen; room for a whole pack
   const float* shares;  // [window][object, background]
-  int windows;          // of a row
-  float least;          // posterior
+  int windows;          // windows per row
+  float least;          // smallest posterior
 
   template <class T>
   HD T posterior(int i, int n) const {
@@ -35,7 +35,7 @@ struct WindowMixture {
   }
 };
 
-// Pixels of a shape, to be summed over the posterior wherever the shape may lie.
+// Samples of a shape, at which the posterior is summed for any place of the shape.
 struct PlacedSamples {
   const float *x, *y;  // cells from the middle of the grid
   int count;
@@ -43,15 +43,15 @@ struct PlacedSamples {
   const float* posterior;
   int width, height;
 
-  // In the order of the samples. The place: of the grid's middle, one and a half pixels more, so that
-  // truncation rounds to the nearest on both sides of 0. Beside the image a sample counts one half.
+  // Summed in the order of the samples. (u0, v0): the grid's middle plus one and a half pixels, so that
+  // truncation rounds to the nearest on both sides of 0. A sample outside the image counts one half.
   template <class T>
   HD T sum(T u0, T v0) const {
     const T right(static_cast<float>(width + 2)), bottom(static_cast<float>(height + 2));
     T total(0);
     for (int i = 0; i < count; ++i) {
       const T u = u0 + T(a[0] * x[i]) + T(a[1] * y[i]), v = v0 + T(a[2] * x[i]) + T(a[3] * y[i]);
-      // NaN becomes 0, which lies beside the image.
+      // NaN becomes 0, which lies outside the image.
       const IntOf<T> iu = truncate(select(u > T(0), select(u < right, u, right), T(0))) - 1,
                      iv = truncate(select(v > T(0), select(v < bottom, v, bottom), T(0))) - 1;
       const auto there = (iu >= 0) & (iv >= 0) & (iu < width) & (iv < height);

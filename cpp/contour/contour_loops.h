@@ -70,7 +70,7 @@ struct ContourLoops {
     });
   }
 
-  // kRows rows at once: b is loaded once for all, and no sum waits for the one before.
+  // kRows rows at once: b is loaded once for all rows, and the sums do not wait for each other.
   template <int kRows>
   static void products_of(const float* rows, const float* b, int length, float* out, int step) {
     PartialSums<L> sums[kRows];

@@ -7,11 +7,10 @@
 
 namespace sdftrack::contour {
 
-constexpr float kMinMixture = 1e-6f;  // below it a pixel of posterior 0 or 1 would cost without end
+constexpr float kMinMixture = 1e-6f;  // below it a pixel of posterior 0 or 1 would have an unbounded cost
 
-// What a pixel says about phi: cost -log f with f = H P + (1 - H) (1 - P), H = 1 / (1 + e^(phi / s)); its
-// slope in phi is (gamma - H) / s with gamma = H P / f, and H (1 - H) / s^2 is what Gauss-Newton takes as its
-// curvature (section 2).
+// Cost of phi at a pixel: -log f with f = H P + (1 - H) (1 - P), H = 1 / (1 + e^(phi / s)). Its slope in phi
+// is (gamma - H) / s with gamma = H P / f; Gauss-Newton takes H (1 - H) / s^2 as its curvature (section 2).
 template <class T>
 HD energies::Curve<T> posterior_cost(T phi, T foreground, T inv_s) {
   const T inside = levelset::heaviside(T(-1) * inv_s * phi), own = inside * foreground;
@@ -26,7 +25,7 @@ struct FlatView {
   int nx, ny;
 };
 
-// Bilinear value and its exact gradient; beyond the grid the border goes on.
+// Bilinear value and its exact gradient; beyond the grid the border is extrapolated.
 template <class T>
 HD void sample_flat(const FlatView& grid, T x, T y, T* phi, T* gx, T* gy) {
   const T max_x(static_cast<float>(grid.nx) - 1.0f), max_y(static_cast<float>(grid.ny) - 1.0f);
@@ -90,7 +89,7 @@ struct ContourStep {
     const T xy = T(0.25f) * (load<T>(p + row + 1, n) - load<T>(p + row - 1, n) - load<T>(p - row + 1, n) +
                              load<T>(p - row - 1, n));
     const T square = gx * gx + gy * gy, kept = select(square > T(1e-4f), square, T(1e-4f));
-    // The Laplacian less the curvature: what diffuses across the level lines, not along them.
+    // The Laplacian minus the curvature: diffusion across the level lines, not along them.
     const T along = (xx * gy * gy - T(2) * xy * gx * gy + yy * gx * gx) / kept;
     const T curvature = along / sqrt(kept);
     const energies::Curve<T> c = posterior_cost(own, foreground, T(inv_s));

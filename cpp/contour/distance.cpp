@@ -10,10 +10,10 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kMinSlope = 0.3f;  // a flatter phi says nothing about where its zero is
-constexpr float kBeside = 1.2f;    // cells whose distance phi itself gives
+constexpr float kMinSlope = 0.3f;  // a flatter phi does not locate its zero
+constexpr float kBeside = 1.2f;    // cells from the zero set within which phi gives the distance
 
-// Squared distance along a row to the nearest cell that is inside, or outside; `far` where none is nearer.
+// Squared distance along a row to the nearest cell inside, or outside; `far` if there is none nearer.
 void along_row(const float* phi, int nx, bool inside, float far, float* square) {
   float run = far;
   for (int x = 0; x < nx; ++x) {
@@ -27,7 +27,7 @@ void along_row(const float* phi, int nx, bool inside, float far, float* square) 
   }
 }
 
-// phi over its slope at a cell beside the zero set.
+// phi over its slope at a cell next to the zero set.
 float beside(const float* phi, int nx, int ny, int x, int y) {
   const float* p = phi + static_cast<std::ptrdiff_t>(y) * nx + x;
   const float gx = 0.5f * (p[x + 1 < nx ? 1 : 0] - p[x > 0 ? -1 : 0]);

@@ -12,9 +12,9 @@ struct FlatDistanceWork {
   std::vector<float> to_outside, to_inside, least, kept;
 };
 
-// Replaces phi by the signed distance to its zero set, no farther than
-// `radius`: beside the zero set phi over its slope, elsewhere the distance to the nearest cell of the other
-// sign less half a cell. Sets grid->inside.
+// Replaces phi by the signed distance to its zero set, clamped to `radius`. Next to the zero set the distance
+// is phi over its slope, elsewhere the distance to the nearest cell of the other sign minus half a cell. Sets
+// grid->inside.
 void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack::contour

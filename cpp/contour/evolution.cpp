@@ -12,13 +12,13 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr int kBridged = 8;  // cells between two runs that are not worth a break
+constexpr int kBridged = 8;  // a shorter gap of cells between two runs is included in one run
 
 std::size_t cells_of(const ContourGrid& grid) {
   return static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny);
 }
 
-// Bilinear; one half where a corner lies beyond the rectangle.
+// Bilinear sample; one half where a corner lies beyond the rectangle.
 float sample_at(const PosteriorImage& image, double u, double v) {
   const ImagePart& r = image.rect;
   const int x = to_int(std::floor(u)), y = to_int(std::floor(v));

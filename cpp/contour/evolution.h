@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The shape: steps of the level set on the object's grid, and its pieces.
+// The evolution of the shape: level-set steps on the object's grid, and the removal of small pieces.
 #pragma once
 
 #include <vector>
@@ -16,22 +16,22 @@ struct CellRun {
 };
 
 struct EvolutionWork {
-  int device = -1;  // the GPU of evolve_contour, -1: the CPU
+  int device = -1;  // the GPU for evolve_contour, -1: the CPU
   std::vector<CellRun> band, pieces;
   std::vector<float> foreground, next;  // by cell
-  std::vector<unsigned char> in_band;   // likewise, for a GPU
+  std::vector<unsigned char> in_band;   // by cell, for a GPU
   std::vector<int> parent, area;        // of the runs in `pieces`
   FlatDistanceWork distance;
 };
 
-// Cells within `band` of the contour, but for the border of the grid.
+// Cells within `band` of the contour, without the border of the grid.
 void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs);
-// The posterior at the cells of the band, one half where the image ends.
+// The posterior at the cells of the band, one half outside the image.
 void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, EvolutionWork* work);
-// `steps` steps in the band of `work`.
+// Makes `steps` steps in the band of `work`.
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid);
-// Among cells no farther than `reach` from the box of those that were inside, takes out pieces smaller than
-// `min_part` of the largest. Returns the cells that are inside.
+// Removes pieces smaller than `min_part` of the largest, among the cells within `reach` of the box of the
+// cells that were inside. Returns the number of cells inside.
 int drop_small_pieces(float min_part, int reach, EvolutionWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack::contour

@@ -12,7 +12,7 @@ struct GridWarp {
   double t[2] = {0, 0};
 
   double determinant() const { return a[0] * a[3] - a[1] * a[2]; }
-  // Length of a cell in pixels, on the mean over directions.
+  // Length of a cell in pixels, averaged over directions.
   double scale() const { return std::sqrt(std::abs(determinant())); }
   void to_image(double x, double y, double* u, double* v) const {
     *u = a[0] * x + a[1] * y + t[0], *v = a[2] * x + a[3] * y + t[1];
@@ -23,7 +23,7 @@ struct GridWarp {
     out.t[0] = -(out.a[0] * t[0] + out.a[1] * t[1]), out.t[1] = -(out.a[2] * t[0] + out.a[3] * t[1]);
     return out;
   }
-  // The grid is what moves: X <- M X + m before this warp's inverse becomes the new one's, so A <- A M^-1.
+  // Moves the grid: X <- M X + m before this warp's inverse becomes the new warp's inverse, so A <- A M^-1.
   GridWarp moved(const double M[4], const double m[2]) const {
     const double d = 1 / (M[0] * M[3] - M[1] * M[2]);
     const double n[4] = {M[3] * d, -M[1] * d, -M[2] * d, M[0] * d};

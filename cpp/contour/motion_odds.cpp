@@ -13,13 +13,13 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr std::size_t kMinPairs = 30;
-constexpr int kMaxPairs = 2000;  // more say no more about four numbers
+constexpr int kMaxPairs = 2000;  // more pairs do not improve four numbers
 constexpr int kRounds = 3;
 constexpr float kMinError_px = 1;                   // a pair this close follows the similarity
 constexpr float kKeptOverMedian = 2;                // of the errors
 constexpr float kFarAway = 1e6f, kNearOutline = 3;  // cells from the outline
 constexpr float kSigma_px = 2;                      // of the flow
-constexpr float kMaxLogOdds = 1.5f;                 // no motion proves anything
+constexpr float kMaxLogOdds = 1.5f;                 // no motion is conclusive
 constexpr int kRun = 64;                            // pixels at a time
 
 float miss(const Similarity& m, float x, float y, float u, float v) {
@@ -29,7 +29,7 @@ float miss(const Similarity& m, float x, float y, float u, float v) {
   return std::sqrt(dx * dx + dy * dy);
 }
 
-// To the pairs that miss by at most this.
+// Fits a similarity to the pairs with at most this error.
 Similarity fit(float least_error, MotionPairs* pairs) {
   const MotionPairs& w = *pairs;
   auto& kept = pairs->kept;
@@ -56,9 +56,9 @@ Similarity fit(float least_error, MotionPairs* pairs) {
   return out;
 }
 
-// The one in the middle of their order, by where it lies among them: most are never compared.
+// The median, found by counting buckets first: most values are never compared.
 float middle_of(const std::vector<float>& values, std::vector<float>* room) {
-  constexpr int kShift = 20;  // what remains of a number of 0 or more: its size and three more bits
+  constexpr int kShift = 20;  // a non-negative number keeps its exponent and three more bits
   std::array<int, 1 << (31 - kShift)> count{};
   const auto bucket = [](float x) { return static_cast<std::size_t>((bits_of(x) & 0x7fffffff) >> kShift); };
   for (const float x : values) ++count[bucket(x)];
@@ -125,7 +125,7 @@ void weigh_by_motion(const MotionCue& cue, float min_posterior, PosteriorImage* 
     for (int x = x0; x < x1; x += kRun) {
       const int n = std::min(kRun, x1 - x);
       const float* const back = cue.flow.at(x, y);
-      float odds[kRun];  // their logarithms first: but for the exponential, no pixel waits for another
+      float odds[kRun];  // logarithms first: all but the exponential is computed for pixels in parallel
       for (int k = 0; k < n; ++k) {
         const auto u = static_cast<float>(x + k), v = static_cast<float>(y);
         const float u_last = u + back[2 * k], v_last = v + back[2 * k + 1];

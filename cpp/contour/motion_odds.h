@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The optical flow as a second cue beside the colours: does a pixel move as the object, or as what is around
-// it? (docs/math/contour.md, section 8)
+// The optical flow as a second cue in addition to the colours: whether a pixel moves as the object or as its
+// surroundings (docs/math/contour.md, section 8).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace sdftrack::contour {
 
-// For each pixel of a part of the image, how far its place in the last image is from it, in pixels (x, y).
+// For each pixel of a part of the image, the offset to its place in the last image, in pixels (x, y).
 struct FlowView {
   const float* back;
   ImagePart part;
@@ -20,26 +20,26 @@ struct FlowView {
   }
 };
 
-// From this image to the last: (c, -s; s, c) p + t.
+// Map from this image to the last one: (c, -s; s, c) p + t.
 struct Similarity {
   double c = 1, s = 0, t[2] = {0, 0};
 };
 
-// Pixels and where they were.
+// Pixels and their places in the last image.
 struct MotionPairs {
   std::vector<float> x, y, last_x, last_y, error, some;
   std::vector<std::size_t> kept;
 };
 
-// How the object moves and how what is around it does, as far as the flow is trusted: 0, not at all, to 1.
+// The motions of the object and of its surroundings. trust: of the flow, from 0 (not at all) to 1.
 struct MotionCue {
-  FlowView flow{nullptr, {0, 0, 0, 0}};  // no flow: nothing is known
+  FlowView flow{nullptr, {0, 0, 0, 0}};  // no flow: no information
   Similarity object, others;
   double trust = 0;
 };
 
-// The similarities that fit the flow of the object and of what is around it best, pixels that do not follow
-// them left out; `grid` lies where it lay in the last image. False where too few pixels are seen.
+// The similarities that best fit the flow of the object and of its surroundings, with outliers left out;
+// `grid` is at its place in the last image. False where too few pixels are seen.
 bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* object, MotionPairs* others,
                  MotionCue* cue);
 // Multiplies the odds of each pixel by how much likelier its motion is the object's; where both move alike,

@@ -5,7 +5,7 @@ namespace sdftrack::contour {
 
 enum class OpinionPool { kLinear, kLogarithmic };
 
-// Lengths in cells of the object's grid, which is a pixel wide at the start unless the object is large.
+// Lengths are in cells of the object's grid. A cell is a pixel wide at the start unless the object is large.
 struct ContourOptions {
   bool affine = false;
 
@@ -14,11 +14,11 @@ struct ContourOptions {
   int windows = 6;    // along each side of the grid, each with its own histograms; 1: one for all
   float shrink = 50;  // pixels that a window's histograms borrow from those of the whole
   OpinionPool pool = OpinionPool::kLinear;
-  float object_rate = 0.02f;  // of a frame in the opinion pools
+  float object_rate = 0.02f;  // weight of a frame in the opinion pools
   float background_rate = 0.2f;
 
-  // Evidence beside the colours, from the optical flow.
-  bool motion = true;    // weighs how a pixel moves: the flow comes with each image
+  // Evidence in addition to the colours, from the optical flow.
+  bool motion = true;    // uses each pixel's motion: the flow comes with each image
   bool evidence = true;  // the reported confidence; cues/evidence.h
 
   // Grid.
@@ -28,7 +28,7 @@ struct ContourOptions {
   float softness = 1.5f;  // s of the Heaviside
   float band = 8;
   int registration_steps = 12;
-  float reach = 24;   // how far the object may jump between two frames, beyond what Gauss-Newton bridges
+  float reach = 24;   // how far the object may jump between two frames, beyond the range of Gauss-Newton
   float dt = 4;       // of a shape step
   float mu = 0.05f;   // of the distance regulariser; mu dt <= 0.2
   float tension = 1;  // of the contour: 0, none, as printed; 1, the regulariser is a Laplacian
@@ -36,7 +36,7 @@ struct ContourOptions {
   // Start from a box.
   bool box_prior = true;  // segmented once more by place and edges (cues/box_start.h)
 
-  // std::invalid_argument names the first that cannot be.
+  // Throws std::invalid_argument that names the first invalid option.
   void check() const;
 };
 

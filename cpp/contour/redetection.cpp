@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kScales[] = {0.4, 0.5, 0.63, 0.8, 1, 1.25, 1.6, 2, 2.5};
 constexpr double kFineScales[] = {0.84, 0.92, 1.09, 1.19};
-constexpr double kMaxSquares = 24000;  // that an image is divided into
+constexpr double kMaxSquares = 24000;  // into which an image is divided
 constexpr double kRing = 1.5;          // the box around a box, over its size
-constexpr std::size_t kTried = 5;      // boxes that the shape itself is tried in
+constexpr std::size_t kTried = 5;      // boxes in which the shape itself is tried
 constexpr double kMinSize = 3;         // squares, of a box
 
 // Squares of `stride` pixels, the first with its corner at pixel (x0, y0).
@@ -36,7 +36,7 @@ struct Squares {
   }
 };
 
-// The box that holds the inside of the shape, from the warp's translation on, in squares.
+// The bounding box of the shape's inside, relative to the warp's translation, in squares.
 struct Reach {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
@@ -76,7 +76,7 @@ void fill_table(const PosteriorImage& image, std::vector<double>* table) {
   }
 }
 
-// Sum over a box, beyond the image one half for each square, and its area.
+// Sum over a box, with one half for each square beyond the image, and its area.
 struct BoxSum {
   double sum, area;
 };
@@ -88,8 +88,7 @@ BoxSum box_sum(const std::vector<double>& table, int w, int h, int x0, int y0, i
   return {at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0) + 0.5 * (area - inside), area};
 }
 
-// The best boxes of one size, mean inside less mean around: the best of all, and the best that is clear of
-// it.
+// The best boxes of one size by mean inside minus mean around: the best of all, and the best one clear of it.
 void best_boxes(const Reach& r, double scale, RedetectionWork* work) {
   const int w = work->posterior.rect.width(), h = work->posterior.rect.height();
   const double size_x = scale * (r.x1 - r.x0), size_y = scale * (r.y1 - r.y0);
@@ -117,7 +116,7 @@ void best_boxes(const Reach& r, double scale, RedetectionWork* work) {
   }
 }
 
-// The shape itself near a first guess, on squares that are smaller where it is small.
+// Fits the shape itself near a first estimate, on squares that are smaller for a small shape.
 double refine(const RgbView& image, const RegionModel& model, const ShapeSamples& samples, GridWarp* warp,
               int slack_px, PosteriorImage* posterior) {
   const Reach r = reach_of(samples, *warp);

@@ -40,7 +40,7 @@ struct CellBox {
   }
 };
 
-// Cells, with phi in cells, negative inside; and where they lie.
+// The cells, with phi in cells, negative inside, and their place in the image.
 struct ContourGrid {
   int nx = 0, ny = 0;
   GridWarp warp;
@@ -84,8 +84,8 @@ inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const Rg
           pixel(std::ceil(u + dx) + 1, image.width), pixel(std::ceil(v + dy) + 1, image.height)};
 }
 
-// body(y, xa, xb, gx, gy, step_x, step_y) for each row of the rectangle: pixels xa <= x < xb of it lie on the
-// cells, the first of them at cell (gx, gy), and each next one a step farther.
+// Calls body(y, xa, xb, gx, gy, step_x, step_y) for each row of the rectangle: its pixels xa <= x < xb lie on
+// the cells, the first one at cell (gx, gy) and each next one a step farther.
 template <class Body>
 void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const Body& body) {
   const GridWarp to_grid = grid.warp.inverse();
@@ -104,7 +104,7 @@ void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
       const double p = (least[k] - first[k]) / step, q = (most[k] - first[k]) / step;
       low = std::max(low, std::min(p, q)), high = std::min(high, std::max(p, q));
     }
-    // Before they become whole: a row beside the cells under a step of next to nothing meets them at 1e10.
+    // Checked before rounding: a row outside the cells with a step near zero meets them at about 1e10.
     if (!(low <= high)) continue;
     const int xa = to_int(std::ceil(low)), xb = to_int(std::floor(high)) + 1;
     if (xa >= xb) continue;

@@ -11,22 +11,22 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kUniform = 1e-2;   // share of a uniform distribution in the shared histograms
-constexpr double kMinKnown = 1e-4;  // of the pixels of a side, of one colour
-constexpr double kMinPixels = 30;   // of either kind, to learn from
+constexpr double kMinKnown = 1e-4;  // of the pixels of a side, for one colour
+constexpr double kMinPixels = 30;   // of either kind, for learning
 constexpr float kPseudoCount =
-    0.05f;  // of the logarithmic pool: a colour not seen once is not ruled out for good
+    0.05f;  // of the logarithmic pool: a colour not seen in a frame is not excluded for good
 
-// Some pixels of a row of the image: the cells they lie on, and where among the windows.
+// Some pixels of a row of the image: their cells, and their positions among the windows.
 struct PixelRun {
   static constexpr int kMost = 64;
   int count = 0;
-  int cell[kMost];  // if asked for
+  int cell[kMost];  // if requested
   float x[kMost], y[kMost];
   int colour[kMost];
 };
 
-// body(run, x0, rgb) for each run of pixels that lie on these cells: those from (x0, y) on, their colours
-// from rgb on.
+// Calls body(run, x0, rgb) for each run of pixels that lie on these cells: pixels from (x0, y) on, with
+// colours from rgb on.
 template <bool kCells, class Body>
 void each_run_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const RgbView& image,
                  int windows, const Body& body) {
@@ -37,7 +37,7 @@ void each_run_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
     for (int x = xa; x < xb; x += run.count) {
       run.count = std::min(PixelRun::kMost, xb - x);
       for (int k = 0; k < run.count; ++k, gx += dx, gy += dy) {
-        // No number is 0: the casts below are of what lies on the grid.
+        // The clamp turns NaN into 0, so that the casts below stay on the grid.
         const double cx = std::min(std::max(0.0, gx), last_x), cy = std::min(std::max(0.0, gy), last_y);
         if constexpr (kCells) run.cell[k] = static_cast<int>(cy + 0.5) * grid.nx + static_cast<int>(cx + 0.5);
         run.x[k] = static_cast<float>(cx * per_x), run.y[k] = static_cast<float>(cy * per_y);
@@ -77,7 +77,7 @@ int RegionModel::slot_of(int bin) {
   slot = used_++;
   const auto n = static_cast<std::size_t>(used_) * static_cast<std::size_t>(stride_);
   counts_.resize(n), fresh_.resize(n);
-  shares_.resize(n, 1.0f);  // until it is pooled in, the same of both: it says nothing
+  shares_.resize(n, 1.0f);  // until it is pooled in, equal for both sides: no information
   whole_.resize(2 * static_cast<std::size_t>(used_), 1.0f);
   return slot;
 }
@@ -235,7 +235,7 @@ void RegionModel::posterior_of_squares(const RgbView& image, const ImagePart& pa
   out->rect = {0, 0, squares(part.width()), squares(part.height())};
   out->foreground.resize(static_cast<std::size_t>(out->rect.width()) *
                          static_cast<std::size_t>(out->rect.height()));
-  // At a quarter and three quarters of a square; those of the last row and column stay in the part.
+  // At a quarter and three quarters of a square; the samples of the last row and column stay in the part.
   const int first = stride / 4, second = stride - 1 - first;
   float* to = out->foreground.data();
   for (int y = part.y0; y < part.y1; y += stride)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What colours the object and its surroundings have, and where on the grid.
+// The colours of the object and of its surroundings, by place on the grid.
 #pragma once
 
 #include <type_traits>
@@ -10,7 +10,7 @@
 
 namespace sdftrack::contour {
 
-// The posterior that a pixel is the object's, over a rectangle of the image; one half where nothing is known.
+// The posterior of the object at each pixel of a rectangle of the image; one half where nothing is known.
 struct PosteriorImage {
   ImagePart rect{0, 0, 0, 0};
   std::vector<float> foreground;
@@ -30,28 +30,28 @@ class RegionModel {
  public:
   explicit RegionModel(const ContourOptions& options);
 
-  // Pools the histograms of this image in; a rate of 1 replaces. False, and nothing done, where the contour
-  // holds next to no pixels of the image, or leaves none.
+  // Pools in the histograms of this image; a rate of 1 replaces them. Returns false, and changes nothing, if
+  // the contour holds next to no pixels of the image, or leaves none outside.
   bool learn(const RgbView& image, const ContourGrid& grid, double object_rate, double background_rate);
-  // Over the pixels of these cells. `only_known`: one half for colours that are next to never seen on either
-  // side, which else are those of the side with fewer pixels in a window.
+  // Over the pixels of these cells. `only_known`: one half for colours that are almost never seen on either
+  // side. Otherwise such colours are attributed to the side with fewer pixels in a window.
   void posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells, PosteriorImage* out,
                  bool only_known = false) const;
-  // Shared histograms alone, for finding the object anywhere.
+  // Uses the shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
-  // The same, the mean of up to four pixels in each square of `stride` pixels; out->rect counts squares, from
-  // 0.
+  // As posterior_anywhere, with the mean of up to four pixels in each square of `stride` pixels. out->rect
+  // counts squares, from 0.
   void posterior_of_squares(const RgbView& image, const ImagePart& part, int stride,
                             PosteriorImage* out) const;
-  // The colours as they were after `remember`, against those of the object in the last frame that was
-  // counted: sum of sqrt(p q), 1 for the same.
+  // The object's colours at the time of `remember`, compared with those in the last frame that was counted:
+  // sum of sqrt(p q), 1 for equal colours.
   void remember();
   double likeness() const { return likeness_; }
-  // Without them the object's colours are the same everywhere.
+  // Without object windows the object's colours are the same everywhere on the grid.
   void object_windows(bool yes) { object_windows_ = yes, make_shares(); }
-  // Counts an image's colours without learning them; what likeness() then speaks of.
+  // Counts an image's colours without learning them; likeness() then refers to this image.
   bool count(const RgbView& image, const ContourGrid& grid);
-  // Pools what was counted last into the histograms.
+  // Pools the last counted colours into the histograms.
   void pool(double object_rate, double background_rate);
 
   template <class Archive, class Self>
@@ -64,13 +64,13 @@ class RegionModel {
   }
 
  private:
-  // Whether all that is kept is of these colours and windows.
+  // Whether all stored arrays and slots match these colours and windows.
   bool fits() const;
   int bin_of(const unsigned char* rgb) const {
     return ((rgb[0] >> shift_) * bins_ + (rgb[1] >> shift_)) * bins_ + (rgb[2] >> shift_);
   }
   int slot_of(int bin);
-  // By the shared histograms; one half for a colour never seen.
+  // From the shared histograms; one half for a colour never seen.
   float posterior_of(const unsigned char* rgb) const;
   bool known(int slot) const;
   void make_shares();

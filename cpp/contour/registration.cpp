@@ -12,9 +12,9 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr double kSettled_cells = 1e-2;  // a step that moves nothing by more than this ends the search
+constexpr double kSettled_cells = 1e-2;  // a step that moves every cell by less than this ends the search
 
-// The system that run_lm moves: a warp in place of a pose.
+// The System for run_lm: a warp in place of a pose.
 template <int P>
 class WarpSystem {
  public:
@@ -67,7 +67,7 @@ class WarpSystem {
   const ContourOptions& options_;
   const RegistrationWork& work_;
   ContourGrid* grid_;
-  double reach_;  // cells that a unit of scale or angle moves the farthest cell by
+  double reach_;  // distance in cells that a unit of scale or angle moves the farthest cell
   energies::Sums<double, P> here_, next_;
   Vector step_;
   GridWarp before_, after_;
@@ -96,7 +96,7 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
                 const float* const p = posterior.row(y) - posterior.rect.x0;
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
                   const int ix = to_int(gx + 0.5), iy = to_int(gy + 0.5);
-                  // Written in any case, kept if it is near.
+                  // Always written, but kept only if it is near.
                   work->u[n] = static_cast<float>(x), work->v[n] = static_cast<float>(y),
                   work->foreground[n] = p[x];
                   const auto cell = static_cast<std::size_t>(iy * grid.nx + ix);

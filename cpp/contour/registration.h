@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the object's grid lies in an image of posteriors: Gauss-Newton on a similarity or an affinity.
+// The pose of the object's grid in an image of posteriors: Gauss-Newton on a similarity or an affinity.
 #pragma once
 
 #include <vector>
@@ -16,8 +16,8 @@ struct RegistrationWork {
   optim::LmRecord record;
 };
 
-// Lists the pixels within `band` cells of the contour as it lies now, but those on cells that are known to be
-// hidden (nullptr: none).
+// Lists the pixels within `band` cells of the current contour, without those on cells that are known to be
+// hidden (nullptr: no such cells).
 void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band,
                    const unsigned char* hidden, RegistrationWork* work);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What each phase of the contour tracker returns. The arrays are the tracker's own: they hold until its next
-// call, and nothing is allocated for them.
+// The results of each phase of the contour tracker. The arrays belong to the tracker: they are valid until
+// its next call, and nothing is allocated for them.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace sdftrack::contour {
 
 enum class ContourStatus { kOk, kWeak, kLost };
 
-// What speaks against an outline.
+// Why an outline is doubtful.
 enum class ContourReason { kNone, kSidesAlike, kOtherColors, kNoMatch };
 const char* sentence(ContourReason reason);
 
@@ -19,11 +19,11 @@ struct ContourReport {
   ContourStatus status = ContourStatus::kOk;
   double confidence = 1;  // 0 .. 1
   ContourReason reason = ContourReason::kNone;
-  // What the confidence is made of: mean posterior inside less that beside the contour; how far the colours
-  // inside are those at the start; how much of the outline before and after this frame is the same; mean
-  // log f in the band.
+  // The inputs of the confidence: mean posterior inside minus that just outside the contour; likeness of the
+  // colours inside to those at the start; overlap of the outlines before and after this frame; mean log f in
+  // the band.
   double contrast = 1, likeness = 1, overlap = 1, mean_log = 0;
-  // Of the outline, the share beside which the colours are the object's; the largest lately.
+  // Share of the outline that has the object's colours next to it; the largest recent value.
   double shared = 0;
 
   template <class Archive, class Self>
@@ -34,24 +34,24 @@ struct ContourReport {
   }
 };
 
-// What a memory of shapes says of a frame's shape. Only an unoccluded one is learned from; without a memory,
-// or while the memory itself learns, every sure one is.
+// A shape memory's judgement of a frame's shape. The tracker learns only from unoccluded shapes; without a
+// memory, or while the memory itself learns, it learns from every sure one.
 enum class ShapeJudgement { kNone, kUnoccluded, kOccluded, kNovel };
 
-// The grid as it lies in the image.
+// The grid and its place in the image.
 struct ContourShape {
   int nx = 0, ny = 0;
   std::span<const float> phi;       // cells, negative inside, row by row
   std::array<double, 9> warp = {};  // 3 x 3: cell (column, row, 1) to pixel (x, y, 1)
 };
 
-// Phase 1, `observe`: where the object is in an image, and its shape. Nothing is learned yet.
+// Phase 1, `observe`: the place and shape of the object in an image. Nothing is learned yet.
 struct ContourObservation {
   ContourReport report;
   ContourShape shape;
 };
 
-// Phase 2, `finish`: the frame's result, with the judgement applied, the drift corrected, the colours
+// Phase 2, `finish`: the frame's result, after the judgement was applied, the drift corrected and the colours
 // learned.
 struct ContourFrame {
   ContourReport report;

@@ -15,14 +15,14 @@ constexpr int kSamples = 400;  // of each kind
 
 constexpr int kTogether = 64;
 
-// Places of a shape that are looked at together.
+// Places of a shape that are evaluated together.
 struct Places {
   int count = 0;
   double x[kTogether], y[kTogether];
   double contrast[kTogether];
 };
 
-// Means over a list of samples; `warp`: but for the place.
+// Means over a list of samples; `warp` is used without its place.
 void means_at(const std::vector<float>& x, const std::vector<float>& y, const GridWarp& warp,
               const PosteriorImage& posterior, const Places& places, double* means) {
   const ImagePart& r = posterior.rect;

@@ -11,13 +11,13 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr int kSide = 16;        // cells of a square
-constexpr int kObjectReach = 3;  // squares: the object's colours may be those of a part nearby, which moves
-constexpr float kGap = 1;        // cells beside the outline, whose colours are mixed
-constexpr float kRoundBand = 6;  // cells beyond that
-constexpr int kMinCells = 20;    // of a side
+constexpr int kObjectReach = 3;  // squares: the object's colours may come from a nearby part, which moves
+constexpr float kGap = 1;        // cells next to the outline, with mixed colours
+constexpr float kRoundBand = 6;  // cells beyond kGap
+constexpr int kMinCells = 20;    // on a side
 constexpr int kBins = 16;        // per channel; a colour counts in the two nearest of each
 constexpr int kColors = kBins * kBins * kBins;
-constexpr double kAlike = 0.5;  // overlap from which nothing holds the outline
+constexpr double kAlike = 0.5;  // overlap above which nothing holds the outline
 
 void add_color(const unsigned char* rgb, float* histogram) {
   int at[3];
@@ -38,8 +38,8 @@ void add_color(const unsigned char* rgb, float* histogram) {
   }
 }
 
-// Sum of sqrt(p q), q of the colours beside the outline in a square, p of the object's around it; negative:
-// too few cells on a side.
+// Sum of sqrt(p q), q of the colours just outside the outline in a square, p of the object's colours around
+// it; negative: too few cells on a side.
 double overlap_at(const SharedColorsWork& work, int columns, int rows, int column, int row) {
   const auto square = static_cast<std::size_t>(row * columns + column);
   const CellBox near = CellBox{column, row, column, row}.grown(kObjectReach, columns, rows);
@@ -70,7 +70,7 @@ bool on_outline(const ContourGrid& g, int x, int y) {
                             (y > 0 && outside(x, y - 1)) || (y + 1 < g.ny && outside(x, y + 1)));
 }
 
-// The colours inside and beside the outline, by square.
+// The colours just inside and just outside the outline, by square.
 void count_colors(const RgbView& image, const ContourGrid& g, int columns, SharedColorsWork* work) {
   const CellBox near = g.inside.grown(to_int(kGap + kRoundBand) + 1, g.nx, g.ny);
   for (int y = near.y0; y <= near.y1; ++y)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How much of an outline runs where the object has the colours of what is beside it
-// (docs/math/contour.md, section 8).
+// The share of an outline where the object has the colours of what is next to it (docs/math/contour.md,
+// section 8).
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace sdftrack::contour {
 struct OutlinePart {
   int column, row;  // of squares
   int length;       // cells of the outline
-  double overlap;   // sum of sqrt(p q) over the colours just outside and those of the object nearby
+  double overlap;   // sum of sqrt(p q) over the colours just outside and the object's colours nearby
 };
 
 struct SharedColorsWork {
@@ -22,8 +22,8 @@ struct SharedColorsWork {
   std::vector<OutlinePart> parts;
 };
 
-// The share of the outline, 0 to 1, beside which the colours are those of the object: nothing holds it there.
-// Parts with next to no cells on a side say nothing. phi: distances up to a few cells beyond the band.
+// The share of the outline, 0 to 1, that has the object's colours next to it, so that nothing holds it there.
+// Parts with next to no cells on a side are ignored. phi: distances up to a few cells beyond the band.
 double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColorsWork* work);
 
 }  // namespace sdftrack::contour

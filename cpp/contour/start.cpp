@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a track begins: the grid, the first shape, the first colours.
+// The start of a track: the grid, the first shape, the first colours.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kMinContrast = 0.02;
-// Width of the background around the object, over the longer side of its box: its colours are those nearby.
+// Width of the background around the object, over the longer side of its box: nearby colours are used.
 constexpr double kStartRing = static_cast<double>(0.3f);
 constexpr int kBoxRounds = 8;  // of colours and segmentation
 constexpr const char* kOneColor =
@@ -27,7 +27,7 @@ constexpr const char* kOneColor =
 
 }  // namespace
 
-// Why a mask of so many pixels leaves no object or no background on the grid.
+// Explains why a mask with this number of pixels leaves no object or no background on the grid.
 std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
   const std::int64_t others = static_cast<std::int64_t>(image.width) * image.height - pixels;
   if (others < kMinPixels)
@@ -38,7 +38,7 @@ std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
          " px they leave no object or no background; mark one connected object";
 }
 
-// Begun beside the track that runs: nothing of that one shows in the new one, and it goes on if this is
+// The new track is built separately: it inherits nothing from the running one, which goes on if the start is
 // refused.
 template <class Place>
 ContourFrame ContourTracker::start_anew(const RgbView& image, const Place& place) {
@@ -104,7 +104,7 @@ void ContourTracker::make_grid(const ImagePart& box) {
   grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
 }
 
-// The box is the first guess; then what has the colours of the inside rather than those around, a few times.
+// The box is the initial shape; a few rounds keep what has the colours of the inside, not those around.
 void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   constexpr int kSteps = 12;
   ContourGrid& g = grid_;
@@ -124,7 +124,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     find_band(g, std::numeric_limits<float>::max(), &evolution_.band);
     evolution_.foreground.assign(g.phi.size(), 0.5f);
     sample_posterior(g, posterior_, &evolution_);
-    // A mean over 5 x 5 cells, no cell of which lies outside the box.
+    // A mean over 5 x 5 cells, all of them inside the box.
     for (int y = kBlur; y + kBlur < g.ny; ++y)
       for (int x = kBlur; x + kBlur < g.nx; ++x) {
         g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
@@ -158,7 +158,7 @@ void ContourTracker::begin(const RgbView& image) {
   usual_contrast_ = first_contrast_ = std::max(contrast_at(samples_, grid_.warp, posterior_), kMinContrast);
 }
 
-// As much as any frame may want, so that none allocates.
+// Reserves the most memory that a frame may need, so that no frame allocates.
 void ContourTracker::make_room(const RgbView& image) {
   constexpr std::size_t kRunsOfRow = 8, kMaxSamples = 1024;
   const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);

@@ -6,8 +6,8 @@
 
 namespace sdftrack::contour {
 
-// What evolve_contour does on the CPU, in the same band and to the same bits. std::runtime_error where the
-// build or the machine has no CUDA; the grid is as it was after an exception.
+// The same as evolve_contour on the CPU, in the same band, with bitwise equal results. Throws
+// std::runtime_error where the build or the machine has no CUDA; the grid is unchanged after an exception.
 void evolve_contour_cuda(const ContourOptions& options, int steps, int device, EvolutionWork* work,
                          ContourGrid* grid);
 

@@ -11,21 +11,21 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kBeyondBand = 4;                 // cells of distance beside the band, for what moves
-constexpr double kJumpGain = 0.1;                // contrast that a jump must gain over staying
+constexpr float kBeyondBand = 4;                 // cells of distance beyond the band, for motion
+constexpr double kJumpGain = 0.1;                // contrast that a jump must gain over no jump
 constexpr double kSure = 0.55, kDoubtful = 0.3;  // confidence
-constexpr double kFound = 0.4;                   // of the first contrast, to try a place
-constexpr double kFoundFar = 0.7;                // the same in the whole image, where more looks alike
-constexpr int kPatience = 2;                     // frames around the last place alone, what hides it may pass
+constexpr double kFound = 0.4;                   // of the first contrast, for accepting a place
+constexpr double kFoundFar = 0.7;                // the same in the whole image, where more places look alike
+constexpr int kPatience = 2;                     // frames of search around the last place alone: occluders
+                                                 // may pass
 constexpr double kMaxGrowth = 1.5;               // of the scale in a frame
 constexpr int kJumpStep_px = 6;
 constexpr double kSuspicious = 0.8;      // of the usual contrast
 constexpr double kFullTrust_px2 = 6000;  // a smaller object is blurred in the flow
-constexpr int kHiddenMargin = 6;         // cells that what hides a part may move by in a frame
+constexpr int kHiddenMargin = 6;         // cells that an occluder may move by in a frame
 constexpr int kPosteriorMargin = 4;      // cells that registration may move the band by
-constexpr int kShapeSteps = 5;           // of the level set in a frame: what deforms between two frames
-// The grid follows a shape that lies so many cells off its middle, or whose length differs by so much: less
-// would resample the shape, and blur it, in most frames.
+constexpr int kShapeSteps = 5;           // of the level set in a frame, for the deformation in it
+// much: smaller limits would resample the shape, and blur it, in most frames.
 constexpr double kDriftCells = 3, kDriftLogScale = static_cast<double>(0.05f);
 
 constexpr double kSharedFades = 0.995;  // per frame
@@ -53,7 +53,7 @@ ContourTracker::ContourTracker(const ContourOptions& options, int device)
 
 int ContourTracker::reach_cells() const { return to_int(std::ceil(options_.band + kBeyondBand)); }
 
-// Over 5 x 5 cells; those have been sampled.
+// Mean over 5 x 5 cells, which have been sampled.
 float ContourTracker::mean_posterior(int x, int y) const {
   float sum = 0;
   for (int j = -kBlur; j <= kBlur; ++j)
@@ -62,7 +62,7 @@ float ContourTracker::mean_posterior(int x, int y) const {
   return sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
 }
 
-// Steps of the level set, its pieces, and its distance again.
+// Steps of the level set, removal of small pieces, and the distance again.
 void ContourTracker::shape(int steps) {
   find_band(grid_, options_.band, &evolution_.band);
   sample_posterior(grid_, posterior_, &evolution_);
@@ -90,7 +90,7 @@ void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
   const GridWarp last = grid_.warp;
   weigh_motion(was_lost ? nullptr : flow);
   place(image);
-  // Less convincing than before: it may have jumped.
+  // A lower contrast than before: it may have jumped.
   if (options_.reach > 0 && report_.contrast < kSuspicious * usual_contrast_) {
     const GridWarp settled = grid_.warp;
     const double contrast = report_.contrast;
@@ -104,12 +104,12 @@ void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
     }
   }
   if (!seen_.empty()) look_behind();
-  motion_.flow.back = nullptr;  // the caller's
+  motion_.flow.back = nullptr;  // the array belongs to the caller
   shape(kShapeSteps);
   judge(image);
 }
 
-// Which of the cells that were hidden are seen now: by the colours there, since no outline is near that could
+// Finds the hidden cells that are visible now, by their colours, since there is no outline nearby that could
 // move.
 void ContourTracker::look_behind() {
   seen_.clear();
@@ -124,8 +124,8 @@ void ContourTracker::look_behind() {
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
-// Cells of the whole shape that were not seen in the last frame, and those beside them, where what hides them
-// may be now.
+// The cells of the whole shape that were not visible in the last frame, and those next to them, where the
+// occluder may be now.
 void ContourTracker::find_hidden() {
   if (seen_.empty()) return;
   hidden_.assign(grid_.phi.size(), 0);
@@ -140,8 +140,8 @@ void ContourTracker::find_hidden() {
     }
 }
 
-// How much likelier the motion of each pixel is the object's than that of what is around it. What a memory
-// has filled in does not move as what is seen there.
+// Weighs each pixel by how much likelier its motion is the object's than the surroundings'. A part filled in
+// by a memory does not move as the image there.
 void ContourTracker::weigh_motion(const FlowView* flow) {
   motion_.flow.back = nullptr;
   if (!flow || !seen_.empty()) return;
@@ -158,14 +158,14 @@ CellBox ContourTracker::near_cells() const {
   return grid_.inside.grown(reach_cells() + kPosteriorMargin, grid_.nx, grid_.ny);
 }
 
-// Posterior, registration, and the contrast there.
+// Posterior, registration, and the resulting contrast.
 void ContourTracker::place(const RgbView& image) {
   see(image, near_cells());
   const unsigned char* const hidden = seen_.empty() ? nullptr : hidden_.data();
   choose_pixels(grid_, posterior_, options_.band, hidden, &registration_);
   const GridWarp before = grid_.warp;
   register_grid(options_, &registration_, &grid_);
-  // Where nothing holds it, a contour may shrink to nothing or blow up: then it stays.
+  // A contour that nothing holds may shrink to nothing or blow up: then its warp is kept.
   const double grown = grid_.warp.scale() / before.scale();
   if (!(grown > 1 / kMaxGrowth && grown < kMaxGrowth)) grid_.warp = before;
   choose_samples(grid_, options_.band, hidden, &samples_);
@@ -203,8 +203,8 @@ void ContourTracker::judge(const RgbView& image) {
   }
 }
 
-// Of what the colours call sure: where nothing held the outline it may have run into what is beside it, and
-// what was learned there stays.
+// Tests an outline that is sure by its colours: where nothing held it, it may have run into its surroundings,
+// and colours learnt there stay.
 void ContourTracker::look_beside(const RgbView& image) {
   if (!options_.evidence || inside_ == 0) return;
   report_.shared = std::max(shared_outline(image, grid_, &shared_colors_), kSharedFades * report_.shared);
@@ -216,7 +216,7 @@ ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned cha
   if (recovered && std::any_of(recovered, recovered + grid_.phi.size(), inside)) replace_shape(recovered);
   const bool sure = report_.status == ContourStatus::kOk;
   const bool learn = judgement == ShapeJudgement::kNone || judgement == ShapeJudgement::kUnoccluded;
-  // The whole shape, be it seen or remembered; half of one is not what to look for when it is lost.
+  // The whole shape, visible or remembered; half a shape is no template for the search after a loss.
   if (sure && (learn || !seen_.empty()))
     good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   recentre();
@@ -225,7 +225,7 @@ ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned cha
   return frame();
 }
 
-// Moves the grid so that the shape's box lies in its middle, and has as many cells inside as at the start.
+// Moves the grid so that the shape's box is in its middle, with as many cells inside as at the start.
 void ContourTracker::recentre() {
   ContourGrid& g = grid_;
   int x0 = g.nx, y0 = g.ny, x1 = 0, y1 = 0, inside = 0;
@@ -236,7 +236,7 @@ void ContourTracker::recentre() {
   if (inside < kMinPixels) return;
   const double cx = 0.5 * (x0 + x1) - g.mid_x(), cy = 0.5 * (y0 + y1) - g.mid_y();
   double k = first_area_ > 0 ? std::sqrt(inside / first_area_) : 1;
-  // Never so large that the background around it would leave the grid.
+  // Limited so that the background around the shape stays on the grid.
   k = std::max(k, std::max((x1 - x0 + 2 * kMinRing_px) / static_cast<double>(g.nx),
                            (y1 - y0 + 2 * kMinRing_px) / static_cast<double>(g.ny)));
   if (std::max(std::abs(cx), std::abs(cy)) < kDriftCells && std::abs(std::log(k)) < kDriftLogScale) return;
@@ -258,8 +258,8 @@ void ContourTracker::recentre() {
   redistance(reach_cells(), &evolution_.distance, &g);
 }
 
-// What was lost is looked for with its last sure shape, around where that was, farther each frame; then
-// anywhere.
+// Searches for a lost object with its last sure shape, first around its last place, farther in each frame,
+// then anywhere.
 bool ContourTracker::look_around(const RgbView& image) {
   constexpr double kScales[] = {0.8, 1.25};
   constexpr int kStep_px = 8, kMaxReach_px = 240;
@@ -293,7 +293,7 @@ bool ContourTracker::look_around(const RgbView& image) {
   return true;
 }
 
-// Another shape in place of the one found.
+// Replaces the shape that was found.
 void ContourTracker::replace_shape(const unsigned char* inside) {
   seen_ = grid_.phi;
   for (std::size_t cell = 0; cell < grid_.phi.size(); ++cell) grid_.phi[cell] = inside[cell] ? -0.5f : 0.5f;
@@ -317,11 +317,11 @@ ContourFrame ContourTracker::frame() {
   return {report_, shape_now(), width_, height_, mask_};
 }
 
-// Where the grid does not reach, 0.
+// 0 beyond the grid.
 void ContourTracker::draw_mask() {
   mask_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
-  if (report_.status == ContourStatus::kLost) return;  // what is lost is nowhere
-  const RgbView image{nullptr, width_, height_};       // its size alone counts
+  if (report_.status == ContourStatus::kLost) return;  // a lost object has an empty mask
+  const RgbView image{nullptr, width_, height_};       // only its size matters
   const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
   const CellBox cells = grid_.inside.grown(1, grid_.nx, grid_.ny);
   each_row_on(grid_, cells, rect_of(grid_, cells, image),

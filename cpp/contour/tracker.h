@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A deforming object in a colour video, by its contour (thesis 6.3; Bibby and Reid, ECCV 2008;
+// Tracks a deforming object in a colour video by its contour (thesis 6.3; Bibby and Reid, ECCV 2008;
 // docs/math/contour.md).
 #pragma once
 
@@ -20,21 +20,20 @@ class ContourTracker {
  public:
   explicit ContourTracker(const ContourOptions& options, int device = -1);
 
-  // Throws std::invalid_argument where the mask (or box) has next to no pixels, or leaves none; what was
-  // tracked before is then tracked on.
+  // Throws std::invalid_argument if the mask (or box) has next to no pixels, or leaves none outside; an
+  // object tracked before is then tracked on.
   ContourFrame start(const RgbView& image, const unsigned char* mask);
   ContourFrame start(const RgbView& image, const ImagePart& box);
 
-  // A frame without a memory: observe and finish.
-  // `flow`: from this image back to the last one, nullptr: none.
+  // A frame without a memory: observe and finish. `flow`: from this image to the last one; nullptr: none.
   ContourFrame track(const RgbView& image, const FlowView* flow = nullptr);
 
   // A frame with a memory is three calls. First, where the object is in the next image, and its shape.
   ContourObservation observe(const RgbView& image, const FlowView* flow = nullptr);
-  // Second, if the memory asks for it: the posterior at every cell of the grid where it lies now, also far
+  // Second, if the memory needs it: the posterior at every cell of the grid at its current place, also far
   // from the outline; one half beyond the image.
   std::span<const float> posterior_on_grid(const RgbView& image);
-  // Third, the memory's judgement, and the whole silhouette that replaces the shape where it recovered one
+  // Third, the memory's judgement, and the whole silhouette that replaces the shape if it recovered one
   // (cells, not 0: inside; nullptr, or nothing inside: the shape stays).
   ContourFrame finish(ShapeJudgement judgement, const unsigned char* recovered = nullptr);
 
@@ -42,7 +41,7 @@ class ContourTracker {
   const ContourReport& report() const { return report_; }
   const ContourOptions& options() const { return options_; }
 
-  // For state_of and set_state: all that the next images depend on, but for the options.
+  // For state_of and set_state: all that the results for the next images depend on, without the options.
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [options, model, grid, posterior, registration, evolution, samples, redetection, own_pairs,
@@ -56,7 +55,7 @@ class ContourTracker {
   }
 
  private:
-  static constexpr int kMinPixels = 30;     // an object of fewer has no colours to speak of
+  static constexpr int kMinPixels = 30;     // with fewer pixels an object has no reliable colours
   static constexpr int kMinRing_px = 12;    // of background around it
   static constexpr int kBlur = 2;           // cells, to each side
   static constexpr float kMinPart = 0.01f;  // of the largest piece; smaller ones are noise of the colours
@@ -102,9 +101,9 @@ class ContourTracker {
   SharedColorsWork shared_colors_;
   ContourReport report_;
   std::vector<float> before_, resampled_;  // phi before this frame's steps
-  std::vector<float> seen_;            // what was seen, where a whole shape stands in its place; else empty
-  std::vector<unsigned char> hidden_;  // cells that were not seen, and those beside them
-  std::vector<float> good_phi_;        // the shape when it was last sure, and its warp
+  std::vector<float> seen_;                // the visible shape, where a whole shape replaces it; else empty
+  std::vector<unsigned char> hidden_;      // cells that were not visible, and cells next to them
+  std::vector<float> good_phi_;            // the shape when it was last sure
   GridWarp good_warp_;
   CellBox good_inside_{0, 0, 0, 0};
   double first_area_ = 0;  // cells

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a loop has summed, added to the optimiser's normal equations.
+// Adds the sums of a loop to the optimiser's normal equations.
 #pragma once
 
 #include "energies/term.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What may stand beside the readings of one object where a device runs the whole search, in plain numbers.
+// Terms in addition to the depth term of one object, as plain numbers for a search that runs on a device.
 #pragma once
 
 #include "energies/outline_lines_term.h"
@@ -9,7 +9,7 @@
 
 namespace sdftrack::energies {
 
-// Its points, grid, hits and lines are the host's, and are sent; the colours lie on the device already.
+// Points, grid, hits and lines are in host memory and are sent; the colours are on the device already.
 struct Beside {
   optim::PriorTerm prior{};
   OutlineTerm<float> outline{};  // free space; without points it is left out

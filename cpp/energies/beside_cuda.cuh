@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The terms of beside.h on the GPU: each is summed by one block, by the formulas of the CPU.
+// The terms of beside.h on the GPU. One block sums each term, with the formulas of the CPU.
 #pragma once
 
 #include "energies/beside.h"
@@ -7,9 +7,9 @@
 
 namespace sdftrack::energies {
 
-// A quadratic model in parts: where an object's unknowns begin in it.
+// A quadratic model in parts, and the index at which an object's unknowns start in it.
 struct ModelOf {
-  double *cost, *gradient, *hessian;  // of the Hessian the lower triangle
+  double *cost, *gradient, *hessian;  // hessian: lower triangle
   int first;
 
   // own: cost, gradient and lower triangle of six unknowns.
@@ -32,7 +32,7 @@ __device__ inline void sum_free_space(OutlineTerm<float> term, const Rigidd& T_o
   add_over_block(sums, out);
 }
 
-// The tone that fits best near the last one, by a round of reweighted least squares.
+// Improves the tone by one round of reweighted least squares.
 __device__ inline void improve_tone(const Brightness& given, double* tone) {
   constexpr int N = kTone + kTone * (kTone + 1) / 2;
   SDFTRACK_SHARED(double[N], total);
@@ -58,7 +58,7 @@ __device__ inline void improve_tone(const Brightness& given, double* tone) {
   __syncthreads();
 }
 
-// Of a model of N unknowns the last ones are those that make it least: leaves that of the first `kept`.
+// Eliminates all but the first `kept` of N unknowns from a model, by minimising over the others.
 template <int N>
 __device__ void eliminate_last(int kept, double* gradient, double* hessian) {
   for (int k = N - 1; k >= kept; --k)
@@ -69,7 +69,7 @@ __device__ void eliminate_last(int kept, double* gradient, double* hessian) {
     }
 }
 
-// As PhotometricEnergy::linearize; `follow`: the pose is another one than that of the hits.
+// As PhotometricEnergy::linearize; `follow`: the pose differs from that of the hits.
 __device__ inline void sum_brightness(Brightness* given, const Rigidd& T_obj_cam, bool follow, double* out) {
   SDFTRACK_SHARED(double[kTone], tone);
   SDFTRACK_SHARED(double[kSummed<kToned>], total);
@@ -77,7 +77,7 @@ __device__ inline void sum_brightness(Brightness* given, const Rigidd& T_obj_cam
   for (int i = first; follow && i < given->count; i += kBlockThreads) {
     PhotometricHit hit = given->hits[i];
     if (!given->term.find(T_obj_cam, kFollowSteps, &hit)) hit.fall_silent();
-    given->hits[i] = hit;  // the thread's own, here and below
+    given->hits[i] = hit;  // only this thread uses hit i, here and below
   }
   if (first < kTone) tone[first] = given->tone[first];
   __syncthreads();
@@ -109,7 +109,7 @@ __device__ inline void sum_brightness(Brightness* given, const Rigidd& T_obj_cam
   for (int k = 0; k < 21; ++k) out[7 + k] = hessian[k];
 }
 
-// The offset that all lines share: the best one.
+// The best offset common to all lines.
 __device__ inline double common_offset(const OutlineLinesTerm& given, const Rigidd& T_cam_obj) {
   SDFTRACK_SHARED(double[3], total);
   if (!(given.hold > 0)) return 0;
@@ -124,7 +124,7 @@ __device__ inline double common_offset(const OutlineLinesTerm& given, const Rigi
       own.add(off_px - b, per_sd * per_sd);
     }
     const double sums[3] = {own.slope, own.steep, own.curved};
-    __syncthreads();  // all have read the last ones
+    __syncthreads();  // all threads have read the last sums
     add_over_block(sums, total);
     __syncthreads();
     const CommonOffset at = given.begin_offset(b);
@@ -138,7 +138,7 @@ __device__ inline double common_offset(const OutlineLinesTerm& given, const Rigi
 // As OutlineEnergy::linearize.
 __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_obj_cam, double* out) {
   constexpr int kWeightAt = kSummed<6>, kRowAt = kWeightAt + 1,
-                N = kRowAt + 6;  // the pose's row with the offset
+                N = kRowAt + 6;  // Hessian block of pose and offset
   SDFTRACK_SHARED(double[N], total);
   const Rigidd T_cam_obj = inverse(T_obj_cam);
   const double common_px = common_offset(given, T_cam_obj);
@@ -171,7 +171,7 @@ __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_
     }
 }
 
-// Adds all that is beside an object. All threads of the block; thread 0 adds.
+// Adds all terms of one object's Beside. Called by all threads of the block; thread 0 adds.
 __device__ inline void add_beside(Beside* given, const Rigidd& T_obj_cam, bool begins, const ModelOf& model) {
   SDFTRACK_SHARED(double[kSummed<6>], own);
   const bool adds = threadIdx.x == 0;

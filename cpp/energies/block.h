@@ -8,7 +8,7 @@
 namespace sdftrack::energies {
 namespace {
 
-constexpr int kBlock = 512;  // contributions summed in float before they go into double
+constexpr int kBlock = 512;  // contributions summed in float before they are added in double
 
 // x in the first n lanes, 0 in the others.
 template <class L>
@@ -16,8 +16,7 @@ HD L first_of(L x, int n) {
   return n >= kWidth<L> ? x : select(among_first<L>(n), x, L(0));
 }
 
-// body(i, n) for pixels begin.. end - 1 by whole packs, and last for the n that are left; n is a constant in
-// the body of the former.
+// Calls body(i, n) for pixels begin .. end - 1: for whole packs, with constant n, and last for the rest.
 template <class L, class Body>
 HD void each_pack(int begin, int end, const Body& body) {
   int i = begin;
@@ -37,20 +36,20 @@ struct PartialSums {
   HD double total() const {
     float x[kLanes];
     for (int j = 0; j < N; ++j) store(part[j], x + j * kWidth<L>, kWidth<L>);
-    // In halves: short chains, and an order that the width of a pack has no say in.
+    // In halves: short chains, and an order that does not depend on the width of a pack.
     for (int half = kLanes / 2; half > 0; half /= 2)
       for (int j = 0; j < half; ++j) x[j] += x[j + half];
     return static_cast<double>(x[0]);
   }
 };
 
-// Numbers to be summed, in a row of which a loop fills whole packs.
+// A row of numbers to be summed, filled by whole packs.
 template <int kSize = kBlock>
 struct Row {
   int filled = 0;
   alignas(64) float x[kSize];
 
-  // n: how many of the lanes count. There must be room for all of them.
+  // n: how many lanes count. There must be room for a whole pack.
   template <class L>
   HD void put(L value, int n) {
     store(first_of(value, n), x + filled, kWidth<L>);
@@ -74,8 +73,8 @@ struct BlockView {
   int stride, filled;
 };
 
-// Row A of the sums, which is its gradient and the products with the rows before it, and those rows. Not
-// inlined: it is long, and the same for all energies that have so many unknowns or more.
+// Adds rows 0 to A of the sums. A row consists of its gradient and its products with itself and the rows
+// before it. Not inlined: it is long, and the same for all energies with more than A unknowns.
 template <class L, int A>
 __attribute__((noinline)) void add_rows(const BlockView& block, double* gradient, double* hessian) {
   if constexpr (A > 0) add_rows<L, A - 1>(block, gradient, hessian);
@@ -93,8 +92,8 @@ __attribute__((noinline)) void add_rows(const BlockView& block, double* gradient
   for (int b = 0; b <= A; ++b) hessian[A * (A + 1) / 2 + b] += products[b].total();
 }
 
-// Contributions without their costs. So many sums do not fit in registers together with a pixel: first all of
-// the rows, then their products.
+// Contributions without their costs. The sums of a pixel do not all fit in registers: first all rows are
+// stored, then their products are summed.
 template <int P, int kSize = kBlock>
 struct Block {
   int filled = 0;
@@ -108,7 +107,7 @@ struct Block {
     filled += kWidth<L>;
   }
   HD bool full() const { return filled == kSize; }
-  // Up to a whole number of partial sums, so that what follows falls into the same ones on every width.
+  // Pads to a multiple of kLanes, so that later contributions fall into the same partial sums for any width.
   HD void align() {
     for (; filled % kLanes != 0; ++filled) {
       slope[filled] = curvature[filled] = 0;

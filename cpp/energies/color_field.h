@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The brightness of a coloured surface: a volume of colours beside one of distances
+// The brightness of a coloured surface, from a volume of colours in addition to one of distances
 // (docs/math/photometric.md).
 #pragma once
 
@@ -11,14 +11,14 @@
 
 namespace sdftrack::energies {
 
-// Colours (0..255 times 256; 0, 0, 0: not known) at the voxels of a distance volume, and how much was seen
-// there; 4 numbers each.
+// Colours (0..255 times 256; 0, 0, 0: not known) at the voxels of a distance volume, and how much each voxel
+// was seen; 4 numbers per voxel.
 struct ColorView {
   const std::uint16_t* rgb_seen = nullptr;  // nullptr: no colours
-  std::uint16_t least = 1;                  // seen less: the colour is not known
+  std::uint16_t least = 1;                  // if seen less, the colour is not known
 };
 
-// Rec. 601 luma of an RGB colour whose parts reach to `full`, 0..1.
+// Rec. 601 luma (0..1) of an RGB colour with channels from 0 to `full`.
 template <class C>
 HD float brightness(const C* rgb, float full) {
   return (0.299f * static_cast<float>(rgb[0]) + 0.587f * static_cast<float>(rgb[1]) +
@@ -26,10 +26,10 @@ HD float brightness(const C* rgb, float full) {
          full;
 }
 
-constexpr double kMinKnown = 0.5;  // of the eight corners, by their weights
+constexpr double kMinKnown = 0.5;  // least summed weight of the known ones among the eight corners
 
-// Brightness (0..1) at p_obj and its gradient (1/m): the trilinear interpolant of those corners that are
-// known, over the sum of their weights. False where too few are.
+// Brightness (0..1) at p_obj and its gradient (1/m): the trilinear interpolant of the known corners, over the
+// sum of their weights. False where too few corners are known.
 template <class T>
 HD bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p_obj, T* grey,
                           Vec3<T>* gradient) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a point in front of the depth camera lies in the colour image, and how that place moves with it.
+// Projection of a point in front of the depth camera into the colour image, with its derivative.
 #pragma once
 
 #include "base/camera.h"
@@ -13,7 +13,7 @@ struct PixelJacobian {
 };
 
 // y = A p_cam + q; the pixel is (y.x / y.z, y.y / y.z), and with a lens K brown_conrady(of that). `first` is
-// a lens of the depth camera that the map from its stored pixels does not know of; it acts on p_cam before A.
+// a lens of the depth camera that is not part of the map from its stored pixels; it acts on p_cam before A.
 struct ColorProjection {
   Mat3d A = Mat3d::identity();
   Vec3d q{0, 0, 0};
@@ -39,7 +39,7 @@ struct ColorProjection {
     return true;
   }
 
-  // With its derivative: exact without a lens, by central differences of a micrometre with one.
+  // The pixel with its derivative: exact without a lens, by central differences of a micrometre with one.
   HD bool place(Vec3d p_cam, Vec2d* pixel, PixelJacobian* J) const {
     if (!place(p_cam, pixel)) return false;
     if (!has_first && !has_lens) {

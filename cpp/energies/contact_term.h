@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A point of an object's surface that has come to lie in another object, in plain numbers: for the CPU and
-// for kernels (tracking/several/collision.h).
+// The contact term of one surface point that lies in another object, as plain numbers for the CPU and for
+// kernels (tracking/several/collision.h).
 #pragma once
 
 #include "base/rigid.h"
@@ -8,35 +8,35 @@
 
 namespace sdftrack::energies {
 
-// Of which one object's points may come to lie in the other.
+// Two objects: points of `object` may lie in `other`.
 struct ContactPair {
   int object, other;
 };
 
-// A point, and in which objects it may come to lie: `count` entries of a list of pairs from `first` on.
+// A point, and the pairs of objects in which it may lie: `count` entries of a list of pairs from `first` on.
 struct ContactPoint {
   Vec3f p_obj;
   int first, count;
 };
 
-// What goes to a device of a group of objects that may stand in one another.
+// The data that is sent to a device for a group of objects that may penetrate each other.
 struct Contacts {
   static constexpr int kObjects = 4, kPairs = kObjects * (kObjects - 1);
   const ContactPoint* points = nullptr;
   const int* near_pairs = nullptr;
   int point_count = 0, near_count = 0, pair_count = 0;
   ContactPair pairs[kPairs] = {};
-  double weight[kObjects] = {};  // of a point of each object
+  double weight[kObjects] = {};  // weight of one point of each object
 };
 
 struct Contact {
   int pair = -1;
-  double phi_m = 0;  // of the nearest other object
-  Vec3d grad_other;  // of its field, in its frame
+  double phi_m = 0;  // phi in the nearest other object
+  Vec3d grad_other;  // gradient of that object's field, in its frame
 };
 
-// The nearest of the others that a point may lie in. of_point: their pairs; T_other_object: of all pairs.
-// sdf_of(object): its volume.
+// The nearest of the objects in which a point may lie. of_point: the list of pairs; T_other_object: of all
+// pairs. sdf_of(object): the object's volume.
 template <class SdfOf>
 HD Contact nearest_contact(const ContactPoint& point, const int* of_point, const ContactPair* pairs,
                            const Rigidd* T_other_object, const SdfOf& sdf_of) {
@@ -51,8 +51,8 @@ HD Contact nearest_contact(const ContactPoint& point, const int* of_point, const
   return least;
 }
 
-// d phi / d unknowns of the object that the point belongs to, and of the one that it lies in: a point moves
-// with the inverse of its object's increment.
+// d phi / d unknowns of the object that owns the point (`own`) and of the object in which it lies (`other`).
+// A point moves with the inverse of its object's increment.
 HD void contact_rows(const Rigidd& T_other_object, Vec3f p_obj, Vec3d grad_other, double* own,
                      double* other) {
   const Vec3d C = p_obj.cast<double>(), g = grad_other, m = cross(T_other_object * C, g);

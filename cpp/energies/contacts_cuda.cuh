@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What it costs objects to stand in one another, on the GPU: by one block, as CollisionEnergy sums it.
+// The contact term on the GPU, summed by one block as CollisionEnergy does.
 #pragma once
 
 #include "energies/contact_term.h"
@@ -8,7 +8,7 @@
 
 namespace sdftrack::energies {
 
-// A point that lies in another object, over the unknowns of both.
+// The row of a point that lies in another object, over the unknowns of both.
 struct ContactRow {
   double own[6], other[6];
   double weight, phi_m;
@@ -19,9 +19,9 @@ struct ContactRow {
     return k == object ? own[i] : (k == other_object ? other[i] : 0.0);
   }
 };
-constexpr int kContactTile = 128;  // points at once
+constexpr int kContactTile = 128;  // points per pass
 
-// The entry of a sum over P unknowns, in the order of kSummed.
+// An entry of the sums over P unknowns, in the order of kSummed.
 struct SummedEntry {
   enum Kind { kCost, kGradient, kHessian } kind;
   int a, b;  // b <= a
@@ -36,7 +36,7 @@ struct SummedEntry {
   }
 };
 
-// To `total`, in the order of kSummed. tile: kContactTile rows in the block's memory.
+// Adds the contacts to `total`, in the order of kSummed. tile: kContactTile rows in the block's memory.
 template <int P>
 __device__ void add_contacts(const Contacts& given, const SdfView* sdfs, const Rigidd* T_obj_cam,
                              ContactRow* tile, double* total) {

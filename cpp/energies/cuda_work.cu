@@ -8,7 +8,7 @@ namespace sdftrack::energies {
 
 namespace {
 
-// The members belong to the device, whatever the caller's current one is.
+// Creates the members on `device`, whatever the caller's current device is.
 std::unique_ptr<CudaWork::Impl> make_impl(int device) {
   const DeviceScope scope(device);
   return std::make_unique<CudaWork::Impl>(device);
@@ -25,7 +25,7 @@ PixelsView<float> CudaWork::make_room(int count) {
   Impl& w = *impl_;
   const DeviceScope scope(w.device);
   w.volumes.begin_frame(), w.colors.begin_frame();
-  w.count = 0;  // until there is room
+  w.count = 0;  // until the memory is allocated
   const auto n = static_cast<std::size_t>(count);
   if (w.pixels.size() < n * kColumns) w.pixels.room((n + n / 2) * kColumns);
   w.count = count;
@@ -37,7 +37,7 @@ PixelsView<float> CudaWork::upload(const PixelSet& set) {
   const DeviceScope scope(w.device);
   w.take_turn(Impl::kStaging);
   const PixelsView<float> view = make_room(set.count());
-  w.count = 0;  // until all of it is there
+  w.count = 0;  // until all data is copied
   const auto n = static_cast<std::size_t>(set.count());
   if (w.staging.size() < n * kColumns) w.staging.room((n + n / 2) * kColumns);
   const std::vector<float>* const columns[kColumns] = {
@@ -72,7 +72,7 @@ SdfView CudaWork::volume(const SdfView& sdf) {
   return w.volumes.send(sdf, w.stream);
 }
 
-// As a volume of two numbers in place of each voxel's one.
+// Sends the colours as a volume with two floats in place of each voxel's one.
 ColorView CudaWork::colors(const SdfView& sdf, const ColorView& colors) {
   static_assert(4 * sizeof(*colors.rgb_seen) == 2 * sizeof(float));
   Impl& w = *impl_;

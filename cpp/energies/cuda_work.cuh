@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a CudaWork holds, for the files that queue work on its stream.
+// The data of a CudaWork, for the files that queue work on its stream.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ constexpr int kMaxSummed = kSummed<Four::P>;
 constexpr int kColumns = 7;  // u, v, depth, 1 / noise, foreground, hit, gain
 constexpr std::size_t kMostVolumes = 128;
 
-// The pixels are one block of memory, column after column, so that one copy brings them there.
+// The pixels are one block of memory, column after column, so that one copy transfers them.
 struct CudaWork::Impl {
   explicit Impl(int device_) : device(device_) {}
 
@@ -24,14 +24,14 @@ struct CudaWork::Impl {
   DeviceStream stream;
   int count = 0;  // pixels
   enum Pinned { kStaging, kPlaces, kProblems };
-  bool busy[3] = {};  // of pinned memory: a copy from or to it may still be on its way
+  bool busy[3] = {};  // per pinned buffer: a copy from or to it may still be running
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
   DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
   DeviceVolumes volumes{kMostVolumes}, colors{kMostVolumes};
 
-  // Of searches, and of the choice of their pixels.
+  // Memory of searches, and of the choice of their pixels.
   DeviceBuffer<std::byte> problems;
   PinnedBuffer<std::byte> problems_here;
   DeviceBuffer<double> search_partial;
@@ -50,19 +50,19 @@ struct CudaWork::Impl {
     stream.wait();
     std::fill(busy, busy + 3, false);
   }
-  // Before the host writes to it for a copy.
+  // Call this before the host writes to `memory` for a copy.
   void take_turn(Pinned memory) {
     if (busy[memory]) wait();
     busy[memory] = true;
   }
-  // The first n totals on the host, once the stream has come to them.
+  // Adds the blocks' sums, waits, and returns the first n totals in host memory.
   const double* finish(int blocks, int n) {
     launch(stream, 1, AddBlocks{partial.data(), blocks, n, total.data()});
     stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
     wait();
     return sums.data();
   }
-  // The hits and classes, there after wait().
+  // Queues the copy of the hits and classes, which is complete after wait().
   void queue_hits() {
     busy[kStaging] = true;
     stream.download(column(5), 2 * static_cast<std::size_t>(count), staging.data());

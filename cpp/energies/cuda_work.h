@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A frame's pixels on the GPU: one stream, its buffers, and the volumes that were sent there. No CUDA header
-// is needed to include this; only builds with SDFTRACK_CUDA define it.
+// A frame's pixels on the GPU: one stream, its buffers, and the volumes that were sent to the device. No CUDA
+// header is needed to include this; only builds with SDFTRACK_CUDA define it.
 #pragma once
 
 #include <memory>
@@ -13,30 +13,30 @@ namespace sdftrack::energies {
 
 class CudaWork {
  public:
-  explicit CudaWork(int device = 0);  // CudaError where it does not answer
+  explicit CudaWork(int device = 0);  // throws CudaError if the device does not respond
   ~CudaWork();
   CudaWork(const CudaWork&) = delete;
   CudaWork& operator=(const CudaWork&) = delete;
 
-  // Copies the pixels there; the view is valid until the next upload.
+  // Copies the pixels to the device; the view is valid until the next upload.
   PixelsView<float> upload(const PixelSet& pixels);
-  // The same number of pixels for kernels to fill, in place of what was uploaded.
+  // Room for `count` pixels that kernels fill, in place of the uploaded pixels.
   PixelsView<float> make_room(int count);
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
-  // The volume with its values on the device. One with an id is sent once; those not used for the longest
-  // time make room for others. One without is sent anew by each call, unless the device has the same values
+  // The volume with its values on the device. A volume with an id is sent once; the least recently used ones
+  // make room for others. A volume without an id is sent by each call, unless the device has the same values
   // already (device_copies.h).
   SdfView volume(const SdfView& sdf);
-  // The colours beside a volume that has an id, likewise.
+  // The colours of a volume that has an id, kept on the device in the same way.
   ColorView colors(const SdfView& sdf, const ColorView& colors);
-  // So many are in use at once from now on: none of them makes room for another.
+  // From now on `count` volumes are in use at once: none of them makes room for another.
   void keep_volumes(std::size_t count);
 
-  // logic_error where the device holds another number of pixels.
+  // Throws logic_error if the device holds another number of pixels.
   void check_uploaded(const PixelSet& pixels) const;
 
-  // What others queue there finds the volumes that were sent before.
+  // Work that others queue on it runs after the transfers of the volumes.
   const DeviceStream& stream() const;
   int device() const;
 

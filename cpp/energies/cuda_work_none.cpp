@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of cuda_work.cu: one error.
+// Replaces cuda_work.cu in a build without CUDA: throws an error.
 #include "base/no_cuda.h"
 #include "energies/cuda_work.h"
 

@@ -36,11 +36,11 @@ void distance_transform(const std::vector<unsigned char>& free, DistanceScratch*
                         DistanceGrid* grid) {
   const int w = grid->width, h = grid->height;
   const auto step = static_cast<float>(grid->step);
-  // A limit beyond the grid reaches no more of it, and its square could exceed an int.
+  // A reach beyond the grid's size adds nothing, and its square could exceed an int.
   const int reach = to_int(std::min(std::ceil(grid->limit_px / step), static_cast<float>(std::max(w, h))));
   const float far = grid->limit_px / step * (grid->limit_px / step);
   grid->distance_px.resize(free.size()), scratch->squared.resize(free.size());
-  scratch->row.assign(static_cast<std::size_t>(w + 2 * reach), far);  // beyond the border nothing is near
+  scratch->row.assign(static_cast<std::size_t>(w + 2 * reach), far);  // beyond the border: far
   look_along_columns(free, w, h, reach, far, scratch->squared.data());
   float* const row = scratch->row.data() + reach;
   for (int y = 0; y < h; ++y) {

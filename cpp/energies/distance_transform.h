@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the sensor sees past the object: distance to the nearest pixel that might show it.
+// Where the sensor sees past the object: distance to the nearest pixel that might show the object.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace sdftrack::energies {
 
-// A grid over a region of the image, at least 2 x 2 nodes, one every `step` pixels; beyond the grid the
-// border's value goes on.
+// A grid over a region of the image, at least 2 x 2 nodes, one every `step` pixels. Beyond the grid the
+// border's value continues.
 struct DistanceGrid {
   int x0 = 0, y0 = 0;  // pixel of node (0, 0)
   int step = 1;        // pixels between nodes
@@ -22,9 +22,9 @@ struct DistanceGrid {
   DistanceView view() const { return {distance_px.data(), x0, y0, step, width, height}; }
 };
 
-// Fills distance_px from `free` (1: every pixel that the node stands for has a reading behind the object),
-// row-major width x height. Exact Euclidean distance between nodes: along the columns first, then over the
-// rows as far as the limit reaches. `scratch` is working memory, kept by the caller from frame to frame.
+// Fills distance_px from `free` (1: every pixel that the node stands for has a measurement behind the
+// object), row-major width x height. Exact Euclidean distance between nodes: first along the columns, then
+// along the rows up to the limit. `scratch` is working memory, kept by the caller from frame to frame.
 struct DistanceScratch {
   std::vector<float> squared, row;
 };

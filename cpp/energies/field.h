@@ -30,7 +30,7 @@ struct SingleObject {
     return {sdf, T_obj_cam.template cast<U>()};
   }
 
-  // phi and its derivative by the camera point alone: what a trial needs.
+  // phi and its derivative by the camera point only: what a trial step needs.
   HD void value(Vec3<T> p_cam, T* phi_m, Vec3<T>* grad_cam) const {
     Vec3<T> g;
     sample(sdf, T_obj_cam * p_cam, phi_m, &g);
@@ -83,9 +83,9 @@ struct ScaledObject {
 
 // The union of K objects, each with its own shape and unknowns: a soft minimum of their fields,
 //   phi = -log(sum exp(-a phi_k)) / a = phi_min - log(sum exp(-a (phi_k - phi_min))) / a,
-// whose derivative weighs the objects' own by their memberships exp(-a phi_k) / sum (thesis Eqs. 5.14
-// to 5.20, where a factor -1 / a is a slip). It lies below the least of them by up to log(K) / a where their
-// surfaces meet.
+// The derivative is the sum of the objects' derivatives weighted by their memberships exp(-a phi_k) / sum
+// (thesis Eqs. 5.14 to 5.20, where a factor -1 / a is an error). The union lies up to log(K) / a below the
+// smallest phi_k where the surfaces meet.
 template <int K, class T>
 struct SoftMin {
   static constexpr int P = 6 * K;
@@ -101,7 +101,7 @@ struct SoftMin {
     return out;
   }
 
-  // From every object's phi its membership; returns phi of the union.
+  // Computes every object's membership from its phi; returns phi of the union.
   HD T join(const T (&phi_m)[K], T (&membership)[K]) const {
     T least = phi_m[0], sum = T(0);
     for (int k = 1; k < K; ++k) least = select(phi_m[k] < least, phi_m[k], least);

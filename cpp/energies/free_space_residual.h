@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far a model point stands where the sensor sees past the object: one point's formula, for every backend.
+// How far a model point lies in free space, where the sensor sees past the object: the formula of one point.
 #pragma once
 
 #include "base/camera.h"
@@ -7,7 +7,7 @@
 
 namespace sdftrack::energies {
 
-// What a loop or a kernel sees of a DistanceGrid (distance_transform.h).
+// View of a DistanceGrid (distance_transform.h), for loops and kernels.
 struct DistanceView {
   const float* distance_px;
   int x0, y0, step, width, height;
@@ -31,8 +31,8 @@ HD void sample(const DistanceView& grid, Vec2<T> u_px, T* distance_px, Vec2<T>* 
   gradient->y = select(y.beyond_vox == T(0), inv * (bottom - top), T(0));
 }
 
-// r(X) of a surface point at p_cam and its derivative by p_cam (docs/math/depth_tracker.md, eqs. 10 and 11);
-// false where the point costs nothing.
+// r(X) of a surface point at p_cam and its derivative by p_cam (docs/math/depth_tracker.md, eqs. 10 and 11).
+// False where the point has no cost.
 template <class T>
 HD auto free_space_residual(const DistanceView& grid, const Intrinsics<T>& K, T dead_px, Vec3<T> p_cam,
                             T* r_m, Vec3<T>* dr_cam) {

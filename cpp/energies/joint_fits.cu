@@ -7,7 +7,7 @@ namespace sdftrack::energies {
 
 namespace {
 
-constexpr int kMostBlocks = 24;  // of a part
+constexpr int kMostBlocks = 24;  // per part
 
 template <int K>
 struct FieldOf {
@@ -24,13 +24,13 @@ struct PartOnDevice {
   float sharpness_per_m;
   PixelsView<float> pixels;
 
-  // Where the unknowns of the group's object are among the part's own; -1: it is not of the part.
+  // Index of the first unknown of the group's object among the part's unknowns; -1: not in the part.
   __device__ int place_of(int object) const {
     for (int k = 0; k < objects; ++k)
       if (of[k] == object) return k;
     return -1;
   }
-  // The part's sum that is a part of the group's; -1: there is none.
+  // Index of the part's sum that belongs to this sum of the group; -1: there is none.
   template <int P>
   __device__ int entry_of(const SummedEntry& entry) const {
     const int mine = 6 * objects;
@@ -63,7 +63,7 @@ struct JointFit {
   unsigned arrived = 0;
 };
 
-// One look of the search and what follows from it. Each block has pixels of one part.
+// One evaluation of the search and the next step. Each block has pixels of one part.
 template <int K, class Penalty>
 struct LookTogether {
   static constexpr const char* kName = "look together";
@@ -71,12 +71,12 @@ struct LookTogether {
   static constexpr int P = 6 * K, N = kSummed<P>;
   template <int J>
   using LoopOf = Term<typename FieldOf<J>::type, Penalty>;
-  // The block's memory: what lanes hold for each other, and in the last block the sums and the contacts.
+  // The block's memory: the numbers that lanes share, and in the last block the sums and the contacts.
   using Held = typename SumsOfLanes<LoopOf<K>>::Held;
   static constexpr std::size_t kSums = N * sizeof(double), kTile = kContactTile * sizeof(ContactRow);
   static constexpr std::size_t kRoom = sizeof(Held) > kSums + kTile ? sizeof(Held) : kSums + kTile;
 
-  JointProblem<Penalty>* problem;  // with what its terms keep from look to look
+  JointProblem<Penalty>* problem;  // with the state that its terms keep between evaluations
   JointFit<P>* fit;
   double* partial;
   bool begins;
@@ -149,8 +149,8 @@ struct LookTogether {
     }
   }
 
-  // The sums of all blocks in their order. Not by the cache of a multiprocessor, which another's sums do not
-  // reach.
+  // Adds the sums of all blocks in their order. `volatile` avoids a multiprocessor's cache, which the sums of
+  // other multiprocessors do not reach.
   __device__ void add_parts(double* total) const {
     const volatile double* const of_blocks = partial;
     for (int k = static_cast<int>(threadIdx.x); k < N; k += kBlockThreads) {
@@ -179,7 +179,7 @@ struct LookTogether {
   }
 };
 
-// A search on the device: [fit | steps | problem | what is beside it, contacts].
+// A search on the device: [fit | steps | problem | its Beside, contacts].
 template <int K, class Penalty>
 class JointSearch {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Objects that share pixels or touch, fitted together on the GPU: the host waits for the result alone. No
-// CUDA header is needed to include this; only builds with SDFTRACK_CUDA define it.
+// Objects that share pixels or touch, fitted together on the GPU: the host waits only for the result. No CUDA
+// header is needed to include this; only builds with SDFTRACK_CUDA define it.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace sdftrack::energies {
 
-// Pixels that the same few objects of a group may have made.
+// Pixels that may show the same few objects of a group.
 struct JointPart {
   int of[kMaxJoined] = {};  // ascending
   int objects = 0, pixels = 0;
@@ -23,12 +23,12 @@ struct JointTask {
 
   int objects = 0, parts = 0;
   SdfView sdf[kMaxJoined] = {};
-  Rigidd T_obj_cam[kMaxJoined] = {};  // where the search begins
+  Rigidd T_obj_cam[kMaxJoined] = {};  // where the search starts
   JointPart part[kParts] = {};
-  const PixelSet* pixels = nullptr;  // of one part after the other
+  const PixelSet* pixels = nullptr;  // of all parts, in their order
   Intrinsics<double> K{};
   SdfEnergyOptions options{};
-  int settle_steps = 0;  // of the rays before the first look
+  int settle_steps = 0;  // of the rays before the first evaluation
   optim::LmRules rules{};
   Beside beside[kMaxJoined] = {};
   Contacts contacts{};
@@ -41,7 +41,7 @@ struct JointFound {
   std::vector<optim::LmStep> steps;
 };
 
-// Of two to kMaxJoined objects.
+// Fits two to kMaxJoined objects.
 void fit_together(CudaWork* work, const JointTask& task, JointFound* found);
 
 }  // namespace sdftrack::energies

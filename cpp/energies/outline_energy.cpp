@@ -17,7 +17,7 @@ OutlineLinesTerm OutlineEnergy::on_device() const {
   return term;
 }
 
-// visit(line, residual_px, J): J the derivative of the pixel by p_cam. A point behind the camera is left out.
+// Calls visit(line, residual_px, J), J: derivative of the pixel by p_cam. Omits points behind the camera.
 template <class Visit>
 void OutlineEnergy::each(const Rigidd& T_obj_cam, const Visit& visit) const {
   const Rigidd T_cam_obj = inverse(T_obj_cam);
@@ -56,7 +56,7 @@ double OutlineEnergy::cost(const optim::State& x) {
   return sum;
 }
 
-// visit(line, residual over its sd, row).
+// Calls visit(1 / sd, residual over sd, row).
 template <class Visit>
 void OutlineEnergy::each_row(const Rigidd& T, double common_px, const Visit& visit) const {
   each(T, [&](const OutlineLine& line, double off_px, const PixelJacobian& J) {
@@ -70,7 +70,7 @@ void OutlineEnergy::each_row(const Rigidd& T, double common_px, const Visit& vis
 void OutlineEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
   const double b = common_offset(x.T_obj_cam[0]);
   Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
-  Row g = Row::Zero(), beside = Row::Zero();  // the pose's row of the Hessian with b
+  Row g = Row::Zero(), beside = Row::Zero();  // beside: Hessian block of pose and b
   double own = term_.hold;
   each_row(x.T_obj_cam[0], b, [&](double per_sd, double r, const Row& row) {
     const double weight = 1 / (1 + 0.5 * r * r);

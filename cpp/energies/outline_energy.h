@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the object's outline in the colour image says of a pose (docs/math/outline.md).
+// Energy of a pose from the object's outline in the colour image (docs/math/outline.md).
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace sdftrack::energies {
 
-// Distance of a line's point from where the colours put the outline, and its derivative by the increment;
-// both over the line's stated sd.
+// Distance of a line's point from the outline that the colours indicate, and its derivative by the increment,
+// both divided by the line's stated sd.
 struct OutlineResidual {
   double off;
   Eigen::Matrix<double, 6, 1> J;
@@ -19,22 +19,22 @@ struct OutlineResidual {
 struct OutlineLines {
   std::vector<OutlineLine> lines;  // in their order along the outline
   ColorProjection view;
-  std::vector<Vec2d> scratch;  // of the energy: residual in pixels, squared inverse sd
+  std::vector<Vec2d> scratch;  // working memory of the energy: residual in pixels, squared inverse sd
 };
 
-// How well a line's offset may be believed.
+// How reliable the offset of a line is.
 struct OutlineErrors {
-  double noise = 1;         // by how much the offsets are off more than their distributions say
-  double common_sd_px = 0;  // of an offset that all lines share, outwards; 0: there is none
-  double shared_lines = 1;  // lines that count as one, as the energy's weight has it
+  double noise = 1;         // factor by which the offsets' errors exceed their stated sd
+  double common_sd_px = 0;  // of an offset that all lines share, outwards; 0: no such offset
+  double shared_lines = 1;  // lines that count as one, as in the energy's weight
 };
 
 // E = min_b sum_i log(1 + r_i^2 / 2) + L b^2 / (2 s^2),
 // r_i = (n_i . (u(T_cam_obj X_i) - c_i) - mu_i - b) / (noise sigma_i): the lines are made at one pose and
-// stay while the pose moves, so that costs may be compared. The outline's point slides on a round surface
-// while it turns; that changes r by a term of second order. b is what blur, exposure and rounded edges move
-// all of an outline by (s = common_sd_px, L = shared_lines); the gradient is that with the best b held, the
-// Hessian has b eliminated.
+// stay fixed while the pose moves, so that costs may be compared. The outline's point slides on a round
+// surface that turns; this changes r only by a second-order term. b is the common shift of the outline by
+// blur, exposure and rounded edges (s = common_sd_px, L = shared_lines). The gradient is taken at the best b;
+// the Hessian has b eliminated.
 class OutlineEnergy final : public optim::Energy {
  public:
   OutlineEnergy(OutlineLines* lines, const OutlineErrors& errors)
@@ -47,9 +47,9 @@ class OutlineEnergy final : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 
-  // Of all lines, in their order; without b.
+  // The residuals of all lines, in their order, without b.
   void residuals(const Rigidd& T_obj_cam, std::vector<OutlineResidual>* out) const;
-  // For a device, on the host.
+  // The term to send to a device, still in host memory.
   OutlineLinesTerm on_device() const;
 
  private:

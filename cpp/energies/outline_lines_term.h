@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one line across the outline says of a pose, in plain numbers: for the CPU and for kernels
+// The residual of one line across the outline, as plain numbers for the CPU and for kernels
 // (outline_energy.h).
 #pragma once
 
@@ -7,22 +7,21 @@
 
 namespace sdftrack::energies {
 
-// A point of the surface that is on the outline, and where along the image normal the colours put the
-// outline.
+// A surface point on the outline, and where along the image normal the colours indicate the outline.
 struct OutlineLine {
   Vec3d p_obj;
-  Vec2d centre_px, normal;  // of the line: p_obj at the pose it was made for; outwards, unit length
-  double offset_px, sd_px;  // of the true outline from centre_px along normal
+  Vec2d centre_px, normal;  // centre: p_obj at the pose of the line's creation; normal: outwards, unit length
+  double offset_px, sd_px;  // offset of the true outline from centre_px along normal
 };
 
 constexpr int kOffsetSteps = 20;
 
-// A Newton step for the offset that all lines share, in which the curvature is bounded by that of the
+// A Newton step for the offset that all lines share. Its curvature is bounded below by half that of the
 // reweighted squares.
 struct CommonOffset {
   double slope, steep, curved;
 
-  // off_px: of a line, without the common offset; precision: 1 / sd^2.
+  // off_px: a line's residual minus the common offset; precision: 1 / sd^2.
   HD void add(double off_px, double precision) {
     const double half = 0.5 * precision * off_px * off_px, weight = precision / (1 + half);
     slope -= weight * off_px;
@@ -38,11 +37,11 @@ struct OutlineLinesTerm {
   double inv_noise = 1;
   double hold = 0;  // L / s^2; 0: no common offset
   const OutlineLine* lines = nullptr;
-  int count = 0;  // 0: it is left out
+  int count = 0;  // 0: this term is left out
 
   HD double per_sd(const OutlineLine& line) const { return inv_noise / line.sd_px; }
-  // How far the line's point is from where the colours put the outline, and the derivative of its pixel by
-  // p_cam. False behind the camera.
+  // Distance of the line's point from the outline that the colours indicate, and the derivative of its pixel
+  // by p_cam. False behind the camera.
   HD bool find(const OutlineLine& line, const Rigidd& T_cam_obj, double* off_px, PixelJacobian* J) const {
     Vec2d u;
     if (!view.place(T_cam_obj * line.p_obj, &u, J)) return false;

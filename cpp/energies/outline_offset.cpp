@@ -12,11 +12,11 @@ namespace sdftrack::energies {
 namespace {
 
 constexpr double kAmplitude = 0.42, kSlope = 0.6;
-constexpr int kFarthest = 2 * kMaxReach + kBeyondReach;  // of a sample from an offset
-// Products of up to kMaxSamples factors of at most 1/2 + a and, mostly, some of 1/2 - a: kept from underflow.
+constexpr int kFarthest = 2 * kMaxReach + kBeyondReach;  // distance of a sample from an offset
+// Keeps products of up to kMaxSamples factors, between 1/2 - a and 1/2 + a, from underflow.
 constexpr float kGain = 1.6f;
 
-// a tanh((r - d) / (2 s)) at [kFarthest - (r - d)]: for a sample r the entries of rising d are neighbours.
+// a tanh((r - d) / (2 s)) at [kFarthest - (r - d)]: for a sample r, entries of successive d are neighbours.
 const std::array<float, 2 * kFarthest + 1>& steps() {
   static const std::array<float, 2 * kFarthest + 1> kSteps = [] {
     std::array<float, 2 * kFarthest + 1> out{};

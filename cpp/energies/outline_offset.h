@@ -6,19 +6,19 @@
 namespace sdftrack::energies {
 
 constexpr int kMaxReach = 16;    // steps to both sides
-constexpr int kBeyondReach = 4;  // further samples on both sides, where the step function has levelled out
+constexpr int kBeyondReach = 4;  // further samples on both sides, where the step function is flat
 constexpr int kMaxSamples = 2 * (kMaxReach + kBeyondReach) + 1;
 
 struct OutlineOffset {
   double mean, sd;  // steps from the middle sample, outwards
-  double contrast;  // mean chance of the object inside less that outside: 1 at best
+  double contrast;  // mean object probability inside minus outside: at best 1
 };
 
 // chance[i] of 2 (reach + kBeyondReach) + 1 samples, one per step from the inside outwards: the posterior
-// that it is the object's colour rather than the background's, both equally likely beforehand. With the
-// smoothed steps h_f, h_b = 1/2 -+ a tanh((r - d) / (2 s)) the offset d has the posterior
+// that the sample's colour is the object's, not the background's, with equal priors. With the smoothed steps
+// h_f, h_b = 1/2 -+ a tanh((r - d) / (2 s)) the offset d has the posterior
 //   p(d) ~ prod_r (h_f(r - d) p_f(r) + h_b(r - d) p_b(r)), d = -reach..reach;
-// mean and sd are its moments. The amplitude a says how often a colour deceives, the slope s how sharp the
+// mean and sd are its moments. The amplitude a sets how often a colour misleads, the slope s how sharp the
 // outline is in the image.
 OutlineOffset outline_offset(const float* chance, int reach);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an outline point contributes: one point's formula.
+// The contribution of one outline point.
 #pragma once
 
 #include "energies/free_space_residual.h"
@@ -19,7 +19,7 @@ HD Contribution<T, 6> contribution_of(const Curve<T>& c, Vec3<T> g, Vec3<T> p_ob
           {g.x, g.y, g.z, m.x, m.y, m.z}};
 }
 
-// How far an outline point stands where the sensor sees past it, sideways (energies/free_space_residual.h).
+// How far an outline point lies sideways in free space (energies/free_space_residual.h).
 template <class T>
 struct OutlineTerm {
   Rigid<T> T_cam_obj, T_obj_cam;

@@ -11,16 +11,17 @@ enum class ColorLikelihood {
   kPrinted,  // P_f d_on + P_b H_out (thesis Eq. 4.12, 4.13, 4.18)
 };
 
-constexpr double kClearOdds =
-    16;  // against the object, from which a colour is heard; from 4 times it, in full
+// Odds against the object above which a colour counts; it counts in full from 4 times these odds.
+constexpr double kClearOdds = 16;
 
-// The depth penalty with each pixel's own share of outliers. A reading belongs to the object with the prior
-// chance 1 - e and to something else with e. Its colour c multiplies the odds of the latter by
+// The depth penalty with each pixel's own share of outliers. A measurement belongs to the object with the
+// prior probability 1 - e and to something else with e. Its colour c multiplies the odds of the latter by
 //   q = p(c | b) / p(c | f) = (P_b / (1 - prior)) / (P_f / prior),
-// of which is heard h = max(1, min(q, (q / kClearOdds)^3)):
+// limited to h = max(1, min(q, (q / kClearOdds)^3)):
 //   -log((1 - e_i) sech^2(r / 2s) + e_i),   e_i / (1 - e_i) = e / (1 - e) h.
-// A colour only takes trust away, and only where it speaks clearly: pixels of the object whose colour is also
-// found around it keep their weight; else it is DepthLogistic. docs/math/color.md, section 4.
+// A colour can only lower a pixel's weight, and only where its odds are clear: pixels of the object whose
+// colour also occurs around it keep their weight. Otherwise the penalty equals DepthLogistic.
+// docs/math/color.md, section 4.
 template <class T>
 struct ColorOdds {
   T scale_m;
@@ -56,11 +57,11 @@ struct ColorOdds {
   }
 };
 
-constexpr double kPosteriorFloor = 1e-3;  // the logarithm never sees 0
+constexpr double kPosteriorFloor = 1e-3;  // keeps the logarithm away from 0
 
 // L = P_f d_on + P_b H_out, d_on = sech^2(r / 2s), H_out = 1 - d_on in front of the surface (r >= 0), 0
 // behind it: the source's form, with P_f and P_b the posteriors. The curvature is that of the responsibility
-// P_f d_on / L alone; the outside term's push is in the slope.
+// P_f d_on / L only; the outside term acts through the slope.
 template <class T>
 struct ColorPrinted {
   T scale_m;

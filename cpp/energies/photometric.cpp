@@ -12,7 +12,7 @@ namespace {
 using Tone = PhotometricEnergy::Tone;
 
 constexpr int kSettleSteps = 4;
-constexpr double kNearVoxels = 3;  // a reading farther from the surface shows something else
+constexpr double kNearVoxels = 3;  // a measurement farther from the surface shows something else
 constexpr int kFirstRounds = 6;
 
 Tone basis(const PhotometricHit& hit) {
@@ -61,13 +61,13 @@ int PhotometricEnergy::settle(const optim::State& x) {
     hits_->push_back(hit);
   }
   followed_ = T;
-  // A shape without colours pays nothing.
+  // A shape without colours costs nothing.
   tone_ = hits_->empty() ? Tone::Unit(0) : toned(Tone::Unit(0), kFirstRounds);
   return used();
 }
 
 void PhotometricEnergy::follow(const Rigidd& T_obj_cam) {
-  if (same_pose(T_obj_cam, followed_)) return;  // an accepted trial is linearised where its cost was taken
+  if (same_pose(T_obj_cam, followed_)) return;  // an accepted trial is linearised at the pose of its cost
   followed_ = T_obj_cam;
   for (PhotometricHit& hit : *hits_)
     if (!term_.find(T_obj_cam, kFollowSteps, &hit)) hit.fall_silent();
@@ -75,7 +75,7 @@ void PhotometricEnergy::follow(const Rigidd& T_obj_cam) {
 
 Tone PhotometricEnergy::prior_weight() const { return Eigen::Map<const Tone>(term_.tone_prior); }
 
-// By reweighted least squares, with a prior about a frame that shows the brightness as it is.
+// By reweighted least squares, with a prior about a frame that shows the brightness unchanged.
 Tone PhotometricEnergy::toned(Tone tone, int rounds) const {
   const Tone prior = prior_weight();
   for (int round = 0; round < rounds; ++round) {
@@ -105,7 +105,7 @@ double PhotometricEnergy::cost(const optim::State& x) {
   return cost_of(toned(tone_, kToneRounds));
 }
 
-// With the tone eliminated: it follows the pose.
+// The tone is eliminated, because it follows the pose.
 void PhotometricEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
   follow(x.T_obj_cam[0]);
   tone_ = toned(tone_, kToneRounds);

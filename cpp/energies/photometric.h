@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the brightness of the pixels says of a pose: the colours of the surface hold the turns and shifts that
-// its shape leaves free (docs/math/photometric.md).
+// Energy of a pose from the brightness of the pixels: the colours of the surface determine the rotations and
+// shifts that its shape leaves free (docs/math/photometric.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace sdftrack::energies {
 
-// Pixels with a reading and a brightness (0..1).
+// Pixels with a measured depth and a brightness (0..1).
 struct GreyPixels {
   std::vector<float> u_px, v_px, depth_m, grey;
 
@@ -23,15 +23,15 @@ struct GreyPixels {
 };
 
 struct PhotometricOptions {
-  double sigma = 0.03;         // sd of a brightness, of its full range
+  double sigma = 0.03;         // sd of a brightness, as a share of its full range
   double gain_sigma = 0.2;     // of the frame's gain about 1,
-  double shading_sigma = 0.2;  // of how that changes with the surface's normal,
+  double shading_sigma = 0.2;  // of the gain's change with the surface normal,
   double offset_sigma = 0.2;   // and of its offset about 0
 };
 
 // E = sum_i log(1 + r_i^2 / (2 sigma^2)), r_i = (gain + shading . n_i) g(hit_i) + offset - grey_i, with the
-// gain, shading and offset of the frame that make it least: light that falls from somewhere else, or another
-// exposure, moves no pose. The hits stay on the surface while the object moves.
+// gain, shading and offset of the frame that minimise it: a change of light or exposure does not move the
+// pose. The hits stay on the surface while the object moves.
 class PhotometricEnergy final : public optim::Energy {
  public:
   // How the frame shows the surface's brightness: gain, shading (3), offset.
@@ -41,7 +41,7 @@ class PhotometricEnergy final : public optim::Energy {
                     const PhotometricOptions& options, std::vector<PhotometricHit>* hits)
       : term_(term_of(sdf, colors, options)), pixels_(pixels), hits_(hits) {}
 
-  // Which pixels show the surface at x: decided once, so that costs may be compared. Returns how many.
+  // Decides once which pixels show the surface at x, so that costs may be compared. Returns their number.
   int settle(const optim::State& x);
   int used() const { return static_cast<int>(hits_->size()); }
 
@@ -49,7 +49,7 @@ class PhotometricEnergy final : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
   const Tone& tone() const { return tone_; }
-  // For a device, on the host: as it is now.
+  // The term in its present state, to send to a device; still in host memory.
   Brightness on_device() const;
 
  private:
@@ -62,9 +62,9 @@ class PhotometricEnergy final : public optim::Energy {
 
   PhotometricTerm term_;
   const GreyPixels* pixels_;
-  std::vector<PhotometricHit>* hits_;  // working memory, kept by whoever makes many energies
+  std::vector<PhotometricHit>* hits_;  // working memory, kept by a caller that makes many energies
   Tone tone_ = Tone::Unit(0);
-  Rigidd followed_{};  // where the hits are
+  Rigidd followed_{};  // the pose of the hits
 };
 
 }  // namespace sdftrack::energies

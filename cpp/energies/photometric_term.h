@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the brightness of one pixel says of a pose, in plain numbers: for the CPU and for kernels
-// (photometric.h).
+// The brightness residual of one pixel, as plain numbers for the CPU and for kernels (photometric.h).
 #pragma once
 
 #include <cmath>
@@ -12,18 +11,18 @@ namespace sdftrack::energies {
 
 constexpr int kTone = 5;           // how a frame shows the surface's brightness: gain, shading (3), offset
 constexpr int kToned = 6 + kTone;  // unknowns of the pose and of the tone
-constexpr int kFollowSteps = 2, kToneRounds = 2;  // of a hit, and of the tone, from one look to the next
-constexpr double kMinSlant = 0.25;                // of a ray's direction on the surface normal
+constexpr int kFollowSteps = 2, kToneRounds = 2;  // for a hit and for the tone, per evaluation
+constexpr double kMinSlant = 0.25;                // least cosine between ray and surface normal
 
 // A pixel that shows the surface: where its ray meets it, and what is seen there.
 struct PhotometricHit {
-  Vec3d ray_cam, normal_cam;  // the normal as it was where the pixels were chosen
+  Vec3d ray_cam, normal_cam;  // the normal at the pose where the pixels were chosen
   double depth_m;             // of the hit
-  double grey_seen, grey;     // of the pixel, of the surface
+  double grey_seen, grey;     // brightness of the pixel, of the surface
   double J[6];                // d grey / d increment
 
-  // A pixel whose ray leaves what is known goes on with the brightness that it had, and says no more: were
-  // it to cost something, the border of what is known would hold the pose.
+  // A pixel whose ray leaves the known colours keeps its brightness and gets a zero Jacobian: if it cost
+  // something, the border of the known colours would hold the pose.
   HD void fall_silent() {
     for (double& one : J) one = 0;
   }
@@ -33,10 +32,10 @@ struct PhotometricTerm {
   SdfView sdf{};
   ColorView colors{};
   double inv_sigma2 = 0;
-  double tone_prior[kTone] = {};  // inverse variances, about a frame that shows the brightness as it is
+  double tone_prior[kTone] = {};  // inverse variances, about a frame that shows the brightness unchanged
 
-  // From hit->depth_m on; false, and the hit as it was, where the ray leaves the surface or its known
-  // colours.
+  // Searches from hit->depth_m. Returns false, with the hit unchanged, where the ray leaves the surface or
+  // its known colours.
   HD bool find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const {
     const Vec3d along = T_obj_cam.R * hit->ray_cam;
     double depth_m = hit->depth_m, phi = 0, slope = 0, grey;
@@ -58,7 +57,7 @@ struct PhotometricTerm {
     return true;
   }
 
-  // The residual is linear in the tone: what each of its parts is multiplied by.
+  // The residual is linear in the tone; these are the factors of its parts.
   HD static void basis(const PhotometricHit& hit, double* out) {
     out[0] = hit.grey;
     out[1] = hit.grey * hit.normal_cam.x, out[2] = hit.grey * hit.normal_cam.y;
@@ -81,11 +80,11 @@ struct PhotometricTerm {
   HD static double usual_tone(int k) { return k == 0 ? 1 : 0; }
 };
 
-// An energy as it goes to a device: hits and tone are those of its last look.
+// An energy as it is sent to a device, with the hits and the tone of its last evaluation.
 struct Brightness {
   PhotometricTerm term{};
   PhotometricHit* hits = nullptr;
-  int count = 0;  // 0: it is left out
+  int count = 0;  // 0: this term is left out
   double tone[kTone] = {};
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The pixels that an energy sums over, packed: fixed for a whole frame, so that costs may be compared.
+// The pixels that an energy sums over, packed. Fixed for a whole frame, so that costs may be compared.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct PixelSet {
     resize(count() + 1);
     set(count() - 1, {u, v}, depth, noise_scale, index, p_foreground);
   }
-  // Pixel k, from its measured depth.
+  // Sets pixel k; its hit starts at the measured depth.
   void set(int k, Vec2f u, float depth, float noise_scale, int index, float p_foreground = 0) {
     const auto i = static_cast<std::size_t>(k);
     u_px[i] = u.x, v_px[i] = u.y, depth_m[i] = depth, per_noise[i] = 1 / noise_scale;
@@ -38,26 +38,26 @@ struct PixelSet {
     for (std::vector<float>* v : floats()) v->resize(static_cast<std::size_t>(n));
     at.resize(static_cast<std::size_t>(n));
   }
-  // Pixel `to` becomes pixel `from` of the other (or this) set, from its measured depth.
+  // Copies pixel `from` of the other (or this) set to pixel `to`; its hit starts at the measured depth.
   void copy(const PixelSet& other, int from, int to) {
     const auto i = static_cast<std::size_t>(from), j = static_cast<std::size_t>(to);
     u_px[j] = other.u_px[i], v_px[j] = other.v_px[i], depth_m[j] = other.depth_m[i];
     per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
     hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
-  // Those of `other` after these, as they are.
+  // Appends the pixels of `other`, unchanged.
   void append(const PixelSet& other) {
     const auto join = [](const auto& from, auto* to) { to->insert(to->end(), from.begin(), from.end()); };
     join(other.u_px, &u_px), join(other.v_px, &v_px), join(other.depth_m, &depth_m);
     join(other.per_noise, &per_noise), join(other.foreground, &foreground);
     join(other.hit_m, &hit_m), join(other.gain, &gain), join(other.at, &at);
   }
-  // All pixels from their measured depths.
+  // Resets the hits to the measured depths and all gains to 1.
   void start_afresh() {
     std::copy(depth_m.begin(), depth_m.end(), hit_m.begin());
     std::fill(gain.begin(), gain.end(), 1.0f);
   }
-  // `wanted` pixels of `other` (all, where it has fewer), evenly spread over its order, from their
+  // `wanted` pixels of `other` (all if it has fewer), spread evenly over its order; their hits start at the
   // measured depths.
   void assign_subset(const PixelSet& other, int wanted) {
     const int n = other.count(), m = std::clamp(wanted, 0, n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A list of points as a loop sees it.
+// View of a list of points, for loops and kernels.
 #pragma once
 
 #include "base/vec.h"

@@ -6,11 +6,11 @@ namespace sdftrack::energies {
 
 namespace {
 
-constexpr int kMostBlocks = 64;  // that share an object's pixels
-constexpr int kAllBlocks = 264;  // of all objects, about: two for each multiprocessor of a large GPU
+constexpr int kMostBlocks = 64;  // per object
+constexpr int kAllBlocks = 264;  // of all objects, about: two per multiprocessor of a large GPU
 
 template <int P>
-constexpr int kLookSums = kSummed<P> + 1;  // and the rays that meet the model
+constexpr int kLookSums = kSummed<P> + 1;  // the last: rays that meet the model
 
 __device__ void put_at(const optim::PosePoint<6>& at, SingleObject<float>* field) {
   field->T_obj_cam = at.T_obj_cam[0].cast<float>();
@@ -20,7 +20,7 @@ __device__ void put_at(const optim::PosePoint<7>& at, ScaledObject<float>* field
   field->scale = static_cast<float>(std::exp(at.log_scale));
 }
 
-// One look of every search and what follows from it, or several in turn where an object has one block.
+// One evaluation of every search and its next step, or several in turn if an object has one block.
 template <class Field, class Penalty>
 struct LookAndGoOn {
   using Problem = PoseProblem<Field, Penalty>;
@@ -29,10 +29,10 @@ struct LookAndGoOn {
   static constexpr int kThreads = kBlockThreads;
   static constexpr int P = Field::P, N = kLookSums<P>;
 
-  Problem* problems;  // each with what its terms keep from look to look
+  Problem* problems;  // each with the state that its terms keep between evaluations
   PoseFit<P>* fits;
   double* partial;
-  int blocks, looks;  // of one object; one after another
+  int blocks, looks;  // per object; in turn
   bool begins;
 
   __device__ void operator()() const {
@@ -59,7 +59,7 @@ struct LookAndGoOn {
     if (threadIdx.x == 0) decide(given, first, total, &fit);
   }
 
-  // Where to look. A search that begins again does so where the last one has ended.
+  // The point to evaluate. A search that starts again does so at the end of the last one.
   __device__ static const optim::PosePoint<P>& point_of(const PoseFit<P>& fit, bool first) {
     return first ? fit.search.at : fit.search.to;
   }
@@ -95,7 +95,7 @@ struct LookAndGoOn {
   }
 };
 
-// Searches on the device: [fits | steps | problems | what is beside them].
+// Searches on the device: [fits | steps | problems | their Besides].
 template <class Field, class Penalty>
 class Batch {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of pose_fits.cu: one error.
+// Replaces pose_fits.cu in a build without CUDA: throws an error.
 #include "base/no_cuda.h"
 #include "energies/pose_fits.h"
 

@@ -11,7 +11,7 @@
 namespace sdftrack::energies {
 
 constexpr int kChunk = 2048;  // pixels; part of the result's bits, so not a tuning knob
-// A chunk takes some microseconds, as long as waking a thread does: fewer chunks are summed by the caller.
+// A chunk takes a few microseconds, as long as waking a thread. The caller sums fewer chunks itself.
 constexpr std::size_t kChunksWorthThreads = 16;
 
 // Sum of sum_of(begin, end) over the chunks of 0..count-1.

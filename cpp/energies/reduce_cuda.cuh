@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sums over pixels on the GPU. Every pixel's work is that of term.h; the order of the additions is fixed by
-// the number of pixels alone, so a sum has the same bits on every run.
+// Sums over pixels on the GPU. The work per pixel is that of term.h. The order of the additions depends only
+// on the number of pixels, so a sum has the same bits on every run.
 #pragma once
 
 #include <type_traits>
@@ -11,16 +11,16 @@
 namespace sdftrack::energies {
 
 constexpr int kBlockThreads = 256, kBlockWarps = kBlockThreads / 32;
-constexpr int kMaxBlocks = 264;  // two for each multiprocessor of a large GPU; more pixels per thread beyond
+constexpr int kMaxBlocks = 264;  // two per multiprocessor of a large GPU; then more pixels per thread
 
 inline int blocks_for(int count) { return static_cast<int>(blocks_of(count, kBlockThreads, kMaxBlocks)); }
 
 // The numbers that a linearisation sums: cost, gradient, lower triangle of the Hessian.
 template <int P>
 constexpr int kSummed = 1 + P + P*(P + 1) / 2;
-constexpr int kMostInRegisters = 128;  // of these a thread keeps for itself, of the 255 registers that it has
+constexpr int kMostInRegisters = 128;  // sums that a thread keeps in its 255 registers
 
-// The warps' sums of N numbers, added in their order; `partial` are this block's N.
+// Adds the warps' sums of N numbers in the order of the warps; `partial` are this block's N sums.
 template <class T, int N>
 __device__ void add_warps(const T (&of_warp)[kBlockWarps][N], double* partial) {
   __syncthreads();
@@ -49,7 +49,7 @@ __device__ void add_over_block(const T (&value)[N], double* partial) {
   add_warps(of_warp, partial);
 }
 
-// To `sums`, in the order of kSummed.
+// Adds a contribution to `sums`, in the order of kSummed.
 template <class T, int P>
 __device__ void add_contribution(const Contribution<T, P>& c, T* sums) {
   sums[0] += c.cost;
@@ -80,8 +80,8 @@ struct Linearize {
   }
 };
 
-// The same for more unknowns than a thread has registers for: the lanes of a warp share the sums, and read
-// what each of them has found for its pixel from the block's memory.
+// As Linearize, for more unknowns than a thread has registers for: the lanes of a warp share the sums. They
+// read the result of each lane's pixel from the block's memory.
 template <class Loop>
 struct SumsOfLanes {
   static constexpr int P = Loop::P, N = kSummed<P>, kShare = (N + 31) / 32;
@@ -89,8 +89,8 @@ struct SumsOfLanes {
   using Held = float[kBlockWarps][32][kHeld];
   using OfWarp = float[kBlockWarps][N];
 
-  // The block's share: from pixel `first` on, with `stride` to the next ones; `partial` are its N sums. held
-  // and of_warp may be the same memory.
+  // Sums the block's share of the pixels, from `first` on in steps of `stride`; `partial` are its N sums.
+  // held and of_warp may be the same memory.
   __device__ static void add(const Loop& term, int first, int stride, Held& held, OfWarp& of_warp,
                              double* partial) {
     const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
@@ -116,7 +116,7 @@ struct SumsOfLanes {
   }
 
  private:
-  struct Product {  // of three of the held numbers
+  struct Product {  // indices of three of the held numbers
     int a, b, c;
   };
   __device__ static void hold(const Loop& term, int i, float* out) {
@@ -126,7 +126,7 @@ struct SumsOfLanes {
     for (int a = 0; a < P; ++a) out[a] = c.J[a];
     out[kSlope] = c.slope, out[kCurvature] = c.curvature, out[kCost] = c.cost, out[kOne] = 1;
   }
-  // Of the n-th sum; beyond the last one any.
+  // The product of the n-th sum; arbitrary beyond the last sum.
   __device__ static Product product_of(int n) {
     if (n == 0 || n >= N) return {kCost, kOne, kOne};
     if (n <= P) return {kSlope, n - 1, kOne};
@@ -186,8 +186,8 @@ struct Settle {
   }
 };
 
-// The sums of `blocks` blocks in their order: a warp of this block adds one number after another. Not by the
-// cache of a multiprocessor, which another's sums do not reach.
+// Adds the sums of `blocks` blocks in a fixed order; each warp adds one number after another. `volatile`
+// avoids a multiprocessor's cache, which the sums of other multiprocessors do not reach.
 __device__ inline void add_blocks(const volatile double* partial, int blocks, int n, double* total) {
   const int lane = threadIdx.x % 32;
   for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {

@@ -70,12 +70,12 @@ void make(const SdfView* sdfs, const optim::State& x, const SdfEnergyOptions& op
   field->sharpness_per_m = sharpness_per_m(options, sdfs, kAll, K);
 }
 
-// How well the depths fit where the colour is the object's, and whose colours lie on the surface.
+// Sums of the depth cost where the colour is the object's, and of the posteriors on the surface.
 struct ColorSums {
   double cost = 0, weight = 0, foreground = 0;
   int on_surface = 0;
 
-  // Whether the pixel's residual says something of the object.
+  // Adds a pixel. Returns whether its residual belongs to the object.
   bool add(const SdfEnergyOptions& o, float residual_m, const PixelsView<float>& pixels, int i) {
     if (!o.color) return true;
     const float share = std::min(1.0f, pixels.foreground[i] / o.color_prior), per_noise = pixels.per_noise[i];
@@ -162,7 +162,7 @@ double SdfEnergy::cost(const optim::State& x) {
 }
 
 const float* SdfEnergy::distances(const optim::State& x) {
-  float* const phi = pixels_->gain.data();  // free until the rays are told apart
+  float* const phi = pixels_->gain.data();  // not in use until the rays are classified
   with_term(x, false,
             [&](const auto& term, const auto& ops) { ops.distances(term, 0, term.pixels.count, phi); });
   return phi;
@@ -225,7 +225,7 @@ void SdfEnergy::search(CudaWork* device, int settle_steps, const optim::LmOption
     device_ = nullptr;
     throw;
   }
-  device_ = nullptr;  // what leave_device() would bring is here
+  device_ = nullptr;  // the host already has what leave_device() would bring
   undecided_ = false;
 }
 
@@ -237,7 +237,7 @@ void SdfEnergy::keep_near(const float* phi, double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   const int n = pixels_->count();
   int kept = 0;
-  while (kept < n && std::abs(phi[kept]) < reach) ++kept;  // often all: these stay where they are
+  while (kept < n && std::abs(phi[kept]) < reach) ++kept;  // often all: these pixels stay in place
   for (int i = kept + 1; i < n; ++i)
     if (std::abs(phi[i]) < reach) pixels_->copy(*pixels_, i, kept++);
   pixels_->resize(kept);
@@ -262,7 +262,7 @@ void SdfEnergy::follow_hits(const optim::State& x) {
 void SdfEnergy::classify(const optim::State& x, int steps) {
   start_hits(pixels_);
   undecided_ = false;
-  if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step goes on
+  if (options_.residual != Residual::kRayHit || !options_.warm_hits) steps = 1;  // else each step continues
   with_term(x, true, [&](const auto& term, const auto& ops) {
     for (int k = 0; k < steps; ++k) ops.classify(term, 0, term.pixels.count);
   });
@@ -296,7 +296,7 @@ EnergySummary SdfEnergy::summarize(const optim::State& x, int pixel_budget, Summ
 void SdfEnergy::read(const optim::State& x, PixelReadings* out) {
   const auto n = static_cast<std::size_t>(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
-  CudaWork* const device = std::exchange(device_, nullptr);  // the host's copy is looked at
+  CudaWork* const device = std::exchange(device_, nullptr);  // the host's copy is used
   with_term(x, false, [&](const auto& term, const auto&) {
     for (int i = 0; i < term.pixels.count; ++i) {
       FieldRow<float, std::decay_t<decltype(term)>::P> row;

@@ -16,7 +16,7 @@
 
 namespace sdftrack::energies {
 
-// What became of each pixel at a state.
+// Residual, weight and class of each pixel at a state.
 struct PixelReadings {
   std::vector<float> residual_m, weight;
   std::vector<unsigned char> hit;  // 1: the ray meets the model
@@ -24,7 +24,7 @@ struct PixelReadings {
 
 class CudaWork;
 
-// Working memory of a summary, for whoever makes one in every frame.
+// Working memory of a summary, kept by a caller that makes one in every frame.
 struct SummaryScratch {
   std::vector<float> residuals, noises;
   std::vector<int> places;
@@ -35,7 +35,7 @@ class SdfEnergy final : public optim::Energy {
   // `pixels` is kept, not copied; its hits and classes are working memory of this energy.
   SdfEnergy(SdfView sdf, PixelSet* pixels, const SdfEnergyOptions& options)
       : SdfEnergy(&sdf, 1, pixels, options) {}
-  // Of the union of the first `objects` (at most kMaxJoined) of sdfs.
+  // The energy of the union of the first `objects` (at most kMaxJoined) of sdfs.
   SdfEnergy(const SdfView* sdfs, int objects, PixelSet* pixels, const SdfEnergyOptions& options);
 
   optim::Unknowns unknowns() const override { return {objects_, options_.scale, options_.intrinsics}; }
@@ -43,30 +43,30 @@ class SdfEnergy final : public optim::Energy {
   double cost(const optim::State& x) override;
 
   // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels
-  // must stay as they are.
+  // must not change in between.
   void enter_device(CudaWork* device);
   void leave_device();
 
-  // Whether `search` can be asked: for the pose, and perhaps the size, of one object.
+  // Whether `search` is supported: for the pose, and optionally the size, of one object.
   bool can_search() const { return objects_ == 1 && !options_.intrinsics && options_.warm_hits; }
-  // As settle() with so many steps and optim::minimize() of this energy and what is beside it, from out->x
-  // on, all of it on the device: the host waits once.
+  // As settle() with settle_steps and optim::minimize() of this energy and the terms of `beside`, from
+  // out->x, all on the device: the host waits once.
   void search(CudaWork* device, int settle_steps, const optim::LmOptions& options, const Beside& beside,
               optim::LmResult* out);
 
-  // phi at the measured points, valid until the pixels' classes are decided: it is written in their place.
+  // phi at the measured points, valid until the pixels' classes are decided: it shares their memory.
   const float* distances(const optim::State& x);
-  // How many pixels' points lie within reach_m of the surface at x; and leaves out the others.
+  // count_near: how many points lie within reach_m of the surface at x. keep_near: removes the other pixels.
   int count_near(const optim::State& x, double reach_m);
   void keep_near(const optim::State& x, double reach_m) { keep_near(distances(x), reach_m); }
-  void keep_near(const float* phi, double reach_m);  // phi: as `distances` gave it
-  // `steps` Newton steps of every ray from the measured depths. The
-  // next linearisation decides which rays meet the model; it stays so from then on, so that costs may be
-  // compared.
+  void keep_near(const float* phi, double reach_m);  // phi: from `distances`
+  // `steps` Newton steps of every ray from the measured depths. The next linearisation decides which rays
+  // meet the model. The decision is then fixed, so that costs may be compared.
   void settle(const optim::State& x, int steps, CudaWork* device = nullptr);
-  // One more Newton step of every ray from where it is: the hits at x, when they were taken close to it.
+  // One more Newton step of every ray from its last hit: gives the hits at x if the last state was close to
+  // x.
   void follow_hits(const optim::State& x);
-  // Decide which rays meet the model, at x, after `steps` steps.
+  // Decides at x which rays meet the model, after `steps` steps.
   void classify(const optim::State& x, int steps);
   EnergySummary summarize(const optim::State& x, int pixel_budget, SummaryScratch* scratch);
   void read(const optim::State& x, PixelReadings* out);

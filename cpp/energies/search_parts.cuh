@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the kernels of whole searches share: one block of memory for all that is sent, and who is the last
+// Parts of the kernels of complete searches: one block of memory for all sent data, and the test for the last
 // block.
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace sdftrack::energies {
 
-// Whether the other blocks, which count in `arrived`, have their sums written. All threads of the block.
+// Whether all other blocks, counted in `arrived`, have written their sums. All threads of the block must call
+// it.
 __device__ inline bool is_last_block(unsigned* arrived, int blocks) {
   SDFTRACK_SHARED(int, last);
   __threadfence();
@@ -19,7 +20,7 @@ __device__ inline bool is_last_block(unsigned* arrived, int blocks) {
   return last != 0;
 }
 
-// What a Beside reads of volumes, on the device.
+// Brings the volumes of a Beside to the device.
 inline void bring_volumes(CudaWork* work, Beside* given) {
   PhotometricTerm& term = given->brightness.term;
   if (given->brightness.count == 0) return;
@@ -27,7 +28,7 @@ inline void bring_volumes(CudaWork* work, Beside* given) {
   term.sdf = work->volume(term.sdf);
 }
 
-// Parts of one block of memory, each at a multiple of 16 bytes.
+// Places of parts in one block of memory, each at a multiple of 16 bytes.
 class Places {
  public:
   template <class T>
@@ -48,7 +49,7 @@ void put(const T* from, std::size_t count, std::byte* to) {
   if (count > 0) std::memcpy(to, from, count * sizeof(T));
 }
 
-// A part of the host's memory that is sent, and where it then lies.
+// A part of the host's memory that is sent, and its place on the device.
 template <class T>
 class SentPart {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sums over an even subset of the pixels, of which a covariance is made.
+// Sums over an even subset of the pixels, from which a covariance is computed.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,25 +12,24 @@ namespace sdftrack::energies {
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 
-// What the final state says about itself, from an even subset of the pixels. Sums that a covariance is made
-// of, with psi = d cost / d residual, scaled up to all pixels: A = sum psi' J J^T with, for psi', the weight
-// psi / residual times the mean psi' over the mean weight (each pixel's own psi' may be negative, and a
-// weakly seen direction's sum would vanish by chance); B = sum psi^2 J J^T; rounding = the gradient that the
-// interpolant's error makes; missed = the gradient of the pixels whose rays miss the model, all of them; and
-// the mean of J J^T (d phi / d unknowns) over the inliers: what the geometry
-// can see whatever the noise.
+// Sums at the final state for a covariance, from an even subset of the pixels, scaled up to all pixels. With
+// psi = d cost / d residual: A = sum psi' J J^T, where psi' is replaced by the weight psi / residual times
+// the mean psi' over the mean weight (a single pixel's psi' may be negative, and the sum of a weakly observed
+// direction could vanish by chance). B = sum psi^2 J J^T. rounding = the gradient due to the interpolant's
+// error. missed = the gradient of all pixels whose rays miss the model. geometry = the mean of J J^T (d phi /
+// d unknowns) over the inliers: what the geometry determines, whatever the noise.
 struct EnergySummary {
   SmallMatrix A, B, geometry;
   SmallVector rounding, missed;
   double inliers = 0;  // pixels of the subset with weight above one half
-  // Robust sd of residual over noise scale, of the rays that meet the model; 0 where fewer than 20 do.
+  // Robust sd of residual over noise scale, of the rays that meet the model; 0 if fewer than 20 do.
   double noise_m = 0;
-  // With colours: mean cost of the depth penalty alone, each pixel weighed by how far its colour is the
-  // object's; and the mean posterior of the pixels on the surface, -1 where there are none.
+  // With colours: mean cost of the depth penalty alone, each pixel weighted by its colour's posterior; and
+  // the mean posterior of the pixels on the surface, -1 if there are none.
   double cost = 0, foreground = -1;
 };
 
-// `pixels` is how many the sums stand for.
+// `pixels`: the number of pixels that the sums stand for.
 template <int P>
 EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
   constexpr double kMinSlope = 0.05;

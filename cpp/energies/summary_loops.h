@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kNoteBlock = 128;
 constexpr float kSteepGain = 2;  // 60 degrees from the normal
-constexpr int kErrorRuns = 16;   // of pixels, at least, are looked at for the interpolant's error
+constexpr int kErrorRuns = 16;   // least number of runs that evaluate the interpolant's error
 
-// Sums of one class in the making.
+// The sums of one class while they are built.
 template <int P>
 struct ClassSums {
   Block<P, kNoteBlock> JJ;
@@ -48,8 +48,7 @@ struct Notes {
   Block<P, kNoteBlock> inliers;
   Row<kNoteBlock> counted;
 
-  // n pixels from i on; returns their residuals. share: of the pull of the interpolant's error, 0: not asked
-  // for.
+  // Adds n pixels from i on; returns their residuals. share: factor of the interpolant's error; 0: none.
   HD L put(int i, int n, float share) {
     FieldRow<L, P> row;
     const auto reading = term.read(i, n, &row);
@@ -72,7 +71,7 @@ struct Notes {
       classes[c].put(of(row, zero, select(in, gain2 * weight, zero)), select(in, second, zero),
                      select(in, curve.slope, zero), select(in, weight, zero), in);
     }
-    // Half of the weight that a residual of 0 has.
+    // Inlier: more than half of the weight of a residual of 0.
     const L inlier = select(there & (weight * L(4) * s * s > L(1)), L(1), zero);
     L pull = zero;
     if (share > 0) {
@@ -98,8 +97,8 @@ struct Notes {
   }
 };
 
-// Runs of kLanes pixels, evenly over all; about `budget` pixels. Their residuals go to residual_m and their
-// places to `at`, both with room for whole_lanes(budget).
+// Sums runs of kLanes pixels, spread evenly, about `budget` pixels in all. Their residuals go to residual_m
+// and their indices to `at`, both with room for whole_lanes(budget).
 template <class L, class LaneTerm, int P = LaneTerm::P>
 HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m, int* at, TermSums<P>* out) {
   const int count = term.pixels.count, all = whole_lanes(count) / kLanes;
@@ -120,8 +119,8 @@ HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m,
   notes.flush();
 }
 
-// The pull of the pixels whose rays miss the model, by whole runs, so that packs of any width fill the same
-// sums.
+// The gradient of the pixels whose rays miss the model, by whole runs, so that packs of any width fill the
+// same partial sums.
 template <class L, class LaneTerm, int P = LaneTerm::P>
 HD void note_missed(const LaneTerm& term, TermSums<P>* out) {
   Block<P, kNoteBlock> block;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The contribution of one pixel, or of a pack of neighbouring ones: the only code that the CPU loop and a
-// CUDA kernel share and need.
+// The contribution of one pixel, or of a pack of neighbouring pixels: the only code that the CPU loop and a
+// CUDA kernel share.
 #pragma once
 
 #include <type_traits>
@@ -14,32 +14,31 @@ namespace sdftrack::energies {
 // What a pixel's residual is.
 enum class Residual {
   kPoint,   // phi at the measured point (thesis Eq. 3.11)
-  kSlope,   // the same over its slope along the ray: a length along the ray, with noise in the slope
+  kSlope,   // phi over its slope along the ray: a length along the ray, with noise in the slope
   kRayHit,  // depth at which the ray meets the model, minus the measured depth; kSlope where it does not meet
 };
 
 constexpr double kGrazingSlope = 0.17;    // d phi / d z along a ray at 80 degrees from the normal
 constexpr double kFallbackSlope = 0.3;    // least slope that a fallback pixel is divided by
-constexpr double kHitTolerance_m = 5e-4;  // a ray has met the model when |phi| is below
-constexpr double kHitLead_m = 0.003;  // the search starts this far in front of the reading: a reading behind
-                                      // the middle of a thin wall would run away from the wall's front
-constexpr double kHitReach_m = 0.05;  // a hit is looked for this far from the measured depth
+constexpr double kHitTolerance_m = 5e-4;  // a ray has met the model when |phi| is below this
+constexpr double kHitLead_m = 0.003;  // the search starts this far in front of the measurement: from a point
+                                      // behind the middle of a thin wall it would run away from the front
+constexpr double kHitReach_m = 0.05;  // largest distance of a hit from the measured depth
 
 // Structure of arrays: one entry per pixel of the fixed set. Pixel coordinates are those of the ideal pinhole
-// (distortion removed). `gain` is the pixel's class, fixed from one settling to the next: 0, its ray
-// meets the model; else the fallback's 1 / slope. `per_noise` is 1 over the reading's noise in units of the
-// energy's. `foreground` is P_f of the pixel's colour, for penalties
-// that ask for it.
+// (distortion removed). `gain` is the pixel's class, fixed from one settling to the next: 0 where its ray
+// meets the model, else the fallback's 1 / slope. `per_noise` is 1 over the measurement's noise in units of
+// the energy's noise. `foreground` is P_f of the pixel's colour, for penalties that use it.
 template <class T>
 struct PixelsView {
   int count;
   const T *u_px, *v_px, *depth_m, *per_noise;
-  T* hit_m;  // where the ray met the model at the last state that was looked at
+  T* hit_m;  // where the ray met the model at the last evaluated state
   T* gain;
   const T* foreground = nullptr;
 };
 
-// What a pixel adds to the normal equations: cost, and slope and curvature of it as functions of phi.
+// What a pixel adds to the normal equations: cost, and its slope and curvature as functions of phi.
 template <class T, int P>
 struct Contribution {
   T cost, slope, curvature;
@@ -89,11 +88,11 @@ struct Term {
   Intrinsics<T> K;
   PixelsView<S> pixels;
   Residual residual;
-  bool reclassify;   // decide anew between hit and fallback
-  int newton_steps;  // 1: warm start from the last hit; more: from the reading, until |phi| < 1e-5 m
+  bool reclassify;   // decide again between hit and fallback
+  int newton_steps;  // 1: warm start from the last hit; more: from the measurement, until |phi| < 1e-5 m
   T inv_fx = T(1) / K.fx, inv_fy = T(1) / K.fy;
 
-  // The same for lanes of U.
+  // This term for lanes of U.
   template <class U>
   HD auto cast() const {
     return Term<decltype(field.template cast<U>()), decltype(penalty.template cast<U>())>{
@@ -108,7 +107,7 @@ struct Term {
         U(inv_fy)};
   }
 
-  // The same for what asks for residuals and not for their costs.
+  // This term without its penalty, for callers that need residuals and not their costs.
   HD Term<Field, NoPenalty> without_penalty() const {
     return {field, {}, K, pixels, residual, reclassify, newton_steps, inv_fx, inv_fy};
   }
@@ -125,7 +124,7 @@ struct Term {
     T residual_m, gain;
   };
 
-  // A penalty that looks at colours takes the pixel's posterior as a third argument.
+  // A penalty that uses colours takes the pixel's posterior as a third argument.
   static constexpr bool kColor = std::is_invocable_v<const Penalty&, T, T, T>;
 
   HD Curve<T> curve(int i, int n, T residual_m) const {
@@ -143,7 +142,7 @@ struct Term {
       return penalty.second_derivative(residual_m, per_noise);
   }
 
-  // phi and its slope along the ray r at depth z; with the full row where kRow.
+  // phi and its slope along the ray r at depth z, with the full row if kRow.
   template <bool kRow>
   HD T look(Vec3<T> r, T z, FieldRow<T, P>* row) const {
     if constexpr (kRow)
@@ -153,8 +152,8 @@ struct Term {
     return dot(row->grad_cam, r);
   }
 
-  // A pixel that hopes to meet the model: Newton's iteration for the depth at which its ray does, from *z on.
-  // Another: a look at *z, which stays. Returns 1 over the slope of the last look, limited.
+  // Where `hopes`: Newton's iteration from *z for the depth at which the pixel's ray meets the model.
+  // Elsewhere: one evaluation at *z, which stays. Returns 1 over the slope of the last evaluation, limited.
   template <bool kRow>
   HD T find_hit(Vec3<T> r, T depth, Mask hopes, T* z, FieldRow<T, P>* row) const {
     T at = *z, next, per_c;
@@ -167,7 +166,7 @@ struct Term {
       if (!any(goes_on)) break;
       at = select(goes_on, next, at);
     }
-    const T afresh = depth - T(kHitLead_m);  // of a ray that lost its way
+    const T afresh = depth - T(kHitLead_m);  // for a ray that diverged
     *z = select(hopes, select(abs(next - depth) < T(kHitReach_m), next, afresh), *z);
     return per_c;
   }
@@ -207,7 +206,7 @@ struct Term {
   // Residual, gain and Jacobian row at the current state.
   HD Reading read(int i, int n, FieldRow<T, P>* row) const { return read_along(ray_of(i, n), i, n, row); }
 
-  // The same along a ray that somebody else knows.
+  // As read(), along a ray that the caller has computed.
   HD Reading read_along(Vec3<T> r, int i, int n, FieldRow<T, P>* row) const {
     const T depth = load<T>(pixels.depth_m + i, n);
     T gain = load<T>(pixels.gain + i, n);
@@ -236,14 +235,14 @@ struct Term {
     return {select(meets, z - depth, gain * row->phi_m), select(meets, -per_c, gain)};
   }
 
-  // The same of pixels that are known not to meet the model.
+  // As read(), for pixels whose rays are known not to meet the model.
   HD Reading read_fallback(int i, int n, FieldRow<T, P>* row) const {
     const T gain = load<T>(pixels.gain + i, n);
     look<true>(ray_of(i, n), load<T>(pixels.depth_m + i, n), row);
     return {gain * row->phi_m, gain};
   }
 
-  // Where not `keep`, the other row.
+  // Replaces the row by the other one where not `keep`.
   static HD void choose(Mask keep, const FieldRow<T, P>& other, FieldRow<T, P>* row) {
     row->phi_m = select(keep, row->phi_m, other.phi_m);
     for (int j = 0; j < P; ++j) row->J[j] = select(keep, row->J[j], other.J[j]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The loops of term_ops.h for the lanes L of the file that includes this. No Eigen and no containers here,
-// and everything internal or inlined: a function shared by two such files would be merged by the linker, and
-// run where its instructions do not exist.
+// The loops of term_ops.h for the lanes L of the file that includes this. It uses no Eigen and no containers,
+// and everything is internal or inlined: the linker would merge a function shared by two such files, which
+// could then run where its instructions do not exist.
 #pragma once
 
 #include "energies/summary_loops.h"
@@ -10,7 +10,7 @@
 namespace sdftrack::energies {
 namespace {
 
-// What does not depend on the penalty, once for all energies of a field.
+// The loops that do not depend on the penalty, once for all energies of a field.
 template <class L, class Field>
 struct FieldLoops {
   using Given = Term<Field, NoPenalty>;

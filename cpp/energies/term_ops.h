@@ -8,11 +8,11 @@
 
 namespace sdftrack::energies {
 
-// Partial sums that every sum runs over, whatever the width of a pack.
+// Number of partial sums of every sum, whatever the width of a pack.
 constexpr int kLanes = 16;
 HD constexpr int whole_lanes(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
-// Over pixels [begin, end). What runs on several threads is cut into chunks by the caller.
+// Loops over pixels [begin, end). The caller cuts work for several threads into chunks.
 template <class Field, class Penalty>
 struct TermOps {
   using Loop = Term<Field, Penalty>;
@@ -21,8 +21,8 @@ struct TermOps {
   void (*settle)(const Loop&, int begin, int end);
   void (*classify)(const Loop&, int begin, int end);
   void (*distances)(const Loop&, int begin, int end, float* phi_m);
-  // Of about `budget` pixels (a multiple of kLanes) their sums, residuals and places; see term_sums.h. The
-  // missed ones of all pixels are summed if `missed`.
+  // Sums, residuals and indices of about `budget` pixels (a multiple of kLanes); see term_sums.h. If
+  // `missed`, TermSums::missed is summed over all pixels.
   TermSums<Field::P> (*summarize)(const Loop&, int budget, float voxel_m, bool missed, float* residual_m,
                                   int* at);
 };

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: MIT
-// The sums of which an EnergySummary is made, over an even subset of the pixels.
+// The sums that make an EnergySummary, over an even subset of the pixels.
 #pragma once
 
 #include "energies/term.h"
 
 namespace sdftrack::energies {
 
-constexpr int kMaxUnknowns = 10;  // of one object with its camera: more are not summarised
+constexpr int kMaxUnknowns = 10;  // one object with its camera; larger problems are not summarised
 
 template <int P>
 struct TermSums {
-  // Pixels whose residuals are of one kind: fallback, hit, hit at a grazing angle.
+  // Pixels with one kind of residual: fallback, hit, hit at a grazing angle.
   struct Class {
-    Sums<double, P> JJ;  // hessian alone: sum of weight times J J^T
+    Sums<double, P> JJ;  // hessian only: sum of weight times J J^T
     double curvature = 0, slope2 = 0, weight = 0;
   };
   Class classes[3];
-  Sums<double, P> inliers;  // hessian: sum of J J^T; gradient: what the interpolant's error makes; count
-  Sums<double, P> missed;   // gradient alone, of all pixels whose rays miss the model
+  Sums<double, P> inliers;  // hessian: sum of J J^T; gradient: due to the interpolant's error; count
+  Sums<double, P> missed;   // gradient only, of all pixels whose rays miss the model
   int count = 0;            // pixels of the subset
 };
 
-// By how much the trilinear interpolant lies above the field on average over a cell: h^2 / 12 of the second
-// derivatives, which the differences over one voxel h give without dividing.
+// How far the trilinear interpolant lies above the field, averaged over a cell: h^2 / 12 times the second
+// derivatives. Differences over one voxel h give this product without dividing.
 template <class Field, class T>
 HD T interpolation_error(const Field& field, Vec3<T> p_cam, T voxel_m) {
   T centre, sum = T(0);

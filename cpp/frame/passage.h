@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ray through a shape's field, as far as it is empty: where it comes nearest to the surface.
+// A ray through the empty part of a shape's field, and its point nearest to the surface.
 #pragma once
 
 #include <algorithm>
@@ -21,15 +21,15 @@ inline ObjectRay object_ray(const Intrinsics<double>& K, const Rigidd& T_obj_cam
 }
 
 struct Passage {
-  bool hit;       // it goes in
-  double t, phi;  // where it is nearest to the surface
+  bool hit;       // whether the ray enters the object
+  double t, phi;  // where the ray is nearest to the surface
 };
 
 // coarse: shape.coarse().
 inline Passage pass(const Shape& shape, const SdfView& coarse, const ObjectRay& ray) {
   constexpr int kMost = 48;
   constexpr double kHitVoxels = 0.3;
-  constexpr float kCoarseBeyond = 3;  // coarse voxels from the surface: the finer field is not needed there
+  constexpr float kCoarseBeyond = 3;  // coarse voxels from the surface: beyond, the fine field is not needed
   const double voxel = static_cast<double>(shape.sdf.voxel_m);
   const double length = norm(ray.along), reach = 0.5 * shape.diameter_m + 4 * voxel;
   const double middle = -dot(ray.eye, ray.along) / (length * length);

@@ -34,7 +34,7 @@ struct PointLoops {
     return sums;
   }
 
-  // counted: the points that have a cost.
+  // counted: the number of points that have a cost.
   template <class Term>
   HD static double cost_of(const Term& given, int count, double* counted) {
     const auto term = given.template cast<L>();

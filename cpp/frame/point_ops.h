@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Loops over a shape's points and a search's readings, compiled once per instruction set like
+// Loops over a shape's points and a search's measurements, compiled once per instruction set like
 // energies/term_ops.h.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace sdftrack::frame {
 
-// All that is summed at one pose. A list without points is left out.
+// The terms that are summed at one pose. A list without points is left out.
 struct QuickTerms {
   ReadingTerm<float> readings, solids;
   SurfaceTerm<float> surface;
@@ -26,12 +26,12 @@ struct QuickTerms {
 
 struct QuickCost {
   double readings = 0, surface = 0, outline = 0;
-  double surface_points = 0;  // that have a reading
+  double surface_points = 0;  // surface points with a measurement
 };
 
 constexpr int kPointsAtOnce = 128;
 
-// Those of the points that face the camera.
+// The sights of the points that face the camera.
 struct Sights {
   int count;
   alignas(64) float facing[kPointsAtOnce], x_m[kPointsAtOnce], y_m[kPointsAtOnce], z_m[kPointsAtOnce];
@@ -45,14 +45,14 @@ struct Bearings {
 struct PointOps {
   energies::Sums<double, 6> (*linearize)(const QuickTerms&);  // without the cost
   QuickCost (*cost)(const QuickTerms&);
-  // Of kPointsAtOnce points from `first` on, or as many as there are.
+  // For up to kPointsAtOnce points from `first` on.
   void (*sights)(const SightTerm<float>&, int first, Sights*);
   void (*bearings)(const BearingTerm<float>&, int first, Bearings*);
 
-  // Slope of the cost times the scale, of `count` rays that meet the model.
+  // The slope of the cost times the scale, for `count` rays that meet the model.
   void (*pulls)(const PullTerm<float>&, int count, float* pull);
-  // The wanted pixels [x0, x1) of row y as indices into the image; returns how many. `at` has room for
-  // kLanes more.
+  // Writes the candidates among pixels [x0, x1) of row y as image indices; returns their number. `at` has
+  // room for kLanes more.
   int (*candidates)(const SelectTerm<float>&, int y, int x0, int x1, int* at);
 
   // Defined in points_*.cpp.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A warp for each pose. Its additions are those of energies/block.h in their order: kLanes partial sums,
-// which the first lanes of the warp hold, and every kBlock contributions these go into double.
+// One warp per pose. It adds in the order of energies/block.h: kLanes partial sums in the first lanes of the
+// warp, which are added into double after every kBlock contributions.
 #include <map>
 
 #include "base/launch.cuh"
@@ -19,7 +19,7 @@ constexpr int kWarp = 32, kPosesOfBlock = 4;
 constexpr unsigned kAll = 0xffffffffu;
 static_assert(kWarp == 2 * kLanes && kBlock % kLanes == 0);
 
-// N numbers, each of which the warp sums over contributions.
+// N numbers that the warp sums over contributions.
 template <int N>
 struct WarpSums {
   float part[N] = {};  // one of the partial sums, in the first kLanes lanes
@@ -48,7 +48,7 @@ struct WarpSums {
   }
 };
 
-// `add` gets what each of the first kLanes lanes has found for one of the points; beyond the last nothing.
+// Calls `add` with the contribution of a point in each of the first kLanes lanes, 0 beyond the last point.
 template <class Term, class Add>
 __device__ void each_lanes(const Term& term, int count, const Add& add) {
   const int lane = static_cast<int>(threadIdx.x) % kWarp;
@@ -65,7 +65,7 @@ __device__ void each_lanes(const Term& term, int count, const Add& add) {
   }
 }
 
-// The terms of a warp's pose; nothing for a warp too many.
+// The terms of a warp's pose; none for surplus warps.
 struct Poses {
   const QuickTerms* terms;
   const PoseOf* poses;
@@ -87,7 +87,7 @@ struct LinearizePoses {
   static constexpr const char* kName = "poses: linearize";
   static constexpr int kThreads = kWarp * kPosesOfBlock;
   Poses poses;
-  double* out;  // kSummed of each
+  double* out;  // kSummed for each pose
 
   __device__ void operator()() const {
     const int k = poses.of_warp(), lane = static_cast<int>(threadIdx.x) % kWarp;
@@ -151,8 +151,8 @@ struct CostOfPoses {
 
 struct PointsOnDevice::Impl {
   energies::CudaWork* work;
-  std::map<const void*, const void*> sent;  // from the host's address
-  std::vector<DeviceBuffer<float>> lists;   // of which the first sent.size() are in use
+  std::map<const void*, const void*> sent;  // device address by host address
+  std::vector<DeviceBuffer<float>> lists;   // the first sent.size() are in use
   DeviceBuffer<QuickTerms> terms;
   DeviceBuffer<PoseOf> poses;
   DeviceBuffer<double> sums;
@@ -178,7 +178,7 @@ struct PointsOnDevice::Impl {
   }
   void send(PointsView* view) { send(&view->points, static_cast<std::size_t>(view->n)); }
 
-  // All that the terms read, and the terms.
+  // Uploads the terms and all data that they read.
   Poses prepare(const std::vector<QuickTerms>& here, const std::vector<PoseOf>& at) {
     terms_there = here;
     for (QuickTerms& t : terms_there) {

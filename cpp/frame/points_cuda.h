@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sums of PointOps at many poses in one launch, to the bits of the CPU's. No CUDA header is needed to
+// The sums of PointOps at many poses in one launch, bit for bit those of the CPU. No CUDA header is needed to
 // include this; only builds with SDFTRACK_CUDA define it.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace sdftrack::frame {
 
 struct PoseOf {
   Rigidf T_obj_cam;
-  int terms;  // which of them are summed there
+  int terms;  // index of the terms that are summed at this pose
 };
 
 class PointsOnDevice {
@@ -24,9 +24,9 @@ class PointsOnDevice {
   PointsOnDevice(const PointsOnDevice&) = delete;
   PointsOnDevice& operator=(const PointsOnDevice&) = delete;
 
-  // Another scene: a list that was sent is taken for the same by its address until this is called.
+  // Starts another scene. Until this call a list at an address that was sent before is taken as unchanged.
   void begin();
-  // Of each pose, in order. The lists of the terms lie in the host's memory.
+  // The sums for each pose, in order. The lists of the terms are in host memory.
   void linearize(const std::vector<QuickTerms>& terms, const std::vector<PoseOf>& poses,
                  std::vector<energies::Sums<double, 6>>* out);
   void cost(const std::vector<QuickTerms>& terms, const std::vector<PoseOf>& poses,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of points_cuda.cu: one error.
+// A build without CUDA has this in place of points_cuda.cu: an error.
 #include "base/no_cuda.h"
 #include "frame/points_cuda.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How hard a reading pulls at the pose: one pixel's formula.
+// How strongly a measurement pulls the pose: the formula for one pixel.
 #pragma once
 
 #include "energies/penalty.h"

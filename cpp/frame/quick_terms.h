@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one point contributes to a rough fit: a reading, a surface point; of an outline point
+// The contribution of one point to a rough fit: a measurement or a surface point. For outline points see
 // energies/outline_term.h.
 #pragma once
 
@@ -17,8 +17,8 @@ struct NodesView {
   int x0, y0, step, width, height;
 };
 
-// phi at a reading. Of solids, readings of other things, only what lies deeper than the margin counts: there
-// the object is not in front of them.
+// phi at a measurement. `solid`: measurements of other objects; they count only deeper inside than the
+// margin, where the object cannot be, since it would hide them.
 template <class T>
 struct ReadingTerm {
   energies::SingleObject<T> field;
@@ -41,10 +41,10 @@ struct ReadingTerm {
   }
 };
 
-constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surface point is not asked
+constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surface point is not used
 
-// Of the reading that the camera has where it should see a surface point, its distance from that surface,
-// were it flat there: what readings of other things cannot spoil, for they are not asked.
+// The distance of a surface point's tangent plane from the measurement at the pixel where the point should be
+// seen. Measurements of other objects do not disturb it, since only these pixels are used.
 template <class T>
 struct SurfaceTerm {
   Rigid<T> T_cam_obj;

@@ -63,7 +63,7 @@ DepthRange depth_range(const Shape& shape, const Rigidd& T_cam_obj, double paddi
 
 namespace {
 
-// Index of the stored pixel at an ideal pixel: where the lens puts its ray. -1 outside the image.
+// Index of the stored pixel to which the lens maps an ideal pixel's ray. -1 outside the image.
 int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   if (frame.rays) {
     const Vec2d u = camera.project_point(ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
@@ -73,7 +73,7 @@ int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   return y * camera.width + x;
 }
 
-// Whether all readings of a column lie farther than `far`.
+// Whether all measurements of a column are farther than `far`.
 void free_columns(const ImageView<float>& depth_m, const Rect& part, float far,
                   std::vector<unsigned char>* columns) {
   const int n = part.x1 - part.x0;
@@ -100,7 +100,7 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
   const int longest = std::max(rect.x1 - rect.x0, rect.y1 - rect.y0);
   const int step = std::max(1, (longest + kFreeSpaceNodes - 1) / kFreeSpaceNodes);
   grid->step = step;
-  // One ring of nodes outside the region counts as not free: nothing is known there.
+  // A ring of nodes outside the region counts as not free, because nothing is known there.
   grid->width = (rect.x1 - rect.x0 + step - 1) / step + 2;
   grid->height = (rect.y1 - rect.y0 + step - 1) / step + 2;
   grid->x0 = rect.x0 - step + (step - 1) / 2, grid->y0 = rect.y0 - step + (step - 1) / 2;

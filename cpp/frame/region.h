@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where in the image an object may be, and where the sensor sees past it.
+// The image region where an object may be, and where the sensor sees past it.
 #pragma once
 
 #include <functional>
@@ -25,7 +25,7 @@ struct DepthFrame {
   std::string_view error = {};  // without a depth image: why it could not be read
 };
 
-// Pixel of a pixel's ray in the ideal pinhole: where distortion would have put it, had there been none.
+// The pixel where a pixel's ray would be in the ideal pinhole, without distortion.
 struct IdealPixel {
   const DepthFrame& frame;
   Intrinsics<float> K;
@@ -34,7 +34,7 @@ struct IdealPixel {
   Vec2f operator()(int x, int y) const { return ideal_pixel(frame.rays, K, width, x, y); }
 };
 
-// What the sensor reads in the direction of a point in front of the camera; 0: nothing, or outside the image.
+// The depth measured in the direction of a point in front of the camera; 0: none, or outside the image.
 double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam);
 
 struct Rect {
@@ -48,7 +48,7 @@ struct Rect {
   }
 };
 
-// The smallest one that contains all pixels of a mask; empty where it has none.
+// The smallest rectangle that contains all pixels of a mask; empty if the mask is.
 Rect mask_bounds(const unsigned char* mask, int width, int height);
 
 // The image region that the box, padded, can project to; the whole image when the box reaches behind the
@@ -72,7 +72,7 @@ struct Plane {
   }
 };
 
-// Sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.
+// The sd of the sensor's depth noise, noise_m + noise_per_m * Z^2.
 struct DepthNoiseLaw {
   double noise_m, noise_per_m;
 
@@ -85,8 +85,8 @@ struct FreeSpaceScratch {
   std::vector<unsigned char> free, columns;
   energies::DistanceScratch transform;
 };
-// `is_background(at, u, depth_m)`, if given, is asked about pixels without a reading, as if they lay at the
-// object's depth: where it says yes, the pixel counts as free.
+// `is_background(at, u, depth_m)`, if given, is called for pixels without a measurement, as if they were at
+// the object's depth: where it returns true, the pixel counts as free.
 using IsBackground = std::function<bool(int at, Vec2f ideal_px, float depth_m)>;
 void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape& shape,
                      const Rigidd& T_cam_obj, double padding_m, const IsBackground* is_background,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which part of a shape's surface is known: of a shape that is still being reconstructed, only what has been
+// Which part of a shape's surface is known. While a shape is being reconstructed, only the part that has been
 // seen may be matched to a frame.
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace sdftrack::frame {
 
-// How much of the surface was seen near each voxel, beside the shape's volume.
+// How much of the surface was seen near each voxel: a grid like that of the shape's volume.
 struct SeenView {
-  const std::uint16_t* amount = nullptr;  // nullptr: all is known
+  const std::uint16_t* amount = nullptr;  // nullptr: the whole surface is known
   int stride = 1;
-  std::uint16_t least = 1;  // less counts as unseen; 0: nothing does
+  std::uint16_t least = 1;  // a smaller amount counts as unseen; 0: all is seen
 
   bool at(std::size_t voxel) const {
     return !amount || amount[voxel * static_cast<std::size_t>(stride)] >= least;
   }
-  // By the voxel nearest to the point of the surface below p_obj.
+  // Whether the surface below p_obj was seen, by the voxel nearest to that surface point.
   bool below(const SdfView& sdf, Vec3f p_obj) const {
     if (!amount || least == 0) return true;
     float phi;

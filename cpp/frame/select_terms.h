@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a pixel's reading may show the object, and which of those that may are used: one pixel's formulas.
+// Whether a pixel's measurement may show the object, and which candidates are used: formulas for one pixel.
 #pragma once
 
 #include "base/camera.h"
@@ -17,7 +17,7 @@ HD Vec2f ideal_pixel(const float* rays, const Intrinsics<float>& K, int width, i
   return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
 }
 
-// `wanted` of `count` candidates, evenly spread over their order.
+// Selects `wanted` of `count` candidates, evenly spread over their order.
 struct Spread {
   int wanted;
   double stride;
@@ -27,7 +27,7 @@ struct Spread {
     return {n, n > 0 ? static_cast<double>(count) / n : 1.0};
   }
   HD int candidate(int k) const { return static_cast<int>(k * stride); }
-  // The k whose candidate this is; -1: none's.
+  // The k whose candidate this is; -1: it is not selected.
   HD int place_of(int candidate_) const {
     const int about = static_cast<int>(candidate_ / stride);
     for (int k = about > 0 ? about - 1 : 0; k <= about + 1 && k < wanted; ++k)
@@ -36,14 +36,14 @@ struct Spread {
   }
 };
 
-// Of readings, relative to some depth's.
+// The noise of measurements, relative to the noise at a given depth.
 struct RelativeNoise {
   float noise, per_m2;
 
   HD float per_noise(float z) const { return 1 / (noise + per_m2 * z * z); }
 };
 
-// Readings in the object's padded box, but for those on a plane.
+// Measurements in the object's padded box, without those on a plane.
 template <class T>
 struct SelectTerm {
   const float* depth_m;
@@ -80,7 +80,7 @@ struct SelectTerm {
     const int at = y * width + x;
     const T z = load<T>(depth_m + at, n);
     prefetch(depth_m + at +
-             kRowsAhead * width);              // rows are far apart: the machine does not guess the next one
+             kRowsAhead * width);  // rows are far apart: the hardware does not prefetch the next one
     auto wanted = (z > near_m) & (z < far_m);  // NaN fails
     if (!any(wanted)) return wanted;
     const Vec3<T> p_cam = z * ray_of(x, y, n);

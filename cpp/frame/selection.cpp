@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kPlaneTolerance_m = 0.005f;
 
-// Of the n indices from `at` on those where the mask says yes.
+// Keeps those of the n indices from `at` on where the mask is not 0.
 int within_mask(const unsigned char* mask, int* at, int n) {
   int kept = 0;
   for (int k = 0; k < n; ++k)
@@ -60,7 +60,7 @@ void PixelSelection::pack(int wanted, energies::PixelSet* out) const {
   out->resize(n);
   const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
   const int width = frame_.depth_m.width;
-  int y = 0, next_row = width;  // of the pixel in hand
+  int y = 0, next_row = width;  // of the current pixel
   for (int k = 0; k < n; ++k) {
     const int at = at_[static_cast<std::size_t>(spread.candidate(k))];
     while (at >= next_row) ++y, next_row += width;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which pixels a frame's energies use: first where they are, then as many as are wanted, packed.
+// Selects the pixels that a frame's energies use: first all candidates, then the requested number, packed.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace sdftrack::frame {
 
-// Where one object's pixels are looked for, and by what.
+// Where one object's pixels are searched for, and by which criteria.
 struct Lookout {
   Rect rect;
   SelectTerm<float> term;
@@ -22,13 +22,13 @@ Lookout lookout_for(const DepthFrame& frame, const Camera& camera, const Shape& 
 
 class PixelSelection {
  public:
-  // Pixels whose points lie in the padded box, but for those within 5 mm of the plane, if one is given. The
+  // Pixels whose points lie in the padded box, except those within 5 mm of the plane, if one is given. The
   // frame's images must live as long as pixels are packed from it.
   void choose(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
               const DepthNoiseLaw& noise, double padding_m, const Plane* plane);
   int count() const { return count_; }
-  // `wanted` of them (all, where there are fewer), evenly spread over the image's order; their noise is
-  // relative to that at the object's centre.
+  // Packs `wanted` of the chosen pixels (all, if fewer), evenly spread in image order. Their noise is
+  // relative to the noise at the object's centre.
   void pack(int wanted, energies::PixelSet* out) const;
 
  private:

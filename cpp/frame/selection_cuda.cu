@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compiled without fused products: a pixel on the border of a box is chosen as on the CPU.
+// Compiled without fused multiply-add, so that a pixel on the border of a box is chosen as on the CPU.
 #include "energies/cuda_work.cuh"
 #include "frame/selection_cuda.h"
 
@@ -13,21 +13,21 @@ constexpr int kThreads_ = 256, kWarps = kThreads_ / 32;
 struct Place {
   Lookout lookout;
   const unsigned char* mask;  // nullptr: all pixels
-  int first;                  // of its pixels
+  int first;                  // first slot of its pixels
 };
 
-// Each row of an object's region is a warp's.
+// One warp per row of an object's region.
 struct Rows {
   const Place* places;
   int objects, most;  // rows of the largest region, at least one
-  int* counts;        // candidates, object after object
+  int* counts;        // candidates per row, object after object
 
   __device__ int row() const {
     return static_cast<int>(blockIdx.x) * kWarps + static_cast<int>(threadIdx.x) / 32;
   }
   __device__ bool exists(int row) const { return row < objects * most; }
 
-  // found(x, how many candidates are to the left of it in the row); returns how many there are.
+  // Calls found(x, number of candidates to its left in the row); returns the number of candidates.
   template <class Found>
   __device__ int each_candidate(const Place& place, int y, const Found& found) const {
     const Rect& rect = place.lookout.rect;
@@ -65,7 +65,7 @@ struct PackRows {
   static constexpr int kThreads = kThreads_;
   Rows rows;
   int wanted;
-  int* packed;  // of each object
+  int* packed;  // number for each object
   energies::PixelsView<float> out;
   float *u_px, *v_px, *depth_m, *per_noise, *foreground;
 
@@ -102,7 +102,7 @@ struct PackRows {
   }
 };
 
-// The rows of an image that some region has.
+// The rows of an image that the regions cover.
 struct Band {
   int y0 = 0, y1 = 0;
 };
@@ -117,7 +117,7 @@ Band band_of(const std::vector<Lookout>& lookouts) {
   return band;
 }
 
-// The image's rows of a band, `channels` numbers for each pixel, at the places that they have in the image.
+// Uploads the rows of a band, `channels` numbers per pixel, to the same positions as in the image.
 template <class T>
 void send(const DeviceStream& stream, const T* image, int width, int channels, Band band, T* device) {
   const auto row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);

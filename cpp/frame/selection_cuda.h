@@ -10,13 +10,13 @@
 
 namespace sdftrack::frame {
 
-// Pixels of a CudaWork, one object's after another's.
+// Pixels of a CudaWork, object after object.
 struct PixelsOnDevice {
   energies::PixelsView<float> all;
-  const int* counts;             // on the device: of each object
-  std::vector<int> first, room;  // the object's places among all
+  const int* counts;             // on the device, for each object
+  std::vector<int> first, room;  // the object's slots in `all`
 
-  // The places of object k, of which counts[k] are taken.
+  // The slots of object k, of which counts[k] are used.
   energies::PixelsView<float> of(std::size_t k) const {
     const int f = first[k];
     return {room[k],           all.u_px + f,  all.v_px + f, all.depth_m + f,
@@ -24,7 +24,7 @@ struct PixelsOnDevice {
   }
 };
 
-// Of each lookout as many pixels as PixelSelection would pack, and the same. In place of what was uploaded.
+// For each lookout, the same pixels as PixelSelection would pack. They replace what was uploaded before.
 PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& frame,
                                 const std::vector<Lookout>& lookouts, int wanted);
 

@@ -20,8 +20,8 @@ struct Box {
   float depth_m = 0;
 };
 
-// The ball of radius |phi| about a point inside lies inside, and such balls reach the surface on every side:
-// their extent is the object's, to a small part of a voxel.
+// A ball of radius |phi| around a point inside lies inside, and such balls reach the surface on every side:
+// the extent of all balls is the object's, to a small part of a voxel.
 Box box_of_inside(const SdfView& sdf) {
   constexpr float kFar = std::numeric_limits<float>::max();
   Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}, {}};
@@ -55,9 +55,9 @@ int contact_count(double area_m2) {
 }
 
 constexpr int kCoarseVoxels = 80;  // along the longest side
-constexpr int kCoarseInPart = 50;  // at most, of a shape that is rebuilt while it grows; half of it at least
+constexpr int kCoarseInPart = 50;  // at most, for a partly known shape; at least half as many
 
-// Voxels from one node of so many to the next.
+// Voxels between neighbouring nodes, for `nodes` on the longest side.
 float coarse_step(const SdfView& sdf, int nodes) {
   const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
   return std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(nodes - 1));
@@ -94,7 +94,7 @@ void mix_coarse(Shape* shape) {
       step, [&](int x, int y, int z) { return node_value(shape->sdf, step, x, y, z); }, shape);
 }
 
-// Nodes that are voxels take one value each and mix none: a shape in part is made anew with every frame.
+// Nodes at voxels copy one value each, without interpolation: a partial shape is made again in every frame.
 void pick_coarse(Shape* shape) {
   const SdfView& sdf = shape->sdf;
   const float step = std::ceil(coarse_step(sdf, kCoarseInPart));
@@ -169,7 +169,7 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
   shape.colors = known.colors;
   shape.centre_obj = known.centre_obj;
   shape.sdf.origin_obj = (known.sdf.origin_obj.cast<double>() - known.centre_obj).cast<float>();
-  // The box of all of the surface, seen or not, about the centre.
+  // The box of the whole surface, seen or not, around the centre.
   Vec3d half{0, 0, 0};
   const Vec3d first = shape.sdf.origin_obj.cast<double>();
   const double voxel = known.sdf.voxel_m;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the camera should see of a surface point at a pose: one point's formula.
+// What the camera should see of a surface point at a pose: the formula for one point.
 #pragma once
 
 #include "base/camera.h"
@@ -11,7 +11,7 @@ namespace sdftrack::frame {
 
 using energies::PointsView;
 
-constexpr float kSeenFacing = 0.25f;  // cosine of the incidence below which a point is not asked
+constexpr float kSeenFacing = 0.25f;  // cosine of the incidence below which a point is not used
 constexpr int kMarchSteps = 24, kNearSteps = 4;
 
 // Surface points as a camera sees them, `facing` the cosine of the incidence; 0: turned away, or hidden by
@@ -24,11 +24,11 @@ struct Sight {
 
 template <class T>
 struct SightTerm {
-  SdfView sdf;     // near the point,
-  SdfView coarse;  // and on the way from there: fewer voxels, which stay in the cache
+  SdfView sdf;     // near the point
+  SdfView coarse;  // farther along the ray: fewer voxels, which fit the cache
   Rigid<T> T_cam_obj;
   Vec3<T> eye_obj;
-  T leave_m;  // beyond this from a point nothing of the object is left
+  T leave_m;  // farther than this from a point the object has ended
   PointsView points_obj, normals_obj;
 
   template <class U>
@@ -41,7 +41,7 @@ struct SightTerm {
     const Vec3<T> d = eye_obj - points_obj.at<T>(k);
     return dot(normals_obj.at<T>(k), d) >= T(kSeenFacing) * norm(d);
   }
-  // Of a point that faces the camera.
+  // The sight of a point that faces the camera.
   HD Sight<T> look(IntOf<T> k) const {
     const Vec3<T> p = points_obj.at<T>(k), n = normals_obj.at<T>(k), d = eye_obj - p;
     const Vec3<T> to_eye = (T(1) / norm(d)) * d;
@@ -49,7 +49,7 @@ struct SightTerm {
   }
 
  private:
-  // Towards the camera through the field: 0 where the way is blocked, or was at the start.
+  // Marches towards the camera through the field: 0 where the ray is blocked, also at its start.
   HD T march(Vec3<T> p, Vec3<T> normal, Vec3<T> to_eye) const {
     const T voxel = T(sdf.voxel_m);
     const Vec3<T> start = p + (T(1.5f) * voxel) * normal;
@@ -67,7 +67,7 @@ struct SightTerm {
   }
 };
 
-// Where a surface point lies about the middle of the object's image, in pixels of the ideal pinhole.
+// The position of a surface point around the centre of the object's image, in pixels of the ideal pinhole.
 template <class T>
 struct Bearing {
   T turn;       // 0..1 once around
@@ -95,7 +95,7 @@ struct BearingTerm {
   }
 
  private:
-  // (atan2(y, x) / pi + 1) / 2, to 1e-4: enough to tell one of two dozen directions.
+  // (atan2(y, x) / pi + 1) / 2, to 1e-4: enough for two dozen directions.
   static HD T turn_of(T x, T y) {
     const T a = abs(x), b = abs(y);
     const T large = select(a > b, a, b), small = select(a > b, b, a);

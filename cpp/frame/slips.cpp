@@ -9,13 +9,13 @@ namespace sdftrack::frame {
 
 namespace {
 
-// Root mean square of the motion along the normals, of one of unit length. Cans, balls, cones and bottles at
-// 40 to 150 voxels have at most 0.029, the least of a box or a scanned object is 0.1 or more.
+// Root mean square of the displacement along the normals, for a motion of unit length. It is at most 0.029
+// for cans, balls, cones and bottles at 40 to 150 voxels, and 0.1 or more for boxes and scanned objects.
 constexpr double kSlope = 0.03;
 constexpr int kMost = 3;
 constexpr float kLeast = 1e-3f;  // weight of a point's own normal, for one without neighbours
 
-// Every second point, in arrays that a loop reads in order: a shape that grows is made anew with every frame.
+// Every second point, in arrays that a loop reads in order: a growing shape is made again in every frame.
 class Neighbourhood {
  public:
   Neighbourhood(const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals, std::size_t first) {
@@ -25,9 +25,9 @@ class Neighbourhood {
     }
   }
 
-  // Of the normals within a distance (squared) that look to the same side.
+  // The sum of the normals on the same side within a squared distance.
   Vec3f sum(Vec3f p, Vec3f n, float most) const {
-    // In lanes, so that the loop is one of vectors; the order of the sums is always the same.
+    // In lanes, so that the loop is vectorised; the order of the sums is always the same.
     constexpr std::size_t kLanes = 8;
     float sx[kLanes] = {}, sy[kLanes] = {}, sz[kLanes] = {};
     const std::size_t whole = x_.size() / kLanes * kLanes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The distance of a voxel beside the surface (docs/math/reconstruction.md, section 3).
+// The distance of a voxel next to the surface (docs/math/reconstruction.md, section 3).
 #pragma once
 
 #include "levelset/eikonal_terms.h"
@@ -13,9 +13,9 @@ struct RatioView {
   HD float mean(std::size_t i) const { return weight[i] > 0 ? log_ratio[i] / weight[i] : log_ratio[i]; }
 };
 
-// Where the mean log ratio changes its sign between two voxels, the surface lies where a line through both is
-// 0; the distance of voxel i to the plane through such points of its axes. row, slice: how far its neighbours
-// along y and z are.
+// Where the mean log ratio changes its sign between two voxels, the surface lies at the zero of the line
+// through both. Returns the distance of voxel i to the plane through these points on its axes. row, slice:
+// offsets of its neighbours along y and z.
 HD float crossing_distance(const RatioView& evidence, std::size_t i, std::size_t row, std::size_t slice,
                            float voxel_m) {
   const float own = evidence.mean(i);
@@ -34,7 +34,7 @@ HD float crossing_distance(const RatioView& evidence, std::size_t i, std::size_t
   return own > 0 ? -distance : distance;
 }
 
-// How much of a move counts as one of the surface, in voxels: of what lay nearer to it.
+// A voxel's change counts as motion of the surface if the voxel was nearer to it than this, in voxels.
 constexpr float kMoveWithin = 2;
 
 }  // namespace sdftrack::levelset

@@ -9,7 +9,7 @@ namespace sdftrack::levelset {
 namespace {
 
 constexpr int kEdges = 12, kNone = -1;
-using Loop = std::vector<int>;  // edges, one after another round a piece of the surface
+using Loop = std::vector<int>;  // edges in order around a piece of the surface
 using Ring = std::array<int, 4>;
 
 int edge_between(int a, int b) {
@@ -23,8 +23,8 @@ Ring corners_of(int axis, int side) {
   return side ? Ring{at, at | b, at | b | c, at | c} : Ring{at | c, at | b | c, at | b, at};
 }
 
-// Along the face's border, each run of inside corners begins at an edge and ends at one: a line of the
-// surface joins the two. next: from the begin of a line to its end.
+// Along the face's border, each run of inside corners starts and ends at an edge; a line of the surface joins
+// the two edges. next: from the start of a line to its end.
 void add_lines(int inside, const Ring& ring, std::array<int, kEdges>* next) {
   const auto corner = [&](int i) { return ring[static_cast<std::size_t>(i & 3)]; };
   const auto in = [&](int i) { return (inside >> corner(i) & 1) != 0; };
@@ -64,8 +64,8 @@ bool share_face(int a, int b) {
   return false;
 }
 
-// Where a loop's triangles meet: no side within the loop may lie in a face of the cell, where the cell behind
-// that face could have the same side.
+// The corner at which a loop's triangles meet. No inner side may lie in a face of the cell, because the cell
+// behind that face could have the same side.
 std::size_t apex_of(const Loop& loop) {
   for (std::size_t apex = 0; apex < loop.size(); ++apex) {
     bool fits = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Marching cubes: the triangles of a cell of eight voxels, by which of them are inside. Corner k of a cell is
-// at (k & 1, k >> 1 & 1, k >> 2).
+// Marching cubes: the triangles of a cell of eight voxels, by the set of voxels that are inside. Corner k of
+// a cell is at (k & 1, k >> 1 & 1, k >> 2).
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace sdftrack::levelset {
 
-// A voxel without a number counts as inside, and one on the surface, too.
+// NaN counts as inside, and so does a voxel on the surface.
 HD bool is_inside(float phi) { return !(phi > 0); }
 
-// Where the surface cuts the edge between two voxels, from the first on.
+// Where the surface cuts the edge between two voxels, as a share from the first.
 HD double cut_between(float phi, float next) {
   const double from = phi, to = next;
   return from / (from - to);
 }
 
-// An edge along `axis` from the corner with a 0 there: 4 axis + that corner's number without this bit.
+// An edge along `axis` from the corner with a 0 in this bit. Number: 4 axis + the corner without this bit.
 struct CubeEdge {
   int axis, corner;
 };
@@ -35,12 +35,12 @@ HD CubeEdge cube_edge(int number) {
 constexpr int kMostTriangles = 5, kCubeCases = 256;
 struct CubeCase {
   std::uint8_t triangles;
-  std::uint8_t edges[3 * kMostTriangles];  // three of each triangle, counter-clockwise seen from outside
+  std::uint8_t edges[3 * kMostTriangles];  // three per triangle, counter-clockwise seen from outside
 };
 
-// By the bits of the corners that are inside. Where two corners of a face that face each other are inside and
-// the others are not, the surface separates the two: a rule of the face alone, so that the cell behind it
-// goes by the same lines and a surface has no holes.
+// Indexed by the bits of the inside corners. If only two opposite corners of a face are inside, the surface
+// separates them. This rule depends only on the face, so that the cell behind it uses the same lines and the
+// surface has no holes.
 std::array<CubeCase, kCubeCases> make_cube_cases();
 
 }  // namespace sdftrack::levelset

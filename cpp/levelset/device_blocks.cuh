@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What lies of a volume on a GPU, and lists of its blocks.
+// The arrays of a volume on a GPU, and lists of its blocks.
 #pragma once
 
 #include "base/launch.cuh"
@@ -12,11 +12,11 @@ namespace sdftrack::levelset {
 constexpr int kThreadsOfList = 1024, kThreadsPerBlocks = 128, kThreadsPerVoxels = 256,
               kThreadsPerPixels = 256;
 
-enum Role : unsigned char { kUntouched, kChanged, kBeside };           // by the last frame
-enum Marked : unsigned char { kNotMarked, kFollows, kFollowsIfNear };  // of blocks whose distances may follow
-enum Shown { kPhiNotShown = 1, kColorNotShown = 2 };  // what the host's copy of a block lacks
+enum Role : unsigned char { kUntouched, kChanged, kBeside };           // in the last frame
+enum Marked : unsigned char { kNotMarked, kFollows, kFollowsIfNear };  // blocks whose distances may change
+enum Shown { kPhiNotShown = 1, kColorNotShown = 2 };  // what is missing in the host's copy of a block
 
-// By voxel, and by block. Borrowed.
+// By voxel, and by block. Not owned.
 struct DeviceVoxels {
   float *log_ratio, *weight, *phi;
   VoxelColor* colors;
@@ -37,8 +37,8 @@ __device__ inline int global_thread(int threads) {
   return static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x);
 }
 
-// A number of all threads of a block, in halves: an order that nothing has a say in. `all` has room for each
-// of the `count`, a power of 2.
+// Joins a value of each thread of a block, in halves, that is, in a fixed order. `all` has room for the
+// `count` values, a power of 2.
 template <class T, class Join>
 __device__ T over_block(T own, T* all, int count, const Join& join) {
   const int t = static_cast<int>(threadIdx.x);
@@ -52,7 +52,7 @@ __device__ T over_block(T own, T* all, int count, const Join& join) {
   return all[0];
 }
 
-// The blocks that a rule picks, in their order: a list for each block of threads, `blocks` long at most.
+// Lists the blocks that a rule picks, in their order: one list per block of threads, at most `blocks` long.
 template <class Rule>
 struct ListBlocks {
   static constexpr const char* kName = Rule::kName;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A frame on a GPU: its readings as they were sent, and what becomes of them.
+// A frame on a GPU: the measurements that were sent, and the results from them.
 #pragma once
 
 #include <algorithm>
@@ -18,13 +18,13 @@ struct DeviceReadings {
 
 class DeviceFrame {
  public:
-  // When the stream has done all that it had to: what it reads of the frame before is pinned memory.
+  // Waits for the stream first, because it may still read the last frame from the pinned memory.
   void send(const FrameEvidence& frame, const DeviceStream& stream) {
     stream.wait();
     const PixelRect& rect = frame.rect;
     const auto n = static_cast<std::size_t>(rect.count());
     make_room(n, rect);
-    // Words first, so that each lies at a multiple of its size.
+    // Words first, so that each array lies at a multiple of its element size.
     unsigned char *const here = staging_.data(), *const there = sent_.data();
     std::size_t used = 0;
     const auto next = [&](bool given, std::size_t each) {
@@ -46,11 +46,11 @@ class DeviceFrame {
 
   const DeviceReadings& readings() const { return readings_; }
 
-  // What is found of the readings: whose each is, and what finding that needs.
+  // The measurements' roles, and working memory to find them.
   DeviceBuffer<PixelRole> role;
   DeviceBuffer<int> parent, reached;
   DeviceBuffer<unsigned char> state;
-  // The image that they make.
+  // The evidence image.
   DeviceBuffer<EvidencePixel> pixels;
   DeviceBuffer<int> source;
   DeviceBuffer<PixelRole> image_role;
@@ -58,7 +58,7 @@ class DeviceFrame {
   DeviceBuffer<Tile> tiles;
 
  private:
-  // With some to spare: rectangles change from frame to frame.
+  // Allocates half as much again, because rectangles change from frame to frame.
   template <class T, class Memory>
   static void room(CudaBuffer<T, Memory>* of, std::size_t n) {
     if (of->size() < n) of->room(n + n / 2);
@@ -71,7 +71,7 @@ class DeviceFrame {
     room(&edge, n), room(&spread, n), room(&border, n);
     room(&tiles, static_cast<std::size_t>(tiles_along(rect.width()) * tiles_along(rect.height())));
   }
-  // The rectangle's part of an image.
+  // Copies the rectangle's part of an image.
   template <class T>
   static void cut(const T* image, int width, const PixelRect& rect, T* to) {
     for (int y = rect.y0; y < rect.y1; ++y, to += rect.width())

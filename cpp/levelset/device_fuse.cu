@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A frame's way into a volume on a GPU.
+// Fusion of a frame into a volume on a GPU.
 #include "levelset/device_work.cuh"
 #include "levelset/evidence_kernels.cuh"
 #include "levelset/image_kernels.cuh"
@@ -11,7 +11,7 @@ void DeviceVolume::send(const FrameEvidence& frame) {
   impl_->readings.send(frame, impl_->stream);
 }
 
-// Of what was sent, whose each reading is known.
+// Makes the image of the sent measurements, whose roles are known.
 void DeviceVolume::make_image(const Camera& camera, const EvidenceImageOptions& options, float reach_m) {
   Impl& v = *impl_;
   DeviceFrame& f = v.readings;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the host asks for of a volume on a GPU.
+// Transfer of a volume on a GPU to the host.
 #include "base/parallel.h"
 #include "levelset/device_work.cuh"
 #include "levelset/show_kernels.cuh"
@@ -14,7 +14,7 @@ void DeviceVolume::settle() {
   v.surface_here.assign(v.surface.data(), v.surface.data() + v.count);
 }
 
-// Nothing where the host has all of it.
+// Does nothing if the host's copy is complete.
 void DeviceVolume::Impl::show(int what) {
   if (!(older & what)) return;
   const DeviceScope scope(device);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A volume on a GPU: where it begins, and its distances.
+// A volume on a GPU: its construction and its distances.
 #include <string>
 
 #include "base/device_copies.h"
@@ -11,7 +11,7 @@ namespace sdftrack::levelset {
 
 namespace {
 
-constexpr int kSweepsAtOnce = 16;  // until the host looks whether it is done; an even number
+constexpr int kSweepsAtOnce = 16;  // until the host checks convergence; an even number
 
 }  // namespace
 
@@ -39,8 +39,7 @@ DeviceVolume::Impl::Impl(EvidenceVolume* evidence, int device_)
       colors_here(voxels) {
   const EvidenceVolume::Parts from = evidence->parts();
   frame = *from.frame;
-  // What is uploaded is pageable memory of the caller's, of which a copy may still be read when this call
-  // returns: hence the wait at the end.
+  // The uploads may still read the caller's pageable memory after they return; hence the wait at the end.
   const StreamWaiter waiter(stream);
   stream.upload(from.log_ratio, voxels, log_ratio.data());
   stream.upload(from.weight, voxels, weight.data());
@@ -101,7 +100,7 @@ void DeviceVolume::update(int rounds, float band_voxels, bool all) {
   v.make_lists(MayBeNear{of.marked});
   launch(v.stream, v.for_listed(), FindNear{v.blocks, v.phi.data(), of, v.list(0), band_m});
   v.make_lists(FollowsInColor{v.blocks, of.marked}, kLists);
-  // A front that has gone leaves distances behind that are too small: they grow by a voxel in each round.
+  // A front that has moved away leaves distances that are too small: they grow by a voxel in each round.
   for (int round = 0; round < rounds; ++round)
     for (int color = 0; color < kLists; ++color)
       launch(v.stream, v.for_listed(),

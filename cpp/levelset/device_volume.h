@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The evidence and the distances of a volume that stays on a GPU from frame to frame: what EvidenceVolume and
-// EvidenceDistance are on the CPU. No CUDA header is needed to include this.
+// The evidence and the distances of a volume that stays on a GPU from frame to frame: the counterpart of
+// EvidenceVolume and EvidenceDistance. No CUDA header is needed to include this.
 #pragma once
 
 #include <memory>
@@ -13,37 +13,37 @@ namespace sdftrack::levelset {
 
 class DeviceVolume {
  public:
-  // A copy of the evidence there; of the distances only the sides are known. std::runtime_error where the
-  // device has too little memory.
+  // Copies the evidence to the device; of the distances only the signs are known. Throws std::runtime_error
+  // if the device has too little memory.
   DeviceVolume(EvidenceVolume* evidence, int device);
   ~DeviceVolume();
   DeviceVolume(const DeviceVolume&) = delete;
   DeviceVolume& operator=(const DeviceVolume&) = delete;
 
-  // A frame's readings; whose each is has then to be found (reconstruction/device_roles.h).
+  // Sends a frame's measurements. Their roles must then be found (reconstruction/device_roles.h).
   void send(const FrameEvidence& frame);
-  // As EvidenceImage::make of what was sent and EvidenceVolume::fuse; `update` knows what has changed.
+  // As EvidenceImage::make for the sent frame and EvidenceVolume::fuse; `update` knows the changed blocks.
   void fuse(const Camera& camera, const Rigidd& T_cam_obj, const EvidenceImageOptions& image_options,
             const EvidenceOptions& options);
-  // As in EvidenceDistance. `all`: of all blocks, whatever was fused.
+  // As in EvidenceDistance. `all`: all blocks, not only the fused ones.
   void update(int rounds, float band_voxels, bool all = false);
   void sweep_far(float band_voxels);
   void fill_far(float band_voxels, int z0, int z1);
 
-  // Waits until all of that is done. A frame ends with it: others may then take the volume where it lies, and
-  // the following two are those of the frame.
+  // Waits until all of this is done; call it at the end of a frame. Others may then use the volume on the
+  // device, and the next two functions describe the frame.
   void settle();
   std::vector<sdf::VoxelBox> surface_boxes() const;
   double change_m() const;
 
-  // The distances and colours as they are there: brings what has changed since the last call. They stay where
-  // they are in memory.
+  // The distances and colours of the device; brings the changes since the last call. Their addresses stay the
+  // same.
   std::span<const float> phi();
   std::span<const VoxelColor> colors();
-  // Begins to bring both. The next call of one of these waits for the end; until then what was borrowed of
-  // them is in part older, in part newer.
+  // Starts to bring both. The next call of phi() or colors() waits for the end; until then their spans hold a
+  // mixture of old and new values.
   void begin_to_show();
-  // All of the evidence.
+  // Brings all evidence to the host.
   void download(EvidenceVolume* evidence, int threads);
 
   struct Impl;  // device_work.cuh

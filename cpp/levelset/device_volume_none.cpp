@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of device_volume.cu: one error.
+// Replaces device_volume.cu in a build without CUDA: throws an error.
 #include "base/no_cuda.h"
 #include "levelset/device_volume.h"
 

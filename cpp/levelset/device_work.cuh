@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a volume on a GPU consists of (device_volume.h). Only .cu files include this.
+// The members of a volume on a GPU (device_volume.h). Only .cu files include this.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 namespace sdftrack::levelset {
 
 constexpr int kLists = 8;
-constexpr int kMostListed = 1056;  // blocks of threads: eight for each multiprocessor of a large GPU
+constexpr int kMostListed = 1056;  // blocks of threads: eight per multiprocessor of a large GPU
 
 struct DeviceVolume::Impl {
-  // What the host reads after a frame.
+  // The data that the host reads after a frame.
   struct Report {
     double change_m;
     int has_surface, nodes_changed;
@@ -31,7 +31,7 @@ struct DeviceVolume::Impl {
     return {b,         b + n,     b + 2 * n, b + 3 * n,    b + 4 * n,    b + 5 * n,
             b + 6 * n, b + 7 * n, b + 8 * n, shown.data(), moved.data(), change.data()};
   }
-  // The k-th list, `count` long at most.
+  // The k-th list, at most `count` long.
   BlockList list(int k) {
     return {lists.data() + static_cast<std::size_t>(k) * count, report.data()->listed + k};
   }
@@ -41,7 +41,7 @@ struct DeviceVolume::Impl {
   }
   unsigned for_each_block() const { return blocks_of(blocks.count(), kThreadsPerBlocks); }
   unsigned for_listed() const { return static_cast<unsigned>(std::min(blocks.count(), kMostListed)); }
-  // Sends what the host's copy lacks; it may be read after the wait.
+  // Sends what is missing in the host's copy, which may be read after the wait.
   void show(int what);
   void wait_for_what_is_shown();
   const Report& read_report() {
@@ -67,15 +67,15 @@ struct DeviceVolume::Impl {
   DeviceFrame readings;
   int frame = 0;
 
-  // The host's side, where the device writes what it has of the volume.
+  // Host memory, to which the device writes its results and its changes of the volume.
   PinnedBuffer<Report> host_report;
   PinnedBuffer<unsigned char> surface;
   PinnedBuffer<float> phi_here;
   PinnedBuffer<VoxelColor> colors_here;
   std::vector<unsigned char> surface_here;
   double change_m = 0;
-  int older = 0;            // Shown: what may have changed since it was sent here
-  bool on_its_way = false;  // and what was sent may be written yet
+  int older = 0;            // Shown: what may have changed since it was last sent to the host
+  bool on_its_way = false;  // whether the sent data may still be written
 };
 
 }  // namespace sdftrack::levelset

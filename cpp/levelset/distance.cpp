@@ -35,7 +35,7 @@ BlockRows EvidenceDistance::rows_of(const VoxelRange& r, std::size_t* first) con
   return {r.x1 - r.x0, r.y1 - r.y0, r.z1 - r.z0, grid().nx, grid().nx * grid().ny};
 }
 
-// Returns whether a surface runs beside any voxel there.
+// Returns whether the surface is next to any voxel of the range.
 bool EvidenceDistance::cross(const EvidenceVolume& evidence, const VoxelRange& r, Change* change) {
   std::size_t first;
   const BlockRows rows = rows_of(r, &first);
@@ -56,14 +56,13 @@ bool EvidenceDistance::cross(const EvidenceVolume& evidence, const VoxelRange& r
   return n > 0;
 }
 
-// What has changed in a block also moves the surface between it and the voxels on the other side of its
-// faces.
+// A change in a block also moves the surface between it and the voxels on the other side of its faces.
 void EvidenceDistance::cross_beside(const EvidenceVolume& evidence, const std::vector<int>& changed,
                                     int threads) {
   enum : unsigned char { kNone, kChanged, kBeside };
   std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(kNone));
   for (const int b : changed) marked_[static_cast<std::size_t>(b)] = kChanged;
-  const auto each_face = [&](int b, const auto& body) {  // body(neighbour, axis, whether it lies after)
+  const auto each_face = [&](int b, const auto& body) {  // body(neighbour, axis, whether it comes after)
     const int at[3] = {blocks_.x(b), blocks_.y(b), blocks_.z(b)},
               size[3] = {blocks_.bx, blocks_.by, blocks_.bz},
               step[3] = {1, blocks_.bx, blocks_.bx * blocks_.by};
@@ -130,8 +129,8 @@ float EvidenceDistance::nearest(int block) const {
   return nearest;
 }
 
-// Whether the surface runs through the block or one beside it, where all that is within a block's width of
-// the surface lies.
+// Whether the surface runs through the block or a neighbour. Such blocks contain everything within a block's
+// width of the surface.
 bool EvidenceDistance::beside_surface(int block) const {
   const VoxelRange r = blocks_.around(block);
   for (int z = r.z0; z < r.z1; ++z)
@@ -141,8 +140,8 @@ bool EvidenceDistance::beside_surface(int block) const {
   return false;
 }
 
-// Where the surface has moved and beside it, and where distances still follow an earlier move, as eight sets
-// without neighbours.
+// Finds the blocks in or next to which the surface has moved or distances are still affected by an earlier
+// motion, as eight sets without neighbours.
 void EvidenceDistance::find_active(const EvidenceVolume& evidence, const std::vector<int>& changed,
                                    float band_m) {
   std::fill(marked_.begin(), marked_.end(), static_cast<unsigned char>(0));
@@ -176,7 +175,7 @@ void EvidenceDistance::mark_around(int block) {
 void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<int>& fused, int rounds,
                               float band_voxels, int threads, bool all) {
   const float band_m = band_voxels * static_cast<float>(grid().voxel_m);
-  // Where there is no surface and no voxel has turned, none has come.
+  // A block without a surface and without a turned voxel has gained no surface.
   std::vector<int>& changed = changed_;
   changed.clear();
   for (const int b : fused)
@@ -197,7 +196,7 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
   }
   change_m_ = count > 0 ? sum / count : 0;
   find_active(evidence, changed, band_m);
-  // A front that has gone leaves distances behind that are too small: they grow by a voxel in each round.
+  // A front that has moved away leaves distances that are too small: they grow by a voxel in each round.
   for (int round = 0; round < rounds; ++round)
     for (const std::vector<int>& set : active_)
       parallel_for((set.size() + kAtOnce - 1) / kAtOnce, threads, [&](std::size_t chunk) {
@@ -206,7 +205,7 @@ void EvidenceDistance::update(const EvidenceVolume& evidence, const std::vector<
       });
 }
 
-// Coarse nodes within the band keep their distances, the others are swept.
+// Coarse nodes within the band keep their distances; the others are swept.
 void EvidenceDistance::sweep_far(float band_voxels) {
   const float band_m = band_voxels * static_cast<float>(grid().voxel_m);
   const sdf::Grid coarse = coarse_lattice(grid());
@@ -226,7 +225,8 @@ void EvidenceDistance::sweep_far(float band_voxels) {
     if (inside_[k]) coarse_[k] = -coarse_[k];
 }
 
-// Every voxel of these slices beyond the band takes what the coarse nodes around it say, and keeps its sign.
+// Every voxel of these slices beyond the band keeps its sign and takes its size from the coarse nodes around
+// it.
 void EvidenceDistance::fill_far(float band_voxels, int z0, int z1, int threads) {
   if (!has_surface_) return;
   const float band_m = band_voxels * static_cast<float>(grid().voxel_m);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The distances on the GPU, in the order of distance.cpp: the same bits where the evidence has the same.
+// The distances on the GPU, in the order of distance.cpp: the same bits if the evidence has the same bits.
 #pragma once
 
 #include "levelset/device_blocks.cuh"
@@ -19,7 +19,7 @@ struct FillSides {
   }
 };
 
-// Where there is no surface and no voxel has turned, none has come. What has changed in a block also moves
+// A block without a surface and without a turned voxel has gained no surface. A change in a block also moves
 // the surface between it and the voxels on the other side of its faces.
 struct FindRoles {
   static constexpr const char* kName = "distances: roles of blocks";
@@ -78,7 +78,7 @@ struct CrossBlocks {
   }
 
  private:
-  // Of a block that only lies beside, the voxels on a face to one that has changed.
+  // In a block that is only a neighbour, the voxels on a face to a changed block.
   __device__ bool concerns(int b, int x, int y, int z) const {
     if (of.role[b] == kChanged) return true;
     const int bx = blocks.x(b), by = blocks.y(b), bz = blocks.z(b), last = kBlockSide - 1;
@@ -92,7 +92,7 @@ struct CrossBlocks {
            (z % kBlockSide == 0 && bz > 0 && changed(0, 0, -1)) ||
            (z % kBlockSide == last && bz + 1 < blocks.bz && changed(0, 0, 1));
   }
-  enum Found { kCrossed = 1, kOther = 2 };  // the surface; a distance that is not what it was
+  enum Found { kCrossed = 1, kOther = 2 };  // the surface; a changed distance
   __device__ int cross(int b, const VoxelPlace& at, SurfaceChange* change) const {
     const VoxelRange r = blocks.inner(b);
     const int x = kBlockSide * blocks.x(b) + at.x, y = kBlockSide * blocks.y(b) + at.y,
@@ -125,7 +125,7 @@ struct HasRole {
   __device__ bool operator()(int, int b) const { return role[b] != kUntouched; }
 };
 
-// The mean over all blocks that have changed.
+// The mean motion over all changed blocks.
 struct AddChanges {
   static constexpr const char* kName = "distances: change";
   static constexpr int kThreads = kThreadsPerVoxels;
@@ -147,7 +147,7 @@ struct AddChanges {
   }
 };
 
-// Where the surface has moved, and where distances still follow an earlier move.
+// Finds the blocks where the surface has moved, or where distances are still affected by an earlier motion.
 struct FindSources {
   static constexpr const char* kName = "distances: what moved";
   static constexpr int kThreads = kThreadsPerBlocks;
@@ -168,8 +168,8 @@ struct FindSources {
   }
 };
 
-// There and around it, if the surface runs through the block or one beside it, where all that is within a
-// block's width of the surface lies.
+// Marks the sources and the blocks around them, if the surface runs through the block or a neighbour: these
+// blocks contain everything within a block's width of the surface.
 struct MarkBlocks {
   static constexpr const char* kName = "distances: mark";
   static constexpr int kThreads = kThreadsPerBlocks;
@@ -234,12 +234,12 @@ struct FollowsInColor {
   }
 };
 
-// A sweep over each block of a list, of which no two are neighbours. Row by row, a row after those before it
-// along y and z: rows of which neither precedes the other go side by side.
+// A sweep over each block of a list in which no two blocks are neighbours. A row follows the rows before it
+// along y and z; rows that do not depend on each other run in parallel.
 struct RelaxBlocks {
   static constexpr const char* kName = "distances: relax";
   static constexpr int kThreads = kBlockSide * kBlockSide;
-  static constexpr int kSide = kBlockSide + 2;  // with the voxels around
+  static constexpr int kSide = kBlockSide + 2;  // with the neighbouring voxels
   BlockLattice blocks;
   EikonalTerm<float> term;
   DeviceBlocks of;
@@ -278,7 +278,7 @@ struct RelaxBlocks {
   }
 
  private:
-  enum Swept { kOther = 1, kMovedOn = 2 };  // of a thread's voxels: one has changed; by more than settled_m
+  enum Swept { kOther = 1, kMovedOn = 2 };  // a thread's voxel has changed; by more than settled_m
   __device__ int sweep(int nx, int ny, int nz, float* tile) const {
     const int x = static_cast<int>(threadIdx.x) % kBlockSide,
               line = static_cast<int>(threadIdx.x) / kBlockSide;

@@ -6,7 +6,7 @@
 
 namespace sdftrack::levelset {
 
-// What a comparison of lanes gives.
+// The type of a comparison of lanes.
 template <class T>
 using MaskOf = decltype(T(0) < T(0));
 
@@ -33,7 +33,7 @@ HD T upwind_distance(T a, T b, T c, T voxel_m) {
   return select(u1 <= second, u1, select(u2 <= third, u2, u3));
 }
 
-// Rows of a volume: where a row's values lie, and how far its neighbours are along y and z.
+// A row of a volume: its values, and the offsets of its neighbours along y and z.
 struct RowAt {
   float* phi;
   int row, slice;
@@ -41,9 +41,9 @@ struct RowAt {
 
 template <class T>
 struct EikonalTerm {
-  float voxel_m, max_m;  // no distance grows beyond the latter
+  float voxel_m, max_m;  // max_m: the limit of distances
 
-  // The voxel's new value; one beside a change of sign keeps its own.
+  // The voxel's new value. A voxel next to a change of sign keeps its value.
   HD T relax(const RowAt& at, int x, int n) const {
     const float* p = at.phi + x;
     const T own = load<T>(p, n);
@@ -60,13 +60,13 @@ struct EikonalTerm {
   }
 };
 
-// A voxel's distance on the side that its log ratio says.
+// A voxel's distance with the sign of its log ratio.
 template <class T>
 struct Sided {
-  T phi;              // of the size before; at least a voxel where it has changed sides
+  T phi;              // of unchanged size; at least a voxel where the sign has changed
   MaskOf<T> crossed;  // whether a neighbour is on the other side
 };
-// low, high: of the neighbours' log ratios.
+// low, high: least and greatest log ratio of the neighbours.
 template <class T>
 HD Sided<T> sided(T log_ratio, T low, T high, T before, T voxel_m) {
   const auto inside = log_ratio > T(0);

@@ -160,7 +160,7 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
   return change.near || change.turned || change.inside;
 }
 
-// The voxels of a row that lie within reach of a reading take its colour.
+// The voxels of a row that lie within reach of a measurement take its colour.
 void EvidenceVolume::color_row(const EvidenceTerm<float>& term, const EvidenceImage& image,
                                const FrameColors& colors, Vec3f p_cam, Vec3f step_cam, int count,
                                const float* distance_m, float reach_m, std::size_t at) {

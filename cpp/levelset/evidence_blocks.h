@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A volume as blocks of 8^3 voxels: which of them a frame can say something about, and the colours that it
-// leaves on the surface.
+// A volume as blocks of 8^3 voxels: those on which a frame can have evidence, and the colours that it adds to
+// the surface.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
 
 HD int blocks_along(int n) { return (n + kBlockSide - 1) / kBlockSide; }
 
-// Voxel `t` among those of a block, counted along x, then y, then z.
+// The place of voxel `t` in a block, counted along x, then y, then z.
 struct VoxelPlace {
   int x, y, z;
   HD explicit VoxelPlace(int t)
@@ -46,38 +46,38 @@ struct BlockLattice {
   HD Vec3d corner(int block) const {
     return grid.point(kBlockSide * x(block), kBlockSide * y(block), kBlockSide * z(block));
   }
-  // Its voxels, and where the first of them lies.
+  // The block's voxels, and the index of the first one.
   HD BlockRows rows(int block, std::size_t* first) const {
     const int vx = kBlockSide * x(block), vy = kBlockSide * y(block), vz = kBlockSide * z(block);
     *first = grid.index(vx, vy, vz);
     return {least(kBlockSide, grid.nx - vx), least(kBlockSide, grid.ny - vy), least(kBlockSide, grid.nz - vz),
             grid.nx, grid.nx * grid.ny};
   }
-  // Its voxels but those at the volume's border.
+  // The block's voxels except those at the volume's border.
   HD VoxelRange inner(int block) const {
     const int vx = kBlockSide * x(block), vy = kBlockSide * y(block), vz = kBlockSide * z(block);
     return {most(1, vx), least(grid.nx - 1, vx + kBlockSide),
             most(1, vy), least(grid.ny - 1, vy + kBlockSide),
             most(1, vz), least(grid.nz - 1, vz + kBlockSide)};
   }
-  // It and the blocks around it, by their places along the axes.
+  // The block and its neighbours, by their places along the axes.
   HD VoxelRange around(int block) const {
     return {most(0, x(block) - 1),   least(bx, x(block) + 2), most(0, y(block) - 1),
             least(by, y(block) + 2), most(0, z(block) - 1),   least(bz, z(block) + 2)};
   }
   HD int at(int ix, int iy, int iz) const { return (iz * by + iy) * bx + ix; }
-  // One of eight sets of which no two blocks are neighbours.
+  // The block's set, one of eight in which no two blocks are neighbours.
   HD int color(int block) const { return (x(block) & 1) | (y(block) & 1) << 1 | (z(block) & 1) << 2; }
 };
 
-// Of 4 x 4 pixels of an evidence image: the depths between which its surface says something, and the last
-// reading of all, before which it may be empty; 0: there are none.
+// A tile of kTile x kTile pixels of an evidence image: the range of depths with evidence on its surface, and
+// the farthest measurement, in front of which it may be empty; 0: there is none.
 constexpr int kTile = 4;
 struct Tile {
   float surface_from_m, surface_to_m, last_m;
 
   static HD Tile empty() { return {kLargest_m, 0, 0}; }
-  // reach_m: how far from a reading, along the normal, it says something.
+  // reach_m: how far from a measurement, along the normal, there is evidence.
   HD void add(const EvidencePixel& pixel, float reach_m) {
     if (pixel.slant == 0) return;
     last_m = most(last_m, pixel.depth_m);
@@ -90,10 +90,10 @@ struct Tile {
 HD int tiles_along(int pixels) { return (pixels + kTile - 1) / kTile; }
 void find_tiles(const EvidenceImage& image, float reach_m, std::vector<Tile>* tiles);
 
-constexpr int kKnownFrames = 30;  // that have spoken of a block
-constexpr int kRestTogether = 4;  // blocks along each axis that take the same frames
+constexpr int kKnownFrames = 30;  // frames with evidence after which a block is known
+constexpr int kRestTogether = 4;  // blocks along each axis that share their frames
 
-// What a frame sees of the blocks.
+// The view of a frame on the blocks.
 struct BlockSight {
   BlockLattice blocks;
   Rigidd T_cam_obj;
@@ -102,8 +102,8 @@ struct BlockSight {
   const Tile* tiles;
   int frame, known_every;
 
-  // Whether any reading before or around which the block lies can say something about it; empty: of the
-  // block it is known that it is.
+  // Whether any measurement behind or within the block can have evidence on it; empty: the block is known to
+  // be empty.
   HD bool touches(int block, bool empty) const {
     const double voxel = blocks.grid.voxel_m;
     const Vec3d middle = T_cam_obj * (blocks.corner(block) + voxel * 0.5 * (kBlockSide - 1) * Vec3d{1, 1, 1});
@@ -126,9 +126,9 @@ struct BlockSight {
     return false;
   }
 
-  // What many frames have spoken of changes little with one more: it takes each `known_every`-th, neighbours
-  // mostly the same one, for the work at a surface is shared by the blocks on both sides of it. spoken: how
-  // many have.
+  // One more frame changes a block with much evidence little: it takes every `known_every`-th frame.
+  // Neighbours mostly take the same frames, because the blocks on both sides of a surface share work. spoken:
+  // frames so far.
   HD bool rests(int block, int spoken) const {
     if (spoken < kKnownFrames) return false;
     const int group =
@@ -136,7 +136,7 @@ struct BlockSight {
     return (group + frame) % known_every != 0;
   }
 
-  // Where its voxels are seen.
+  // The place of the block's voxels in the camera's frame.
   HD BlockPlace place(int block) const {
     const double voxel = blocks.grid.voxel_m;
     return {T_cam_obj * blocks.corner(block), voxel * (T_cam_obj.R * Vec3d{1, 0, 0}),
@@ -144,13 +144,13 @@ struct BlockSight {
   }
 };
 
-// Mean colour (0..255) times 256, and how much was seen within reach of the surface, times kSeenScale.
+// Mean colour (0..255) times 256, and the weight seen within reach of the surface, times kSeenScale.
 constexpr float kSeenScale = 256;
 struct VoxelColor {
   std::uint16_t r, g, b, seen;
 
   HD float seen_sum() const { return static_cast<float>(seen) / kSeenScale; }
-  // rgb: nullptr, or black, where the colour camera has not seen it.
+  // rgb: nullptr, or black, where the colour camera has not seen the voxel.
   HD void add(const unsigned char* rgb, float weight) {
     constexpr float kMost = 65535.0f / kSeenScale;
     const float sum = seen_sum() + weight, share = weight / sum;
@@ -168,12 +168,12 @@ struct VoxelColor {
   }
 };
 
-// The colour of a pixel that was read at `source`; nullptr: none is known.
+// The colour of the pixel measured at `source`; nullptr: not known.
 HD const unsigned char* color_of(const unsigned char* rgb, int source) {
   return rgb && source >= 0 ? rgb + 3 * static_cast<std::ptrdiff_t>(source) : nullptr;
 }
 
-// The pixel of an evidence image that a voxel's colour is that of.
+// The pixel of an evidence image that gives a voxel its colour.
 HD std::size_t colored_pixel(const EvidenceTerm<float>& term, Vec3f p_cam) {
   const Vec2f u = project(term.K, p_cam);
   const int x = to_int_within(u.x - static_cast<float>(term.x0) + 0.5f, 0, term.width - 1),

@@ -7,7 +7,7 @@ namespace sdftrack::levelset {
 
 namespace {
 
-// 1 where a 1 is at most `reach` away along each of `lines` lines of n pixels.
+// Sets 1 where a 1 is at most `reach` away, along each of `lines` lines of n pixels.
 void spread(const unsigned char* from, int reach, int n, int lines, std::size_t step, std::size_t line_step,
             unsigned char* to) {
   for (int l = 0; l < lines; ++l, from += line_step, to += line_step) {
@@ -49,7 +49,7 @@ void EvidenceImage::read(const ImageView<float>& depth_m, const Camera& camera, 
     }
 }
 
-// Pixels within border_px of a jump of depth, or of a change of role, row by row and then column by column.
+// Marks pixels within border_px of a jump of depth or a change of role, row by row and then column by column.
 void EvidenceImage::find_borders(const EvidenceImageOptions& options) {
   const int w = width(), h = height();
   const ImagePlanes planes = this->planes();
@@ -64,7 +64,7 @@ void EvidenceImage::find_borders(const EvidenceImageOptions& options) {
     }
   border_ = edge_;
   if (options.border_px <= 1) return;
-  const int reach = options.border_px - 1;  // those marked are at the border themselves
+  const int reach = options.border_px - 1;  // edge pixels are at the border themselves
   spread(edge_.data(), reach, w, h, 1, static_cast<std::size_t>(w), spread_.data());
   spread(spread_.data(), reach, h, w, static_cast<std::size_t>(w), 1, border_.data());
 }

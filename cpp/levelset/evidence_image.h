@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A frame made ready for evidence: what each pixel may say about the voxels on its ray.
+// A frame prepared for fusion: the evidence of each pixel on the voxels along its ray.
 #pragma once
 
 #include <vector>
@@ -10,19 +10,19 @@
 
 namespace sdftrack::levelset {
 
-// A frame's readings, of a rectangle of pixels.
+// A frame's measurements in a rectangle of pixels.
 struct FrameEvidence {
   ImageView<float> depth_m;
   PixelRect rect;
   const unsigned char* mask = nullptr;  // of the whole image; nullptr: by colour and depth
-  const float* foreground = nullptr;    // of the rectangle: the chance by colour that it is the object's
+  const float* foreground = nullptr;    // of the rectangle: each pixel's foreground posterior
   const unsigned char* rgb = nullptr;   // of the rectangle
 };
 
 class EvidenceImage {
  public:
-  // depth_m: 0 or NaN where nothing is read. role: of the rectangle's pixels, row by row. Pixels of an image
-  // with distortion are looked up where the lens puts them.
+  // depth_m: 0 or NaN where there is no measurement. role: of the rectangle's pixels, row by row. Pixels of
+  // an image with distortion are read where the lens projects them.
   void make(const ImageView<float>& depth_m, const Camera& camera, const PixelRect& rect,
             const PixelRole* role, const EvidenceImageOptions& options);
 
@@ -30,7 +30,7 @@ class EvidenceImage {
   int width() const { return rect_.width(); }
   int height() const { return rect_.height(); }
   const std::vector<EvidencePixel>& pixels() const { return pixels_; }
-  // Where in the rectangle, row by row, an ideal pixel of it was read; -1: outside.
+  // Index in the rectangle, row by row, at which each ideal pixel was read; -1: outside.
   const std::vector<int>& source() const { return source_; }
 
  private:

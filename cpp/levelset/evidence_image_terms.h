@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One pixel of a frame made ready for evidence (evidence_image.h), for the CPU's loops and the GPU's kernels.
+// One pixel of a frame prepared for fusion (evidence_image.h), for the CPU's loops and the GPU's kernels.
 #pragma once
 
 #include <limits>
@@ -10,11 +10,11 @@
 
 namespace sdftrack::levelset {
 
-// What a reading belongs to.
+// What a measurement belongs to.
 enum class PixelRole : unsigned char {
   kUnknown,  // nothing is concluded
   kObject,
-  kBeyond  // not the object's; the space before it is empty
+  kBeyond  // not the object; the space in front is empty
 };
 
 // Half-open rectangle of pixels.
@@ -27,17 +27,17 @@ struct PixelRect {
 };
 
 struct EvidenceImageOptions {
-  int border_px = 2;     // object pixels nearer than this to others, and those at jumps of depth, say nothing
-  float jump_m = 0.01f;  // between neighbours
-  float min_slant = 0.2f;  // cosine between the ray and the normal below which a surface says nothing
-  bool printed = false;    // every reading of the object speaks, of itself alone; no other does
+  int border_px = 2;       // object pixels closer than this to others or to a depth jump give no evidence
+  float jump_m = 0.01f;    // between neighbours
+  float min_slant = 0.2f;  // least cosine between ray and normal of a surface that gives evidence
+  bool printed = false;    // each object pixel gives evidence, on its own; no other pixel does
 };
 
 constexpr float kLargest_m = std::numeric_limits<float>::max();
 
 HD bool readable(float depth_m) { return depth_m > 0 && depth_m <= kLargest_m; }
 
-// Where the lens has put ideal pixel (x, y) of a rectangle: an index of its pixels, -1 outside.
+// Index of the rectangle's pixel to which the lens projects ideal pixel (x, y); -1: outside.
 HD int source_of(const LensRays& lens, const PixelRect& rect, int x, int y) {
   if (!lens.distorted) return y * rect.width() + x;
   const Vec2d u = lens_pixel(lens, ray(lens.K, 1.0 * (rect.x0 + x), 1.0 * (rect.y0 + y)));
@@ -46,20 +46,20 @@ HD int source_of(const LensRays& lens, const PixelRect& rect, int x, int y) {
   return inside ? sy * rect.width() + sx : -1;
 }
 
-// An image while it is made, row by row. Borrowed.
+// An image while it is built, row by row. Not owned.
 struct ImagePlanes {
   EvidencePixel* pixels;
   const PixelRole* role;
-  const unsigned char *edge, *border;  // a pixel is at a border; or near to one
+  const unsigned char *edge, *border;  // edge: the pixel is at a border; border: it is near one
   int width, height;
 
-  // Whether a border runs between two neighbours: their roles or depths do not go together.
+  // Whether a border runs between two neighbours: their roles or depths differ.
   HD bool differs(int i, int j, float jump_m) const {
     return role[i] != role[j] || !(abs(pixels[i].depth_m - pixels[j].depth_m) < jump_m);
   }
 
-  // What the pixel says of the voxels on its ray: a plane through the nearest pixels, by central differences,
-  // where it is one of a surface. Its depth is there.
+  // Computes the pixel's evidence on the voxels along its ray. A surface pixel gets a plane through the
+  // nearest pixels, by central differences. The pixel's depth is already set.
   HD void judge(int x, int y, const PixelRect& rect, const Intrinsics<float>& K,
                 const EvidenceImageOptions& options) const {
     const int i = y * width + x;
@@ -70,7 +70,7 @@ struct ImagePlanes {
       return;
     }
     pixel.slant = role[i] == PixelRole::kUnknown || border[i] ? 0 : kCarves;
-    // What lies beyond an outline carves up to it, or a skin of what was only guessed would stay there.
+    // Background pixels carve right up to the outline; otherwise a skin of the prior would remain there.
     if (role[i] == PixelRole::kBeyond && border[i] && !edge[i]) pixel.slant = kCarvesFaintly;
     constexpr int k = 2;
     if (pixel.slant != kCarves || role[i] != PixelRole::kObject || x < k || y < k || x >= width - k ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A frame's evidence on the GPU: the blocks that it can say something about, and a thread for each of their
-// voxels (evidence.cpp has the same on the CPU).
+// A frame's evidence on the GPU: the blocks on which it can have evidence, and a thread for each of their
+// voxels (evidence.cpp is the CPU's version).
 #pragma once
 
 #include "levelset/device_blocks.cuh"
@@ -34,11 +34,11 @@ struct FuseBlocks {
   DeviceVoxels voxels;
   DeviceBlocks of;
   BlockList list;
-  const unsigned char* rgb;  // of the readings, or nullptr
-  const int* source;         // which of them each of the image's pixels is
+  const unsigned char* rgb;  // of the measurements, or nullptr
+  const int* source;         // for each of the image's pixels, the index of its measurement
   float max_weight, color_reach_m;
   __device__ void operator()() const {
-    SDFTRACK_SHARED(int, seen);  // what has happened in the block
+    SDFTRACK_SHARED(int, seen);  // the changes in the block
     const int t = static_cast<int>(threadIdx.x);
     for (int k = static_cast<int>(blockIdx.x); k < *list.count; k += static_cast<int>(gridDim.x)) {
       const int b = list.blocks[k];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one frame says about one voxel: inside or outside (docs/math/reconstruction.md, section 1).
+// The evidence of one frame on one voxel: inside or outside (docs/math/reconstruction.md, section 1).
 #pragma once
 
 #include "base/camera.h"
@@ -10,17 +10,16 @@
 namespace sdftrack::levelset {
 
 struct EvidenceForm {
-  bool printed = false;      // the thesis' Eqs. 4.29 to 4.31: infinite at the surface, here cut at +-10
-  float sigma_d_m = 0.003f;  // how far behind and before a reading it still says something
+  bool printed = false;      // thesis Eqs. 4.29 to 4.31: infinite at the surface, here limited to +-10
+  float sigma_d_m = 0.003f;  // decay length of the evidence behind and in front of a measurement
 };
 
-constexpr float kMaxSmooth = 0.9f;         // of |q|; a log ratio of 2.9
-constexpr float kMaxPrinted = 0.9999092f;  // a log ratio of 10
-constexpr float kReachPerSigma = 2.0f;     // behind the surface nothing is said from here on; nor before it,
-                                           // but that it is empty
-constexpr float kPrintedReach = 16;  // the same of the printed form, which has no end: 1e-7 is left here
+constexpr float kMaxSmooth = 0.9f;         // limit of |q|; a log ratio of 2.9
+constexpr float kMaxPrinted = 0.9999092f;  // limit of |q|; a log ratio of 10
+constexpr float kReachPerSigma = 2.0f;     // no evidence farther behind the surface; in front, only carving
+constexpr float kPrintedReach = 16;        // of the printed form, which has no end: 1e-7 is left here
 
-// log(L_in / L_out) of a voxel d metres behind a reading (before it: negative) whose noise is `noise_m`.
+// log(L_in / L_out) of a voxel d metres behind a measurement (in front: negative) with noise `noise_m`.
 template <class T>
 HD T log_ratio(T d_m, T noise_m, const EvidenceForm& form) {
   using S = ScalarOf<T>;
@@ -33,39 +32,39 @@ HD T log_ratio(T d_m, T noise_m, const EvidenceForm& form) {
   return log_positive((T(1) + kept) / (T(1) - kept));
 }
 
-// A pixel of a frame made ready (evidence_image.h).
+// A pixel of a frame prepared for fusion (evidence_image.h).
 struct EvidencePixel {
   float depth_m;  // at the pixel's centre
-  float slant;    // distance from the surface over difference in depth; kCarves: before it is empty space and
-                  // no more is said; 0: nothing is said
+  float slant;    // distance from the surface over difference in depth; kCarves: evidence only on empty space
+                  // in front; 0: no evidence
   float du_m, dv_m;  // slope of the depth per pixel
 };
 constexpr float kCarves = -1.0f;
-constexpr float kCarvesFaintly = -2.0f;  // beside an outline: only where no surface is known
-constexpr float kFaint = 0.01f;          // of the usual weight
-constexpr float kFaintMean = -0.02f;     // its mean log ratio; more would draw the surface beside it inwards
-constexpr float kUnknownWeight = 0.02f;  // of a voxel that nothing but faint carving has spoken of
+constexpr float kCarvesFaintly = -2.0f;  // next to an outline: carves only where no surface is known
+constexpr float kFaint = 0.01f;          // share of the usual weight
+constexpr float kFaintMean = -0.02f;     // mean log ratio; more would pull the nearby surface inwards
+constexpr float kUnknownWeight = 0.02f;  // limit for a voxel with evidence only from faint carving
 
 struct SensorNoise {
-  float noise_m, noise_per_m;  // sd of a reading at depth Z: noise_m + noise_per_m Z^2
-  float min_m;                 // of the distance from the surface: a voxel tells no less apart
-  float usual_m;               // the noise at which a reading has weight 1, seen head on
+  float noise_m, noise_per_m;  // sd of a measurement at depth Z: noise_m + noise_per_m Z^2
+  float min_m;                 // least sd of the distance from the surface, which a voxel can resolve
+  float usual_m;               // the noise at which a measurement, seen head on, has weight 1
 };
 
-// What a frame says of a voxel.
+// The evidence of one frame on a voxel.
 template <class T>
 struct Evidence {
   T log_ratio, weight;
-  T distance_m;  // behind the surface; a large number where none is read
+  T distance_m;  // behind the surface; a large number where no surface is measured
 };
 
 constexpr float kNoSurface_m = 1e6f;
-constexpr float kCarvedRatio = -1.0f;  // of one frame, where it looks past the voxel
-constexpr float kCarvedWeight =
-    1.0f / 2.94443897f;  // so that the mean is that of a voxel well before a surface
-constexpr float kEmptyWeight =
-    4 * kCarvedWeight;  // after which a voxel needs no more free space, if its mean
-constexpr float kEmptyMean = 0.9f * kCarvedRatio / kCarvedWeight;  // is below this
+constexpr float kCarvedRatio = -1.0f;  // of one frame that sees past the voxel
+// The weight at which the mean equals that of a voxel well in front of a surface.
+constexpr float kCarvedWeight = 1.0f / 2.94443897f;
+// Above this weight and below this mean a voxel needs no more carving.
+constexpr float kEmptyWeight = 4 * kCarvedWeight;
+constexpr float kEmptyMean = 0.9f * kCarvedRatio / kCarvedWeight;
 
 template <class T>
 struct EvidenceTerm {
@@ -74,7 +73,7 @@ struct EvidenceTerm {
   Intrinsics<float> K;
   EvidenceForm form;
   SensorNoise noise;
-  float carve_from_m;  // before the surface
+  float carve_from_m;  // in front of the surface
   float min_slant;
 
   template <class U>
@@ -98,8 +97,8 @@ struct EvidenceTerm {
   }
 
  private:
-  // (4.29) to (4.31): the range along the ray of the nearest pixel against the range that was read there,
-  // every reading alike, whatever the slope of its surface and its noise; what lies before it is not carved.
+  // (4.29) to (4.31): the voxel's range along the ray of the nearest pixel minus the measured range. All
+  // measurements count alike, whatever their slope and noise; the space in front is not carved.
   HD Evidence<T> along_ray(Vec3<T> p_cam, T ui, T vi, T depth, T slant) const {
     const T x = (ui - T(K.cx - static_cast<float>(x0))) * T(1 / K.fx),
             y = (vi - T(K.cy - static_cast<float>(y0))) * T(1 / K.fy);
@@ -112,7 +111,7 @@ struct EvidenceTerm {
 
   HD Evidence<T> judge(T behind_m, T depth, T slant) const {
     const auto surface = slant > T(0);
-    const auto readable = surface | (slant < T(0));  // of floats int, not bool
+    const auto readable = surface | (slant < T(0));  // int for floats, not bool
     const T d = behind_m * select(surface, slant, T(1));
     const T sensor = T(noise.noise_m) + T(noise.noise_per_m) * depth * depth;
     const T blur = select(sensor > T(noise.min_m), sensor, T(noise.min_m));
@@ -123,7 +122,7 @@ struct EvidenceTerm {
     const T said = any(close) ? select(close, weight * log_ratio(d, blur, form), T(0)) : T(0);
     const T from = select(T(3) * blur > T(carve_from_m), T(3) * blur, T(carve_from_m));
     const auto carved = readable & (d < T(-1) * from);
-    // Right before the surface a reading says more than that it looks past.
+    // Just in front of the surface a measurement's log ratio can be stronger than that of carving.
     const auto says_more = close & (said < T(kCarvedRatio));
     const auto faint = slant < T(0.5f * (kCarves + kCarvesFaintly));
     const T past_weight = select(faint, T(kFaint * kCarvedWeight), T(kCarvedWeight)),
@@ -139,19 +138,19 @@ struct EvidenceTerm {
 template <class T>
 struct FusedVoxel {
   T log_ratio, weight;
-  MaskOf<T> turned;  // went from inside to outside, or back, or is known for the first time
+  MaskOf<T> turned;  // changed between inside and outside, or is known for the first time
   MaskOf<T> inside;
-  MaskOf<T> unsure;  // not as surely outside as it can be
+  MaskOf<T> unsure;  // not outside with the highest certainty
 };
 
-// own and before: its log ratio and weight so far.
+// own and before: the voxel's log ratio and weight so far.
 template <class T>
 HD FusedVoxel<T> fused(const Evidence<T>& said, T own, T before, T limit, bool printed) {
-  // Where anything else has spoken, faint carving would gnaw at rims that are seldom seen.
+  // Where there is other evidence, faint carving would erode rims that are seldom seen.
   const auto idle = (said.weight < T(2 * kFaint * kCarvedWeight)) & (before > T(kUnknownWeight));
   const T more = select(idle, T(0), said.weight), sum = before + more;
   const auto first = (before == T(0)) & (more > T(0));
-  // What was guessed counts until something is seen; printed, it is a factor that stays (4.35).
+  // The prior counts until the first evidence; in the printed form it remains as a factor (4.35).
   const T known = printed ? own : select(first, T(0), own);
   const T kept = any(sum > limit) ? select(sum > limit, limit / sum, T(1)) : T(1);
   FusedVoxel<T> out;

@@ -13,7 +13,7 @@ namespace sdftrack::levelset {
 
 namespace {
 
-// body(at, i, count) for the voxels of a slice, in runs that have their neighbours at the same offsets.
+// Calls body(at, i, count) for the voxels of a slice, in runs with neighbours at the same offsets.
 template <class Body>
 void each_run(const sdf::Grid& grid, int z, const Body& body) {
   Neighbours at[3];
@@ -44,8 +44,8 @@ void check_evolution(const EvolveOptions& o, int steps) {
   if (steps < 0) throw std::invalid_argument("steps: expected at least 0, got " + std::to_string(steps));
 }
 
-// 2 over a bound of the energy's curvature: 12 mu of the Laplacian in three dimensions (the potentials' own
-// curvature only takes from it) and 1 / (4 sigma_h^2) of the data term.
+// 2 over a bound of the energy's curvature: 12 mu of the Laplacian in three dimensions (the potentials'
+// curvature only reduces it) and 1 / (4 sigma_h^2) of the data term.
 float longest_step(const EvolveOptions& o) {
   return 2 / (12 / (o.sigma_phi * o.sigma_phi) + 1 / (4 * o.sigma_h * o.sigma_h));
 }

@@ -22,7 +22,7 @@ struct Scale {
   }
 };
 
-// A block has a tile of some slices, a thread the voxels of one column of it.
+// A block of threads has a tile of some slices; a thread has the voxels of one column of the tile.
 struct Volume {
   static constexpr int kWide = 32, kHigh = 8, kDeep = 8;  // kDeep: slices at a time
   int nx, ny, nz;
@@ -30,7 +30,7 @@ struct Volume {
   dim3 tiles() const {
     return {blocks_of(nx, kWide), blocks_of(ny, kHigh), blocks_of(nz, kDeep, kMostBlocks)};
   }
-  // work(x, y, first z, last z + 1) for the columns of a thread.
+  // Calls work(x, y, first z, last z + 1) for the columns of a thread.
   template <class Body>
   __device__ void each_of_mine(const Body& work) const {
     const int x = static_cast<int>(blockIdx.x) * kWide + static_cast<int>(threadIdx.x) % kWide,
@@ -48,7 +48,7 @@ struct Volume {
   static constexpr int kMostBlocks = 65535;
 };
 
-// Two values that a thread holds, where the formulas expect offsets into the volume.
+// Puts the indices of two values that a thread holds where the formulas expect offsets into the volume.
 __device__ inline Neighbours held(Neighbours at, int before, int after) {
   at.before = at.mirrored_before = before, at.after = at.mirrored_after = after;
   return at;
@@ -58,8 +58,8 @@ __device__ inline float slope_of(float before, float after, float per) {
   return slope_along<float>({0, 1, per, 0, 1, 0, 0}, both, 1);
 }
 
-// The flux is its slope times one number, which alone is kept: 4 bytes of a voxel in place of 12. A thread
-// goes along z and keeps what the next voxel needs as well.
+// The flux is the slope times one number. Only this number is stored: 4 bytes per voxel in place of 12. A
+// thread goes along z and keeps the values that the next voxel also needs.
 struct Excess {
   static constexpr const char* kName = "level set: excess";
   static constexpr int kThreads = Volume::kWide * Volume::kHigh;
@@ -95,10 +95,10 @@ struct Excess {
   }
 };
 
-// What a step reads along x or y, as offsets from the voxel; the same for all voxels of a column.
+// The values that a step reads along x or y, as offsets from the voxel; equal for all voxels of a column.
 struct AcrossColumn {
   Neighbours own;
-  int far_before, far_after;  // of the two that the slopes of the voxels beside this one are taken between
+  int far_before, far_after;  // outer ends of the slopes of this voxel's neighbours
   float per_before, per_after;
 
   __device__ static AcrossColumn at(int i, int n, int stride) {
@@ -107,8 +107,8 @@ struct AcrossColumn {
                      after = neighbours(own.after == 0 ? i : i + 1, n, stride);
     return {own, own.before + before.before, own.after + after.after, before.per, after.per};
   }
-  // The values around the voxel that the Laplacian takes, and the flux of the voxels beside it. At a face of
-  // the volume that is the voxel's own, and its slope the one to the mirrored neighbour.
+  // The neighbouring values for the Laplacian, and the flux of the neighbours. At a face of the volume this
+  // is the flux of the voxel, with the slope to the mirrored neighbour.
   __device__ void read(const float* phi, const float* excess, float value, float* beside, float* flux) const {
     beside[0] = phi[own.mirrored_before], beside[1] = phi[own.mirrored_after];
     const float to = own.before == 0 ? beside[0] : value, from = own.after == 0 ? beside[1] : value;
@@ -155,7 +155,7 @@ struct Step {
         *out = term.step(at, around, ratio, from, 1);
         before = own, own = after, after = far, flux_before = flux_own, flux_own = flux_after;
       };
-      if (z > 0 && z < nz - 2) {  // the same for all threads of a block
+      if (z > 0 && z < nz - 2) {  // equal for all threads of a block
         const float far = here[2 * slice];
         voxel(neighbours(1, 3, slice), far, flows[slice] * slope_of(own, far, 0.5f));
       } else {
@@ -165,7 +165,7 @@ struct Step {
       }
     }
   }
-  // Of values that are held one behind the other, and of their flux.
+  // Offsets into two values that are held one after the other, and into their flux.
   __device__ static Neighbours beside(Neighbours at, int first) {
     at.mirrored_before = first, at.mirrored_after = first + 1, at.before = 0, at.after = 1;
     return at;
@@ -196,8 +196,8 @@ std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const 
   float *const excess = work->excess.room(out.size()), *const ratio = work->log_ratio.room(out.size());
   stream.upload(phi_m, out.size(), phi);
   stream.upload(log_ratio, out.size(), ratio);
-  // Where a device reads pageable memory of the host itself, a copy may still be under way when the upload
-  // returns; the arrays are the caller's, and nothing from here on keeps them.
+  // A device that reads pageable host memory may still copy when the upload returns. The arrays belong to the
+  // caller, who may free them; hence the wait.
   stream.wait();
   launch(stream, blocks, Scale{phi, voxel_m, false, n});
   for (int step = 0; step < steps; ++step) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The thesis' evolution of a level set on what is said about inside and outside (4.5.2).
+// The thesis' evolution of a level set by the evidence on inside and outside (4.5.2).
 #pragma once
 
 #include <vector>
@@ -16,19 +16,19 @@ struct EvolveOptions {
   bool printed = false;  // the potential of 4.39 in place of the double well of Li, Xu, Gui and Fox (2010)
 };
 
-// Steps up to this long never let the energy grow; those beyond may grow without end.
+// Steps up to this length never increase the energy; longer ones may diverge.
 float longest_step(const EvolveOptions& options);
 
-// phi_m after `steps` steps; log_ratio: of inside to outside by voxel, what was guessed beforehand included.
-// std::invalid_argument: an option that is not positive, a step that is too long.
+// phi_m after `steps` steps; log_ratio: inside to outside, by voxel, including the prior. Throws
+// std::invalid_argument if an option is not positive or a step is too long.
 std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads);
 
-// The same on a CUDA device; defined in evolve.cu, or evolve_none.cpp.
+// As evolve(), on a CUDA device; defined in evolve.cu, or evolve_none.cpp.
 std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                                const EvolveOptions& options, int device);
 
-// What both refuse.
+// Throws std::invalid_argument for options that both functions reject.
 void check_evolution(const EvolveOptions& options, int steps);
 
 }  // namespace sdftrack::levelset

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of evolve.cu: one error.
+// Replaces evolve.cu in a build without CUDA: throws an error.
 #include "base/no_cuda.h"
 #include "levelset/evolve.h"
 

@@ -8,16 +8,16 @@
 namespace sdftrack::levelset {
 
 // The neighbours of a voxel along one axis, as offsets into the volume. At a face of the volume the slope is
-// that to the one neighbour there is, and the energy counts half of the voxel: what follows from these two
-// are the mirrored neighbour and the weights of the flux.
+// taken to the only neighbour, and the energy counts half of the voxel. The mirrored neighbour and the
+// weights of the flux follow from these two choices.
 struct Neighbours {
-  int before, after;                    // the voxel itself in place of one beyond the face
-  float per;                            // from the difference between the two to a slope per voxel
-  int mirrored_before, mirrored_after;  // the neighbour within in place of one beyond the face
-  float flux_before, flux_after;        // what takes the flux of the first two to its divergence
+  int before, after;                    // the voxel itself in place of a neighbour beyond the face
+  float per;                            // factor from the difference of the two to a slope per voxel
+  int mirrored_before, mirrored_after;  // the inner neighbour in place of one beyond the face
+  float flux_before, flux_after;        // factors from the flux of `before`, `after` to its divergence
 };
 
-// Of voxel i of n along an axis whose voxels lie `stride` apart.
+// The neighbours of voxel i of n along an axis with the given stride.
 HD Neighbours neighbours(int i, int n, int stride) {
   const bool first = i == 0, last = i == n - 1;
   const int before = first ? 0 : -stride, after = last ? 0 : stride;
@@ -33,13 +33,13 @@ HD T heaviside(T x) {
   return select(x < T(0), T(1) - far, far);
 }
 
-// Slope of the potential of |grad phi| over |grad phi|, less that of a harmonic function, which is 1.
+// Slope of the potential of |grad phi| over |grad phi|, minus 1, the value of a harmonic function.
 template <class T>
 HD T excess_diffusivity(T square, bool printed) {
-  const T s = sqrt(select(square > T(1e-4f), square, T(1e-4f)));  // the direction of less is noise
+  const T s = sqrt(select(square > T(1e-4f), square, T(1e-4f)));  // below, the direction is noise
   const T beyond = T(-1) / s;
   if (printed) return beyond;
-  // sin(2 pi s) / (2 pi s) - 1 for s < 1, by the polynomial in s^2 of least greatest error, 2e-6.
+  // sin(2 pi s) / (2 pi s) - 1 for s < 1, by the minimax polynomial in s^2, error 2e-6.
   const T y = select(square < T(1), square, T(1));
   const T within =
       y * (T(-6.5797348f) +
@@ -50,7 +50,7 @@ HD T excess_diffusivity(T square, bool printed) {
   return select(square < T(1), within, beyond);
 }
 
-// Of phi along an axis, per voxel.
+// Slope of phi along an axis, per voxel.
 template <class T>
 HD T slope_along(const Neighbours& at, const float* phi, int n) {
   return T(at.per) * (load<T>(phi + at.after, n) - load<T>(phi + at.before, n));
@@ -61,7 +61,7 @@ struct EvolveTerm {
   float inv_sigma_h, mu, dt;  // mu: 1 / sigma_phi^2; lengths in voxels
   bool printed;
 
-  // What of the slopes along x, y and z flows beside the Laplacian; phi: at the voxel.
+  // The share of the slopes along x, y and z that flows in addition to the Laplacian; phi: at the voxel.
   HD T excess(const Neighbours* at, const float* phi, int n, T* slope) const {
     T square(0);
     for (int k = 0; k < 3; ++k) {
@@ -77,7 +77,7 @@ struct EvolveTerm {
     for (int k = 0; k < 3; ++k) out[k] = flows * out[k];
   }
 
-  // The voxel a step later. flux: along x, y and z, at the voxel.
+  // The voxel's value after a step. flux: along x, y and z, at the voxel.
   HD T step(const Neighbours* at, const float* phi, const float* log_ratio, const float* const* flux,
             int n) const {
     const T own = load<T>(phi, n), x = T(inv_sigma_h) * own;

@@ -37,7 +37,7 @@ void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions
   std::copy(next.begin(), next.end(), phi_.begin());
 }
 
-// At the voxels within one of the surface: how much the field has changed, over its slope.
+// The mean change of the field over its slope, at the voxels within one voxel of the surface.
 void EvolvedField::measure_change(const std::vector<float>& next) {
   const auto voxel = static_cast<float>(grid_.voxel_m);
   const std::size_t row = static_cast<std::size_t>(grid_.nx),

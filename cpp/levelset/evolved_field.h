@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A shape that follows the evidence as the thesis moves it: from a first shape on, by steps of its gradient
-// flow (docs/math/reconstruction.md, sections 4 and 7).
+// A shape that follows the evidence by the thesis' method: from a first shape, by steps of a gradient flow
+// (docs/math/reconstruction.md, sections 4 and 7).
 #pragma once
 
 #include <vector>
@@ -16,16 +16,16 @@ class EvolvedField {
   // phi_m: signed distance of the first shape, by voxel.
   EvolvedField(const sdf::Grid& grid, const float* phi_m);
 
-  // log_ratio: of all frames so far, the first guess among it. The field stays where it is in memory.
+  // log_ratio: of all frames so far, including the prior. The field keeps its place in memory.
   void evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads,
               int device = kOnCpu);
-  static constexpr int kOnCpu = -1;  // else the number of a GPU
+  static constexpr int kOnCpu = -1;  // otherwise the number of a GPU
 
-  // Boxes of cells that hold all of the surface.
+  // Boxes of cells that contain the whole surface.
   std::vector<sdf::VoxelBox> surface_boxes() const;
-  // How far the surface moved in the last call, on the mean.
+  // Mean motion of the surface in the last call.
   double change_m() const { return change_m_; }
-  // Zero on the surface, but no distance: its slope there is what the flow has made of it.
+  // Zero on the surface, but not a distance: its slope there is a result of the flow.
   const LargeArray<float>& phi() const { return phi_; }
 
  private:

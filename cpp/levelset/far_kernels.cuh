@@ -8,7 +8,7 @@
 
 namespace sdftrack::levelset {
 
-// Nodes within the band keep their distances, the others are found by rounds of SweepNodes.
+// Nodes within the band keep their distances; rounds of SweepNodes find the others.
 struct StartNodes {
   static constexpr const char* kName = "far distances: start";
   static constexpr int kThreads = kThreadsPerVoxels;
@@ -29,7 +29,7 @@ struct StartNodes {
   }
 };
 
-// A round of all nodes at once: in the end the same distances as by sweeps in any order.
+// One round over all nodes at once. It converges to the same distances as sweeps in any order.
 struct SweepNodes {
   static constexpr const char* kName = "far distances: sweep";
   static constexpr int kThreads = kThreadsPerVoxels;
@@ -53,7 +53,7 @@ struct SweepNodes {
   }
 
  private:
-  // At the border the missing neighbour is replaced by the one inside.
+  // At the border the inner neighbour replaces the missing one.
   __device__ float nearer(int i, int place, int n, int step) const {
     return least(from[place > 0 ? i - step : i + step], from[place + 1 < n ? i + step : i - step]);
   }
@@ -73,7 +73,7 @@ struct SignNodes {
   }
 };
 
-// Notes the blocks of which a distance has changed.
+// Fills the voxels beyond the band and marks the blocks in which a distance has changed.
 struct FillFar {
   static constexpr const char* kName = "far distances: fill";
   static constexpr int kThreads = kThreadsPerVoxels;

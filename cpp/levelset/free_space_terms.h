@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where frames have looked past: nothing of the object can be there (docs/math/reconstruction.md, section 5).
+// Free space: where frames have seen past, the object cannot be (docs/math/reconstruction.md, section 5).
 #pragma once
 
 #include "base/to_int.h"
@@ -8,10 +8,10 @@
 
 namespace sdftrack::levelset {
 
-constexpr float kEmptyFrames = 3;     // that have looked past a place, and
-constexpr float kEmptyRatio = -1.5f;  // their mean, where nothing of the object can be
+constexpr float kEmptyFrames = 3;     // least weight, in frames, and
+constexpr float kEmptyRatio = -1.5f;  // greatest mean where the object cannot be
 
-// At the voxel nearest to a point, if it is farther than near_m from the surface.
+// Whether frames have seen past the voxel nearest to a point, if it is farther than near_m from the surface.
 HD bool looked_past(const sdf::Grid& grid, const float* phi, const float* log_ratio, const float* weight,
                     Vec3d p_obj, float near_m) {
   const Vec3d at = (1 / grid.voxel_m) * (p_obj - grid.origin_obj) + Vec3d{0.5, 0.5, 0.5};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A frame made ready for evidence on the GPU, a thread for each pixel of its rectangle: the steps of
-// evidence_image.cpp.
+// A frame prepared for fusion on the GPU by the steps of evidence_image.cpp, one thread per pixel of its
+// rectangle.
 #pragma once
 
 #include "levelset/device_blocks.cuh"
@@ -13,7 +13,7 @@ struct ReadPixels {
   LensRays lens;
   PixelRect rect;
   const float* depth_m;
-  const PixelRole* role;  // of what was read
+  const PixelRole* role;  // of the measured pixels
   EvidencePixel* pixels;
   int* source;
   PixelRole* role_here;
@@ -45,7 +45,7 @@ struct FindEdges {
   }
 };
 
-// 1 where a 1 is at most `reach` away along the rows (step 1) or the columns (step: width).
+// Sets 1 where a 1 is at most `reach` away along the rows (step 1) or the columns (step: width).
 struct SpreadEdges {
   static constexpr const char* kName = "image: spread edges";
   static constexpr int kThreads = kThreadsPerPixels;
@@ -76,7 +76,7 @@ struct JudgePixels {
   }
 };
 
-// A thread for each tile.
+// One thread per tile.
 struct FindTiles {
   static constexpr const char* kName = "image: tiles";
   static constexpr int kThreads = kThreadsPerPixels;

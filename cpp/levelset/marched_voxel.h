@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Marching cubes by blocks of voxels: what is found of each voxel, the three edges and the cell that begin
-// there. Vertices and faces are numbered by block, then by voxel, on the CPU and on a GPU.
+// Marching cubes by blocks of voxels: the data of each voxel, with the three edges and the cell that start at
+// it. Vertices and faces are numbered by block, then by voxel, on the CPU and on a GPU.
 #pragma once
 
 #include "levelset/cube_cases.h"
@@ -8,10 +8,10 @@
 
 namespace sdftrack::levelset {
 
-// A tile: a block's voxels and those behind it.
+// A tile: a block's voxels and the next ones along each axis.
 constexpr int kTileSide = kBlockSide + 1, kTileVoxels = kTileSide * kTileSide * kTileSide;
 
-// Value k of a block's tile; beyond the volume its last voxels, from which the surface does not part them.
+// Value k of a block's tile. Beyond the volume, its last voxels are repeated, so that no surface appears.
 HD float tile_value(const BlockLattice& blocks, int b, int k, const float* phi) {
   const sdf::Grid& grid = blocks.grid;
   return phi[grid.index(least(grid.nx - 1, kBlockSide * blocks.x(b) + k % kTileSide),
@@ -19,18 +19,19 @@ HD float tile_value(const BlockLattice& blocks, int b, int k, const float* phi) 
                         least(grid.nz - 1, kBlockSide * blocks.z(b) + k / (kTileSide * kTileSide)))];
 }
 
-// What is counted of a block and of a voxel: vertices, and faces in the upper half.
+// Counts of a block or a voxel: vertices in the lower half, faces in the upper half.
 constexpr int kOneFace = 1 << 16;
 HD int vertices_of(int packed) { return packed % kOneFace; }
 HD int faces_of(int packed) { return packed / kOneFace; }
 
-// The edges that begin at a voxel and are cut, a bit for each axis.
+// The number of a voxel's cut edges on axes before `axis`. edges: the cut ones that start at it, a bit per
+// axis.
 HD int cut_edges_before(int edges, int axis) {
   const int before = edges & ((1 << axis) - 1);
   return (before & 1) + (before >> 1 & 1);
 }
 
-// Of a voxel: its first vertex among those of its block, and in the last three bits its edges.
+// A voxel's first vertex among those of its block, and in the last three bits its cut edges.
 using VoxelVertices = std::uint16_t;
 HD int vertex_of(VoxelVertices own, int axis) { return (own >> 3) + cut_edges_before(own & 7, axis); }
 
@@ -59,7 +60,7 @@ struct MarchedVoxel {
   HD int faces(const CubeCase* cases) const { return has_cell ? cases[inside].triangles : 0; }
   HD int counts(const CubeCase* cases) const { return vertices() + faces(cases) * kOneFace; }
   HD VoxelVertices numbered(int first) const { return static_cast<VoxelVertices>(first << 3 | edges); }
-  // Its vertices, from `out` on.
+  // Writes the voxel's vertices, from `out` on.
   HD void cut_edges(Vec3d* out) const {
     for (int axis = 0; axis < 3; ++axis) {
       if ((edges >> axis & 1) == 0) continue;
@@ -69,7 +70,7 @@ struct MarchedVoxel {
   }
 };
 
-// Where an edge of a voxel's cell begins, perhaps in another block.
+// Where an edge of a voxel's cell starts, possibly in another block.
 struct VertexPlace {
   int block, voxel;
   HD VertexPlace(const BlockLattice& blocks, const MarchedVoxel& of, CubeEdge edge) {

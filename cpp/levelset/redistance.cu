@@ -8,13 +8,13 @@ namespace sdftrack::levelset {
 
 namespace {
 
-constexpr int kSweepsAtOnce = 16;  // until the host looks whether it is done; an even number
+constexpr int kSweepsAtOnce = 16;  // until the host checks convergence; an even number
 
 struct Work {
   DeviceStream stream;
   DeviceBuffer<float> phi, u, other;
   DeviceBuffer<unsigned char> known;
-  DeviceBuffer<int> counts, by_block, totals{kTotals + 1};  // and whether a sweep has changed something
+  DeviceBuffer<int> counts, by_block, totals{kTotals + 1};  // the last: whether a sweep has changed a value
   PinnedBuffer<int> totals_here{kTotals + 1};
   DeviceBuffer<CellTriangle> triangles;
 
@@ -25,7 +25,7 @@ struct Work {
   }
 };
 
-// From what is known outwards, in both copies; ends in `u`.
+// Sweeps outwards from the known values, in both copies; the result is in `u`.
 void sweep(const sdf::Grid& grid, Work* work, const unsigned char* known, float* u, float* other) {
   int* const changed = work->totals.data() + kTotals;
   const unsigned threads = blocks_of(static_cast<std::int64_t>(grid.size()), kThreadsPerVoxels);
@@ -41,7 +41,7 @@ void sweep(const sdf::Grid& grid, Work* work, const unsigned char* known, float*
 }  // namespace
 
 std::vector<float> redistance_cuda(const sdf::Grid& grid, const float* phi_here, int device) {
-  std::vector<float> out(grid.size());  // before `work`, which waits for what is written to it
+  std::vector<float> out(grid.size());  // before `work`, whose destructor waits for writes to it
   const BlockLattice blocks(grid);
   const auto count = static_cast<std::size_t>(blocks.count());
   const auto work = pool_of<Work>().borrow(device);

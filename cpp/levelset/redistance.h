@@ -8,7 +8,8 @@
 
 namespace sdftrack::levelset {
 
-// Within sdf::kBandRedistanced voxels of the zero set the CPU's bits; beyond, swept until nothing changes.
+// Within sdf::kBandRedistanced voxels of the zero set the same bits as on the CPU; beyond, swept until
+// nothing changes.
 std::vector<float> redistance_cuda(const sdf::Grid& grid, const float* phi, int device);
 
 }  // namespace sdftrack::levelset

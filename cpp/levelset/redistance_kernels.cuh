@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The distance to the triangles of a zero set (sdf/zero_set.h): these by block of voxels, then for each voxel
-// the nearest of those in its block and in the blocks around it. A block is wider than the band.
+// The distance to the triangles of a zero set (sdf/zero_set.h). The triangles are sorted by block of voxels;
+// each voxel takes the nearest one in its block and in the blocks around it. A block is wider than the band.
 #pragma once
 
 #include "levelset/zero_mesh_kernels.cuh"
@@ -12,7 +12,7 @@ namespace sdftrack::levelset {
 
 static_assert(sdf::kBandRedistanced <= kBlockSide);
 
-// Calls visit(triangle) for those of a thread's cell, corners in voxels.
+// Calls visit(triangle) for the triangles of a thread's cell, with corners in voxels.
 template <class Visit>
 __device__ void cut_own_cell(const MarchedVoxel& voxel, const Visit& visit) {
   if (!voxel.has_cell) return;
@@ -33,7 +33,7 @@ struct CountTriangles {
   __device__ int operator()(const MarchedVoxel& voxel) const { return triangles_in(voxel); }
 };
 
-// A triangle, m, and the voxel of its block that its cell begins at.
+// A triangle in metres, and the voxel of its block at which its cell starts.
 struct CellTriangle {
   sdf::Triangle triangle;
   int cell;
@@ -61,13 +61,13 @@ struct PlaceTriangles {
   }
 };
 
-// Where a triangle is within the band its distance, which sweeps keep; elsewhere none yet.
+// The distance where a triangle is within the band, which sweeps keep; elsewhere none yet.
 struct BandDistances {
   static constexpr const char* kName = "redistance: band";
   static constexpr int kThreads = kBlockVoxels;
   BlockLattice blocks;
   const int* counts;
-  const int* first;  // of a block's triangles
+  const int* first;  // index of a block's first triangle
   const CellTriangle* triangles;
   float *u, *other;  // two copies
   unsigned char* known;
@@ -94,7 +94,7 @@ struct BandDistances {
   }
 
  private:
-  // How many voxels lie between place i and those from `first` on, `wide` from the first to the last.
+  // The number of voxels between place i and the range from `first` to first + wide.
   __device__ static int apart(int i, int first, int wide) {
     return i < first ? first - i : (i > first + wide ? i - first - wide : 0);
   }

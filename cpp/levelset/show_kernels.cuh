@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the host asks for of a volume on the GPU: the blocks of which its copy is older.
+// Transfer of a volume on the GPU to the host: the blocks of which the host's copy is older.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace sdftrack::levelset {
 
-// Writes them to their places in the host's memory, so that the host has no part in it.
+// Writes the blocks to their places in the host's memory, without work on the host.
 struct ShowBlocks {
   static constexpr const char* kName = "volume: show changed blocks";
   static constexpr int kThreads = 128;
-  using Color = std::uint64_t;  // a VoxelColor in one piece, as it shall cross the bus
+  using Color = std::uint64_t;  // a VoxelColor as one word, for the transfer over the bus
   static_assert(sizeof(Color) == sizeof(VoxelColor));
   BlockLattice blocks;
   int what;  // Shown
@@ -34,7 +34,7 @@ struct ShowBlocks {
         if (older & kPhiNotShown) phi_here[voxel] = phi[voxel];
         if (older & kColorNotShown) colors_here[voxel] = colors[voxel];
       }
-      __syncthreads();  // each thread has read what is noted now
+      __syncthreads();  // each thread has read the present mark
       if (threadIdx.x == 0) shown[b] &= ~what;
     }
   }

@@ -53,8 +53,7 @@ struct VoxelLoops {
     bool changed = false;
     for (int k = 0; k < count; ++k) {
       const RowAt at{phi + rows.offset(forward ? k : count - 1 - k), rows.row, rows.slice};
-      // All of a row before any of it changes: what a voxel becomes does not hang on how many are done at
-      // once.
+      // The whole row is computed before it changes, so that values do not depend on the width of a pack.
       L now[kBlockSide / kWidth<L>];
       each_pack<L>(0, rows.nx,
                    [&](int x, int n) SDFTRACK_INLINE { now[x / kWidth<L>] = term.relax(at, x, n); });

@@ -8,7 +8,7 @@ namespace sdftrack::levelset {
 
 namespace {
 
-// What is numbered before a block; slot: its place among the blocks that have something, else kNoVertex.
+// The numbers before a block; slot: its place among the blocks that have vertices or faces, else kNoVertex.
 constexpr int kNoVertex = -1;
 struct BlockStart {
   int vertex, face, slot;

@@ -24,7 +24,7 @@ struct Work {
   DeviceBuffer<std::int32_t> faces;
 };
 
-// The values where they lie, or a copy of them.
+// The values on the device, or a new copy of them.
 const float* values_there(const sdf::Grid& grid, const float* phi, int device, Work* work) {
   if (const float* const there = DeviceCopies::find(phi, device)) return there;
   float* const copy = work->phi.room(grid.size());
@@ -35,7 +35,7 @@ const float* values_there(const sdf::Grid& grid, const float* phi, int device, W
 }  // namespace
 
 ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi_here, int device) {
-  ZeroMesh out;  // before `work`, which waits for what is written to it
+  ZeroMesh out;  // before `work`, whose destructor waits for writes to it
   const BlockLattice blocks(grid);
   const auto count = static_cast<std::size_t>(blocks.count());
   const auto work = pool_of<Work>().borrow(device);

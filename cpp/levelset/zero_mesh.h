@@ -10,15 +10,15 @@
 namespace sdftrack::levelset {
 
 struct ZeroMesh {
-  std::vector<double> vertices;     // x, y, z of each, voxels
-  std::vector<std::int32_t> faces;  // three vertices of each, counter-clockwise seen from outside
+  std::vector<double> vertices;     // x, y, z of each, in voxels
+  std::vector<std::int32_t> faces;  // three vertices per face, counter-clockwise seen from outside
 };
 
-// One vertex on each edge between voxels that the surface cuts, which all triangles there share; closed but
-// at the volume's border. Vertices and faces by block of voxels, within it by voxel.
+// One vertex on each edge between voxels that the surface cuts, shared by all triangles there. The mesh is
+// closed except at the volume's border. Vertices and faces are ordered by block of voxels, then by voxel.
 ZeroMesh zero_mesh(const sdf::Grid& grid, const float* phi, int threads = 0);
 
-// The same mesh, found on a CUDA device. phi: of the host, or a copy of what lies there
+// The same mesh, found on a CUDA device. phi: in host memory, also as a copy of device memory
 // (base/device_copies.h). Defined in zero_mesh.cu, or zero_mesh_none.cpp.
 ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi, int device);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Marching cubes: a block of threads for each block of voxels, a thread for a voxel, the three edges and the
-// cell that begin there. All numbers follow the order of blocks and voxels, not that of threads.
+// Marching cubes: a block of threads per block of voxels, and a thread per voxel with the three edges and the
+// cell that start at it. All numbers follow the order of blocks and voxels, not that of threads.
 #pragma once
 
 #include "levelset/device_blocks.cuh"
@@ -8,14 +8,14 @@
 
 namespace sdftrack::levelset {
 
-// A block's vertices and faces before it, and its place among the blocks that have some.
+// The numbers of vertices and faces before a block, and its place among the blocks that have some.
 enum Total { kVertices, kFaces, kSlots, kTotals };
 struct BlockPlaces {
   int *vertex, *face, *slot;
   int* blocks;  // by slot
   int* totals;  // Total
 
-  // memory: four numbers for each block.
+  // memory: four numbers per block.
   static BlockPlaces in(int* memory, std::size_t blocks, int* totals) {
     return {memory, memory + blocks, memory + 2 * blocks, memory + 3 * blocks, totals};
   }
@@ -30,7 +30,7 @@ __device__ inline MarchedVoxel marched_voxel(const BlockLattice& blocks, int b, 
   return {blocks, b, static_cast<int>(threadIdx.x), tile};
 }
 
-// What each voxel counts, summed over its block.
+// The counts of the voxels, summed over each block.
 template <class Count>
 struct CountOverBlocks {
   static constexpr const char* kName = Count::kName;
@@ -56,7 +56,7 @@ struct CountVertices {
   __device__ int operator()(const MarchedVoxel& voxel) const { return voxel.counts(cases); }
 };
 
-// The sum of what the threads before have; `all` has room for each of the `threads`.
+// The sum of the values of all earlier threads; `all` has room for `threads` values.
 __device__ inline int sum_before(int own, int* all, int threads) {
   const int t = static_cast<int>(threadIdx.x);
   __syncthreads();
@@ -71,7 +71,7 @@ __device__ inline int sum_before(int own, int* all, int threads) {
   return all[t] - own;
 }
 
-// By one block of threads, of which each has some blocks one after another.
+// Run by one block of threads; each thread handles some consecutive blocks.
 struct PlaceBlocks {
   static constexpr const char* kName = "zero mesh: place blocks";
   static constexpr int kThreads = kThreadsOfList;
@@ -141,7 +141,7 @@ struct PlaceFaces {
   }
 
  private:
-  // An edge of the cell begins at the voxel at one of its corners, perhaps of another block.
+  // An edge of the cell starts at the voxel at one of its corners, possibly in another block.
   __device__ std::int32_t vertex_on(const MarchedVoxel& voxel, CubeEdge edge) const {
     const VertexPlace place(blocks, voxel, edge);
     const VoxelVertices own =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of zero_mesh.cu: one error.
+// Replaces zero_mesh.cu in a build without CUDA: throws an error.
 #include "base/no_cuda.h"
 #include "levelset/zero_mesh.h"
 

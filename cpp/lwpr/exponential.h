@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The exponential of activations: for one number, or a pack of them, the same bits on every device.
+// The exponential of activations, for one number or a pack: bitwise equal on every device.
 #pragma once
 
 #include <cstring>
@@ -8,8 +8,8 @@
 
 namespace sdftrack::lwpr {
 
-// e^x for -30 <= x <= 0, relative error below 5e-16; anything else gives anything. Bits: long long for a
-// double, as many of them for a pack.
+// e^x for -30 <= x <= 0, relative error below 5e-16; undefined for any other x. Bits: long long for a double,
+// as many of them for a pack.
 template <class Bits, class T>
 HD T exp_of(T x) {
   const double magic = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer, in the low bits

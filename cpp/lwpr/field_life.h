@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// How a field begins, gets another projection and goes: lines that the CPU and the CUDA kernel share.
+// How a field begins, gets another projection and is removed: code shared by the CPU and the CUDA kernel.
 #pragma once
 
 #include "lwpr/layout.h"
 
 namespace sdftrack::lwpr {
 
-// What a new field begins with.
+// Initial values of a new field.
 struct FieldStart {
   double lambda, alpha, log_alpha;
 };
 
-// It starts along an axis: u_r = e_r (u = 0 would give 0 / 0). The record has room for it.
+// A projection starts along an axis: u_r = e_r (u = 0 would give 0 / 0). The record has room for it.
 HD void begin_projection(const FieldLayout& at, double* head) {
   const int r = static_cast<int>(head[FieldLayout::kProjections]);
   double* const projection = head + at.record_size(r);
@@ -38,7 +38,7 @@ HD void begin_field(const FieldLayout& at, const FieldStart& start, const double
 
 HD int first_projections(const FieldLayout& at) { return at.n < 2 ? at.n : 2; }
 
-// Of two fields that both cover a sample the one with the larger error goes; else the younger one.
+// Of two fields that both cover a sample, the one with the larger error is removed, else the younger one.
 HD bool older_goes(const FieldLayout& at, const double* older, const double* younger) {
   const int to = static_cast<int>(older[FieldLayout::kTrusted]),
             ty = static_cast<int>(younger[FieldLayout::kTrusted]);
@@ -47,7 +47,7 @@ HD bool older_goes(const FieldLayout& at, const double* older, const double* you
          younger[at.record_size(ty - 1) + FieldLayout::kMSE] * older[FieldLayout::kW];
 }
 
-// The field at `from` takes the place at `to`, which may be the same; where it was there is none.
+// Moves the field at `from` to `to`, which may be the same place, and leaves `from` empty.
 HD void move_field(const FieldLayout& at, double* from_lane, const double* from, std::ptrdiff_t record,
                    double* to_lane, double* to) {
   for (int row = 0; row < at.block_rows(); ++row) to_lane[row * kFieldLanes] = from_lane[row * kFieldLanes];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a field says at a place, for one field (T = double) or a pack of kFieldLanes of them. The CPU's loops
-// and the CUDA kernel call the same lines. docs/math/lwpr.md, eqs. 1 and 5.
+// The prediction of a field at a place, for one field (T = double) or a pack of kFieldLanes fields, shared by
+// the CPU's loops and the CUDA kernel. docs/math/lwpr.md, eqs. 1 and 5.
 #pragma once
 
 #include <cstring>
@@ -10,7 +10,7 @@
 
 namespace sdftrack::lwpr {
 
-// Reads number `row` of a block, beginning at its lane.
+// Reads number `row` of a block, starting at its lane.
 template <class T>
 struct LanesAt {
   const double* lane;
@@ -21,7 +21,7 @@ struct LanesAt {
   }
 };
 
-// |M (x - c)|^2, x anything with x[i], of which the activation is exp(-q / 2).
+// |M (x - c)|^2 = q, for any x with x[i]; the activation is exp(-q / 2).
 template <int N, class T, class Row>
 HD T field_distance2(const FieldLayout& at, LanesAt<T> read, const Row& x) {
   const int n = N > 0 ? N : at.n;
@@ -51,7 +51,7 @@ HD T field_value(const FieldLayout& at, LanesAt<T> read, const Row& x) {
   return y;
 }
 
-// f(N), N a constant: one for each number of inputs that is unrolled, 0 for all others.
+// f(N) with N a constant: the number of inputs if loops are unrolled for it, else 0.
 template <class Function>
 auto for_inputs(int n, Function f) {
   static_assert(FieldLayout::kMaxUnrolled == 3);

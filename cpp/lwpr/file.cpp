@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model in bytes: the mark, the version, how many numbers follow, the numbers (float64 of this machine's
-// byte order, which the mark would not survive being read in another), their checksum.
+// A model in bytes: the mark, the version, the number of numbers, the numbers (float64 in this machine's byte
+// order; the mark does not match in another), their checksum.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,13 +15,13 @@ namespace {
 constexpr std::uint64_t kMark = 0x3152505754464453ULL;  // "SDFTWPR1" from the low byte on
 constexpr std::uint64_t kVersion = 1;
 constexpr std::size_t kHeadBytes = 3 * sizeof(std::uint64_t);
-constexpr double kMaxCount = 1e6;  // of inputs or outputs: anything larger is no model
+constexpr double kMaxCount = 1e6;  // of inputs or outputs: a larger number is not a valid model
 
 [[noreturn]] void refuse(const char* why) {
   throw std::invalid_argument(std::string("expected a model written by LWPR.save, got ") + why);
 }
 
-// FNV-1a on words of 64 bits.
+// FNV-1a on 64-bit words.
 std::uint64_t checksum(const char* data, std::size_t size) {
   std::uint64_t hash = 0xcbf29ce484222325ULL, word = 0;
   for (std::size_t at = 0; at < size; at += sizeof(word)) {
@@ -53,7 +53,7 @@ std::vector<double> numbers_of(const LwprOptions& o) {
           double(o.init_D.size())};
 }
 
-// Takes numbers one after the other.
+// Reads numbers in sequence.
 class Reader {
  public:
   Reader(const double* begin, const double* end) : at(begin), end_(end) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where the numbers of a receptive field lie. What every sample looks at (centre, metric, local linear
-// function) stands in blocks of kFieldLanes fields, number by number, so that a pack of lanes holds one
-// number of that many fields. What only a sample inside changes stands field by field in a record.
+// The memory layout of receptive fields. The numbers that every sample reads (centre, metric, local linear
+// function) are in blocks of kFieldLanes fields, number by number, so that a pack of lanes holds one number
+// of that many fields. The numbers that change only for a sample inside a field are in the field's record.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ constexpr int kFieldLanes = 8;
 
 struct FieldLayout {
   int n = 0;              // inputs
-  bool diagonal = false;  // whether the metric is
+  bool diagonal = false;  // whether the metric is diagonal
   bool meta = false;      // whether learning rates are learnt
   int row = 0;            // n, rounded up to a whole number of packs of 4 beyond kMaxUnrolled inputs
 
@@ -32,7 +32,7 @@ struct FieldLayout {
   HD int center() const { return 0; }
   HD int metric() const { return n; }
   HD int slope() const { return n + metric_size(); }  // of the field's linear function
-  HD int value() const { return slope() + n; }        // of it at the centre
+  HD int value() const { return slope() + n; }        // value of the function at the centre
   HD int ready() const { return value() + 1; }        // 1: it has seen enough; else 0
   HD int block_rows() const { return ready() + 1; }
   HD int block_size() const { return block_rows() * kFieldLanes; }
@@ -64,23 +64,23 @@ struct FieldLayout {
   HD int p() const { return sz() + row; }
   HD int r() const { return p() + row; }  // the row of the matrix R, up to its diagonal
   HD int projection_size() const { return r() + row; }
-  // Of `count` projections; with many inputs and projections more than an int holds.
+  // Size with `count` projections; with many inputs and projections it exceeds an int.
   HD std::ptrdiff_t record_size(int count) const {
     return projections() + static_cast<std::ptrdiff_t>(count) * projection_size();
   }
 };
 
-// What the arithmetic of a field needs to know of the options.
+// The options that the arithmetic of a field needs.
 struct FieldSettings {
   bool update_D, meta;
   double meta_rate, penalty, add_threshold, final_lambda, tau_lambda;
 };
 
-constexpr double kSsFloor = 1e-10;      // of the sum of squared projections: nothing is divided by 0
-constexpr double kFirstU = 1e-10;       // length of a projection at first: the first sample turns it
-constexpr double kMaxLeverage = 0.9;    // beyond it leaving a sample out means nothing
-constexpr double kMaxMetricStep = 0.1;  // of M_ii, that an entry of row i of M may move in a step
-constexpr double kMaxLogRate = 50;      // of a learnt rate: its exponential must stay finite
+constexpr double kSsFloor = 1e-10;      // for the sum of squared projections: prevents a division by 0
+constexpr double kFirstU = 1e-10;       // initial length of a projection: the first sample turns it
+constexpr double kMaxLeverage = 0.9;    // above it a leave-one-out error has no meaning
+constexpr double kMaxMetricStep = 0.1;  // share of M_ii by which an entry of row i of M may change in a step
+constexpr double kMaxLogRate = 50;      // limit for a learnt rate: its exponential must stay finite
 constexpr int kTrustAfter = 2;          // samples per input, after which a slope is used
 constexpr int kJudgeAfter = 10;         // samples per input, after which the newest projection is judged
 constexpr int kMetricAfter = 20;  // samples per input, after which the metric is learnt: steps go with 1 / W

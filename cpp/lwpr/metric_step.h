@@ -11,8 +11,8 @@
 namespace sdftrack::lwpr {
 namespace {
 
-// What a sample says about the metric: its activation, the slope and the curvature of the cost by it, and the
-// weight of the penalty's gradient M D.
+// The effect of a sample on the metric: its activation, the slope and the curvature of the cost with respect
+// to the activation, and the weight of the penalty's gradient M D.
 struct MetricPull {
   double w, slope, curve, shrink;
 };
@@ -59,7 +59,7 @@ class MetricStep {
     }
   }
 
-  // The penalty wants M D of the metric before the step, so both are laid out first.
+  // The penalty needs M D of the metric before the step, so both are computed first.
   HD void full_penalised(const MetricPull& pull) {
     constexpr int kSize = N > 0 ? N * N : 1;
     double small[2 * kSize];

@@ -13,10 +13,10 @@ namespace sdftrack::lwpr {
 
 namespace {
 
-constexpr std::size_t kChunk = 256;        // samples of a prediction that are one thread's turn
-constexpr std::size_t kWorthThreads = 64;  // samples, below which starting threads costs more than it saves
+constexpr std::size_t kChunk = 256;        // samples of a prediction that a thread takes at a time
+constexpr std::size_t kWorthThreads = 64;  // with fewer samples, starting threads costs more than it saves
 
-constexpr std::size_t kPart = 1 << 14, kLeastPart = 16;  // numbers, and samples, learnt between two looks
+constexpr std::size_t kPart = 1 << 14, kLeastPart = 16;  // numbers, and samples, learnt in one part
 constexpr std::size_t kMaxKept = 1 << 17;            // numbers of a batch that are kept room for: a megabyte
 constexpr int kMaxFull = 1000, kMaxInputs = 100000;  // inputs: the memory of a field
 
@@ -47,7 +47,7 @@ void check_finite(const char* name, const double* values, std::size_t count,
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
       const double value = values[i * columns + j];
-      // The bound itself is infinite beside a norm above 1e283.
+      // The bound itself is infinite for a norm above 1e283.
       if (std::isfinite(value) && std::abs(value) <= kMaxSize * norm[j]) continue;
       throw std::invalid_argument(std::string(name) + ": expected finite numbers, at most 1e25 times norm_" +
                                   (name[0] == 'x' ? "in" : "out") + ", got " + text_of(value) +
@@ -92,7 +92,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
     for (std::size_t j = 0; j < n; ++j) rows_[i * row + j] = x[i * n + j] / norm_in_[j];
   units();
   if (on_device_) on_device_->forget();
-  // In parts, after any of which the model is valid: one that has learnt from the samples so far.
+  // In parts, after each of which the model is valid: it has learnt from the samples so far.
   const std::size_t part = std::max<std::size_t>(kLeastPart, kPart / row);
   std::size_t done = 0;
   const auto settle = [&] {

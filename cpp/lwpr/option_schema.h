@@ -7,7 +7,7 @@
 
 namespace sdftrack::lwpr {
 
-// A number without an upper end, but finite.
+// A finite number without an upper bound.
 constexpr OptionRange kFinitePositive = above(0).below(kNoBound);
 constexpr OptionRange kFiniteNonNegative = at_least(0).below(kNoBound);
 

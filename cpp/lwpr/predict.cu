@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Predictions of many samples on the GPU: one thread for a sample and an output looks at all fields of the
-// output. The formulas are those of the CPU (field_terms.h), sums run in the same order: the same bits.
+// Predictions of many samples on the GPU: one thread per sample and output evaluates all fields of the
+// output. Formulas (field_terms.h) and order of summation are the CPU's, so results are bitwise equal.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20;  // of inputs or outputs of a piece: 8 MB
 
-// Numbers of one sample, which lie `stride` apart: threads side by side read what lies side by side.
+// Numbers of one sample, `stride` apart: neighbouring threads read neighbouring numbers.
 struct Column {
   const double* at;
   std::size_t stride;
@@ -31,12 +31,12 @@ struct UnitOnDevice {
   double q_max;
 };
 
-// What the host looks at when it is done.
+// The flags that the host checks at the end.
 struct Flags {
   int not_finite = 0, not_said = 0;
 };
 
-// The samples in the units of the model, column by column.
+// Scales the samples to the units of the model, column by column.
 struct ScaleSamples {
   static constexpr const char* kName = "LWPR samples";
   static constexpr int kThreads = 128;
@@ -59,7 +59,7 @@ struct ScaleSamples {
   }
 };
 
-// A row of blocks for each output. NaN where no field that is ready is active: the host knows what to say
+// A row of blocks for each output. NaN where no ready field is active: the host computes the prediction
 // there.
 struct Predict {
   static constexpr const char* kName = "LWPR prediction";
@@ -92,22 +92,22 @@ struct Predict {
   }
 };
 
-// The model there, for all samples of a call.
+// The model on the device, for all samples of a call.
 struct Work {
   DeviceStream stream;
   std::vector<UnitOnDevice> units_here;  // until the upload is done
   DeviceBuffer<UnitOnDevice> units;
   DeviceBuffer<double> blocks, norms;
 
-  // Samples that go there, or lie there, and their means. While one lane computes, the host copies for the
-  // other.
+  // Samples that are copied to the device or lie there, and their means. While one lane computes, the host
+  // copies for the other.
   struct Lane {
     DeviceStream stream;
     PinnedBuffer<double> x_here, mean_here;
     PinnedBuffer<Flags> flags_here{1};
     DeviceBuffer<Flags> flags{1};
     DeviceBuffer<double> x, columns, mean;
-    double* to = nullptr;  // where the host wants what is on its way
+    double* to = nullptr;  // where the host wants the result in progress
     std::size_t numbers = 0;
   };
   Lane lanes[2];
@@ -139,7 +139,7 @@ Model queue_model(Work* work, const FieldLayout& at, const std::vector<LwprUnit>
   return {at, static_cast<int>(m), norms + n};
 }
 
-// Queued: the samples' means, (count, outputs), in the units of the caller.
+// Queues the computation of the samples' means, (count, outputs), in the caller's units.
 void queue_means(Work* work, Work::Lane* lane, const Model& model, const double* x, std::size_t count,
                  double* mean) {
   const auto n = static_cast<std::size_t>(model.at.n);
@@ -155,7 +155,7 @@ void queue_means(Work* work, Work::Lane* lane, const Model& model, const double*
   stream.download(lane->flags.data(), 1, lane->flags_here.data());
 }
 
-// Waits for what the lane was last given, hands it out, and says what the kernels have seen.
+// Waits for the lane's last work, copies its result out, and returns the kernels' flags.
 Flags finish(Work::Lane* lane) {
   lane->stream.wait();
   if (!lane->to) return {};
@@ -165,7 +165,7 @@ Flags finish(Work::Lane* lane) {
 
 }  // namespace
 
-// Piece by piece in two lanes, through pinned memory, which is what lets copies run beside kernels.
+// Piece by piece in two lanes, through pinned memory, which lets copies overlap with kernels.
 void LwprModel::predict_cuda(const double* x, std::size_t count, int device, double* mean,
                              std::size_t at_once) const {
   if (count == 0) return;
@@ -173,7 +173,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
   const std::size_t most =
       std::min(count, std::max<std::size_t>(1, std::min(at_once, kNumbersAtOnce / std::max(n, m))));
   const auto work = pool_of<Work>().borrow(device);
-  const StreamWaiter first(work->lanes[0].stream), second(work->lanes[1].stream);  // after an exception, too
+  const StreamWaiter first(work->lanes[0].stream), second(work->lanes[1].stream);  // also after an exception
   for (Work::Lane& lane : work->lanes) lane.to = nullptr;
   const Model model = queue_model(&*work, at_, units(), norm_in_, norm_out_);
   for (const Work::Lane& lane : work->lanes)
@@ -196,7 +196,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
     lane.to = mean + done * m, lane.numbers = m * some;
   }
   for (std::size_t k = 0; k < 2; ++k) finish_lane(&work->lanes[(turn + k) % 2]);
-  if (all.not_finite) scaled_rows(x, count, "x");  // throws: it knows which sample
+  if (all.not_finite) scaled_rows(x, count, "x");  // throws, naming the sample
   if (all.not_said) say_the_rest(x, count, mean);
 }
 
@@ -231,7 +231,7 @@ DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, i
   return mean;
 }
 
-// What no field on the device has said.
+// Predicts on the host where no field on the device was active.
 void LwprModel::say_the_rest(const double* x, std::size_t count, double* mean) const {
   const std::size_t n = norm_in_.size(), m = norm_out_.size();
   const std::vector<LwprUnit>& now = units();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a sample changes in a receptive field: regression by projections, and the leave-one-out cost.
-// docs/math/lwpr.md has the equations; tests/reference/lwpr.py the same, slow and obvious. Included
-// only by files that are compiled for one instruction set.
+// The update of a receptive field by a sample: regression by projections, and the leave-one-out cost. The
+// equations are in docs/math/lwpr.md; tests/reference/lwpr.py is a slow, plain implementation. Included only
+// by files that are compiled for one instruction set.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace sdftrack::lwpr {
 namespace {
 
-#ifdef SDFTRACK_NO_PACKS  // for a compiler that knows none
+#ifdef SDFTRACK_NO_PACKS  // for a compiler without vector types
 struct Four {
   double v[4];
   HD double operator[](int k) const { return v[k]; }
@@ -29,14 +29,14 @@ struct Four {
 using Four = double __attribute__((vector_size(32)));
 #endif
 
-// Rows lie where a double may.
+// Rows are aligned as doubles only.
 HD Four load_four(const double* p) {
   Four x;
   memcpy(&x, p, sizeof(x));
   return x;
 }
 
-// Loops over a row of n numbers: unrolled for N of them, else packs of four with zeros at the end.
+// Loops over a row of n numbers: unrolled for n = N, else packs of four with zeros at the end.
 template <int N>
 struct Rows {
   HD static int size(const FieldLayout& at) { return N > 0 ? N : at.row; }
@@ -80,8 +80,8 @@ class FieldUpdate {
         ps_(scratch + 2 * row_),
         d_(scratch + 3 * row_) {}
 
-  // A sample x (a whole row: zeros at the end) with the value y and the activation w. True where another
-  // projection is wanted.
+  // Learns a sample x (a whole row: zeros at the end) with the value y and the activation w. Returns true if
+  // another projection is needed.
   HD bool learn(const double* x, double y, double w) {
     const int R = N == 1 || N == 2 ? N : static_cast<int>(head_[FieldLayout::kProjections]);
     const double e = regress(x, y, w, R);
@@ -144,7 +144,7 @@ class FieldUpdate {
     return residual;
   }
 
-  // The leave-one-out cost and its slope by the activation (eqs. 6 and 7).
+  // The leave-one-out cost and its slope with respect to the activation (eqs. 6 and 7).
   HD void judge(const double* x, double e, double w, int T) {
     const double lambda = head_[FieldLayout::kLambda];
     double h = 0;

@@ -11,14 +11,14 @@ namespace sdftrack::lwpr {
 
 namespace {
 
-constexpr double kSpare = 0.25;     // of the extent, that is left free at each end for fields to come
-constexpr double kCellReach = 0.5;  // cells to the reach of a middling field
+constexpr double kSpare = 0.25;               // of the extent, left free at each end for later fields
+constexpr double kCellReach = 0.5;            // cells per reach of a median field
 constexpr int kMaxCells[] = {4096, 128, 24};  // along each of 1, 2, 3 axes
 
 constexpr double kMaxReach = 1e100;
 
 struct Extent {
-  double low, high, reach;  // of the fields with their reach; the middling reach
+  double low, high, reach;  // of the fields with their reach; the median reach
 };
 
 Extent extent_of(int axis, const std::vector<FieldReach>& reaches) {
@@ -36,13 +36,13 @@ Extent extent_of(int axis, const std::vector<FieldReach>& reaches) {
 
 }  // namespace
 
-// Those along which the fields spread widest, for how far they reach.
+// Chooses the axes along which the fields' spread is largest relative to their reach.
 void LwprSearch::choose_axes(int n, const std::vector<FieldReach>& reaches) {
   std::vector<std::pair<double, int>> spread;
   for (int j = 0; j < n; ++j) {
     const Extent e = extent_of(j, reaches);
     const double wide = (e.high - e.low) / e.reach;
-    spread.emplace_back(wide == wide ? -wide : 0, j);  // 0 / 0 has no place in an order
+    spread.emplace_back(wide == wide ? -wide : 0, j);  // 0 / 0 cannot be ordered
   }
   std::sort(spread.begin(), spread.end());
   axes_ = std::min(n, 3);
@@ -54,7 +54,7 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
   for (const FieldReach& r : reaches)
     for (int j = 0; j < n; ++j)
       if (!(r.half[j] < kMaxReach && std::isfinite(r.center[j])))
-        return;  // one without end: all are looked at
+        return;  // an unbounded field: all fields are evaluated
   choose_axes(n, reaches);
   std::size_t cells = 1;
   for (int a = 0; a < axes_; ++a) {
@@ -69,10 +69,10 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
   lists_.assign(cells, {});
   ready_ = true;
   for (std::size_t k = 0; k < reaches.size(); ++k)
-    if (!add(static_cast<int>(k), reaches[k])) ready_ = false;  // a reach without end
+    if (!add(static_cast<int>(k), reaches[k])) ready_ = false;  // an unbounded reach
 }
 
-// Cells along an axis. Rounded as in near(), which is monotonous: what lies in the reach falls into them.
+// Cells along an axis. Rounded monotonically as in near(): places within the reach fall into these cells.
 bool LwprSearch::range(int a, const FieldReach& reach, int* first, int* last) const {
   const double c = reach.center[axis_[a]], half = reach.half[axis_[a]];
   const double low = (c - half - origin_[a]) * per_cell_[a], high = (c + half - origin_[a]) * per_cell_[a];

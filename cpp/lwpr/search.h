@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Which fields may be active at a place: a grid over at most three inputs, each cell with the fields whose
-// reach meets it. It leaves out only fields that are surely below the cutoff, so answers are those of looking
-// at all.
+// Finds the fields that may be active at a place: a grid over at most three inputs, where each cell lists the
+// fields whose reach meets it. Only fields that are surely below the cutoff are left out, so the results
+// equal those of a full search.
 #pragma once
 
 #include <vector>
 
 namespace sdftrack::lwpr {
 
-// Where a field is and how far it reaches along each input, at the cutoff.
+// The centre of a field and its reach along each input, at the cutoff.
 struct FieldReach {
   const double* center;
   const double* half;
@@ -23,12 +23,12 @@ class LwprSearch {
 
   bool ready() const { return ready_; }
   void forget() { ready_ = false; }
-  // `reaches`: of fields 0, 1, 2, ... of n inputs.
+  // `reaches`: one for each field 0, 1, 2, ... of n inputs.
   void build(int n, const std::vector<FieldReach>& reaches);
-  // One more field, or one that reaches farther than it did. False where it leaves the grid: build again
-  // then.
+  // Adds a field, or extends the reach of one. Returns false if it leaves the grid, which must then be built
+  // again.
   bool add(int field, const FieldReach& reach);
-  // None outside the grid, for all lie inside.
+  // Outside the grid there are no fields, because all lie inside.
   Fields near(const double* x) const {
     std::size_t cell = 0;
     for (int a = 0; a < axes_; ++a) {

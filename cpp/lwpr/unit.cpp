@@ -9,11 +9,11 @@ namespace sdftrack::lwpr {
 namespace {
 
 constexpr double kMostSamples =
-    1e15;                        // that a field has learnt from: whole numbers beyond are not told apart
-constexpr int kSearchFrom = 48;  // fields, from which on a grid is faster than looking at all
+    1e15;                        // that a field has learnt from: larger whole numbers cannot be distinguished
+constexpr int kSearchFrom = 48;  // number of fields from which on a grid is faster than evaluating all
 
-// Room for a field's arithmetic: of the thread that learns, not of each output, since with a full metric it
-// is two matrices.
+// Memory for a field's arithmetic: per learning thread, not per output, because with a full metric it is two
+// matrices.
 double* learn_scratch(const FieldLayout& at) {
   thread_local std::vector<double> room;
   const auto wanted = static_cast<std::size_t>(scratch_size(at));
@@ -87,7 +87,7 @@ void LwprUnit::add_projection(int k) {
   begin_projection(at_, record_of(k));
 }
 
-// The last field takes its place.
+// The last field moves to its place.
 void LwprUnit::remove_field(int k) {
   const int last = size() - 1;
   move_field(at_, lane_of(last), record(last), record_stride_, lane_of(k), record_of(k));
@@ -97,7 +97,7 @@ void LwprUnit::remove_field(int k) {
   search_.forget();
 }
 
-// One of the two fields that cover the sample most goes, if both cover it.
+// Removes one of the two fields that cover the sample most, if both cover it.
 void LwprUnit::prune(int count) {
   int first = 0, second = -1;
   for (int i = 1; i < count; ++i) {
@@ -114,7 +114,7 @@ void LwprUnit::prune(int count) {
   remove_field(older_goes(at_, record(a), record(b)) ? a : b);
 }
 
-// Room for so many fields, the last of them empty.
+// Reserves room for this number of fields, the last of them empty.
 void LwprUnit::reserve_fields(int fields) {
   const int blocks = (fields + kFieldLanes - 1) / kFieldLanes;
   const auto want = static_cast<std::size_t>(blocks) * static_cast<std::size_t>(at_.block_size());
@@ -124,7 +124,7 @@ void LwprUnit::reserve_fields(int fields) {
   room_in(&own_);
 }
 
-// Room for so many projections in each field.
+// Reserves room for this number of projections in each field.
 void LwprUnit::reserve_projections(int count) {
   const std::ptrdiff_t wanted = at_.record_size(count);
   if (wanted <= record_stride_) return;

@@ -19,13 +19,13 @@ struct LwprPrediction {
   double mean = 0, sd = 0;
 };
 
-// Memory that looking at the fields takes: one per thread.
+// Working memory for evaluating the fields: one per thread.
 struct LwprScratch {
   std::vector<int> index;
   std::vector<double> w, row;
 };
 
-// What a unit needs to know of the options.
+// The options that a unit needs.
 struct UnitSettings {
   explicit UnitSettings(const LwprOptions& options);
   FieldSettings field;
@@ -48,14 +48,13 @@ class LwprUnit {
 
   // `x` is a whole row of the layout: zeros at the end. Call settle() after the last.
   void update(const double* x, double y);
-  // Makes the local linear functions of the fields that have changed.
+  // Updates the local linear functions of the fields that have changed.
   void settle();
 
   double predict(const double* x, LwprScratch* scratch) const;
   LwprPrediction predict_with_sd(const double* x, LwprScratch* scratch) const;
   double largest_activation(const double* x, LwprScratch* scratch) const;
-  // Root of the weighted mean of the squared residuals that are left after the last projection (e of
-  // eq. 6.12).
+  // Root of the weighted mean of the squared residuals after the last projection (e of eq. 6.12).
   double training_error() const;
 
   int size() const { return static_cast<int>(changed_.size()); }
@@ -63,16 +62,16 @@ class LwprUnit {
   // Number `row` of field k's lane.
   double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
   const FieldLayout& layout() const { return at_; }
-  const std::vector<double>& blocks() const { return blocks_; }  // what predictions look at
+  const std::vector<double>& blocks() const { return blocks_; }  // the numbers that predictions read
   double q_max() const { return settings_.q_max; }
   const OutputsSeen& seen() const { return seen_; }
   std::ptrdiff_t record_stride() const { return record_stride_; }
 
-  // Everything that a unit is, as numbers, and back; read_from leaves the unit as it was where they do not
+  // The whole state of a unit as numbers, and back; read_from leaves the unit unchanged if the numbers do not
   // fit.
   void append_to(std::vector<double>* out) const;
   bool read_from(const double** from, const double* end);
-  // Becomes what a GPU has made of it: `fields` of them, their blocks, and a record every `stride` numbers.
+  // Takes over a GPU's result: `fields` fields, their blocks, and a record every `stride` numbers.
   void take(const OutputsSeen& seen, int fields, const double* blocks, const double* records,
             std::ptrdiff_t stride);
 
@@ -102,7 +101,7 @@ class LwprUnit {
   std::shared_ptr<const std::vector<double>> init_M_;  // of a new field; a unit's copies share it
   const UnitOps* ops_;
   std::vector<double> blocks_;         // lanes
-  std::vector<double> records_;        // one for each field, with room for as many projections in each
+  std::vector<double> records_;        // one for each field, all with room for the same number of projections
   std::ptrdiff_t record_stride_;       // numbers from one record to the next
   std::vector<std::uint8_t> changed_;  // of each field, since the last settle()
   OutputsSeen seen_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The loops of unit_ops.h for the instruction set of the file that includes this. Eight doubles are one pack
-// in each of them; where registers are narrower the compiler makes two or four of it.
+// in each set; where registers are narrower the compiler splits it into two or four.
 #pragma once
 
 #ifdef __SSE2__
@@ -43,7 +43,7 @@ struct UnitLoops {
     return blocks + static_cast<long>(field / kFieldLanes) * at.block_size() + field % kFieldLanes;
   }
 
-  // One of a list after the other: it is short.
+  // Visits a list one field at a time, since the list is short.
   static int near(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
                   const ActiveFields& out) {
     int found = 0;
@@ -56,7 +56,7 @@ struct UnitLoops {
     return found;
   }
 
-  // All of them, block by block.
+  // Visits all fields, block by block.
   static int among_all(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
                        const ActiveFields& out) {
     const int size = at.block_size();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a unit says at a place (docs/math/lwpr.md, eqs. 11 to 13).
+// The prediction of a unit at a place (docs/math/lwpr.md, eqs. 11 to 13).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -34,7 +34,7 @@ double leverage(const FieldLayout& at, const double* head, const double* x, std:
   return sum;
 }
 
-// Of the noise of a field that is ready.
+// Noise variance of a field that is ready.
 double noise_variance(const FieldLayout& at, const double* head) {
   const double* const pr = head + at.record_size(static_cast<int>(head[FieldLayout::kTrusted]) - 1);
   const double W = pr[FieldLayout::kSumW];

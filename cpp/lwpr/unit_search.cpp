@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which fields of a unit a sample may activate (docs/math/lwpr.md, section 4).
+// The fields of a unit that a sample may activate (docs/math/lwpr.md, section 4).
 #include <cmath>
 
 #include "lwpr/unit.h"
@@ -8,7 +8,7 @@ namespace sdftrack::lwpr {
 
 namespace {
 
-constexpr double kReachMargin = 1.15;  // on a field's reach in the search, so that it may grow a little
+constexpr double kReachMargin = 1.15;  // factor on a field's reach in the search: it may grow a little
 const int kNoField = 0;
 
 }  // namespace
@@ -29,8 +29,8 @@ int LwprUnit::active(const double* x, LwprScratch* scratch) const {
   return ops_->active(at_, fields_near(x), x, settings_.q_max, room_in(scratch));
 }
 
-// How far a field reaches at the cutoff along each input: the extent of |M d|^2 = q_max is sqrt(q_max) times
-// the length of a row of the inverse of M.
+// A field's reach along each input at the cutoff: the extent of |M d|^2 = q_max is sqrt(q_max) times the
+// length of a row of the inverse of M.
 void LwprUnit::reach_of(int k, double* half) {
   const int n = at_.n;
   const double* const lane = lane_of(k);
@@ -57,7 +57,7 @@ void LwprUnit::reach_of(int k, double* half) {
   known_drift2_[i] = drift * drift;
 }
 
-// Keeps the search right after a field's metric has changed.
+// Keeps the search valid after a change of a field's metric.
 void LwprUnit::follow(int k) {
   const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
   const double* const lane = lane_of(k) + static_cast<std::ptrdiff_t>(at_.n) * kFieldLanes;

@@ -14,15 +14,15 @@ class UnitsOnDevice {
  public:
   virtual ~UnitsOnDevice() = default;
   virtual int device() const = 0;
-  virtual bool ahead() const = 0;  // they have learnt what the host's have not
+  virtual bool ahead() const = 0;  // they have learnt samples that the host's units have not
 
-  // Samples in their order: rows of the layout, and `count` numbers of one output after the other. Begins
-  // with the host's units unless those here are ahead. After an exception nothing is ahead.
+  // Samples in order: rows of the layout, and `count` numbers of one output after the other. Begins with the
+  // host's units unless the device's units are ahead. After an exception they are not ahead.
   virtual void learn(const std::vector<LwprUnit>& units, const double* rows, const double* y,
                      std::size_t count) = 0;
-  // Makes the host's units what these are, if these are ahead. From any thread.
+  // Copies these units to the host's units, if these are ahead. From any thread.
   virtual void fetch(std::vector<LwprUnit>* units) = 0;
-  // The host's have learnt something.
+  // The host's units have learnt something.
   virtual void forget() = 0;
 };
 

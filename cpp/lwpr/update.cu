@@ -11,10 +11,10 @@ namespace sdftrack::lwpr {
 
 namespace {
 
-constexpr int kFirstFields = 64;                           // that there is room for
-constexpr std::size_t kMaxScratch = std::size_t{1} << 25;  // numbers that blocks side by side work in
+constexpr int kFirstFields = 64;                           // initial room
+constexpr std::size_t kMaxScratch = std::size_t{1} << 25;  // numbers of working memory for parallel blocks
 
-// All units as they lie on the device, in memory of the host.
+// All units in the layout of the device, in the host's memory.
 struct Image {
   UnitRoom room;
   std::vector<Progress> progress;
@@ -32,7 +32,7 @@ struct Image {
   std::size_t record_numbers(const FieldLayout& at) const {
     return static_cast<std::size_t>(room.fields) * static_cast<std::size_t>(at.record_size(room.projections));
   }
-  // The fields of an output, whose records lie `stride` apart.
+  // Stores the fields of an output, whose records lie `stride` apart.
   void put(const FieldLayout& at, std::size_t output, int fields, const double* from_blocks,
            const double* from_records, std::ptrdiff_t stride) {
     progress[output].fields = fields;
@@ -102,7 +102,7 @@ class Units final : public UnitsOnDevice {
   }
 
   void send(const Image& image) {
-    // The image goes with the caller, also where the second copy is refused.
+    // The caller may free the image afterwards, even if the second copy fails.
     const StreamWaiter waiter(stream_);
     room_ = image.room, progress_ = image.progress;
     stream_.upload(image.blocks.data(), image.blocks.size(), blocks_.room(image.blocks.size()));
@@ -120,7 +120,7 @@ class Units final : public UnitsOnDevice {
     return out;
   }
 
-  // More fields or projections in each output, as one of them wants.
+  // Makes room for more fields or projections in each output, as one of them needs.
   void grow() {
     UnitRoom wider = room_;
     for (const Progress& one : progress_)
@@ -157,7 +157,7 @@ class Units final : public UnitsOnDevice {
     }
   }
 
-  // As many outputs at a time as there is memory to work in.
+  // Starts as many outputs at a time as the working memory allows.
   template <int N>
   void start(long long count) {
     using Kernel = LearnSamples<N>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The kernel of updates on the GPU: a block for each output takes the samples in their order, its threads the
-// fields. The formulas are the CPU's own. Compiled without fused multiply-add: the CPU's bits.
+// The kernel of updates on the GPU: a block for each output takes the samples in order, its threads share the
+// fields. The formulas are the CPU's code, compiled without fused multiply-add for bitwise equal results.
 #pragma once
 
 #define SDFTRACK_NO_PACKS  // of the CPU's headers
@@ -15,15 +15,15 @@
 namespace sdftrack::lwpr {
 namespace {
 
-// How far an output is.
+// The progress of an output.
 struct Progress {
   long long next;  // sample
   int fields;
-  int wants;  // 1: a field wants a projection for which there is no room
+  int wants;  // 1: a field needs a projection for which there is no room
 };
 
-// The two fields that a sample activates most; of equals the one that is older comes first. In whatever order
-// they are added.
+// The two fields with the largest activation for a sample; of equals the older one comes first. The result
+// does not depend on the order in which they are added.
 struct TwoFields {
   double w[2] = {-1, -1};
   int field[2] = {-1, -1};
@@ -44,7 +44,7 @@ struct TwoFields {
   }
 };
 
-// Room for as many fields and projections in each output.
+// Room for this number of fields and projections in each output.
 struct UnitRoom {
   int fields = 0, projections = 0;
 };
@@ -57,7 +57,7 @@ struct LearnSamples {
   UnitSettings settings;
   UnitRoom room;
   Progress* progress;
-  double *blocks, *records, *scratch;  // scratch: of each thread
+  double *blocks, *records, *scratch;  // scratch: for each thread
   const double *first_M, *x, *y;       // x: rows; y: of one output after the other
   long long count;
   unsigned first_output;
@@ -109,7 +109,7 @@ struct LearnSamples {
     return records + before * static_cast<std::size_t>(at.record_size(room.projections));
   }
 
-  // Of this thread's fields. What they read and write is their own.
+  // Updates this thread's fields, which no other thread reads or writes.
   __device__ TwoFields learn(unsigned output, int fields, const double* sample, double value,
                              int* full) const {
     TwoFields mine;

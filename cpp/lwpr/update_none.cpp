@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of update.cu: one error.
+// Replaces update.cu in a build without CUDA: one error.
 #include "base/no_cuda.h"
 #include "lwpr/units_on_device.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Normal equations of many poses that share a few unknowns, and only those: an arrow of blocks. The poses are
-// eliminated one by one, so that a step costs what the poses cost, not the cube of their number.
+// Normal equations of many poses that are coupled only through a few shared unknowns: an arrow of blocks. The
+// poses are eliminated one by one, so that a step's cost is linear in their number, not cubic.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ using SharedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxShared, 1>;
 using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxShared, kMaxShared>;
 using CrossMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxShared>;
 
-// The share of one pose in the normal equations.
+// The contribution of one pose to the normal equations.
 struct ArrowBlock {
   Eigen::Matrix<double, 6, 6> pose;  // second derivatives by the pose,
   CrossMatrix cross;                 // by the pose and the shared unknowns,
@@ -29,12 +29,12 @@ struct ArrowBlock {
   void reset(int shared_unknowns);
 };
 
-// What is minimised: a sum over poses, and what is known of the shared unknowns beforehand.
+// The energy to be minimised: a sum over poses, and a prior on the shared unknowns.
 class ArrowEnergy {
  public:
   virtual ~ArrowEnergy() = default;
   virtual int shared_unknowns() const = 0;
-  // One block for each pose, at the state in hand or (trial) at the one a step has led to.
+  // One block for each pose, at the current state or (trial) at the state that a step has led to.
   virtual void linearize(bool trial, std::vector<ArrowBlock>* blocks, ArrowBlock* prior) = 0;
   virtual void retract(const std::vector<Vector6d>& poses,
                        const SharedVector& shared) = 0;  // makes the trial

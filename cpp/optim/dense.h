@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small dense systems: Eigen's decompositions, compiled once for every size that is used (dense_solve_*.cpp,
-// dense_eigenpairs_*.cpp). Where they are instantiated they cost seconds.
+// dense_eigenpairs_*.cpp), because each instantiation takes seconds to compile.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ Eigen::Matrix<double, N, N> inverse_symmetric(const Eigen::Matrix<double, N, N>&
   return solve_symmetric<N, N>(A, Eigen::Matrix<double, N, N>::Identity(A.rows(), A.cols()));
 }
 
-// Of a symmetric matrix, in increasing order; the vectors are columns.
+// Eigenpairs of a symmetric matrix, in increasing order; the vectors are columns.
 template <int N>
 struct Eigenpairs {
   Eigen::Matrix<double, N, 1> values;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The definition behind dense.h, for the files that instantiate it: each a few sizes, for one alone would
-// take more than a gigabyte to compile.
+// The definition behind dense.h, for the files that instantiate it. Each file has a few sizes: all in one
+// file would take more than a gigabyte to compile.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -13,7 +13,7 @@ template <int N, int M>
 Eigen::Matrix<double, N, M> solve_symmetric(const Eigen::Matrix<double, N, N>& A,
                                             const Eigen::Matrix<double, N, M>& B) {
   if constexpr (M == Eigen::Dynamic) {
-    if (B.cols() == 0) return B;  // which Eigen would read the first coefficient of
+    if (B.cols() == 0) return B;  // Eigen would read the first coefficient of B
   }
   return A.ldlt().solve(B);
 }

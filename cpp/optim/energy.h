@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the optimiser sees of an energy: a cost to be minimised and its quadratic model.
+// The optimiser's interface to an energy: a cost to be minimised and its quadratic model.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 
 namespace sdftrack::optim {
 
-// An energy says what a state costs and how the cost changes; it never loops over a damping.
-// linearize() and cost() visit the same pixels with the same penalty, so that they may be compared. An energy
-// may keep a warm start for its inner problem (where each pixel's ray meets the model) from state to state.
+// An energy evaluates the cost of a state and its derivatives; it never loops over a damping. linearize() and
+// cost() visit the same pixels with the same penalty, so that their costs may be compared. An energy may keep
+// a warm start for its inner problem (where each pixel's ray meets the model) from state to state.
 class Energy {
  public:
   virtual ~Energy() = default;
@@ -37,8 +37,8 @@ class SumEnergy final : public Energy {
   NormalEquations one_;
 };
 
-// sum_i weight_i E_i over several objects, where each term is of a few of them: its object k is objects[k] of
-// the whole. What a linearisation costs grows with the terms, not with the square of all unknowns.
+// sum_i weight_i E_i over several objects, where each term depends on a few: its object k is objects[k] of
+// the whole. The cost of a linearisation grows with the terms, not with the square of all unknowns.
 class GroupEnergy final : public Energy {
  public:
   static constexpr std::size_t kMost = 4;  // objects of a term
@@ -49,7 +49,7 @@ class GroupEnergy final : public Energy {
   }
   // At most kMost objects.
   void add(Energy* energy, double weight, const int* objects, int count);
-  // A term of all objects, in their order.
+  // A term that depends on all objects, in their order.
   void add(Energy* energy) { whole_.push_back(energy); }
 
   Unknowns unknowns() const override { return {objects_, false, false}; }
@@ -69,7 +69,7 @@ class GroupEnergy final : public Energy {
   std::vector<Term> terms_;
   std::vector<Energy*> whole_;
   State part_;
-  std::array<NormalEquations, kMost> one_;  // by the number of a term's objects: their sizes stay
+  std::array<NormalEquations, kMost> one_;  // one for each number of objects of a term: their sizes stay
 };
 
 }  // namespace sdftrack::optim

@@ -13,7 +13,7 @@ namespace sdftrack::optim {
 
 namespace {
 
-constexpr Eigen::Index kDense = 48;  // unknowns up to which a dense factorisation is the faster one
+constexpr Eigen::Index kDense = 48;  // up to this number of unknowns a dense factorisation is faster
 
 void find_free_unknowns(const LmOptions& options, int n, std::vector<int>* free) {
   if (!options.fixed.empty() && static_cast<int>(options.fixed.size()) != n)
@@ -40,7 +40,7 @@ void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
     work->factor.compute(A);
     work->rhs = work->factor.solve(work->rhs);
   } else {
-    // Of many objects only those that touch share anything: most blocks are empty.
+    // Among many objects only those in contact are coupled: most blocks are empty.
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(A.sparseView());
     work->rhs = factor.solve(work->rhs);
   }
@@ -70,7 +70,7 @@ bool is_small(const Eigen::VectorXd& delta, const Unknowns& unknowns, const Stat
   return true;
 }
 
-// The most that the step promises for one object: beside many that stand still one that moves must not drown.
+// The largest gain for one object: the gain of one moving object must not vanish among many at rest.
 double max_promised(const NormalEquations& eq, const LmWork& work, int block) {
   double most = 0;
   for (Eigen::Index i = 0; i + block <= work.delta.size(); i += block) {
@@ -103,8 +103,8 @@ const char* stop_name(Stop stop) {
 
 namespace {
 
-// An energy with a dense Hessian. A trial is linearised at once: most are kept, and then the next step needs
-// no other look.
+// An energy with a dense Hessian. Each trial is linearised at once: most are accepted, and the next step then
+// needs no further evaluation.
 class DenseSystem {
  public:
   DenseSystem(Energy& energy, const LmOptions& options, State* x, LmWork* work)

@@ -11,16 +11,16 @@
 namespace sdftrack::optim {
 
 struct LmOptions : LmRules {
-  std::vector<bool> fixed;  // unknowns to leave alone (empty: none); taken out of the system
+  std::vector<bool> fixed;  // unknowns that are kept fixed (empty: none); taken out of the system
 };
 
 const char* stop_name(Stop stop);
 
-// How a search went.
+// The course and result of a search.
 struct LmRecord {
   double cost = 0;
   double count = 0;
-  double damping = 0;  // to go on with
+  double damping = 0;  // to continue with
   Stop stop = Stop::kMaxSteps;
   std::vector<LmStep> steps;
 
@@ -33,7 +33,7 @@ struct LmResult : LmRecord {
   State x;
 };
 
-// Working memory: whoever minimises in every frame keeps it, and nothing is allocated from the second on.
+// Working memory: a caller that minimises in every frame keeps it, so that only the first call allocates.
 struct LmWork {
   NormalEquations here, next;
   State trial;
@@ -43,7 +43,7 @@ struct LmWork {
   Eigen::LDLT<Eigen::MatrixXd> factor;
 };
 
-// From out->x on; its steps are overwritten.
+// Starts from out->x; its steps are overwritten.
 void minimize(Energy& energy, const LmOptions& options, LmWork* work, LmResult* out);
 LmResult minimize(Energy& energy, const State& start, const LmOptions& options);
 

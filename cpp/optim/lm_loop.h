@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The loop of Levenberg-Marquardt, over whatever holds the unknowns and solves for a step.
+// The loop of Levenberg-Marquardt, over any System that holds the unknowns and solves for a step.
 #pragma once
 
 #include "optim/lm.h"

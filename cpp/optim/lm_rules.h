@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The rules of Levenberg-Marquardt: when a step is tried, kept, and the last. For the host and for kernels;
-// no Eigen and no containers here.
+// The rules of Levenberg-Marquardt: when a step is tried, accepted, and the last one. For the host and for
+// kernels: no Eigen and no containers here.
 #pragma once
 
 #include "base/lane.h"
@@ -17,26 +17,26 @@ struct LmRules {
   double step_m = 1e-6;      // a step below all of these ends the search
   double step_rad = 1e-6;
   double step_relative = 1e-7;  // log scale; intrinsics are compared as fractions of fx
-  double cost_relative = 1e-7;  // an accepted trial that gains less than this share of the cost ends it
-  double cost_gain = 0;         // so does a step that promises less than this: the quadratic model's own gain
-  double sure_gain = 0;         // a step that promises less than this is kept without a look, and is the last
-  int block = 0;  // unknowns of one object, whose gains are then compared one by one; 0: all together
+  double cost_relative = 1e-7;  // an accepted trial that lowers the cost by less than this share ends it
+  double cost_gain = 0;         // so does a step with a lower gain than this by the quadratic model
+  double sure_gain = 0;         // a step with a lower model gain is accepted unevaluated, as the last
+  int block = 0;  // unknowns of one object: gains are compared object by object; 0: all together
 };
 
 enum class Stop { kSmallStep, kSmallGain, kMaxSteps, kDampingMax, kNotFinite, kNoData };
 
 struct LmStep {
-  double cost;  // at the state that was kept; of a sure step what the model promises
+  double cost;  // at the accepted state; for a sure step the model's prediction
   double damping;
   bool accepted;
 };
 
-// What a step promises by the quadratic model: in all, and for the one object that gains most.
+// The gain of a step by the quadratic model: in all, and for the object that gains most.
 struct Promise {
   double all, most;
 };
 
-// A step that has been found and not yet judged.
+// A step that has been computed but not yet judged.
 struct LmTrial {
   double promised = 0;
   bool sure = false, small = false;
@@ -49,16 +49,16 @@ HD double damped(double curvature, double damping, double floor) {
 }
 
 // A System is at a state that it has linearised, and offers
-//   double cost(), count();             there
-//   bool has_data();                    false: nothing to go by
+//   double cost(), count();             at this state
+//   bool has_data();                    false: no data to fit
 //   bool find_step(double damping);     false: the step is not finite
-//   Promise promised();                 of that step
+//   Promise promised();                 gain of that step by the model
 //   double look();                      linearises at the step's end; the cost there
-//   void accept(bool looked);           goes there
+//   void accept(bool looked);           moves to the step's end
 //   bool step_is_small();
-// A Record has cost, count, damping and stop, and keeps the steps: clear_steps(), add(LmStep), trials().
-// The search is these three in turn, each false where it has ended: lm_begin, then lm_propose and, with the
-// cost at the step's end, lm_judge. Whoever looks may do so in between: a kernel, say, of many threads.
+// A Record has cost, count, damping and stop, and keeps the steps: clear_steps(), add(LmStep), trials(). The
+// search calls three functions, each false once it has ended: lm_begin, then in turn lm_propose and, with the
+// cost at the step's end, lm_judge. The caller may evaluate in between, as in a kernel of many threads.
 template <class System, class Record>
 HD bool lm_begin(const System& system, const LmRules& rules, Record* out) {
   out->damping = rules.damping, out->stop = Stop::kMaxSteps, out->clear_steps();
@@ -110,7 +110,7 @@ HD bool lm_judge(System& system, const LmRules& rules, const LmTrial& trial, dou
   return true;
 }
 
-// On to the next trial that asks for a look; false: the search has ended.
+// Advances to the next trial that needs an evaluation; false: the search has ended.
 template <class System, class Record>
 HD bool lm_go_on(System& system, const LmRules& rules, Record* out, LmTrial* trial) {
   while (lm_propose(system, rules, out, trial)) {

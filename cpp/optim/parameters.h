@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The unknowns of an energy and how a step moves them. The only place that knows their order.
+// The unknowns of an energy and how a step moves them. No other code depends on their order.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 
 namespace sdftrack::optim {
 
-// A point in the space of unknowns. `log_scale` has one entry per object, or none; `log_size` the lengths (m)
-// of a shape that is a formula, as logarithms.
+// A point in the space of unknowns. `log_scale` has one entry per object, or none; `log_size` has the
+// logarithms of the lengths (m) of a shape that is given by a formula.
 struct State {
   std::vector<Rigidd> T_obj_cam;
   Intrinsics<double> K{};
@@ -19,8 +19,8 @@ struct State {
   std::vector<double> log_size{};
 };
 
-// Which blocks a problem has: per object (v, w) [, log scale]; then the log sizes; then fx, fy, cx, cy if
-// wanted.
+// The blocks of a problem: per object (v, w) [, log scale]; then the log sizes; then fx, fy, cx, cy if
+// requested.
 struct Unknowns {
   int objects = 1;
   bool scale = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The search for the pose of one object, and perhaps its size, or for the poses of a few, as a System of
-// lm_rules.h of plain numbers: for kernels.
+// The search for the pose of one object, optionally with its size, or for the poses of a few objects: a
+// System of lm_rules.h made of plain numbers, for kernels.
 #pragma once
 
 #include "base/rigid.h"
@@ -9,7 +9,7 @@
 
 namespace sdftrack::optim {
 
-// The quadratic model of an energy of P unknowns; of the Hessian its lower triangle, row by row.
+// The quadratic model of an energy of P unknowns. Hessian: its lower triangle, row by row.
 template <int P>
 struct Quadratic {
   double cost = 0, count = 0;
@@ -18,7 +18,7 @@ struct Quadratic {
 };
 HD constexpr int lower_at(int a, int b) { return a * (a + 1) / 2 + b; }  // b <= a
 
-// How many poses P unknowns are: six each, and a seventh is the size of a single object.
+// Number of poses among P unknowns: six each; a seventh is the size of a single object.
 template <int P>
 constexpr int kPoses = P < 12 ? 1 : P / 6;
 
@@ -34,7 +34,7 @@ struct PriorTerm {
   Rigidd T_prior_inverse;
   double information[6][6] = {};
 
-  // Adds the cost, and where wanted its derivatives by the first six unknowns.
+  // Adds the cost and, if requested, its derivatives with respect to the first six unknowns.
   HD void add(const Rigidd& T_obj_cam, double* cost, double* gradient, double* hessian) const {
     if (!given) return;
     PriorRow row;
@@ -57,7 +57,7 @@ struct PriorTerm {
   }
 };
 
-// x of A x = y by L D L^T, in place of y; entry(a, b), b <= a, are those of A. False: x is not finite.
+// Solves A x = y by L D L^T, in place of y; entry(a, b), b <= a, is an entry of A. False: x is not finite.
 template <int P, class Entry>
 HD bool solve_by_ldl(const Entry& entry, double* x) {
   double L[P][P], D[P];
@@ -100,10 +100,10 @@ HD bool find_damped_step(const Quadratic<P>& model, double damping, double* step
       step);
 }
 
-// All that is kept from one look to the next. As a Record of lm_rules.h its steps go where `kept` says.
+// The state between two evaluations. As a Record of lm_rules.h it stores its steps where `kept` points.
 template <int P>
 struct PoseSearch {
-  PosePoint<P> at, to;  // where it is, and where the next look is
+  PosePoint<P> at, to;  // the current state, and the place of the next evaluation
   Quadratic<P> here;
   double step[P] = {};
   LmTrial trial;
@@ -117,7 +117,7 @@ struct PoseSearch {
   HD void add(const LmStep& one) { kept[tried++] = one; }
   HD int trials() const { return tried; }
 
-  // What a look has found at `to`: on to the next one, or the end. begins: it is the first.
+  // Takes the evaluation at `to` and goes on to the next one, or ends. begins: it is the first.
   HD void looked(const Quadratic<P>& found, const LmRules& rules, bool begins);
 };
 
@@ -143,7 +143,7 @@ struct PoseSystem {
     }
     return {all, rules.block > 0 ? most : all};
   }
-  // By the unknowns from `first` on.
+  // The gain due to the unknowns first .. last - 1.
   HD double promised(int first, int last) const {
     double linear = 0, bent = 0;
     for (int a = first; a < last; ++a) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A Gaussian prior on one object's pose: holds the directions that the data leave free.
+// A Gaussian prior on one object's pose: constrains the directions that the data leave free.
 #pragma once
 
 #include "optim/energy.h"
@@ -7,8 +7,8 @@
 
 namespace sdftrack::optim {
 
-// E = e^T I e / 2, e = (v, w) the increment that takes the prior pose to x: T_obj_cam = increment(v, w)
-// T_prior, w = 4 MRP, I its information.
+// E = e^T I e / 2 with the information I; e = (v, w) is the increment from the prior pose to x:
+// T_obj_cam = increment(v, w) T_prior, w = 4 MRP.
 class PosePrior final : public Energy {
  public:
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -16,10 +16,10 @@ class PosePrior final : public Energy {
   PosePrior(Unknowns unknowns, int object, const Rigidd& T_obj_cam, const Matrix6d& information)
       : unknowns_(unknowns), object_(object), T_prior_(T_obj_cam), information_(information) {}
 
-  // The information of independent sds; a sd of 0 stands for no prior on that part.
+  // The information for independent sds; an sd of 0 means no prior on that part.
   static Matrix6d isotropic(double sigma_m, double sigma_rad);
 
-  // The same in plain numbers.
+  // The prior in plain numbers.
   PriorTerm term() const;
 
   Unknowns unknowns() const override { return unknowns_; }

@@ -11,27 +11,27 @@ namespace sdftrack::plane {
 
 namespace {
 
-constexpr int kPoints = 4800;      // readings of the last fit, on an even grid
-constexpr int kFewPoints = 600;    // of those before it
-constexpr int kBentPoints = 2000;  // ten unknowns take as long as three with all
+constexpr int kPoints = 4800;      // measurements of the last fit, on a regular grid
+constexpr int kFewPoints = 600;    // of the fits before it
+constexpr int kBentPoints = 2000;  // ten unknowns then take as long as three with kPoints
 constexpr int kFollowPoints = 1500;
 constexpr int kFramesBetweenSearches = 30;
 constexpr int kSeeds = 150;             // patches tried
 constexpr int kPatchNodes[2] = {2, 4};  // half widths of patches, in turn
-constexpr double kPatchFilled = 0.6;    // of a patch's nodes have a reading
-constexpr double kPatchRough = 4;       // times the law: a patch is no plane
+constexpr double kPatchFilled = 0.6;    // share of a patch's nodes with a measurement
+constexpr double kPatchRough = 4;       // times the law: above, a patch is not a plane
 constexpr int kRounds = 3, kLastRounds = 2,
-              kBentRounds = 5;    // of refitting to few readings, to all, and bent
-constexpr int kSteps = 3;         // of a stack of boxes
+              kBentRounds = 5;    // of refitting to few measurements, to all, and bent
+constexpr int kSteps = 3;         // levels in a stack of boxes
 constexpr std::size_t kBest = 5;  // patches that are extended and refitted
-constexpr double kLoose = 3;      // slabs, that the readings of a patch's plane may be off
+constexpr double kLoose = 3;      // slabs: tolerance for measurements of a patch's plane
 constexpr std::size_t kMinPoints = 20;
-constexpr double kMinShare = 0.1;      // of the readings
+constexpr double kMinShare = 0.1;      // of the measurements
 constexpr double kBehind_m = 0.3;      // a box's top is not farther than this from what it stands on
-constexpr double kBehindShare = 0.25;  // of the readings of the plane before it
+constexpr double kBehindShare = 0.25;  // of the measurements of the plane in front of it
 const double kParallel = std::cos(8 * 3.14159265358979 / 180);
 
-// Every so-manieth reading.
+// Every n-th measurement, about `wanted` of them.
 std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std::size_t wanted) {
   const std::size_t stride = std::max<std::size_t>(1, readings.size() / wanted);
   std::vector<PlaneReading> few;
@@ -39,7 +39,7 @@ std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std
   return few;
 }
 
-// Whether a plane explains a patch up to a few sd of the noise.
+// Whether a plane fits a patch within a few sd of the noise.
 bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const InversePlane& plane) {
   const PlaneGauge gauge(plane, ruler);
   double squares = 0;
@@ -50,7 +50,7 @@ bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const
   return squares < kPatchRough * kPatchRough * static_cast<double>(patch.size());
 }
 
-// Readings of the square of nodes about one of them; none where too few were measured.
+// The measurements in the square of nodes around a node; none if too few were measured.
 void patch_about(const PlaneGrid& grid, int column, int row, int half, std::vector<PlaneReading>* patch) {
   patch->clear();
   if (column < half || row < half || column + half >= grid.columns || row + half >= grid.rows) return;
@@ -69,7 +69,7 @@ struct Candidate {
   int column = 0, row = 0;  // the patch's middle on the grid
 };
 
-// The planes of flat patches all over the image that most readings lie near, best first.
+// The planes of flat patches in the whole image, those near most measurements first.
 std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<PlaneReading>& few,
                                     const PlaneRuler& ruler) {
   PlaneRuler loose = ruler;
@@ -91,7 +91,7 @@ std::vector<Candidate> best_patches(const PlaneGrid& grid, const std::vector<Pla
   return found;
 }
 
-// All readings of the square about a pixel.
+// All measurements of the square around a pixel.
 std::vector<PlaneReading> whole_patch(const frame::DepthFrame& frame, const Camera& camera, int at_x,
                                       int at_y) {
   const int half = std::max(2, camera.width / 40);
@@ -105,8 +105,8 @@ std::vector<PlaneReading> whole_patch(const frame::DepthFrame& frame, const Came
   return patch;
 }
 
-// A plane parallel to this one and a little behind it, with enough readings: what the box stands on whose top
-// this is.
+// Finds a parallel plane a little behind this one, with enough measurements: if this is the top of a box, the
+// plane that the box stands on.
 bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, Candidate* best) {
   const PlaneGauge gauge(best->plane, ruler);
   const double length = gauge.length, bin_m = std::max(0.005, ruler.tolerance_m);
@@ -131,7 +131,7 @@ bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, 
   return true;
 }
 
-// The best patch's plane, refitted among a few readings; no votes: none.
+// The best patch's plane, refitted to a few measurements; without votes: none was found.
 Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, const PlaneRuler& ruler) {
   std::vector<Candidate> found = best_patches(grid, few, ruler);
   if (found.size() > kBest) found.resize(kBest);
@@ -147,7 +147,7 @@ Candidate extended(const PlaneGrid& grid, const std::vector<PlaneReading>& few, 
   return best;
 }
 
-// The patch about the start pixel, extended and refitted to all readings; it must still hold the patch.
+// The plane of the patch at the start pixel, refitted to `few` measurements; it must still hold the patch.
 PlaneMiss started(const frame::DepthFrame& frame, const Camera& camera, const PlaneOptions& options,
                   const std::vector<PlaneReading>& few, const PlaneRuler& ruler, InversePlane* plane) {
   if (!(plane_reading(frame, camera, options.start_x, options.start_y).depth_m > 0))
@@ -179,7 +179,7 @@ PlaneMiss first_plane(const frame::DepthFrame& frame, const Camera& camera, cons
   return best.votes > 0 ? PlaneMiss::kNone : PlaneMiss::kSmall;
 }
 
-// Refitted to all readings of the grid, as the method says.
+// Refits the plane to all measurements of the grid, by the given method.
 bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
   if (method == PlaneMethod::kPrinted) return true;
   return fit_plane(grid.read, ruler, kLastRounds, PlaneStart::kNear, &found->plane, &found->noise_scale) &&

@@ -11,17 +11,17 @@
 
 namespace sdftrack::plane {
 
-// What is done with the patch that starts a plane.
+// How the plane of the first patch is refined.
 enum class PlaneMethod {
-  kPrinted,  // extended as it is (thesis)
-  kRigid,    // refitted to all readings near it
-  kBent,     // and bent by a little (a lens's depth distortion)
+  kPrinted,  // extended unchanged (thesis)
+  kRigid,    // refitted to all measurements near it
+  kBent,     // also bent slightly (a lens's depth distortion)
 };
 
 struct PlaneOptions {
   double tolerance_m = 0.01;
   int start_x = -1, start_y = -1;      // a pixel on the plane; -1: search
-  std::vector<frame::Rect> leave_out;  // regions whose readings do not vote (tracked objects)
+  std::vector<frame::Rect> leave_out;  // regions whose measurements do not vote (tracked objects)
   PlaneMethod method = PlaneMethod::kRigid;
   DepthNoise noise;
 };
@@ -32,29 +32,29 @@ enum class PlaneMiss { kNone, kFewReadings, kNoStart, kStartNotFlat, kSmall };
 struct FoundPlane {
   InversePlane plane;
   double noise_scale = 1;  // the measured noise over the law's
-  double share = 0;        // of the readings that lie on it
+  double share = 0;        // of the measurements that lie on the plane
   PlaneMiss miss = PlaneMiss::kNone;
 };
 
-// From a patch at the start pixel, or the best of many all over the image; of parallel ones close together
-// the one behind (not the top of a box on a table). A miss when no plane holds a tenth of the readings.
+// Starts from a patch at the start pixel, or from the best of many in the whole image. Takes the rear one of
+// close parallel planes (not the top of a box). A miss when no plane holds a tenth of the measurements.
 FoundPlane search_plane(const frame::DepthFrame& frame, const Camera& camera, const PlaneOptions& options);
 
-// The same without the reasons. The normal points to the camera.
+// search_plane() without the reason of a miss. The normal points to the camera.
 std::optional<frame::Plane> find_plane(const frame::DepthFrame& frame, const Camera& camera,
                                        const PlaneOptions& options);
 
-// Half the thickness of a plane in readings at a depth: noise of a depth sensor grows with the square.
+// Half the thickness of a measured plane at a depth: noise of a depth sensor grows with the depth squared.
 inline double plane_tolerance_m(double tolerance_m, double depth_m) {
   return tolerance_m * std::max(1.0, depth_m * depth_m);
 }
 
-// The plane that most of some points lie on, if it holds `min_share` of them and is `extent_m` wide:
-// the best of `seeds` triples that lie apart, refitted. Tolerance at 1 m.
+// The plane that holds most of the points, if it holds `min_share` of them and is `extent_m` wide: the best
+// of `seeds` triples of distant points, refitted. Tolerance at 1 m.
 std::optional<frame::Plane> plane_among(const std::vector<Vec3d>& points, double tolerance_m, int seeds,
                                         double min_share, double extent_m);
 
-// The plane from frame to frame: followed where it still holds, searched for anew now and then where not.
+// The plane from frame to frame: followed while it holds, otherwise searched for again now and then.
 class PlaneFollower {
  public:
   void update(const frame::DepthFrame& frame, const Camera& camera, const std::vector<frame::Rect>& objects);

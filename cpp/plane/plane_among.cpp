@@ -12,7 +12,7 @@ namespace {
 
 double distance(const frame::Plane& plane, Vec3d p) { return dot(plane.normal_cam, p) + plane.offset_m; }
 
-// Total least squares over the points within `reach` of the plane, Tukey's weights.
+// Total least squares over the points within `reach` of the plane, with Tukey's weights.
 bool refit(const std::vector<Vec3d>& points, double reach, frame::Plane* plane) {
   double total = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -50,7 +50,7 @@ double middle_variance(const std::vector<Vec3d>& points) {
   return optim::eigenpairs<3>(covariance).values(1);
 }
 
-// Three points that lie apart by about `apart_m`, found from a place in the list.
+// The plane of three points about `apart_m` apart, found from a position in the list.
 bool triple_plane(const std::vector<Vec3d>& points, int seed, double apart_m, frame::Plane* plane) {
   const auto n = static_cast<double>(points.size());
   const auto pick = [&](int k) {

@@ -12,16 +12,15 @@ namespace sdftrack::plane {
 
 namespace {
 
-constexpr double kTukey = 4.685;   // 95 % efficiency for Gaussian noise
-constexpr double kMad = 1.4826;    // of the median of |e| to one sd
-constexpr double kFirstReach = 3;  // slabs, that a rough plane may be off
-constexpr double kBendSd = 0.01;   // of the depth: what a term of the bend is expected to have
-constexpr double kMinRound =
-    1e-6;                          // of the readings' longer extent in the image, squared: 1 : 1000 is a line
-constexpr double kMinScale = 0.1;  // of the noise, against which a bend is held small
+constexpr double kTukey = 4.685;    // 95 % efficiency for Gaussian noise
+constexpr double kMad = 1.4826;     // of the median of |e| to one sd
+constexpr double kFirstReach = 3;   // slabs: error of a rough plane
+constexpr double kBendSd = 0.01;    // of the depth: expected size of a term of the bend
+constexpr double kMinRound = 1e-6;  // squared ratio of the extents in the image: 1 : 1000 is a line
+constexpr double kMinScale = 0.1;   // of the noise: smallest scale for the penalty of a bend
 constexpr std::size_t kFewest = 6;
 
-// Whether readings with these normal equations span an area of the image: their spread along the shorter
+// Whether measurements with these normal equations span an area of the image, by the spread on the shorter
 // axis.
 bool spans_area(const Eigen::Matrix3d& A) {
   if (!(A(2, 2) > 0)) return false;
@@ -78,7 +77,7 @@ double median(std::vector<double>* values) {
   return *middle;
 }
 
-// A reading against the plane of a round.
+// The residual of a measurement from the plane of a round.
 struct Misfit {
   double e2, variance, depth_m;
 };
@@ -151,7 +150,7 @@ PlaneReading plane_reading(const frame::DepthFrame& frame, const Camera& camera,
 
 namespace {
 
-// A node without a reading takes that of a pixel beside it: sensors leave out whole rows and columns.
+// A node without a measurement takes that of a neighbouring pixel: sensors leave out whole rows and columns.
 PlaneReading reading_near(const frame::DepthFrame& frame, const Camera& camera, int x, int y, int step) {
   constexpr int kBeside[5][2] = {{0, 0}, {1, 1}, {1, 0}, {0, 1}, {2, 1}};
   PlaneReading p{};
@@ -191,7 +190,7 @@ bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane) {
   if (patch.size() < kFewest) return false;
   PlaneSums<3> sums;
   for (const PlaneReading& p : patch)
-    sums.add(p, 1);  // inverse depth of structured light is about equally sure
+    sums.add(p, 1);  // the sd of structured light's inverse depth is about constant
   return sums.solve(0, plane);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fitting a plane to readings of a depth sensor: docs/math/planes.md, whose equation numbers stand here.
+// Fitting a plane to measurements of a depth sensor. Equation numbers are those of docs/math/planes.md.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace sdftrack::plane {
 
-// Sd of a reading: near_m + per_m (Z - 0.4 m)^2 in depth (Nguyen, Izadi and Lovell 2012, for structured
+// Sd of a measurement: near_m + per_m (Z - 0.4 m)^2 in depth (Nguyen, Izadi and Lovell 2012, for structured
 // light), lateral_px sideways.
 struct DepthNoise {
   double near_m = 0.0012, per_m = 0.0019, lateral_px = 0.5;
@@ -22,12 +22,12 @@ struct DepthNoise {
   static constexpr double kNoiseNearest_m = 0.4;
 };
 
-constexpr double kPlaneSigmas = 3;             // of the noise, that a reading of the plane may be off
-constexpr double kPlaneNoiseFloor_m = 0.0005;  // a sensor that rounds has readings without any scatter
+constexpr double kPlaneSigmas = 3;             // of the noise: tolerance for measurements of the plane
+constexpr double kPlaneNoiseFloor_m = 0.0005;  // a sensor that rounds has measurements without any scatter
 constexpr int kBendTerms = 7;                  // u^2, uv, v^2, u^3, u^2 v, u v^2, v^3
 
-// 1 / Z = g . (x, y, 1) on a pixel's ray (eq. 1). A bent one (eq. 8) adds bend . terms / Z, where u, v are
-// pixels from the image's middle over half its longer side.
+// 1 / Z = g . (x, y, 1) on a pixel's ray (eq. 1). A bent plane (eq. 8) adds bend . terms / Z, where u, v are
+// pixels from the image's centre over half its longer side.
 struct InversePlane {
   Vec3d g{0, 0, 0};
   std::array<double, kBendTerms> bend{};
@@ -41,13 +41,13 @@ inline std::array<double, kBendTerms> bend_terms(double u, double v) {
 
 struct PlaneReading {
   double x, y, depth_m;  // the ray and Z; 0: none
-  double u, v;           // place in the image, as for the bend
+  double u, v;           // position in the image, as for the bend
 };
 
-// Readings on an even grid, about `wanted` of them at most.
+// Measurements on a regular grid, at most about `wanted`.
 struct PlaneGrid {
   std::vector<PlaneReading> nodes;  // all, row by row
-  std::vector<PlaneReading> read;   // those with a reading
+  std::vector<PlaneReading> read;   // nodes with a measurement
   int columns = 0, rows = 0, step = 1;
 
   int x_of(int column) const { return step / 2 + column * step; }
@@ -57,14 +57,14 @@ PlaneReading plane_reading(const frame::DepthFrame& frame, const Camera& camera,
 void fill_grid(const frame::DepthFrame& frame, const Camera& camera,
                const std::vector<frame::Rect>& leave_out, int wanted, PlaneGrid* grid);
 
-// What a residual is measured with.
+// What residuals and their variance depend on.
 struct PlaneRuler {
   double tolerance_m, focal_px;
   DepthNoise noise;
 };
 PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise);
-// Residuals 1 - Z g . r of readings and their variance by the law: |g| times the height over the plane (eq.
-// 3, 4).
+// Residuals 1 - Z g . r of measurements, which are |g| times the height over the plane, and their variance by
+// the law (eq. 3, 4).
 struct PlaneGauge {
   PlaneGauge(const InversePlane& plane_, const PlaneRuler& ruler)
       : plane(plane_),
@@ -79,8 +79,8 @@ struct PlaneGauge {
   double residual(const PlaneReading& p) const {
     return 1 - p.depth_m * inverse_depth(p) - (bent ? bend(p) : 0.0);
   }
-  // The plane's depth at a reading. What is noisy must not weigh itself: a far reading would count for more
-  // because it erred. Readings that are nowhere near the plane keep their own.
+  // The plane's depth at a measurement. A noisy depth must not set its own weight: a measurement would count
+  // for more because of its error. Measurements far from the plane keep their own depth.
   double depth(const PlaneReading& p) const {
     const double share = p.depth_m * inverse_depth(p);
     return share > 0.5 && share < 2 ? p.depth_m / share : p.depth_m;
@@ -108,23 +108,22 @@ struct PlaneGauge {
   }
 };
 
-// Least squares of inverse depth without any robustness: a patch. False where the readings lie on a line.
+// Plain least squares of inverse depth, for a patch. False where the measurements lie on a line.
 bool fit_patch(const std::vector<PlaneReading>& patch, InversePlane* plane);
 
-// What a fit starts from, which says what its first round believes.
+// The start of a fit, which sets the tolerance of its first round.
 enum class PlaneStart {
   kRough,  // a plane that may be off by three slabs
-  kNear,   // one that is good to its noise
-  kBend,   // the same; the surface may bend by about a hundredth of the depth (eq. 8), from what lies in one
-           // slab
+  kNear,   // a plane that is good to its noise
+  kBend,   // as kNear; the surface may bend by about a hundredth of the depth (eq. 8), fitted to one slab
 };
 
-// Tukey's weights (eq. 5, 6). Writes the noise as a multiple of the law. False where too few readings are
-// left, or on one line.
+// Robust fit with Tukey's weights (eq. 5, 6). Writes the noise as a multiple of the law. False where too few
+// measurements are left, or they lie on a line.
 bool fit_plane(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, int rounds,
                PlaneStart start, InversePlane* plane, double* noise_scale);
 
-// Readings within the slab that the law gives.
+// The number of measurements within the slab that the law gives.
 int plane_votes(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler,
                 const InversePlane& plane);
 

@@ -14,18 +14,18 @@ namespace sdftrack::plane {
 namespace {
 
 constexpr int kChunkRows = 32;
-constexpr double kFootSigmas = 2;  // of the noise, above which a reading may be a foot
-constexpr double kFoot = 2;        // tolerances, that a foot may reach from what stands out
+constexpr double kFootSigmas = 2;  // of the noise: a measurement above may be a foot
+constexpr double kFoot = 2;        // tolerances: reach of a foot from what stands out
 
 enum : unsigned char { kNotOut = 0, kOut = 1, kRaised = 2, kFoundFoot = 3 };
 
-// The plane and the slab in float, for one row after the other. Residuals are |g| times heights.
+// The plane and the slab in float, used row by row. Residuals are |g| times heights.
 struct MaskRow {
   float g[3];
   float near_m, per_m, sideways;           // sideways: of the residual's sd, per metre of depth
   float tolerance2, floor2, slab2, foot2;  // squares: the tolerance and the floor; multiples of the noise
   bool feet;
-  float bend[4];  // of this row, powers of u
+  float bend[4];  // of this row, by powers of u
   float u0, du;
   bool bent;
 
@@ -56,7 +56,7 @@ MaskRow mask_row(const Camera& camera, const InversePlane& plane, const PlaneSla
   m.sideways =
       f(slab.noise.lateral_px * std::hypot(plane.g.x, plane.g.y) / std::sqrt(camera.K.fx * camera.K.fy));
   m.tolerance2 = f(length * length * slab.tolerance_m * slab.tolerance_m);
-  // The floor is one of the noise, whatever its scale.
+  // The floor applies to the noise, whatever its scale.
   m.floor2 = s2 > 0 ? f(length * length * kPlaneNoiseFloor_m * kPlaneNoiseFloor_m / s2) : 0.0f;
   m.slab2 = f(kPlaneSigmas * kPlaneSigmas * s2), m.foot2 = f(kFootSigmas * kFootSigmas * s2);
   m.feet = slab.feet && s2 > 0;
@@ -98,8 +98,8 @@ void run_row(const frame::DepthFrame& frame, const Camera& camera, const Inverse
   }
 }
 
-// Raised readings that hang together with what stands out become part of it, one ring after the other, as
-// many pixels away as kFoot tolerances take at their depth; the others go.
+// Raised measurements that are connected to what stands out join it, ring by ring, up to kFoot tolerances in
+// pixels at their depth; the others are dropped.
 void grow_feet(const frame::DepthFrame& frame, const Camera& camera, const PlaneSlab& slab,
                unsigned char* mask) {
   const int w = camera.width, h = camera.height;

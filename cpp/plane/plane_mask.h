@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which readings of a depth image do not belong to a plane: docs/math/planes.md, section 4.
+// Which measurements of a depth image do not belong to a plane: docs/math/planes.md, section 4.
 #pragma once
 
 #include "plane/plane_fit.h"
@@ -7,14 +7,14 @@
 namespace sdftrack::plane {
 
 struct PlaneSlab {
-  double tolerance_m = 0.01;  // half thickness at least
+  double tolerance_m = 0.01;  // least half thickness
   DepthNoise noise;
   double noise_scale = 1;  // times the law; 0: the tolerance alone
-  bool feet = true;  // keep what is higher than the noise explains and hangs together with what stands out
+  bool feet = true;        // keep raised pixels beyond the noise that are connected to what stands out
 };
 
-// mask (width * height bytes): 1 where a reading is not of the plane, 0 on it and where nothing was measured.
-// The same bytes for any number of threads (0: all cores).
+// mask (width * height bytes): 1 where a measurement is not of the plane, 0 on it and where nothing was
+// measured. The same bytes for any number of threads (0: all cores).
 void mask_plane(const frame::DepthFrame& frame, const Camera& camera, const InversePlane& plane,
                 const PlaneSlab& slab, int threads, unsigned char* mask);
 

@@ -18,7 +18,7 @@ constexpr int kRayPoints = 1000, kRaySeeds = 40;
 constexpr double kTolerance_m = 0.01, kExtent_m = 0.3, kFar_m = 100;
 constexpr double kHeld = 1.0 / 3, kMoreThan = 1.5;
 
-// How many of the points lie on the plane that most lie on.
+// The number of points on the plane that holds most of them.
 double largest(const std::vector<Vec3d>& points) {
   const std::optional<frame::Plane> plane =
       plane_among(points, kTolerance_m, kRaySeeds, kHeld / kMoreThan, kExtent_m);

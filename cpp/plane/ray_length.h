@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Depth that is the distance along the ray where Z is expected: it bends every plane.
+// Detects depth given as distance along the ray instead of Z, which bends every plane.
 #pragma once
 
 #include "base/camera.h"
@@ -7,8 +7,8 @@
 
 namespace sdftrack::plane {
 
-// Whether some plane holds a third of the readings if they are distances along their rays, and none holds two
-// thirds as many if they are Z. A scene without a large plane does not tell.
+// True if some plane holds a third of the measurements taken as distances along rays, and none holds two
+// thirds as many taken as Z. False for a scene without a large plane.
 bool is_ray_length(const frame::DepthFrame& frame, const Camera& camera);
 
 }  // namespace sdftrack::plane

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A solid along a ray, object frame: where the ray meets it, and how far it stays off it. T: double, or a
-// pack of floats, whose lanes end when each is done.
+// A ray and a solid in the object frame: where the ray meets the solid, or how close it passes. T: double, or
+// a pack of floats whose lanes stop one by one.
 #pragma once
 
 #include "sdf/solid_sample.h"
 
 namespace sdftrack::primitives {
 
-constexpr double kGrazing = -0.17;   // cosine of 80 degrees: a reading beyond says little
+constexpr double kGrazing = -0.17;   // cosine of 80 degrees: steeper measurements say little
 constexpr double kOnSurface = 2e-5;  // m
 constexpr double kStepBack = 0.02;   // m towards the camera, to meet a solid from outside
 constexpr int kHitSteps = 5;
@@ -15,7 +15,7 @@ constexpr int kCuts = 12;
 constexpr double kBracket = 1e-4;  // m
 constexpr double kCutGain = 1e-6;  // m: no cut lowers the least value by more
 
-// A place on the ray, and what the solid is there.
+// A point on the ray, and the solid's sample there.
 template <class T>
 struct RayPlace {
   Vec3<T> p;
@@ -34,18 +34,18 @@ HD RayPlace<T> select_place(Mask mask, const RayPlace<T>& a, const RayPlace<T>& 
   return out;
 }
 
-// The way to the solid, m; its derivative is `factor` times that of phi at `at`.
+// The distance along the ray to the solid, m; its derivative is `factor` times the derivative of phi at `at`.
 template <class T>
 struct RayMeeting {
   T m, factor;
   RayPlace<T> at;
 };
 
-// From a reading along `way` (the ray with a depth of 1). Where the ray does not meet the solid, or at a
-// grazing angle, phi at the reading.
+// From a measurement along `way` (the ray with a depth of 1). Where the ray misses the solid or meets it at a
+// grazing angle, the result is phi at the measurement.
 template <class T, class Sample>
 HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sample) {
-  using sdftrack::abs;  // primitives has one of its own
+  using sdftrack::abs;  // sdftrack::primitives also has one
   RayPlace<T> here{from, sample(from)};
   RayMeeting<T> out{here.s.phi_m, T(1), here};
   T depth = T(0);
@@ -59,7 +59,7 @@ HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sam
     out.factor = select(met, T(-1) / c, out.factor);
     out.at = select_place(met, here, out.at);
     if (step + 1 == kHitSteps) break;
-    // phi is convex: from outside no step goes too far.
+    // phi is convex: from outside no step overshoots.
     const auto in = facing & (abs(phi) >= T(kOnSurface));
     const auto back = going & forward & (c >= T(kGrazing)) & (phi < T(0));
     going = in | back;
@@ -72,7 +72,7 @@ HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sam
   return out;
 }
 
-// The least phi along a stretch of a ray; its derivative is the mixture of those at two places.
+// The least phi along a stretch of a ray; its derivative is a mixture of the derivatives at two points.
 template <class T>
 struct RayClearance {
   T m, share;  // share of `low`
@@ -80,7 +80,7 @@ struct RayClearance {
 };
 
 // Between the depths a and b of a ray from `origin` (the camera) along `way`. phi is convex along a line: the
-// slopes at both ends of a bracket say where its least value lies.
+// slopes at both ends of a bracket tell where its least value lies.
 template <class T, class Sample>
 HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T b, const Sample& sample) {
   const auto place = [&](T depth) __attribute__((always_inline)) {
@@ -91,13 +91,13 @@ HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T
   T slope_a = dot(low.s.grad, way), slope_b = dot(high.s.grad, way);
   const auto inside = (slope_a < T(0)) & (slope_b > T(0));
   const auto at_low = slope_a >= T(0);
-  // Where the two tangents meet.
+  // The depth at which the two tangents meet.
   const auto meeting = [&]() __attribute__((always_inline)) {
     return a + (high.s.phi_m - low.s.phi_m - slope_b * (b - a)) / (slope_a - slope_b);
   };
   auto going = inside & (b - a > T(kBracket));
   for (int cut = 0; cut < kCuts && any(going); ++cut) {
-    // The meeting point is exact for the flat faces of a box; kept off the ends for all others.
+    // The meeting point is exact for the flat faces of a box; for other solids it is kept away from the ends.
     constexpr double kEdge = 0.5 * kBracket;
     T t = T(0.5) * (a + b);
     if (cut % 3 != 2) {
@@ -111,18 +111,18 @@ HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T
     a = select(falls, t, a), slope_a = select(falls, slope, slope_a);
     b = select(rises, t, b), slope_b = select(rises, slope, slope_b);
     low = select_place(falls, middle, low), high = select_place(rises, middle, high);
-    // Both tangents give the least value where they meet: no cut will find a lower one than that.
+    // phi lies above both tangents: no cut finds a value lower than the one where they meet.
     const T bound = low.s.phi_m + slope_a * (meeting() - a);
     const T least = select(high.s.phi_m < low.s.phi_m, high.s.phi_m, low.s.phi_m);
     going = going & (least - bound >= T(kCutGain)) & (b - a > T(kBracket));
   }
-  // At an edge phi has a kink; the mixture of both sides that is level along the ray is its derivative.
+  // At an edge phi has a kink; its derivative is the mixture of both sides that is level along the ray.
   const T end = select(at_low, low.s.phi_m, high.s.phi_m), of_low = select(at_low, T(1), T(0));
   const T met = low.s.phi_m + slope_a * (meeting() - a);
   return {select(inside, met, end), select(inside, slope_b / (slope_b - slope_a), of_low), low, high};
 }
 
-// The same of a solid with these lengths, in its own way where it has one.
+// meet() for a solid with these lengths, by the solid's own closed form if it has one.
 template <class Solid, class T>
 HD RayMeeting<T> meet_solid(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
   if constexpr (requires { Solid::meet(from, way, size); })

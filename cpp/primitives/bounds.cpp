@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kGrowth = 1.0 / 3;
 constexpr double kMinGrowth_m = 0.01;
-constexpr double kRise = 8;  // nats: a solid that grew costs at least this much more where its size is known
+constexpr double kRise = 8;  // nats: where a size is known, growth costs at least this much
 constexpr int kSteps = 6;
-constexpr int kFew = 300;  // readings, of which each counts in the covariance as if it had not been fitted to
-constexpr int kPoints = 500, kRays = 400;  // a part is enough to see a rise
+constexpr int kFew = 300;  // up to so many measurements count in the covariance as if not fitted to
+constexpr int kPoints = 500, kRays = 400;  // a part suffices to see a rise
 
 optim::State moved(const optim::State& x, Vec3d shift_obj) {
   optim::State out = x;
@@ -27,7 +27,7 @@ optim::State moved(const optim::State& x, Vec3d shift_obj) {
   return out;
 }
 
-// Grown along length i; one of them keeps each end, and one the middle.
+// States grown along length i: two that keep one end each, and one that keeps the centre.
 std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i) {
   const auto at = static_cast<std::size_t>(i);
   optim::State bigger = x;
@@ -41,13 +41,13 @@ std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i
     out.push_back(moved(bigger, half));
     out.push_back(moved(bigger, -half));
   } else {
-    // Away from the camera, so that the side that is seen stays where it is.
+    // Away from the camera, so that the visible side stays in place.
     Vec3d away = -x.T_obj_cam[0].t;
     if (is_round(kind)) away.z = 0;
     if (norm(away) > 1e-9) out.push_back(moved(bigger, (more / norm(away)) * away));
   }
   if (has_apex(kind)) {
-    // The same side, longer: the apex stays.
+    // A longer side of the same slope: the apex stays.
     optim::State longer = x;
     const double factor = 1 + more / length, height = std::exp(x.log_size[1]);
     for (double& s : longer.log_size) s += std::log(factor);
@@ -61,8 +61,8 @@ std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i
 void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy, optim::LmWork* work,
                  PrimitiveFit* fit) {
   PrimitiveEnergyOptions part = energy;
-  part.far_m = 0;        // a limit that is set is no evidence either
-  part.crowded = false;  // where points end is no evidence of where the thing does
+  part.far_m = 0;        // the preset limit is not evidence
+  part.crowded = false;  // the end of the points is not evidence of the object's end
   part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
   PrimitiveEnergy cost(fit->kind, &view, part);
   const double here = cost.cost(fit->x);
@@ -102,9 +102,8 @@ Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyO
     const double sd = i < 3 ? diameter_m : (i < 6 ? 3.14159265358979 : 2.0);
     prior[i] = 1 / (sd * sd);
   }
-  // Residuals are smaller than the noise by what the unknowns took of each, and their spread is itself not
-  // known: Student's variance (docs/math/primitives.md, eq. 3). Where it has none what is left is what was
-  // believed before.
+  // Residuals are smaller than the noise, because the unknowns were fitted to them, and their spread is
+  // itself an estimate: Student's variance (docs/math/primitives.md, eq. 3). If infinite, the prior remains.
   const int told = fit.freedom - kUntold;
   if (told <= 0) return prior.cwiseInverse().asDiagonal();
   PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);

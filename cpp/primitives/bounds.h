@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which lengths a view bounds, and how well all unknowns are known.
+// Which lengths a view bounds, and the covariance of all unknowns.
 #pragma once
 
 #include "primitives/fit.h"
@@ -14,7 +14,7 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
 Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyOptions& energy,
                                const PrimitiveFit& fit, double diameter_m);
 
-// The same of T_cam_obj's increment, in the camera's frame, and of the lengths themselves (m).
+// The covariance of T_cam_obj's increment, in the camera frame, and of the lengths (m, not their logarithms).
 Eigen::MatrixXd camera_covariance(const PrimitiveFit& fit);
 
 }  // namespace sdftrack::primitives

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A number with its derivatives by N variables: what a formula needs to be differentiated by being called.
+// A number with its derivatives with respect to N variables: a formula called with it is differentiated.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ struct Dual {
   }
 };
 
-// f(a) and f(a, b) with their derivatives by a and b.
+// f(a) and f(a, b) from the value and the derivatives with respect to a and b.
 template <int N>
 HD Dual<N> chain(double value, double by_a, const Dual<N>& a, double by_b = 0, const Dual<N>& b = {}) {
   Dual<N> out(value);

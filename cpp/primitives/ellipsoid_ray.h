@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A ball or an ellipsoid along a ray, as in along_ray.h: g = sum (p_i / a_i)^2 is quadratic along it. Where
-// it is 1 the ray meets the surface, and its least value lies next to the least distance.
+// The ray functions of along_ray.h for a ball or an ellipsoid: g = sum (p_i / a_i)^2 is quadratic along the
+// ray. Where g is 1 the ray meets the surface; the minimum of g is close to the minimum of the distance.
 #pragma once
 
 #include "primitives/along_ray.h"
@@ -8,7 +8,7 @@
 
 namespace sdftrack::primitives {
 
-constexpr int kSecants = 6;           // places along a ray
+constexpr int kSecants = 6;           // points along a ray
 constexpr double kSecantGain = 1e-7;  // m: no secant lowers the least value by more
 
 template <class T>
@@ -16,15 +16,15 @@ HD Vec3<T> over(const Vec3<T>& p, const T (&radii)[sdf::kMaxSizes]) {
   return {p.x / radii[0], p.y / radii[1], p.z / radii[2]};
 }
 
-// What ellipsoid_sample() is at a point of the surface.
+// The value of ellipsoid_sample() at a point of the surface.
 template <class T>
 HD sdf::SolidSample<T> on_ellipsoid(const Vec3<T>& q, const T (&radii)[sdf::kMaxSizes]) {
-  using sdftrack::sqrt;  // primitives has one of its own
+  using sdftrack::sqrt;  // sdftrack::primitives also has one
   const Vec3<T> u = over(q, radii), m = over(u, radii), n = (T(1) / sqrt(dot(m, m))) * m;
   return {T(0), n, {-u.x * n.x, -u.y * n.y, -u.z * n.z}};
 }
 
-// `sample`: of what is not met.
+// `sample`: phi and its derivatives, used where the ray does not meet the solid.
 template <class T, class Sample>
 HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T (&radii)[sdf::kMaxSizes],
                                 const Sample& sample) {
@@ -33,11 +33,11 @@ HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T
   const T a = dot(v, v), b = dot(u, v), c = dot(u, u) - T(1), square = b * b - a * c;
   const auto hits = square > T(0);
   const T root = sqrt(select(hits, square, T(0)));
-  // The nearer of both, in the form whose terms do not cancel.
+  // The nearer of the two roots, in the form whose terms do not cancel.
   const T depth = select(b < T(0), c / (root - b), (-b - root) / a);
   const RayPlace<T> hit{from + depth * way, on_ellipsoid(from + depth * way, radii)};
   const T cosine = dot(hit.s.grad, way);
-  // Nothing that lies behind the solid, or farther inside than a step back leads out of, is met.
+  // A point behind the solid, or deeper inside than one step back can leave, does not meet it.
   const T least = select(c > T(0), T(0), select(b < T(kGrazing) * sqrt(dot(m, m)), T(-1e9), T(-kStepBack)));
   const auto met = hits & (cosine < T(kGrazing)) & (depth >= least);
   if (all(met)) return {depth, T(-1) / cosine, hit};
@@ -45,7 +45,7 @@ HD RayMeeting<T> meet_ellipsoid(const Vec3<T>& from, const Vec3<T>& way, const T
   return {select(met, depth, here.s.phi_m), select(met, T(-1) / cosine, T(1)), select_place(met, hit, here)};
 }
 
-// By secants of phi's slope, which rises along the ray; they begin where g is least.
+// Secant steps on phi's slope, which rises along the ray, from the minimum of g.
 template <class T>
 HD RayClearance<T> least_along_ellipsoid(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
                                          const T (&radii)[sdf::kMaxSizes]) {

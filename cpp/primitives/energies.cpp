@@ -18,16 +18,17 @@ namespace {
 constexpr int P = PrimitiveField::P;
 constexpr double kSlanted = 0.35;  // cosine of 70 degrees
 constexpr double kMinSay = 0.1;
-// Of the pixels without a reading at a receding rim the object hides the most; but beside a step of depth
-// half of what is behind it is lost too.
+// Most pixels without a measurement at a receding rim show the object; but next to a depth step half of the
+// background's measurements are lost too.
 constexpr double kLostBeside = 0.65;
-// Nats per reading. 1 would be the density of an even crowd, under which all are given up for outliers; at
-// 0.1 the rim stops 0.6 s inside of the crowd's, and a haze of 4 % of its density stays out.
+// Nats per measurement. 1 would be the density of an even cloud of points, where all become outliers; at 0.1
+// the rim stops 0.6 s inside the cloud's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1;
-constexpr double kMaxLeverage = 0.9;  // of one reading: more of it is rounding
-// Nats, twice: what a length e times longer than may be costs; readings that err alike gain hundreds by it.
+constexpr double kMaxLeverage = 0.9;  // of one measurement: more is rounding
+// Twice the nats that a length e times above its limit costs; measurements with a common error would gain
+// hundreds by it.
 constexpr double kFar = 2e4;
-constexpr double kThin = 8;  // nats, twice: what a length e times thinner than that costs
+constexpr double kThin = 8;  // twice the nats that a length e times below its limit costs
 
 double with_slack(const OutlineRay& ray, double clearance_m) {
   return ray.sight == Sight::kBeside ? clearance_m + ray.slack_m : clearance_m;
@@ -79,8 +80,8 @@ OutlineCost<double> PrimitiveEnergy::outline_cost_of(const OutlineRay& ray, doub
                                   ray.sight == Sight::kBeside ? -1.0 : 1.0);
 }
 
-// add(curve, second derivative, J, mean squared slope) for every contribution; the last is known of what is
-// no reading, and negative of one.
+// add(curve, second derivative, J, mean squared slope) for every contribution; the last is negative for a
+// measurement, known otherwise.
 template <class Add>
 void PrimitiveEnergy::visit_points(const PrimitiveField& field, const Add& add) const {
   const double per_s = 1 / options_.scale_m, e = options_.outlier_floor;
@@ -141,7 +142,7 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
     const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
     const double spread = o.crowded ? kCrowd * static_cast<double>(points()) : 0.0;
     const double pull = o.shrink + spread;
-    // The pull is linear here; a curvature as large keeps a step below an e-fold.
+    // The pull is linear; a curvature of the same size keeps a step below an e-fold.
     add(
         energies::Curve<double>{pull * log_size + 0.5 * kThin * thin * thin + 0.5 * kFar * far * far,
                                 pull + kThin * thin + kFar * far,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a pose and lengths of a solid cost. Unknowns of all of them: those of PrimitiveField.
+// The energy terms of a solid's pose and lengths. All have the unknowns of PrimitiveField.
 #pragma once
 
 #include "optim/energy.h"
@@ -13,33 +13,33 @@ namespace sdftrack::primitives {
 
 struct PrimitiveEnergyOptions {
   Scaling scaling = Scaling::kExact;
-  double scale_m = 0.005;         // s of the logistic density of a reading's residual
-  double outlier_floor = 0.1;     // share of readings that are not the solid's
-  double outline_scale_px = 0.5;  // the same of the edge of the picture
+  double scale_m = 0.005;         // s of the logistic density of a measurement's residual
+  double outlier_floor = 0.1;     // share of measurements that do not belong to the solid
+  double outline_scale_px = 0.5;  // the same for the outline, px
   double outline_floor = 0.0;
-  double standing_sigma_m = 0.0005;  // of the gap between the solid and the plane that it stands on
-  double resting_sigma_rad = 0.001;  // of the turn between what of it lies on the plane and the plane
+  double standing_sigma_m = 0.0005;  // sd of the gap between the solid and the plane that it stands on
+  double resting_sigma_rad = 0.001;  // sd of the angle between the plane and the part that lies on it
   Rest rest = Rest::kPoint;
-  double shrink = 1e-3;  // cost of a length that grows e-fold: ends that nothing bounds stay at the data
-  double thin_m = 0;     // a length below this costs: nothing is a sheet, if it need not be
-  double far_m = 0;      // so does one above this: no length far beyond what is seen; 0: none
-  bool crowded = false;  // the least shape that holds the crowd of readings: a length that grows e-fold costs
-                         // a share of them (kCrowd)
-  bool lost_rays = true;             // rims without readings count where the kind has such rims (has_edges)
-  const float* per_noise = nullptr;  // of every point: 1 over how much noisier it is; nullptr: all are alike
-  bool in_double = false;            // bare points too, one by one: what tests compare with
-  int points = 1 << 30;              // at most; the first part of the view's
+  double shrink = 1e-3;   // cost of a length that grows e-fold: unbounded ends stay at the data
+  double thin_m = 0;      // a length below this is penalised: no sheet without need
+  double far_m = 0;       // a length above this is penalised: no length far beyond the data; 0: off
+  bool crowded = false;   // the smallest shape that holds most measurements: a length that grows e-fold costs
+                          // a share of them (kCrowd)
+  bool lost_rays = true;  // rims without measurements count if the kind has edges (has_edges)
+  const float* per_noise = nullptr;  // per point: 1 / relative noise; nullptr: all equal
+  bool in_double = false;            // also bare points, one by one: the reference of tests
+  int points = 1 << 30;              // the first ones of the view, at most this many
   int rays = 1 << 30;
 };
 
-// Sums of a term, and of the outer products of single contributions, for the sandwich covariance.
+// The sums of a term, and the sums of outer products of single contributions, for the sandwich covariance.
 struct PrimitiveSums {
   static constexpr int P = PrimitiveField::P;
   double cost = 0;
   double gradient[P] = {};
   double hessian[P * (P + 1) / 2] = {};
 
-  // n: how many of the columns count.
+  // n: the number of columns that count.
   void add(double value, double slope, double curvature, const double (&J)[P], int n);
   void add_to(int n, optim::NormalEquations* out) const;
 };
@@ -52,29 +52,29 @@ class PrimitiveEnergy : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 
-  // A: the true second derivative's Gauss-Newton part; B: sum of the squared slopes
+  // A: the Gauss-Newton part of the true second derivative; B: the sum of the squared slopes
   // (docs/math/depth_tracker.md).
   struct Sandwich {
     Eigen::MatrixXd A, B;
   };
-  // `inverse` of A: slopes as if each had not been fitted to (of few readings; in_double), docs eq. 3.
+  // `inverse` of A: slopes as if each measurement had not been fitted to (if few; in_double), docs eq. 3.
   Sandwich sandwich(const optim::State& x, const Eigen::MatrixXd* inverse = nullptr) const;
-  // Of the readings alone.
+  // The cost of the measurements alone.
   double readings_cost(const optim::State& x) const;
-  // The clearance (m) of each ray of the edge of the picture that is used.
+  // The clearance (m) of each outline ray that is used.
   std::vector<double> clearances(const optim::State& x) const;
-  // Of that edge alone, with the clearances at hand.
+  // The cost of the outline alone, from its clearances.
   double outline_cost(const std::vector<double>& clearances_m) const;
-  // Share of its rays that hit or miss the solid as they should, to a pixel; 1 without any.
+  // Share of the outline rays that hit or miss the solid as they should, to a pixel; 1 if there are none.
   double outline_agreement(const optim::State& x) const;
-  // Of each reading that is used how much less it says than one that is met squarely: a reading at a slant
-  // takes over what its neighbours see, so its depth is in doubt by a multiple of the slope.
+  // 1 / relative noise of each measurement that is used: at a slant a pixel mixes in what its neighbours see,
+  // so its depth is uncertain by a multiple of the slope.
   void slants(const optim::State& x, std::vector<float>* per_noise) const;
-  // Residual (m) of each reading that is used.
+  // Residual (m) of each measurement that is used.
   void residuals(const optim::State& x, std::vector<double>* out) const;
 
  private:
-  // Every contribution; or those that no loop over packs of points sums up.
+  // Every contribution, or only those that the loops over packs of points do not sum.
   template <class Add>
   void visit(const PrimitiveField& field, const optim::State& x, const Add& add) const;
   template <class Add>
@@ -84,7 +84,7 @@ class PrimitiveEnergy : public optim::Energy {
   OutlineCost<double> outline_cost_of(const OutlineRay& ray, double clearance_m) const;
   std::size_t points() const;
   std::size_t rays() const;
-  // A patch meets rays in a closed form of its own, which is in double.
+  // A patch has its own closed form for rays, in double.
   bool in_packs() const {
     return !view_->packed.x_m.empty() && options_.scaling == Scaling::kExact && !options_.in_double &&
            (!view_->along_rays || has_inside(kind_));

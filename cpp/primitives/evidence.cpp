@@ -10,20 +10,20 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kWitnesses = 2000;  // readings, and pixels of the outline, that are asked about the kind
+constexpr int kWitnesses = 2000;  // measurements, and outline pixels, that are compared
 constexpr double kMostEffective =
-    500;  // readings that count, at most: no solid is one to a 500th of its noise
-constexpr double kLeastEffective = 10;  // and at least: as many as there are unknowns
-// Pixels of the outline that err together: an edge is seen by some four, two on either side, and runs in or
-// out over the length within which readings are alike. Chosen on half of the scenes (experiments/primitives).
+    500;  // measurements that count, at most: no object is the solid to a 500th of its noise
+constexpr double kLeastEffective = 10;  // at least: as many as there are unknowns
+// Outline pixels with a common error: about four see an edge, two on either side, and the edge shifts over
+// the correlation length of the measurements. Chosen on half of the scenes (experiments/primitives).
 constexpr double kRaysPerPixel = 1.5;
-constexpr double kFloor = 0.1;    // share of pixels of the outline that are another thing's
-constexpr double kClip = 3;       // of the scale: of an outlier's residual no more
-constexpr double kUnlike = 0.05;  // a correlation below it is none
+constexpr double kFloor = 0.1;    // share of outline pixels that show something else
+constexpr double kClip = 3;       // scales, at which an outlier's residual is clipped
+constexpr double kUnlike = 0.05;  // a correlation below this counts as 0
 constexpr int kLags_px[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48};
 constexpr std::size_t kPairs = 4000;  // for each lag and direction
 
-// Residuals in units of their scale, on the pixels about the object.
+// Residuals in units of their scale, on the pixels around the object.
 class ResidualImage {
  public:
   ResidualImage(const PrimitiveView& view, const std::vector<double>& r, double scale_m) : view_(view) {
@@ -38,7 +38,7 @@ class ResidualImage {
       at_[index(view.pixels[i])] = static_cast<float>(std::clamp(r[i] / scale_m, -kClip, kClip));
   }
 
-  // Mean product of pixels that lie `lag` apart along x or y, over the mean square of them.
+  // Mean product of pixels `lag` apart along x or y, over their mean square.
   double correlation(int lag) const {
     double products = 0, squares = 0;
     for (std::size_t i = 0; i < std::min(count_, kPairs); ++i) {
@@ -70,7 +70,7 @@ class ResidualImage {
 };
 
 struct Costs {
-  double readings = 0, rays = 0;  // nats per reading, and per pixel of the outline
+  double readings = 0, rays = 0;  // nats per measurement and per outline pixel
 };
 
 double seen_rays(const PrimitiveView& view, std::size_t first) {
@@ -105,7 +105,7 @@ double correlated_px2(const PrimitiveFit& fit, const PrimitiveView& view,
   std::vector<double> r;
   PrimitiveEnergy(fit.kind, &view, e).residuals(fit.x, &r);
   const ResidualImage image(view, r, fit.scale_m);
-  // The integral of the correlation over the plane, by trapezes in rings; as far as there is any.
+  // The integral of the correlation over the plane, by the trapezoidal rule in rings, as far as it is not 0.
   double area = 1, before = 1;
   int last = 0;
   for (const int lag : kLags_px) {
@@ -119,7 +119,7 @@ double correlated_px2(const PrimitiveFit& fit, const PrimitiveView& view,
 
 std::vector<KindEvidence> compare_kinds(const std::vector<PrimitiveFit>& fits, const PrimitiveView& view,
                                         const PrimitiveFitOptions& options, int threads) {
-  const PrimitiveFit* best = nullptr;  // whose scale all kinds share, and whose residuals say what is alike
+  const PrimitiveFit* best = nullptr;  // gives the scale of all kinds and the correlation
   for (const PrimitiveFit& fit : fits)
     if (fit.found && (!best || fit.scale_m < best->scale_m)) best = &fit;
   std::vector<KindEvidence> out(fits.size());

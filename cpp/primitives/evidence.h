@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which kind a view shows: what each kind's fit costs, with readings that err alike counted once.
+// Which kind a view shows: the cost of each kind's fit, where measurements with a common error count once.
 // docs/math/primitives.md, section 6.
 #pragma once
 
@@ -10,14 +10,14 @@
 namespace sdftrack::primitives {
 
 struct KindEvidence {
-  double against = 0;    // nats; half of it is a Bayesian information criterion's -2 log likelihood
-  double effective = 0;  // readings that count as independent; the same for all kinds
+  double against = 0;    // nats: half of the Bayesian information criterion, k ln n - 2 ln L
+  double effective = 0;  // effective number of independent measurements; the same for all kinds
 };
 
-// Pixels whose residuals are alike, as an area: 1 where none are. Of a view without an image, 1.
+// The area (px^2) over which residuals are correlated: 1 where they are not, and for a view without an image.
 double correlated_px2(const PrimitiveFit& fit, const PrimitiveView& view, const PrimitiveFitOptions& options);
 
-// One for each fit; of those not found nothing.
+// One for each fit; empty for fits that were not found.
 std::vector<KindEvidence> compare_kinds(const std::vector<PrimitiveFit>& fits, const PrimitiveView& view,
                                         const PrimitiveFitOptions& options, int threads);
 

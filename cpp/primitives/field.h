@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The field of a solid of unknown size: phi at a camera point, its derivative by the point and by every
-// unknown.
+// The field of a solid of unknown size: phi at a camera point, its derivatives with respect to the point and
+// to every unknown.
 #pragma once
 
 #include <cmath>
@@ -11,10 +11,10 @@
 
 namespace sdftrack::primitives {
 
-// Unknowns: T_obj_cam <- increment(v, w) T_obj_cam, then the logarithms of the lengths, so that none gets
+// Unknowns: T_obj_cam <- increment(v, w) T_obj_cam, then the logarithms of the lengths, so that none becomes
 // negative.
 struct PrimitiveField {
-  static constexpr int P = 6 + sdf::kMaxSizes;  // those that a kind lacks have columns of 0
+  static constexpr int P = 6 + sdf::kMaxSizes;  // columns of unknowns that a kind lacks are 0
   using Row = energies::FieldRow<double, P>;
 
   PrimitiveKind kind;
@@ -33,7 +33,7 @@ struct PrimitiveField {
     return exact_sample(kind, p_obj, size_m);
   }
 
-  // phi and its derivative by the camera point alone.
+  // phi and only its derivative with respect to the camera point.
   void value(Vec3d p_cam, double* phi_m, Vec3d* grad_cam) const {
     const sdf::SolidSample<double> s = sample(T_obj_cam * p_cam);
     *phi_m = s.phi_m;
@@ -46,7 +46,7 @@ struct PrimitiveField {
     const double pose[6] = {s.grad.x, s.grad.y, s.grad.z, m.x, m.y, m.z};
     for (int j = 0; j < 6; ++j) J[j] = pose[j];
     for (int i = 0; i < sdf::kMaxSizes; ++i)
-      J[6 + i] = i < size_count(kind) ? size_m[i] * s.size[i] : 0.0;  // by the logarithm
+      J[6 + i] = i < size_count(kind) ? size_m[i] * s.size[i] : 0.0;  // with respect to the logarithm
   }
 
   void row(Vec3d p_cam, Row* out) const {

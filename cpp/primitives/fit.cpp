@@ -14,28 +14,27 @@ namespace {
 
 constexpr double kVague = 0.25;           // a length with a larger relative sd is not known
 constexpr std::size_t kTried = 4;         // guesses that are fitted
-constexpr std::size_t kRefined = 2;       // of them, those that are looked at closely
-constexpr std::size_t kMoreOfFew = 5;     // times as many of both where points are few: more places to end in
+constexpr std::size_t kRefined = 2;       // guesses that are refined
+constexpr std::size_t kMoreOfFew = 5;     // times as many of both for few points: more local minima
 constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
 constexpr double kMadToSd = 1.4826;
 constexpr double kMinScale_m = 2e-4, kMaxScale_m = 0.004;
 constexpr double kFirstScale_m = 0.01;
-constexpr double kFirstScale = 0.04;  // of the diameter, where that is more
-constexpr double kWrongLabels =
-    0.05;  // share of pixels beside the edge that are said to be what they are not
+constexpr double kFirstScale = 0.04;                        // of the diameter, where this is larger
+constexpr double kWrongLabels = 0.05;                       // share of outline pixels with a wrong label
 constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost and a clean edge
 constexpr double kThinPart = 0.08;                          // of the diameter
-constexpr double kFarthest = 2;                             // the same: no length is more
+constexpr double kFarthest = 2;                             // of the diameter: limit of all lengths
 constexpr double kAtLimit = 0.97;                           // of that limit
-// sd of the gap between a thing and its table: the plane of thousands of readings is known to 0.01 to 0.03
-// mm.
-constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, of the readings' scale
-// Within 10 degrees of standing on its base, or a cylinder of lying on its side, a round body is also fitted
-// as doing so; this is believed unless it costs more than so many nats. Of 800 views of what stands it cost
-// 9 at most, of 8 real cylinders whose table the sensor bends by 0.3 to 1.3 degrees 18 or more.
+// sd of the gap between an object and its table: a plane of thousands of measurements is known to 0.01 to
+// 0.03 mm.
+constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, and of the measurements' scale
+// A round body within 10 degrees of standing on its base, or a cylinder of lying on its side, is also fitted
+// in that position, which is kept unless it costs more than kFlat nats. In 800 views of standing solids it
+// cost at most 9; for 8 real cylinders whose table the sensor bends by 0.3 to 1.3 degrees, 18 or more.
 constexpr double kUpright = 0.985, kLying = 0.174, kFlat = 12;
-constexpr double kRough = 0.3;                  // nats: what a step of an early stage must promise
-constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves nothing by 0.1 sd
+constexpr double kRough = 0.3;  // nats: the least gain that a step of an early stage must promise
+constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves no unknown by 0.1 sd
 
 struct Candidate {
   optim::State x;
@@ -68,7 +67,7 @@ class Fitter {
     e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
-    e.thin_m = has_inside(kind_) ? kThinPart * diameter_m_ : 0;  // a strip is a patch like any other
+    e.thin_m = has_inside(kind_) ? kThinPart * diameter_m_ : 0;  // a narrow strip is a valid patch
     e.far_m = kFarthest * diameter_m_;
     e.crowded = !has_inside(kind_) && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
@@ -94,7 +93,7 @@ class Fitter {
     c->x = result.x, c->cost = result.cost;
   }
 
-  // The best few by `e`.
+  // Keeps the best few by the energy `e`.
   void sieve(const PrimitiveEnergyOptions& e, std::size_t kept, std::vector<Candidate>* all) const {
     for (Candidate& c : *all) {
       c.cost = cost(c.x, e);
@@ -105,13 +104,13 @@ class Fitter {
     if (all->size() > kept) all->resize(kept);
   }
 
-  // s of the residuals' own spread: their median, which outliers do not move.
+  // s from the residuals' spread, by their median, which is robust to outliers.
   double own_scale(const optim::State& x, int points) const {
     std::vector<double> r;
     PrimitiveEnergy(kind_, &view_, energy(1, 1, points, 0)).residuals(x, &r);
     for (double& m : r) m = std::abs(m);
-    // As many residuals as there are unknowns can be made nothing, and do not tell the spread: of few the
-    // median of the others.
+    // A fit can bring as many residuals as there are unknowns to 0; these do not show the spread. For few
+    // points: the median of the others.
     std::size_t at = r.size() / 2;
     if (few_) at = std::min(r.size() - 1, (r.size() + static_cast<std::size_t>(free_count(kind_))) / 2);
     const auto middle = r.begin() + static_cast<std::ptrdiff_t>(at);
@@ -138,8 +137,8 @@ class Fitter {
     return all.front();
   }
 
-  // How sharp the edge of the picture is: as its pixels say. A width that is too large pulls the tip of a
-  // cone in, around which there are more pixels beside it than on it.
+  // The width of the outline, estimated from its pixels. Too large a width pulls in the tip of a cone, where
+  // more pixels lie next to the solid than on it.
   double own_outline_px(const optim::State& x) const {
     double best_px = kOutlines_px[0], least = std::numeric_limits<double>::infinity();
     const std::vector<double> d = PrimitiveEnergy(kind_, &view_, energy(1, 1, 0, 600)).clearances(x);
@@ -150,7 +149,7 @@ class Fitter {
     return best_px;
   }
 
-  // Energy of the last steps.
+  // Energy options of the last steps.
   PrimitiveEnergyOptions fine(Candidate* best) {
     double s = own_scale(best->x, 700);
     PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.max_points, 0)).slants(best->x, &per_noise_);
@@ -162,9 +161,9 @@ class Fitter {
     return last;
   }
 
-  // What of a round body lies on the table; it does in `best` then. Nothing stands on one point of a rim, but
-  // readings leave the axis in doubt, and the lowest point of a base that is said to be tilted by w is lower
-  // than its middle by R w: with that point held to the table, cones came out low.
+  // The part of a round body that lies on the table; `best` is changed accordingly. No object stands on one
+  // point of a rim, but measurements leave the axis uncertain. The lowest point of a base that is estimated
+  // to be tilted by w is lower than its centre by R w: with that point held to the table, cones came out low.
   Rest lay_flat(PrimitiveEnergyOptions e, Candidate* best) {
     if (!is_round(kind_) || !view_.has_plane || !view_.stands) return Rest::kPoint;
     const double up = (best->x.T_obj_cam[0].R * view_.plane.normal_cam).z;
@@ -178,7 +177,7 @@ class Fitter {
     Candidate flat = *best;
     improve(e, 10, false, &flat, false);
     if (!(flat.cost < best->cost + kFlat)) return Rest::kPoint;
-    // A thing of another kind may cost less from here and not lie flat all the same.
+    // An object of another kind may cost less from here and still not lie flat.
     const double z = (flat.x.T_obj_cam[0].R * view_.plane.normal_cam).z;
     const double off =
         (e.rest == Rest::kSide ? z * z : 1 - z * z) / (e.resting_sigma_rad * e.resting_sigma_rad);
@@ -248,8 +247,7 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
                                  std::min(view.outline.size(), static_cast<std::size_t>(last.rays))) +
                 (view.stands ? 1 : 0) - free_count(kind);
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
-  PrimitiveEnergyOptions doubtful =
-      last;  // a sharp edge turns misfits of a wrong kind of noise into evidence
+  PrimitiveEnergyOptions doubtful = last;  // a sharp outline turns misfits of a wrong kind into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i) {

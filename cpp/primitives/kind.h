@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Shapes that are a formula: which there are. Centred at mid-height, axis along z, a cone's apex at +z; a
-// plane patch has its normal along z. A new kind is a name here and a header solid_<name>.h, which solids.h
-// includes.
+// The kinds of shapes that are given by a formula. Centred at mid-height, axis along z, a cone's apex at +z;
+// a plane patch has its normal along z. A new kind needs a name here and a header solid_<name>.h, which
+// solids.h includes.
 #pragma once
 
 #include <array>
@@ -20,6 +20,6 @@ enum class Scaling {
              // order
 };
 
-using PrimitiveSize = std::array<double, sdf::kMaxSizes>;  // m; what a kind lacks is 1
+using PrimitiveSize = std::array<double, sdf::kMaxSizes>;  // m; lengths that a kind lacks are 1
 
 }  // namespace sdftrack::primitives

@@ -13,13 +13,13 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr double kNearer_m = 0.01;  // at 1 m: a reading so much nearer than the object hides it
-constexpr double kStep_m = 0.02;    // at 1 m: one less far behind it touches it
+constexpr double kNearer_m = 0.01;  // at 1 m: a measurement nearer than the object by more hides it
+constexpr double kStep_m = 0.02;    // at 1 m: a measurement less far behind touches the object
 constexpr double kBehind_m = 0.05;  // at 1 m
 constexpr double kSlack_m = 0.005;  // at 1 m
-constexpr double kStretch_m = 0.6;  // before and behind the object's readings
-constexpr double kRamps = 2;        // steps of depth from pixel to pixel before a reading that say nothing
-constexpr int kLost_px = 3;         // a rim without readings may be so wide
+constexpr double kStretch_m = 0.6;  // in front of and behind the object's measurements
+constexpr double kRamps = 2;        // depth steps between pixels, before a measurement, that are ignored
+constexpr int kLost_px = 3;         // largest width of a rim without measurements
 
 Vec3d ray_at(const frame::DepthFrame& frame, const Camera& camera, int x, int y) {
   if (!frame.rays) return ray(camera.K, static_cast<double>(x), static_cast<double>(y));
@@ -27,8 +27,8 @@ Vec3d ray_at(const frame::DepthFrame& frame, const Camera& camera, int x, int y)
   return {r[0], r[1], 1};
 }
 
-// By how much depth changes from pixel to pixel on the surface that is seen at (x, y): on a face that is met
-// at a grazing angle by centimetres. The smaller of both sides, for the other one may be the edge itself.
+// The change of depth from pixel to pixel on the surface seen at (x, y): centimetres on a face at a grazing
+// angle. The smaller of both sides counts, since the other one may be the edge itself.
 double ramp_m(const frame::DepthFrame& frame, int x, int y, int width, int height) {
   const float z = frame.depth_m(x, y);
   const auto step = [&](int u, int v) {
@@ -40,7 +40,7 @@ double ramp_m(const frame::DepthFrame& frame, int x, int y, int width, int heigh
   return std::max(std::isfinite(along_x) ? along_x : 0.0f, std::isfinite(along_y) ? along_y : 0.0f);
 }
 
-// What lies about a pixel of an image.
+// The neighbourhood of a pixel in an image.
 struct Window {
   int width, height;
 
@@ -51,7 +51,7 @@ struct Window {
   }
 };
 
-// Looks for the three kinds of rays, in this order.
+// Finds the three kinds of rays, in the order of rays().
 class OutlineFinder {
  public:
   OutlineFinder(const frame::DepthFrame& frame, const Camera& camera, const std::uint8_t* labels,
@@ -105,7 +105,7 @@ class OutlineFinder {
         {ray_at(frame_, camera_, x, y), std::max(0.02, near_m), far_m, z / focal, sight, slack_m});
   }
 
-  // What is seen behind the object, or touches it.
+  // Pixels that show something behind the object or touching it.
   void look_beside(int x, int y) {
     if (label(x, y) != Label::kOff) return;
     const float z = frame_.depth_m(x, y);
@@ -114,7 +114,7 @@ class OutlineFinder {
     if (!std::isfinite(nearest) || z < nearest - plane::plane_tolerance_m(kNearer_m, nearest)) return;
     const bool touches = z < nearest + plane::plane_tolerance_m(kStep_m, nearest);
     if (!touches) off_[at(x, y)] = 1;
-    // It may be a face of the object that no mask holds: the ray is free up to a little before it.
+    // It may be a face of the object that the mask leaves out: the ray is free up to a little before it.
     const double free_m = z - kRamps * ramp_m(frame_, x, y, window_.width, window_.height);
     add(x, y, nearest - kStretch_m, std::min<double>(free_m, nearest + kStretch_m), nearest, Sight::kBeside,
         touches ? plane::plane_tolerance_m(kSlack_m, nearest) : 0.0);
@@ -122,7 +122,7 @@ class OutlineFinder {
 
   void look_on(int x, int y) {
     if (!is_on(x, y) || !is_beside(x, y, reach_px_)) return;
-    // A mask may hold readings of what is behind the object: the pixel is not the object's then.
+    // A mask may contain measurements of the background: such pixels are left out.
     const double z = nearest_on(x, y, reach_px_);
     if (frame_.depth_m(x, y) < z + plane::plane_tolerance_m(kBehind_m, z))
       add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kOn);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What a pixel beside the edge of an object's picture costs.
+// The cost of a pixel next to an object's outline.
 #pragma once
 
 #include "energies/penalty.h"
 
 namespace sdftrack::primitives {
 
-// A pixel's ray hits the solid or not, with the chance 1 / (1 + e^(d / s)) at the clearance d:
+// A pixel's ray hits the solid with the probability ("chance") 1 / (1 + e^(d / s)) at the clearance d:
 //   C(d) = -log((1 - e) chance + e / 2),
-// as a majorised quadratic like that of DepthLogistic, and its second derivative. `side`: 1 if the object is
-// seen there, -1 if not.
+// as a majorising quadratic like that of DepthLogistic, and its second derivative. `side`: 1 if the pixel
+// shows the object, -1 if not.
 template <class T>
 struct OutlineCost {
   energies::Curve<T> curve;
@@ -18,9 +18,9 @@ struct OutlineCost {
 
 template <class T>
 HD OutlineCost<T> outline_cost(T d, T s, T floor, T side) {
-  using sdftrack::abs;  // primitives has one of its own
+  using sdftrack::abs;  // sdftrack::primitives also has one
   const T x = side * d / s;
-  const T size = select(abs(x) > T(50), T(50), abs(x));  // beyond it nothing is left of the lesser chance
+  const T size = select(abs(x) > T(50), T(50), abs(x));  // beyond, the smaller probability is below rounding
   const T small = exp_negative(-size), up = T(1) + small;
   const auto misses = x > T(0);
   const T chance = select(misses, small, T(1)) / up, other = select(misses, T(1), small) / up;

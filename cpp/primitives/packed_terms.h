@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The packed points and rays of a view as what the loops read; they must outlive it. Not in reading_ops.h:
-// the files that are compiled for one instruction set share no vectors.
+// The packed points and rays of a view as input of the loops; they must outlive the term. Not in
+// reading_ops.h: files that are compiled for one instruction set share no vectors.
 #pragma once
 
 #include "primitives/reading_ops.h"
@@ -8,7 +8,7 @@
 
 namespace sdftrack::primitives {
 
-// Of the first `count`; bare points if they are not `along_rays`.
+// For the first `count` points; bare points if not `along_rays`.
 inline ReadingTerm reading_term(const FloatPoints& p, bool along_rays, const float* per_noise,
                                 std::size_t count, const FloatSolid& solid, double per_s,
                                 double outlier_floor) {

@@ -9,9 +9,9 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr double kTouching_m = 1e-9;  // nearer than this the way between two lines has no direction
-// A stretch that ends behind the patch goes through it for certain: its end has its margin already. But a
-// cost must not jump.
+constexpr double kTouching_m = 1e-9;  // nearer than this, p - q has no direction
+// A stretch that ends behind the patch certainly passes through it, since its end includes a margin. The
+// slope is finite because a cost must not jump.
 constexpr double kSteep = 20;
 
 // A stretch of a ray, object frame.
@@ -21,13 +21,13 @@ struct Stretch {
   Vec3d at(double s) const { return from + s * way; }
 };
 
-// A side of the rectangle: its middle, which way it runs (unit length), half its length.
+// A side of the rectangle: its middle, its direction (unit length), half its length.
 struct Side {
   Vec3d middle, along;
   double half_m;
 };
 
-// The nearest points of both: p on the ray, q on the patch.
+// The nearest points of a ray and the patch: p on the ray, q on the patch.
 struct Nearest {
   Vec3d p, q;
   double m;
@@ -49,7 +49,7 @@ Nearest nearest(const Stretch& ray, const Side& side) {
   return {p, q, norm(p - q)};
 }
 
-// Across the ray and the side, outwards: the direction that p - q has where both meet.
+// Perpendicular to the ray and the side, outwards: the direction of p - q in the limit where they meet.
 Vec3d outwards(const Stretch& ray, Vec3d q, const PrimitiveField& field) {
   const bool x_side = std::abs(q.x) / field.size_m[0] >= std::abs(q.y) / field.size_m[1];
   const Vec3d along = x_side ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
@@ -91,7 +91,7 @@ void Patch::clearance(const PrimitiveField& field, const OutlineRay& ray, SolidR
   const bool crosses = from.z * to.z < 0;
   const bool through = crosses && holds(field, stretch.at(from.z / (from.z - to.z)));
   if (!crosses)
-    for (const Vec3d& end : {from, to})  // it ends before the patch
+    for (const Vec3d& end : {from, to})  // the stretch ends before the patch
       if (holds(field, end) && std::abs(end.z) < best.m) best = {end, {end.x, end.y, 0}, std::abs(end.z)};
   out->m = through ? -best.m : best.m;
   Vec3d n = best.m > kTouching_m ? (1 / out->m) * (best.p - best.q) : outwards(stretch, best.q, field);
@@ -102,7 +102,7 @@ void Patch::clearance(const PrimitiveField& field, const OutlineRay& ray, SolidR
         best.p = end, best.q = {0, 0, 0}, n = {0, 0, end.z > 0 ? -kSteep : kSteep};
       }
   const Vec3d turn = cross(best.p, n);
-  // q moves with the sides that it lies on; along a side n has no part.
+  // q moves with the side on which it lies; n has no component along a side.
   const double J[PrimitiveField::P] = {
       n.x, n.y, n.z, turn.x, turn.y, turn.z, -n.x * best.q.x, -n.y * best.q.y};
   std::copy(J, J + PrimitiveField::P, out->J);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The source's form of a size: a unit solid scaled along its axes (thesis Eq. 3.27).
+// How the thesis gives a size: a unit solid scaled along its axes (Eq. 3.27).
 #pragma once
 
 #include "primitives/dual.h"
@@ -7,8 +7,8 @@
 
 namespace sdftrack::primitives {
 
-// S = diag(s): radii and edges of 1, so that s are the lengths themselves; a round body's x and y share one,
-// and a patch has no third.
+// S = diag(s): the unit solid has radii and edges of 1, so that s are the lengths; x and y of a round body
+// share one length, and a patch has no third.
 template <class Solid, class T>
 HD Vec3<T> diagonal_of(const T (&size)[sdf::kMaxSizes]) {
   const auto along = [&](const SolidAxis& axis) { return axis.size < 0 ? T(1) : size[axis.size]; };
@@ -25,8 +25,8 @@ HD sdf::SolidSample<T> unit_sample_of(Vec3<T> p) {
   }
 }
 
-// phi_u(S^-1 p) is no distance: its slope is |S^-1 grad phi_u|, by which it is divided. Exact on the surface
-// and to first order beside it.
+// phi_u(S^-1 p) is not a distance: its slope is |S^-1 grad phi_u|, by which it is divided. The result is
+// exact on the surface and correct to first order near it.
 template <class T>
 HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
   return visit_solid(

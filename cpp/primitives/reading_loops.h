@@ -12,7 +12,7 @@ namespace {
 
 using namespace energies;  // each_pack, Block, Row, PartialSums
 
-// A solid in lanes.
+// A solid in lanes of L.
 template <class L, PrimitiveKind kKind>
 struct LaneSolid {
   static constexpr int kSizes = size_count(kKind), P = 6 + kSizes;
@@ -34,7 +34,7 @@ struct LaneSolid {
     const Vec3<L> m = cross(at.p, at.s.grad);
     const L pose[6] = {at.s.grad.x, at.s.grad.y, at.s.grad.z, m.x, m.y, m.z};
     for (int j = 0; j < 6; ++j) J[j] = pose[j];
-    for (int k = 0; k < kSizes; ++k) J[6 + k] = size[k] * at.s.size[k];  // by the logarithm
+    for (int k = 0; k < kSizes; ++k) J[6 + k] = size[k] * at.s.size[k];  // with respect to the logarithm
   }
 };
 
@@ -100,7 +100,7 @@ struct Outline {
     out.m = out.m + load<L>(given.slack_m + i, n);
     return out;
   }
-  // Nothing of a pixel that does not count.
+  // 0 for a pixel that does not count.
   HD OutlineCost<L> costs(L d, int i, int n) const {
     const auto lost = load<L>(given.lost + i, n) > L(0);
     OutlineCost<L> out = primitives::outline_cost(d, L(given.scale_px) * load<L>(given.pixel_m + i, n),
@@ -126,7 +126,7 @@ struct Outline {
   }
 };
 
-// The sums over all of a term, of Readings or Outline.
+// The sums over all elements of a term; Of: Readings or Outline.
 template <class L, class Of>
 struct TermLoops {
   static constexpr int P = Of::P;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Points, and pixels of the outline, against a solid, many at a time: residuals in float, sums in double.
+// Residuals of points and outline pixels from a solid, many at a time: in float, with sums in double.
 // Compiled once per instruction set (reading_loops.h); all of them compute the same bits.
 #pragma once
 
@@ -10,9 +10,9 @@
 
 namespace sdftrack::primitives {
 
-// What the normal equations are made of.
+// Which second-order term the normal equations sum.
 enum class Weighing {
-  kSolve,   // the slope, and the curvature of the quadratic that touches the cost
+  kSolve,   // the curvature of the majorising quadratic
   kSecond,  // the second derivative
   kSquare,  // the squared slope
 };
@@ -22,11 +22,11 @@ struct FloatSolid {
   float size_m[sdf::kMaxSizes];
 };
 
-// Bare points, whose residual is phi; with `ray_x` points on rays, whose residual is along them.
+// Bare points with the residual phi; with `ray_x`, points on rays with a residual along the ray.
 struct ReadingTerm {
   const float *x_m, *y_m, *z_m;  // from the origin that t_m belongs to
   const float *ray_x, *ray_y;
-  const float* per_noise;  // nullptr: all are alike
+  const float* per_noise;  // nullptr: all equal
   int count;
   FloatSolid solid;
   float per_s, outlier_floor;
@@ -37,14 +37,14 @@ struct OutlineTerm {
   int count;
   FloatSolid solid;  // t_m: from the camera
   float scale_px, floor;
-  float lost_floor;  // of the pixels that show nothing
+  float lost_floor;  // for pixels without a measurement
   bool lost_counts;
 };
 
 struct ReadingSums {
   static constexpr int P = 6 + sdf::kMaxSizes;
   double cost = 0;
-  double gradient[P] = {}, hessian[P * (P + 1) / 2] = {};  // lower triangle; of fewer unknowns its first part
+  double gradient[P] = {}, hessian[P * (P + 1) / 2] = {};  // lower triangle; for fewer unknowns, its start
 };
 
 struct ReadingOps {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The lengths that are penalised: from a reading to the solid, and from a ray of the picture's edge to it.
+// The residuals: from a measurement to the solid, and from an outline ray to the solid.
 #pragma once
 
 #include "primitives/field.h"
@@ -15,8 +15,8 @@ struct SolidResidual {
 // phi at the point.
 void point_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out);
 
-// The way along the reading's ray to the solid, positive where the solid lies behind it; where the ray does
-// not meet the solid, or at a grazing angle, phi at the point (docs/math/depth_tracker.md, section 2).
+// The distance along the ray from the measurement to the solid, positive if the solid is behind. phi at the
+// point where the ray misses the solid or meets it at a grazing angle (docs/math/depth_tracker.md, 2).
 void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out);
 
 // Least phi along a ray: below 0, the ray hits the solid. docs/math/primitives.md, section 3.

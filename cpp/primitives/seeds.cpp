@@ -11,20 +11,20 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr std::size_t kNormalPoints = 1500;  // that normals are found among
+constexpr std::size_t kNormalPoints = 1500;  // points that normals are computed from
 constexpr std::size_t kNormals = 160;
 constexpr std::size_t kMinHeld = 60;
-constexpr std::size_t kFewPoints = 300;  // points, up to which normals are not relied on
+constexpr std::size_t kFewPoints = 300;  // with this many points or fewer, normals are not used
 constexpr std::size_t kMinNormals = 12;
 constexpr std::size_t kSpanPoints = 400;
-constexpr double kReach = 0.07;  // of the diameter: radius of a patch
+constexpr double kReach = 0.07;  // of the diameter: radius of a neighbourhood
 constexpr double kMinReach_m = 0.006;
 constexpr int kMinNeighbours = 6;
 
 Eigen::Vector3d eigen(Vec3d p) { return {p.x, p.y, p.z}; }
 Vec3d vec(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-// The normal of the points within `reach` of p; false where there are too few, or no surface.
+// The normal of the points within `reach` of p; false where they are too few or not on a surface.
 bool normal_at(const std::vector<Vec3d>& points, Vec3d p, double reach, Vec3d* n) {
   double sum[3] = {}, second[6] = {};
   int count = 0;

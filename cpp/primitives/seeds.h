@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// First guesses of where a solid is and how large, from points and the normals at some of them.
+// Initial guesses of a solid's pose and size, from points and the normals at some of them.
 #pragma once
 
 #include <vector>
@@ -16,41 +16,41 @@ struct PrimitiveGuess {
 
 // A point with the plane through its neighbours.
 struct Oriented {
-  Vec3d p, n;  // n towards the camera where points are along rays, else away from the points' mean
+  Vec3d p, n;  // n: towards the camera for points along rays, else away from the points' mean
 };
 
-// What every kind's guesses start from; made once for all kinds.
+// The input of every kind's guesses; made once for all kinds.
 struct SeedCloud {
   std::vector<Vec3d> points;  // spread over all
   std::vector<Oriented> normals;
-  std::vector<Vec3d> held;  // those with neighbours: what extents are taken from, for outliers have none
+  std::vector<Vec3d> held;  // points with neighbours, for extents: outliers have none
   Vec3d mean;
   double diameter_m;
   const PrimitiveView* view;
-  bool sparse = false;  // too few points for normals: directions are tried in place of being derived
+  bool sparse = false;  // too few points for normals: directions are tried instead
 };
 SeedCloud seed_cloud(const PrimitiveView& view);
 
-// Guesses of one kind, best ones not first. The same `seed`, the same guesses.
+// Guesses for one kind, unsorted. The same `seed` gives the same guesses.
 std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed);
 
-// Of the files seeds_*.cpp: what the guesses of several kinds are made of.
+// Parts that the guesses of several kinds share, defined in seeds_*.cpp.
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<PrimitiveGuess>* out);
 void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 
-// The box with these axes around the points; thicker than they are where one face alone is seen.
+// The box with these axes around the points; given a thickness where only one face is seen.
 PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z);
-// The least and greatest of p . direction, without the outermost 1 %.
+// The least and the greatest p . direction, without the outermost 1 %.
 struct Span {
   double low, high;
 };
 Span span_along(const std::vector<Vec3d>& points, Vec3d direction);
-// Two directions across a unit vector.
+// Two unit vectors perpendicular to a unit vector and to each other.
 void across(Vec3d axis, Vec3d* u, Vec3d* v);
 // T_obj_cam of a frame with these axes (camera frame) about a point.
 Rigidd frame_at(Vec3d x, Vec3d y, Vec3d z, Vec3d origin);
-// The point nearest to all normals' lines: the centre of a ball. False where they are all parallel.
+// The point nearest to the lines of all normals: the centre of a ball. False if all are parallel.
 bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre);
 
 // Numbers 0 .. n - 1, the same on every machine.

@@ -11,7 +11,7 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr std::size_t kFitted = 300;  // points of an algebraic fit: a guess needs no more
+constexpr std::size_t kFitted = 300;  // points of an algebraic fit: enough for a guess
 
 // The ball through most points in the least squares of |p|^2 - 2 c . p - k: one linear system.
 bool algebraic_ball(const std::vector<Vec3d>& points, Vec3d mean, Vec3d* centre, double* radius) {
@@ -49,8 +49,8 @@ struct Quadric {
   Eigen::Vector3d radii;
 };
 
-// x^T A x + b . x = 1 about a centre that lies inside, in least squares of that and of the normals'
-// directions, which a single view needs. False where it is no ellipsoid.
+// x^T A x + b . x = 1 about a point inside, by least squares of this equation and of the normals' directions,
+// which a single view needs. False where the quadric is not an ellipsoid.
 bool algebraic_ellipsoid(const SeedCloud& cloud, Vec3d about, double normals_weight, Quadric* out) {
   using Vector9 = Eigen::Matrix<double, 9, 1>;
   Eigen::Matrix<double, 9, 9> M = Eigen::Matrix<double, 9, 9>::Zero();
@@ -122,7 +122,7 @@ void SolidTraits<PrimitiveKind::kEllipsoid>::guess(const SeedCloud& cloud, unsig
     for (const double weight : {0.01, 0.3, 3.0})
       if (algebraic_ellipsoid(cloud, about, weight, &q))
         out->push_back(ellipsoid_guess(q.axes, q.centre, q.radii));
-  // Boxes around the points, filled.
+  // Ellipsoids that fill boxes around the points.
   std::vector<PrimitiveGuess> boxes;
   guess_boxes(cloud, seed, &boxes);
   for (std::size_t i = 0; i < std::min<std::size_t>(boxes.size(), 6); ++i) {

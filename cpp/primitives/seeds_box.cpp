@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Boxes: three directions across each other that most normals follow, and how far the points reach along
-// them.
+// Boxes: three orthogonal directions that most normals follow, and the extent of the points along them.
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -13,7 +12,7 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kFrames = 60;  // tried
+constexpr int kFrames = 60;  // frames that are tried
 constexpr std::size_t kKept = 8;
 
 struct Frame3 {
@@ -27,7 +26,7 @@ Frame3 frame_of(Vec3d z, Vec3d towards) {
   return {x, cross(z, x), z, 0};
 }
 
-// How many normals lie within about 10 degrees of an axis.
+// The number of normals within about 10 degrees of an axis.
 double follow(const std::vector<Oriented>& normals, const Frame3& f) {
   double sum = 0;
   for (const Oriented& o : normals) {
@@ -37,7 +36,7 @@ double follow(const std::vector<Oriented>& normals, const Frame3& f) {
   return sum;
 }
 
-// Mean of the normals near each axis, made orthogonal again: the pair that started it was noisy.
+// Means of the normals near each axis, made orthogonal again: the initial pair of normals was noisy.
 Frame3 refined(const std::vector<Oriented>& normals, const Frame3& f) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   const Vec3d axes[3] = {f.x, f.y, f.z};
@@ -72,7 +71,7 @@ PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z) {
     g.size[static_cast<std::size_t>(k)] = s.high - s.low;
     middle[k] = 0.5 * (s.low + s.high);
   }
-  // A face that is seen alone hides how thick the box is: an arbitrary start.
+  // A single visible face does not show the thickness of the box: it starts at an arbitrary one.
   const double thick = 0.25 * std::max({g.size[0], g.size[1], g.size[2]});
   for (int k = 0; k < 3; ++k) {
     double& length = g.size[static_cast<std::size_t>(k)];
@@ -102,7 +101,7 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
                    [](const Frame3& a, const Frame3& b) { return a.score > b.score; });
   if (frames.size() > kKept) frames.resize(kKept);
   for (Frame3& f : frames) f = refined(normals, f);
-  // Along the axes of the points' spread; and turned in its plane, where one face alone is seen.
+  // Boxes along the principal axes of the points, and turned in their plane for a single visible face.
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (const Vec3d& p : cloud.points) {
     const Eigen::Vector3d d(p.x - cloud.mean.x, p.y - cloud.mean.y, p.z - cloud.mean.z);
@@ -116,7 +115,7 @@ void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGue
     Vec3d a, b;
     across(top, &a, &b);
     Frame3 best{a, b, top, 1e30};
-    for (int k = 0; k < 12; ++k) {  // the least rectangle around them
+    for (int k = 0; k < 12; ++k) {  // for the smallest rectangle around them
       const double angle = k * 3.14159265358979 / 24;
       const Vec3d x = std::cos(angle) * a + std::sin(angle) * b, y = cross(top, x);
       const Span sx = span_along(cloud.held, x), sy = span_along(cloud.held, y);

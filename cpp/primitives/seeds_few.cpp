@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Guesses from points too few, or too far apart, for normals: directions all over, and what the points show
-// along each. A cost tells them apart, and that of a hundred points is soon counted.
+// Guesses from points too few, or too far apart, for normals: directions spread over the sphere, and a solid
+// from the points seen along each. The cost selects among them; for a hundred points it is cheap.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -13,16 +13,16 @@ namespace sdftrack::primitives {
 namespace {
 
 constexpr int kAxes = 160;       // on half a ball: 11 degrees apart
-constexpr int kFewFrames = 300;  // of a box: 8 degrees from the nearest
+constexpr int kFewFrames = 300;  // of a box: the nearest one is within 8 degrees
 constexpr double kGoldenAngle = 2.39996322972865;
-constexpr double kNear = 0.15;  // of the radius: a point farther off a circle is on a cap
+constexpr double kNear = 0.15;  // of the radius: a point farther from the circle is on a cap
 constexpr int kRounds = 4;
 
-struct Flat {  // a point seen along the axis, and how far along it
+struct Flat {  // a point projected along the axis, and its position on the axis
   double x, y, z;
 };
 
-// The circle about points seen along its axis, robustly: those of the caps lie within. False: there is none.
+// Robust fit of a circle to points projected along the axis; points of the caps lie inside. False if none.
 bool circle_through(const std::vector<Flat>& points, Vec2d* middle, double* radius) {
   std::vector<double> weight(points.size(), 1.0);
   for (int round = 0; round < kRounds; ++round) {
@@ -45,7 +45,7 @@ bool circle_through(const std::vector<Flat>& points, Vec2d* middle, double* radi
   return true;
 }
 
-struct Round {  // what is seen along an axis
+struct Round {  // the circle seen along an axis
   Vec3d axis, u, v;
   double low, high;
 };
@@ -55,7 +55,7 @@ void add_round(PrimitiveKind kind, const Round& r, Vec2d middle, double radius,
   const double height = r.high - r.low;
   const Vec3d centre = middle.x * r.u + middle.y * r.v + 0.5 * (r.low + r.high) * r.axis;
   out->push_back({frame_at(r.u, r.v, r.axis, centre), {radius, height, 1}});
-  if (has_apex(kind))  // the apex at either end
+  if (has_apex(kind))  // try the apex at either end
     out->push_back({frame_at(r.u, -r.v, -r.axis, centre), {radius, height, 1}});
 }
 
@@ -67,7 +67,7 @@ void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<
     const double up = (k + 0.5) / kAxes, across_m = std::sqrt(1 - up * up), turn = kGoldenAngle * k;
     Round r{{across_m * std::cos(turn), across_m * std::sin(turn), up}, {}, {}, 0, 0};
     across(r.axis, &r.u, &r.v);
-    // About the mean, for the points may lie far from their frame's origin.
+    // Relative to the mean: the points may lie far from the frame's origin.
     const Vec2d mean{dot(cloud.mean, r.u), dot(cloud.mean, r.v)};
     for (std::size_t i = 0; i < flat.size(); ++i) {
       const Vec3d& p = cloud.points[i];
@@ -91,7 +91,7 @@ void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<Primi
   constexpr std::size_t kSteps = 1 << 20;
   const auto uniform = [&] { return (static_cast<double>(pick(kSteps)) + 0.5) / kSteps; };
   for (int k = 0; k < kFewFrames; ++k) {
-    // A uniformly turned frame: an axis anywhere on the ball, and a turn about it.
+    // A uniformly random frame: an axis anywhere on the sphere, and a rotation about it.
     const double up = 2 * uniform() - 1, around = 6.283185307179586 * uniform();
     const double turn = 1.5707963267948966 * uniform(), flat = std::sqrt(1 - up * up);
     const Vec3d z{flat * std::cos(around), flat * std::sin(around), up};

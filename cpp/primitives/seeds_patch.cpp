@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plane patches: planes that hold many points, and rectangles at all turns around these.
+// Plane patches: planes that hold many points, and rectangles around these points at several rotations.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,10 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr int kPicked = 40;             // normals whose planes are looked at
+constexpr int kPicked = 40;             // normals whose planes are tried
 constexpr std::size_t kKeptPlanes = 3;  // of these
-constexpr int kTurns = 12;  // in a quarter; the edge of the picture may cut corners off, so the least
-                            // rectangle need not be the right one
+// In a quarter turn. The image's border may cut off corners, so the smallest rectangle may be wrong.
+constexpr int kTurns = 12;
 constexpr double kOnPlane = 0.02, kMinNear_m = 0.005;  // of the diameter: a point is on the plane
 constexpr std::size_t kMinPoints = 8;
 
@@ -26,7 +26,7 @@ std::vector<Vec3d> near_plane(const SeedCloud& cloud, Vec3d n, Vec3d at) {
   return out;
 }
 
-// The plane of least squares through points, its normal towards the camera.
+// The least-squares plane of points, its normal towards the camera.
 Oriented plane_through(const std::vector<Vec3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Vec3d& p : points) mean += Eigen::Vector3d(p.x, p.y, p.z);

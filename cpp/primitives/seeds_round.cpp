@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Cylinders and cones: an axis, where it runs, and the radius along it.
+// Cylinders and cones: the direction of the axis, its position, and the radius along it.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,11 @@ constexpr int kRoundPairs = 24;
 constexpr int kTriples = 24;
 constexpr double kCap = 0.9, kFlatCap = 0.97;  // cosines of 26 and 14 degrees: normals of a cone's base
 
-struct Ring {  // a reading of the side: height along the axis, distance from it
+struct Ring {  // a measurement of the side: height along the axis, distance from it
   double z, r;
 };
 
-// Directions that the axis may have.
+// Possible directions of the axis.
 std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed) {
   std::vector<Vec3d> axes;
   if (cloud.view->has_plane) axes.push_back(cloud.view->plane.normal_cam);
@@ -30,17 +30,17 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
     const double length = norm(a);
     if (length > least) axes.push_back((1 / length) * a);
   };
-  // The normals of a cylinder's side lie across its axis: two of them show it.
+  // The normals of a cylinder's side are perpendicular to its axis: two of them give it.
   for (int k = 0; k < kRoundPairs; ++k)
     add(cross(normals[pick(normals.size())].n, normals[pick(normals.size())].n), 0.3);
-  // Those of a cone have one angle with it: the differences of three lie across it.
+  // The normals of a cone's side have one angle to the axis: differences of three are perpendicular to it.
   if (has_apex(kind))
     for (int k = 0; k < kTriples; ++k) {
       const Vec3d a = normals[pick(normals.size())].n, b = normals[pick(normals.size())].n,
                   c = normals[pick(normals.size())].n;
       add(cross(a - b, a - c), 0.05);
     }
-  // The cap's own normal; and what is least among all normals.
+  // The normal of a cap, and the direction of least spread of all normals.
   for (int k = 0; k < 6; ++k) axes.push_back(normals[pick(normals.size())].n);
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (const Oriented& o : normals) {
@@ -52,8 +52,8 @@ std::vector<Vec3d> axes_of(PrimitiveKind kind, const SeedCloud& cloud, unsigned 
   return axes;
 }
 
-// Those of the normals that are the side's, not a cap's. If most of all lie between 14 and 26 degrees of the
-// axis they are the side of a flat cone; else so few may be noise of its base.
+// The normals of the side, without those of a cap. If most lie between 14 and 26 degrees from the axis, they
+// are the side of a flat cone; fewer may be noise of its base.
 std::vector<Oriented> sides_of(PrimitiveKind kind, const std::vector<Oriented>& normals, Vec3d axis) {
   double most = has_apex(kind) ? kCap : 0.35;
   if (has_apex(kind)) {
@@ -70,8 +70,8 @@ std::vector<Oriented> sides_of(PrimitiveKind kind, const std::vector<Oriented>& 
   return sides;
 }
 
-// Where the axis runs: the normals' lines of a round body meet in it, seen along it. Caps have no say. 2D,
-// robust.
+// The position of the axis: projected along it, the normals' lines of a round body meet in it. Robust 2D fit;
+// caps are left out.
 bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* middle) {
   std::vector<double> weight(sides.size(), 1.0);
   for (int round = 0; round < 3; ++round) {
@@ -104,7 +104,7 @@ double quantile(std::vector<double> x, double share) {
   return x[static_cast<std::size_t>(at)];
 }
 
-// r = r0 - k z through the side's readings, robustly; k: how fast it tapers.
+// Robust fit of r = r0 - k z to the side's measurements; k: the taper.
 void taper(const std::vector<Ring>& rings, double* r0, double* k) {
   std::vector<double> weight(rings.size(), 1.0);
   for (int round = 0; round < 4; ++round) {
@@ -167,7 +167,7 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
     for (const Oriented& o : sides)
       rings.push_back({dot(o.p, axis), std::hypot(dot(o.p, u) - middle.x, dot(o.p, v) - middle.y)});
     if (!round || rings.empty()) {
-      // No side to be seen: a disc as wide as the points, and something behind it.
+      // No visible side: a disc as wide as the points, with a height behind it.
       const double r = 0.25 * (x.high - x.low + y.high - y.low);
       middle = {0.5 * (x.low + x.high), 0.5 * (y.low + y.high)};
       if (z.high - z.low < r) (dot(axis, cloud.mean) > 0 ? z.high = z.low + r : z.low = z.high - r);

@@ -34,7 +34,7 @@ struct SolidTraits<PrimitiveKind::kEllipsoid> : SolidDefaults {
                                         const T (&size)[sdf::kMaxSizes]) {
     return least_along_ellipsoid(origin, way, a, b, size);
   }
-  // A scaled ball.
+  // The unit solid is a ball, which is scaled.
   template <class T>
   static HD sdf::SolidSample<T> unit_sample(Vec3<T> p) {
     return sdf::sphere_sample(p, T(1));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plane patch: a rectangle, and rays that meet it in closed form, for its phi has no inside that an
-// iteration could cross (docs/math/primitives.md, section 8).
+// A plane patch: a rectangle. Rays meet it in closed form, because its phi has no inside that an iteration
+// could cross (docs/math/primitives.md, section 8).
 #pragma once
 
 #include <cmath>
@@ -32,11 +32,11 @@ struct SolidTraits<PrimitiveKind::kPlane> : SolidDefaults {
   }
   static void guess(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 
-  // The way along the reading's ray to the patch: of readings before and behind it alike. False where the ray
-  // passes beside it, or meets it at more than the angle whose cosine is `grazing`.
+  // The distance along the measurement's ray to the patch, for measurements in front of it and behind it.
+  // False where the ray misses the patch or meets it at a flatter angle than the cosine `grazing`.
   static bool ray_residual(const PrimitiveField& field, Vec3d p_cam, double grazing, SolidResidual* out);
 
-  // The least phi along the ray; where the ray passes through the patch, minus the distance from the rim,
+  // The least phi along the ray. Where the ray passes through the patch: minus the distance from the rim,
   // which falls to 0 steeply where the stretch ends in the patch.
   static void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out);
 };

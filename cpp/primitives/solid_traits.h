@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a kind of primitive is to the rest: the members of SolidTraits<kind>, each in a header of its own.
+// What a kind of primitive defines: the members of SolidTraits<kind>, in a header for each kind.
 #pragma once
 
 #include <vector>
@@ -12,53 +12,54 @@ namespace sdftrack::primitives {
 struct PrimitiveGuess;
 struct SeedCloud;
 
-// One of the lengths.
+// One length of a solid.
 struct SolidSize {
   const char* name;
-  int axis;      // of the object's frame: where the length is in doubt, the middle is in doubt along it
-  bool has_end;  // whether its end may be out of sight while all that is seen fits: edges, heights; not radii
+  int axis;      // of the object frame: an uncertain length leaves the centre uncertain along it
+  bool has_end;  // whether an unseen end leaves the length open: edges, heights; not radii
 };
 
-// One of the axes x, y, z: which length runs along it (-1: none), and how much of it lies on either side.
+// One of the axes x, y, z: the length along it (-1: none), and the share of that length on either side.
 struct SolidAxis {
   int size;
   double half;
 };
 
-// How far a solid reaches in a direction: where it touches the table that it stands on.
+// How far a solid reaches in a direction: gives the point where it touches the table that it stands on.
 struct Reach {
   double reach_m;               // max of v . x over the solid
   Vec3d at;                     // a point where it is reached
   double size[sdf::kMaxSizes];  // d reach / d lengths
 };
 
-// The point of a unit circle across z that is farthest towards `v`; `across`: v's part there.
+// The point of the unit circle in the xy plane that is farthest towards `v`; `across`: v's length there.
 inline Vec3d rim_towards(Vec3d v, double across) {
   return across > 1e-12 ? Vec3d{v.x / across, v.y / across, 0} : Vec3d{0, 0, 0};
 }
 
-// What most kinds are.
+// The defaults, true for most kinds.
 struct SolidDefaults {
   // Bodies of revolution about z, with a radius and a height, that stand on a base.
   static constexpr bool kRound = false;
-  // Of a round one: whether its other end is an apex, and no base.
+  // For a round body: whether its other end is an apex instead of a base.
   static constexpr bool kApex = false;
-  // Whether the picture ends at edges. A surface that bends away from the camera ends in readings that are
-  // met at a grazing angle, and which a sensor loses.
+  // Whether the silhouette ends at edges. A surface that curves away from the camera ends in measurements at
+  // a grazing angle, which a sensor loses.
   static constexpr bool kEdges = true;
-  // Whether phi is negative somewhere; without, there is no volume to track.
+  // Whether phi is negative somewhere; otherwise there is no volume to track.
   static constexpr bool kInside = true;
 };
 
-// Beside the members of SolidDefaults:
+// In addition to the members of SolidDefaults:
 //   kName, kSizes (SolidSize each), kAxes (SolidAxis of x, y and z)
-//   kUnknowns             those that a view can tell: a ball has no direction, a round body no turn about its
+//   kUnknowns             unknowns that a view can show: a ball has no direction, a round body no rotation
+//   about its
 //                         axis
 //   sample(p, size)       exact phi with derivatives, p in the object's frame; T: double, lanes or Dual
 //   reach(v, size)        v of unit length, object frame
 //   guess(cloud, seed, guesses)
-// and where the kind has them
-//   unit_sample(p)        of what the printed form scales, if that is not the solid whose lengths are 1
+// and, for some kinds,
+//   unit_sample(p)        of the solid that the printed form scales, if not the one with lengths 1
 //   ray_residual, clearance   as in residuals.h, where phi does not lead a ray to the surface
 template <PrimitiveKind kKind>
 struct SolidTraits;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All kinds of primitives: their facts by kind, and what each of them does.
+// All kinds of primitives: their properties by kind, and the dispatch to their functions.
 #pragma once
 
 #include <iterator>
@@ -15,7 +15,7 @@
 
 namespace sdftrack::primitives {
 
-// The traits of a kind as values.
+// The constants of SolidTraits<kind> as values.
 struct SolidFacts {
   const char* name;
   std::span<const SolidSize> sizes;
@@ -51,7 +51,7 @@ constexpr const SolidSize& size_of(PrimitiveKind kind, int i) {
   return facts(kind).sizes[static_cast<std::size_t>(i)];
 }
 
-// What visit(SolidTraits<kind>{}) returns.
+// Returns visit(SolidTraits<kind>{}).
 template <int k = 0, class Visit>
 HD auto visit_solid(PrimitiveKind kind, const Visit& visit) {
   if constexpr (k + 1 < kPrimitiveKinds)

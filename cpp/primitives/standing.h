@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What stands or lies on a plane: how far the solid is off it, with derivatives by the unknowns.
+// The distance of a solid from the plane that it stands or lies on, with derivatives by the unknowns.
 #pragma once
 
 #include "frame/region.h"
@@ -8,24 +8,24 @@
 
 namespace sdftrack::primitives {
 
-// What of a solid lies on the plane that it stands on.
+// Which part of a solid touches the plane that it stands on.
 enum class Rest {
   kPoint,  // its lowest point
-  kBase,   // all of a cone's base, or of the end of a cylinder that is lower
-  kSide,   // a line of a cylinder's side
+  kBase,   // the whole base of a cone, or the lower end of a cylinder
+  kSide,   // a line on the side of a cylinder
 };
 
-// A patch that is seen close above the table and parallel to it is the top of something: what stands is
-// steep.
+// Whether the solid may stand on the plane. A patch parallel to the table is the top of something; only a
+// steep patch stands.
 bool may_stand(const PrimitiveField& field, const frame::Plane& plane);
 
-// The gap between the solid and the plane, and its derivative: the plane's distance at the lowest point.
+// The gap between the solid and the plane, and its derivative: the lowest point's distance from the plane.
 void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
                        SolidResidual* out);
 
-// Of what lies on the plane with a base or along a line: the gap (m) below the base's middle or the line,
-// then the turns away from lying flat (their sines). Free of the kink that the lowest point's gap has where
-// the base is level or the line lies. Returns how many of `out` there are.
+// For a solid that touches the plane with a base or along a line: the gap (m) below the centre of the base or
+// the line, then the sines of the angles away from lying flat. These have no kink where the base or the line
+// lies flat; the lowest point's gap has one. Returns the number of residuals in `out`.
 int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,
                       Rest rest, SolidResidual (&out)[3]);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of a solid: points of its surface, the edge of its picture, the table below it. Camera frame,
-// m.
+// What is observed of a solid: points of its surface, its outline, the table below it. Camera frame, m.
 #pragma once
 
 #include <vector>
@@ -9,19 +8,19 @@
 
 namespace sdftrack::primitives {
 
-// What a pixel beside the edge of the object's picture showed: the object, something else, or nothing.
+// What a pixel next to the object's outline shows: the object, something else, or nothing.
 enum class Sight : unsigned char { kOn, kBeside, kLost };
 
 struct OutlineRay {
   Vec3d ray;             // z = 1
-  double near_m, far_m;  // the stretch of it (depths) where the object would have been seen
-  double pixel_m;        // what a pixel spans at the object
+  double near_m, far_m;  // depths between which the object would have been seen
+  double pixel_m;        // size of a pixel at the object's depth
   Sight sight;
-  double slack_m = 0;  // what is seen beside it touches the object: where it ends is known no better
+  double slack_m = 0;  // uncertainty of the object's end where it touches what is next to it
 };
 
-// Points for loops over many at a time, in float, from an origin among them: they may lie far from their
-// frame's. With `rays` also the ray (z = 1) that each lies on.
+// Points in float, for loops over many at a time, relative to an origin among them: the frame's origin may be
+// far away. With `rays` also the ray (z = 1) of each point.
 struct FloatPoints {
   Vec3d origin{0, 0, 0};
   std::vector<float> x_m, y_m, z_m, ray_x, ray_y;
@@ -37,7 +36,7 @@ struct FloatPoints {
   }
 };
 
-// The edge of the picture for such loops.
+// The outline rays for such loops.
 struct FloatRays {
   std::vector<float> ray_x, ray_y, near_m, far_m, pixel_m, slack_m;
   std::vector<float> side;  // 1: the object is seen; -1: something else
@@ -58,14 +57,14 @@ struct Pixel {
 };
 
 struct PrimitiveView {
-  std::vector<Vec3d> points;  // any first part of them is spread over all
-  FloatPoints packed;         // the same; empty: loops go point by point, in double
-  std::vector<Pixel> pixels;  // where each was read; empty: bare points
-  bool along_rays = false;    // their noise is along the ray from the camera; false: in all directions
+  std::vector<Vec3d> points;  // any first part of them is spread over the whole surface
+  FloatPoints packed;         // the same points; empty: loops run point by point, in double
+  std::vector<Pixel> pixels;  // pixel of each point; empty: bare points
+  bool along_rays = false;    // noise is along the ray from the camera; false: in all directions
   std::vector<OutlineRay> outline;
   FloatRays packed_outline;
-  bool has_plane = false;  // that the solid cannot reach through
-  bool stands = false;     // it touches the plane
+  bool has_plane = false;  // a plane that the solid cannot pass through
+  bool stands = false;     // the solid touches the plane
   frame::Plane plane{{0, 0, 0}, 0};
 
   void pack() { packed = FloatPoints(points, along_rays), packed_outline = FloatRays(outline); }

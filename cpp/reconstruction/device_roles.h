@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whose each reading of a frame is, found on the GPU that has the volume: what RoleFinder does on the CPU. No
-// CUDA header is needed to include this.
+// Assigns each measurement of a frame to the object or not, on the GPU that has the volume, as RoleFinder
+// does on the CPU. No CUDA header is needed to include this.
 #pragma once
 
 #include <memory>
@@ -19,8 +19,8 @@ class DeviceRoles {
   DeviceRoles(const DeviceRoles&) = delete;
   DeviceRoles& operator=(const DeviceRoles&) = delete;
 
-  // Of the frame that the volume was sent last: by its mask, or else by colour and by how the readings hang
-  // together with the surface so far.
+  // For the last frame that was sent to the volume: by its mask, or else by colour and by how the
+  // measurements connect to the current surface.
   void find(const Camera& camera, const Rigidd& T_cam_obj, const RoleOptions& options);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of device_roles.cu: one error.
+// A build without CUDA has this in place of device_roles.cu: an error.
 #include "base/no_cuda.h"
 #include "reconstruction/device_roles.h"
 

@@ -12,16 +12,17 @@ namespace sdftrack::reconstruction {
 struct PlaneBelow {
   Vec3d normal_cam;
   double offset_m;  // the plane: normal . p + offset = 0
-  double thick_m;   // readings lower than this are its own
+  double thick_m;   // measurements lower than this belong to the plane
 };
 
-// About where the object is. A plane that a lens bends leaves the one fitted beside the object.
+// The approximate place of the object. A bent plane (by a lens) departs from the one fitted next to the
+// object.
 struct Place {
   Vec3d middle_cam;
   double radius_m;
 };
 
-constexpr double kBend = 0.1;  // of a plane, over the distance from the object
+constexpr double kBend = 0.1;  // of a plane, per distance from the object
 
 struct FirstViewTerm {
   LensRays lens;
@@ -32,18 +33,17 @@ struct FirstViewTerm {
   const PlaneBelow* planes;
   int plane_count;
 
-  // Whether a reading there may be the object's.
+  // Whether a measurement there may be the object's.
   HD bool may_hold(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj * p_obj;
     return above(p, 1) && p.z > 0 && p.z >= from(p);
   }
-  // Whether anything of the object can be there: in (12) and above the planes themselves, not their
-  // thickness.
+  // Whether the object can be there: within (12), and above the planes without their thickness.
   HD bool leaves_room(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj * p_obj;
     return above(p, 0) && p.z > 0 && p.z >= from(p);
   }
-  // Whether a guess of the object may reach there: down to the planes, and nowhere beside the mask.
+  // Whether a guess of the object may reach there: down to the planes, and only within the mask.
   HD bool may_be_guessed(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj * p_obj;
     return above(p, 0) && p.z > 0 && !(from(p) > 0);
@@ -59,7 +59,8 @@ struct FirstViewTerm {
     }
     return true;
   }
-  // Of an object that the image's border cuts nobody knows how far it reaches beyond.
+  // The least depth at a point's pixel, or at the nearest border pixel: how far an object that the border
+  // cuts extends outside the image is unknown.
   HD double from(Vec3d p_cam) const {
     const Vec2d u = lens_pixel(lens, p_cam);
     const int x = to_int_within(u.x + 0.5, 0, width - 1), y = to_int_within(u.y + 0.5, 0, height - 1);

@@ -15,7 +15,7 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
-constexpr int kYoungRounds = 6;  // updates of far distances (an even number), after which half as many do
+constexpr int kYoungRounds = 6;  // after this (even) number of updates of far distances half as many suffice
 
 ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
   options = check_options(options);
@@ -28,7 +28,7 @@ ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& gr
   return options;
 }
 
-// A guess is none where the object cannot be.
+// A guess where the object cannot be is discarded.
 levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, const FirstView* view,
                                  int threads) {
   if (!prior || !view) return {grid, prior};
@@ -66,7 +66,8 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
       evidence_(std::move(evidence)) {
   levelset::SensorNoise& noise = options_.evidence.noise;
   noise.min_m = std::max(noise.min_m, static_cast<float>(grid().voxel_m));
-  noise.usual_m = std::max(noise.usual_m, noise.min_m);  // seen head on, a reading weighs 1 in any volume
+  // A measurement at normal incidence weighs 1 in any volume.
+  noise.usual_m = std::max(noise.usual_m, noise.min_m);
 }
 
 void Reconstruction::begin_shape() {
@@ -110,7 +111,7 @@ std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const 
   return next;
 }
 
-// The distances of the whole volume, from nothing.
+// Computes the distances of the whole volume from the start.
 void Reconstruction::measure_all(int threads) {
   const float band = options_.band_voxels;
   if (on_device_) {
@@ -135,7 +136,7 @@ bool Reconstruction::looked_past(Vec3d p_obj) const {
 void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj) {
   if (field_ && frame.foreground) {
     roles_ = finder_.from_colors(frame.rect, frame.depth_m, frame.foreground);
-    if (roles_) return;  // else no colours are known
+    if (roles_) return;  // otherwise no colours are known
   }
   const ReadingTerm term{LensRays(camera), inverse(T_cam_obj).cast<float>()};
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
@@ -150,8 +151,8 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
   reading_distance_m_.assign(readings_.size(), kNone);
   for (std::size_t i = 0; i < readings_.size(); ++i)
     if (!std::isnan(readings_[i].x)) sample(sdf, readings_[i], &reading_distance_m_[i], &unused);
-  // Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
-  // looked past.
+  // The object is not where its recording's first frame leaves no room, nor where other frames have seen free
+  // space.
   const auto has_room = [&](int x, int y) {
     const int i = (y - frame.rect.y0) * frame.rect.width() + x - frame.rect.x0;
     const Vec3d p_obj = readings_[static_cast<std::size_t>(i)].cast<double>();
@@ -161,7 +162,7 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
                          has_room);
 }
 
-// A part in each frame.
+// Updates a part of the volume in each frame.
 void Reconstruction::update_far(int threads) {
   const int every = options_.far_every * (frames_ < kYoungRounds * options_.far_every ? 1 : 2);
   const int part = frames_ % every, nz = grid().nz;
@@ -196,7 +197,7 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
   ++frames_;
 }
 
-// The shape, after these blocks have been fused; a GPU knows which.
+// Updates the shape after these blocks have been fused; a GPU knows them itself.
 void Reconstruction::follow(const std::vector<int>& changed, int threads) {
   if (field_) {
     field_->evolve(evidence_.log_ratio().data(), frames_ ? options_.evolution_steps : options_.first_steps,

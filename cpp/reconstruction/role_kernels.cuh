@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The roles of readings on the GPU, a thread for each pixel. Readings that hang together are a region; one
-// that has a reading on the surface so far is the object's (roles.cpp visits the same ones from there).
+// The roles of measurements on the GPU, one thread per pixel. Connected measurements form a region; a region
+// with a measurement on the current surface is the object's (roles.cpp visits the same ones from there).
 #pragma once
 
 #include "base/union_find.cuh"
@@ -29,7 +29,7 @@ struct MaskRoles {
   }
 };
 
-// Which readings may be the object's, and which of these are on its surface so far.
+// Which measurements may be the object's, and which of these are on its current surface.
 struct StartRoles {
   static constexpr const char* kName = "roles: start";
   static constexpr int kThreads = levelset::kThreadsPerPixels;
@@ -38,7 +38,7 @@ struct StartRoles {
   sdf::Grid grid;
   SdfView sdf;
   levelset::DeviceVoxels voxels;
-  FirstViewTerm view;  // without from_m: there is none
+  FirstViewTerm view;  // without from_m: no view
   RoleOptions options;
   PixelRole* role;
   unsigned char* state;
@@ -60,15 +60,15 @@ struct StartRoles {
   }
 
  private:
-  // Nothing of the object is where its recording's first frame leaves no room for it, nor where others have
-  // looked past.
+  // The object is not where its recording's first frame leaves no room, nor where other frames have seen free
+  // space.
   __device__ bool has_room(Vec3d p_obj) const {
     return !(view.from_m && !view.may_hold(p_obj)) &&
            !levelset::looked_past(grid, voxels.phi, voxels.log_ratio, voxels.weight, p_obj, options.near_m);
   }
 };
 
-// Readings that hang together.
+// Connected measurements.
 struct Joined {
   DeviceReadings readings;
   RoleOptions options;
@@ -80,7 +80,7 @@ struct Joined {
   }
 };
 
-// In each row, of which a block of threads is one: the parent of a reading is the first one of its run.
+// One block of threads per row: the parent of a measurement is the first one of its run.
 struct JoinAlongRows {
   static constexpr const char* kName = "roles: join along rows";
   static constexpr int kThreads = levelset::kThreadsPerPixels;
@@ -89,7 +89,7 @@ struct JoinAlongRows {
     SDFTRACK_SHARED(int[kThreads], first);
     const int w = joined.readings.rect.width(), row = static_cast<int>(blockIdx.x) * w,
               t = static_cast<int>(threadIdx.x);
-    int before = -1;  // the first of the run that has come to the last of the pixels so far
+    int before = -1;  // the first pixel of the run that reaches the last pixel so far
     for (int x0 = 0; x0 < w; x0 += kThreads) {
       const int x = x0 + t, i = row + x;
       const bool begins = x < w && (x == 0 || !joined(i - 1, i));
@@ -115,7 +115,7 @@ struct JoinRows {
   __device__ void operator()() const {
     const int i = global_thread(kThreads), w = joined.readings.rect.width(), above = i - w;
     if (i >= joined.readings.rect.count() || above < 0 || !joined(above, i)) return;
-    // Where the pixels to the left hang together like these, they have joined the rows already.
+    // If the pixels to the left are connected in the same way, they have already joined the rows.
     const bool said = i % w > 0 && joined(i - 1, i) && joined(above - 1, above) && joined(above - 1, i - 1);
     if (!said) unite(joined.parent, i, above);
   }

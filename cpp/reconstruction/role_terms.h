@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whose a reading is, for the CPU's loops (roles.h) and the GPU's kernels.
+// Whether a measurement is the object's, for the CPU's loops (roles.h) and the GPU's kernels.
 #pragma once
 
 #include "base/rigid.h"
@@ -8,11 +8,11 @@
 namespace sdftrack::reconstruction {
 
 struct RoleOptions {
-  float min_foreground = 0.6f;  // chance by colour
-  float joined_m = 0.01f;       // steps of depth between neighbouring readings of one surface
-  float near_m = 0.006f;        // readings this near to the surface so far are where it goes on from
+  float min_foreground = 0.6f;  // probability by colour
+  float joined_m = 0.01f;       // depth steps between neighbouring measurements of one surface
+  float near_m = 0.006f;        // measurements this near to the current surface continue it
 
-  // Whether a reading may be the object's by its colour.
+  // Whether a measurement may be the object's by its colour.
   HD bool may_be(const float* foreground, int i) const {
     return !(foreground && foreground[i] < min_foreground);
   }
@@ -26,12 +26,12 @@ HD levelset::PixelRole masked_role(float depth_m, unsigned char mask) {
                         : levelset::PixelRole::kBeyond;
 }
 
-// The readings of a frame as points of the object.
+// The measurements of a frame as points in the object frame.
 struct ReadingTerm {
   LensRays lens;
   Rigidf T_obj_cam;
 
-  // At pixel (x, y) of the image.
+  // The point at pixel (x, y) of the image.
   HD Vec3f at(int x, int y, float depth_m) const {
     return T_obj_cam * (depth_m * lens.at(1.0 * x, 1.0 * y).cast<float>());
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a pixel shows of a mesh, for CPU and GPU.
+// The part of a mesh that a pixel shows, for CPU and GPU.
 #pragma once
 
 #include "base/pixel_ray.h"
@@ -15,7 +15,7 @@ struct MeshHit {
   std::uint8_t rgb[3] = {0, 0, 0};
 };
 
-// A mesh before a camera.
+// A mesh in front of a camera.
 struct MeshRays {
   sdf::MeshView mesh;
   sdf::BvhView bvh;

@@ -7,7 +7,7 @@
 
 namespace sdftrack::render {
 
-// Half open: x0 <= x < x1, y0 <= y < y1; empty when the box is behind the camera or beside the image.
+// Half open: x0 <= x < x1, y0 <= y < y1; empty when the box is behind the camera or outside the image.
 struct PixelBox {
   int x0, y0, x1, y1;
 

@@ -32,7 +32,7 @@ struct TraceMesh {
 
 struct Work {
   DeviceStream stream;
-  std::uint64_t id = 0;  // of the mesh that is there
+  std::uint64_t id = 0;  // of the mesh on the device
   DeviceBuffer<Vec3d> vertices;
   DeviceBuffer<sdf::Face> faces;
   DeviceBuffer<sdf::BvhNode> nodes;
@@ -48,10 +48,10 @@ struct Work {
     stream.upload(from, count, there);
     return there;
   }
-  // The mesh and its hierarchy.
+  // Uploads the mesh and its hierarchy.
   void send(const sdf::MeshView& mesh, const sdf::Bvh& bvh, std::uint64_t mesh_id) {
     if (mesh_id != 0 && mesh_id == id) return;
-    id = 0;  // until all of it is there
+    id = 0;  // until the upload is complete
     const sdf::BvhView view = bvh.view();
     send(stream, mesh.vertices, mesh.vertex_count, &vertices);
     send(stream, mesh.faces, mesh.face_count, &faces);

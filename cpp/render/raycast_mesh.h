@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Depth, normal and colour of a triangle mesh, by exact ray casting: truth that knows nothing of any SDF.
+// Depth, normal and colour of a triangle mesh, by exact ray casting: ground truth independent of any SDF.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct MeshImage {
   std::vector<std::uint8_t> colors;  // H x W x 3, empty without vertex colours
 
   MeshImage() = default;
-  MeshImage(const Camera& camera, bool colored);  // in which nothing is hit
+  MeshImage(const Camera& camera, bool colored);  // an image without hits
   void put(const MeshHit& hit, std::size_t pixel);
 };
 
@@ -26,7 +26,7 @@ struct MeshImage {
 MeshImage raycast_mesh(const sdf::MeshView& mesh, const sdf::Bvh& bvh, const std::uint8_t* colors,
                        const Camera& camera, const Rigidd& T_cam_obj, int threads);
 
-// The same image from a GPU, which keeps the last mesh by its id; 0: it is sent anew.
+// The same image from a GPU, which keeps the last mesh by its id; 0: the mesh is sent again.
 MeshImage raycast_mesh_cuda(const sdf::MeshView& mesh, const sdf::Bvh& bvh, std::uint64_t id,
                             const std::uint8_t* colors, const Camera& camera, const Rigidd& T_cam_obj,
                             int device);

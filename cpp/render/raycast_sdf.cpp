@@ -12,7 +12,7 @@ namespace sdftrack::render {
 
 namespace {
 
-constexpr int kTile = 8;        // pixels; rays of a tile that misses as a whole are not traced
+constexpr int kTile = 8;        // pixels; the rays of a tile are not traced if all of them miss
 constexpr double kSlope = 1.5;  // an interpolated distance changes by less than this per metre
 
 // Pixels from (u0, v0) to before (u1, v1).

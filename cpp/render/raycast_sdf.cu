@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The rays of sdf_ray.h, a thread for each pixel that the volume's box covers. Without the tiles of the CPU:
-// a thread that asked whether its tile misses would walk as far as its ray.
+// The rays of sdf_ray.h, a thread for each pixel that the volume's box covers. The CPU's test of tiles is
+// left out: it would take a thread as many steps as its own ray.
 #include "base/device_pool.h"
 #include "base/device_volumes.h"
 #include "base/launch.cuh"
@@ -13,8 +13,8 @@ namespace sdftrack::render {
 namespace {
 
 constexpr int kTile = 8;                 // rays of a block lie side by side, so that they share voxels
-constexpr std::size_t kMostVolumes = 8;  // that stay on the device when nobody renders
-constexpr std::size_t kPlanes = 4;       // depth; x, y, z of the normal, one pixel after another
+constexpr std::size_t kMostVolumes = 8;  // volumes that stay on the device between calls
+constexpr std::size_t kPlanes = 4;       // depth and the normal's x, y, z, pixel by pixel
 
 struct TraceRays {
   static constexpr const char* kName = "ray casting";
@@ -50,7 +50,7 @@ SdfImage raycast_sdf_cuda(const SdfView& sdf, const Camera& camera, const Rigidd
   SdfImage out(camera);
   const Box box = box_of(sdf);
   const PixelBox px = pixel_box(camera, T_cam_obj, box.low, box.high);
-  const auto work = pool_of<Work>().borrow(device);  // an unknown device is an error in front of any box
+  const auto work = pool_of<Work>().borrow(device);  // an unknown device is an error even if the box is empty
   if (px.empty()) return out;
   const DeviceStream& stream = work->stream;
   const auto width = static_cast<std::size_t>(px.x1 - px.x0),

@@ -15,7 +15,7 @@ struct SdfImage {
   std::vector<float> normals_cam;  // H x W x 3, unit, the gradient of phi at the hit
 
   SdfImage() = default;
-  explicit SdfImage(const Camera& camera);  // in which nothing is hit
+  explicit SdfImage(const Camera& camera);  // an image without hits
 };
 
 // threads 0: all cores; the image does not depend on it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of raycast_sdf.cu: one error.
+// A build without CUDA has this in place of raycast_sdf.cu: an error.
 #include "base/no_cuda.h"
 #include "render/raycast_sdf.h"
 

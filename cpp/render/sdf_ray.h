@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ray into a distance volume: sphere tracing, then the root of the interpolant along it. CPU and GPU trace
-// by these.
+// A ray into a distance volume: sphere tracing, then the root of the interpolant along it. For CPU and GPU.
 #pragma once
 
 #include <cmath>
@@ -26,7 +25,7 @@ struct Ray {
 struct Span {
   double near, far;
 
-  // Of a ray along one axis of a box.
+  // Clips the ray to a box along one axis.
   HD void clip(double o, double d, double low, double high) {
     if (d == 0) {
       if (o < low || o > high) far = -1;
@@ -58,7 +57,7 @@ HD Span clip(const Ray& ray, const Box& box) {
   return span;
 }
 
-// A step along a ray. Far from the camera it may be less than what tells one depth from the next.
+// A step along a ray. Far from the camera `step` may be less than the spacing of doubles.
 HD double moved(double t, double step) { return larger(t + step, std::nextafter(t, kEndless)); }
 
 HD double phi_at(const SdfView& sdf, const Ray& ray, double t) {
@@ -84,8 +83,8 @@ HD double root(const SdfView& sdf, const Ray& ray, double a, double phi_a, doubl
   return 0.5 * (a + b);
 }
 
-// Depth of the first place where the ray goes in, 0 when it does not. A ray that starts inside (the camera is
-// in the object, or the object is cut by its box) first has to come out.
+// Depth of the first point where the ray enters the object, 0 if it does not. A ray that starts inside (the
+// camera is in the object, or the box cuts the object) must leave it first.
 HD double first_zero(const SdfView& sdf, const Ray& ray, Span span) {
   const double per_m = 1 / norm(ray.direction), min_step = kMinStepVoxels * static_cast<double>(sdf.voxel_m);
   double t = span.near, phi = phi_at(sdf, ray, t);
@@ -103,7 +102,7 @@ struct Hit {
   Vec3f normal_cam{0, 0, 0};
 };
 
-// A volume before a camera.
+// A volume in front of a camera.
 struct SdfRays {
   SdfView sdf;
   LensRays lens;

@@ -17,7 +17,7 @@ namespace {
 constexpr int kLeafSize = 4;
 constexpr int kBins = 16;
 constexpr std::size_t kManyItems = 4096;
-constexpr int kMaxDepth = 64;  // from there on splits are by the median, so that kBvhStack is enough
+constexpr int kMaxDepth = 64;  // deeper splits are at the median, so that kBvhStack suffices
 
 double axis_of(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bounding volume hierarchy over the triangles of a mesh: a flat array of nodes, binned surface area
-// heuristic, all in double. It answers "closest triangle" and "first triangle along a ray".
+// heuristic, all in double. It finds the closest triangle and the first triangle along a ray.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class Bvh {
  public:
   explicit Bvh(const MeshView& mesh);  // copies what it needs
 
-  // Nearest triangle nearer than sqrt(limit2). `guess` (a face or -1) only makes it faster.
+  // Nearest triangle nearer than sqrt(limit2). `guess` (a face or -1) only makes the search faster.
   Closest closest(Vec3d p, double limit2 = std::numeric_limits<double>::infinity(),
                   std::int32_t guess = -1) const;
   // Smallest t > 0; of equal t, the smallest face index.

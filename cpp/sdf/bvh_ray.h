@@ -25,7 +25,7 @@ struct BvhNode {
   std::int32_t count;  // leaf: triangles; inner: 0
 };
 
-// What a loop or a kernel sees of a Bvh.
+// The view of a Bvh for a loop or a kernel.
 struct BvhView {
   const BvhNode* nodes;
   const Triangle* triangles;  // in the order of the leaves
@@ -34,7 +34,7 @@ struct BvhView {
 
 constexpr double kNoEntry = std::numeric_limits<double>::infinity();
 
-// Narrows where a ray is between two planes that are across an axis.
+// Narrows the stretch of a ray to that between two planes perpendicular to an axis.
 HD void between(double low, double high, double origin, double inverse, double* near, double* far) {
   constexpr double kWiden = 1 + 1e-12;
   const double a = (low - origin) * inverse, b = (high - origin) * inverse;
@@ -43,8 +43,8 @@ HD void between(double low, double high, double origin, double inverse, double* 
   *far = smaller(*far, (swapped ? a : b) * kWiden);
 }
 
-// Where the ray enters the box, infinity when it misses it. A touch wider than exact, so that rounding never
-// loses a triangle that lies on the box's face.
+// Where the ray enters the box, infinity when it misses it. Slightly wider than exact, so that rounding never
+// loses a triangle on a face of the box.
 HD double entry(const Box3& box, Vec3d origin, Vec3d inverse) {
   constexpr double kWiden = 1 + 1e-12;
   double near = 0, far = kNoEntry;
@@ -59,11 +59,11 @@ struct FirstHit {
   std::int32_t face = -1;
 };
 
-// Beyond the depth of any hierarchy: 64 levels, then halves.
+// More than the depth of any hierarchy: 64 levels, then splits in halves.
 constexpr int kBvhStack = 96;
 
-// Smallest t > 0; of equal t, the smallest face index. The stack holds no entries into the boxes, which are
-// computed again: on a GPU its memory is what costs.
+// Smallest t > 0; of equal t, the smallest face index. The stack does not store where the ray enters the
+// boxes; this is computed again, because memory limits a GPU.
 HD FirstHit first_hit(const BvhView& bvh, Vec3d origin, Vec3d direction) {
   FirstHit best;
   const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};

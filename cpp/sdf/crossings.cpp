@@ -14,9 +14,9 @@ namespace sdftrack::sdf {
 namespace {
 
 // y and z are snapped to 2^-18 voxel, so that "left or right of this edge" is exact in 64 bits up to 8000
-// voxels a side. Two triangles then agree about the edge they share, whatever the rounding.
+// voxels a side. Two triangles then agree about their shared edge in spite of rounding.
 constexpr std::int64_t kSubvoxel = std::int64_t{1} << 18;
-// From the origin, in subvoxels: twice the product of two differences of such places is an int64.
+// From the origin, in subvoxels: twice the product of two differences of coordinates fits an int64.
 constexpr std::int64_t kFarthest = (std::int64_t{1} << 30) - 1;
 
 struct Corner {
@@ -27,14 +27,14 @@ struct Corner {
 struct Crossing {
   std::size_t row;
   double x_vox;
-  std::int8_t step;  // +1: going in, in the direction of +x
+  std::int8_t step;  // +1: the ray along +x enters
 };
 
 std::int64_t edge(const Corner& a, const Corner& b, std::int64_t y, std::int64_t z) {
   return (b.y - a.y) * (z - a.z) - (b.z - a.z) * (y - a.y);
 }
 
-// On the edge itself the point counts as moved by (e, e^2) in (y, z), e infinitesimal: never a tie.
+// On the edge itself the point counts as moved by (e, e^2) in (y, z), e infinitesimal: there are no ties.
 bool left_of(const Corner& a, const Corner& b, std::int64_t e) {
   if (e != 0) return e > 0;
   return a.z != b.z ? b.z < a.z : b.y > a.y;

@@ -11,7 +11,7 @@
 
 namespace sdftrack::sdf {
 
-// One number a voxel: 0 outside, 1 inside, more where parts overlap, negative inside an inside-out part.
+// One number per voxel: 0 outside, 1 inside, more where parts overlap, negative inside an inside-out part.
 std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid, int threads);
 
 }  // namespace sdftrack::sdf

@@ -30,7 +30,7 @@ std::vector<Filed> filed_by_corners(const std::vector<Face>& faces) {
   return filed;
 }
 
-// Which of the faces belong to a piece, connected over edges, whose every edge has an even number of them.
+// Which faces belong to a piece, connected over edges, each of whose edges has an even number of faces.
 std::vector<std::uint8_t> in_closed_pieces(const std::vector<Face>& faces) {
   std::vector<std::size_t> parent(faces.size());
   for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = i;

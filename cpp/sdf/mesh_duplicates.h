@@ -8,9 +8,9 @@
 
 namespace sdftrack::sdf {
 
-// Those of opposite sense cancel (a flap without volume), and of the rest one is kept. A double-sided
-// surface, each face of which is there both ways, would vanish: of one that is closed, or where nothing else
-// would be left, one side is kept.
+// Duplicates of opposite orientation cancel (a flap without volume); of the others one is kept. A
+// double-sided surface has each face in both orientations and would vanish: if it is closed, or nothing else
+// would be left, one side of it is kept.
 std::vector<Face> drop_duplicates(const std::vector<Face>& faces, MeshReport* report);
 
 }  // namespace sdftrack::sdf

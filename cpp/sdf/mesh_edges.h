@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The edges of a mesh's faces, those of equal ends beside one another.
+// The edges of a mesh's faces, sorted so that edges with the same ends are adjacent.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,7 @@ void for_each_edge(const std::vector<Edge>& edges, const Visit& visit) {
   }
 }
 
-// How much more often an edge is used one way than the other; 0: nothing ends there.
+// How much more often an edge is used in one direction than in the other; 0: the surface does not end there.
 inline std::ptrdiff_t edge_balance(const Edge* e, std::size_t n) {
   std::ptrdiff_t balance = 0;
   for (std::size_t i = 0; i < n; ++i) balance += e[i].forward ? 1 : -1;

@@ -13,10 +13,9 @@ namespace sdftrack::sdf {
 
 namespace {
 
-constexpr std::size_t kSamples = 64;  // faces of a region that are asked
-constexpr double kInsideOut =
-    -0.55;                      // of the number before its faces: 0 is a good one's, -1 an inverted one's
-constexpr double kLift = 1e-4;  // of a face's size
+constexpr std::size_t kSamples = 64;  // faces of a region that are tested
+constexpr double kInsideOut = -0.55;  // winding number in front of a region: 0 if good, -1 if inverted
+constexpr double kLift = 1e-4;        // of a face's size
 
 double volume(const MeshView& mesh, const Region& region) {
   const Vec3d o = mesh.triangle(region[0]).a;
@@ -28,7 +27,7 @@ double volume(const MeshView& mesh, const Region& region) {
   return sum;
 }
 
-// Winding number just before the faces of a region, its mean over their area.
+// The area-weighted mean winding number just in front of a region's faces.
 double number_before(const WindingTree& tree, const MeshView& mesh, const Region& region) {
   const std::size_t step = (region.size() + kSamples - 1) / kSamples;
   double sum = 0, area = 0;
@@ -45,7 +44,7 @@ double number_before(const WindingTree& tree, const MeshView& mesh, const Region
 
 }  // namespace
 
-// Walks over edges that two faces share and turns, in each region so reached, the minority.
+// Walks over edges that two faces share, and turns the minority of faces in each connected region.
 std::vector<Region> turn_flipped(std::vector<Face>* faces, MeshReport* report) {
   std::vector<Region> regions;
   const std::vector<Edge> edges = sorted_edges(*faces);

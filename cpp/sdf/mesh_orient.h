@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faces that point the wrong way: against their neighbours, or a whole part of them inwards.
+// Turns faces with the wrong orientation: against their neighbours, or a whole part inside out.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@ namespace sdftrack::sdf {
 
 using Region = std::vector<std::size_t>;  // faces, connected over edges that two of them share
 
-// Turns, in each region, the minority.
+// Turns the minority of faces in each region.
 std::vector<Region> turn_flipped(std::vector<Face>* faces, MeshReport* report);
 
-// Turns the regions that are inside out: before the faces of a good one the winding number is 0 (a wall of a
-// cavity too), before those of an inverted one -1. A closed mesh whose regions all have a positive
-// volume has none.
+// Turns the regions that are inside out: the winding number in front of the faces is 0 for a good region
+// (also for the wall of a cavity) and -1 for an inverted one. A closed mesh whose regions all have a positive
+// volume has no inverted ones.
 void turn_inverted(CleanMesh* mesh, const std::vector<Region>& regions, bool closed);
 
 }  // namespace sdftrack::sdf

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a mesh is like, and the same mesh made ready for a sign: equal vertices merged, duplicate faces
-// dropped, flipped ones and inside-out parts turned.
+// Properties of a mesh, and the mesh prepared for a signed distance: equal vertices merged, duplicate faces
+// dropped, flipped faces and inside-out parts turned.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 namespace sdftrack::sdf {
 
 struct MeshReport {
-  std::size_t merged_vertices = 0;     // equal to another one, bit for bit
+  std::size_t merged_vertices = 0;     // bit for bit equal to another vertex
   std::size_t degenerate_faces = 0;    // two corners at one vertex
   std::size_t duplicate_faces = 0;     // the same three vertices as another face
-  std::size_t double_sided_faces = 0;  // there both ways, one of them kept
+  std::size_t double_sided_faces = 0;  // present in both orientations, one of which is kept
   std::size_t inverted_parts = 0;      // inside out as a whole, and turned
   std::size_t flipped_faces = 0;       // turned against most of their part
-  std::size_t open_edges = 0;          // in one face only
-  std::size_t non_manifold_edges = 0;  // in more than two faces
-  std::size_t unbalanced_edges = 0;    // more often one way than the other: no inside and outside
+  std::size_t open_edges = 0;          // of one face only
+  std::size_t non_manifold_edges = 0;  // of more than two faces
+  std::size_t unbalanced_edges = 0;    // more often in one direction: inside is undefined
   std::size_t parts = 0;               // connected by shared vertices
   double volume_m3 = 0;                // negative: inside out
 };
@@ -34,7 +34,7 @@ struct CleanMesh {
 CleanMesh clean_mesh(const MeshView& mesh);
 
 // Thickness (m) below which the share `fraction` of the surface lies, seen from inside along the normal;
-// infinity where nothing lies behind. A few thousand faces, spread over the area, are looked at.
+// infinity where nothing lies behind. A sample of a few thousand faces, spread over the area, is used.
 double thin_quantile(const MeshView& mesh, const class Bvh& bvh, double fraction);
 
 }  // namespace sdftrack::sdf

@@ -32,7 +32,7 @@ void fill_block(const Bvh& bvh, const Grid& grid, Vec3<int> first, double band_m
       for (int ix = first.x; ix < last.x; ++ix) {
         const Closest c = bvh.closest(grid.point(ix, iy, iz), band_m * band_m, guess);
         if (c.face < 0) continue;
-        guess = c.face;  // the next voxel's nearest triangle is most often the same or beside it
+        guess = c.face;  // the next voxel's nearest triangle is usually this one or a neighbour
         const std::size_t i = grid.index(ix, iy, iz);
         (*u)[i] = static_cast<float>(std::sqrt(c.distance2));
         (*known)[i] = 1;

@@ -14,13 +14,13 @@ constexpr double kBandVoxels = 6;  // half width of the exact band (docs/math/me
 
 struct MeshSdf {
   std::vector<float> phi;
-  std::size_t inside_out = 0;  // voxels of negative winding number: some part is inside out
+  std::size_t inside_out = 0;  // voxels of negative winding number: a part is inside out
 };
 
 // Unsigned distance (m) to the triangles: exact within band_vox voxels, swept beyond.
 std::vector<float> mesh_distance(const Bvh& bvh, const Grid& grid, double band_vox, int threads);
 
-// The mesh must be closed: as many edges one way as the other (mesh_report). threads 0: all cores.
+// The mesh must be closed: edges are used equally often both ways (mesh_report). threads 0: all cores.
 MeshSdf mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& grid, double band_vox, int threads);
 
 }  // namespace sdftrack::sdf

@@ -14,8 +14,7 @@ namespace sdftrack::sdf {
 
 namespace {
 
-// Distance of a voxel to where the winding number passes 1/2 without a triangle between: in a hole. 0:
-// nowhere.
+// Distance from a voxel to where the winding number crosses 1/2 without a triangle, in a hole. 0: none.
 double hole_distance(const Grid& grid, const std::vector<float>& u, const std::vector<float>& w, int ix,
                      int iy, int iz) {
   const std::size_t i = grid.index(ix, iy, iz);
@@ -28,7 +27,7 @@ double hole_distance(const Grid& grid, const std::vector<float>& u, const std::v
       if (at[axis] + side < 0 || at[axis] + side >= count[axis]) continue;
       const std::size_t k = side < 0 ? i - stride[axis] : i + stride[axis];
       const bool differ = (w[k] > 0.5f) != (w[i] > 0.5f);
-      // A triangle between two neighbours is no farther from both together than they are apart.
+      // A triangle between two neighbours: the sum of its distances from both is at most their spacing.
       if (differ && u[i] + u[k] > 1.001 * grid.voxel_m)
         nearest = std::min(nearest, std::abs(w[i] - 0.5) / std::max(1e-12f, std::abs(w[i] - w[k])));
     }

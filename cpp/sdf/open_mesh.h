@@ -11,7 +11,7 @@ namespace sdftrack::sdf {
 
 struct OpenMeshSdf {
   std::vector<float> phi;
-  std::size_t gap_voxels = 0;  // beside the surface that closes a hole; 0: no hole shows at this resolution
+  std::size_t gap_voxels = 0;  // next to a surface that closes a hole; 0: no hole at this resolution
 };
 
 // The surface is the mesh and, across its holes, the set of winding number 1/2.

@@ -10,7 +10,7 @@ namespace sdftrack::sdf {
 
 namespace {
 
-// Barycentric weights of a point of the triangle's plane; of one without area, its first corner.
+// Barycentric weights of a point in the triangle's plane; the first corner for a triangle without area.
 void weigh_corners(const Triangle& t, Vec3d p, double (&w)[3]) {
   const Vec3d n = cross(t.b - t.a, t.c - t.a);
   const double area2 = dot(n, n);

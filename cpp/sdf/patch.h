@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The distance to a plane patch: a rectangle of no thickness, its normal along z. It has no inside, so phi is
-// |z| beside it and the way to its rim elsewhere, nowhere below 0. See solids.h.
+// The distance to a plane patch: a rectangle without thickness, its normal along z. It has no inside: phi is
+// |z| in front of it or behind it and the distance to its rim elsewhere, never below 0. See solids.h.
 #pragma once
 
 #include "sdf/solid_sample.h"
 
 namespace sdftrack::sdf {
 
-// `size`: full edges along x and y; the third counts for nothing.
+// `size`: full edges along x and y; the third is not used.
 template <class T>
 HD SolidSample<T> patch_sample(Vec3<T> p, const T (&size)[kMaxSizes]) {
   const T qx = abs(p.x) - T(0.5) * size[0], qy = abs(p.y) - T(0.5) * size[1];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Exact signed distances (m, negative inside) of simple solids, centred at the origin, axes along z: what
-// volumes are made of.
+// Exact signed distances (m, negative inside) of simple solids, centred at the origin, axes along z, from
+// which volumes are made.
 #pragma once
 
 #include "sdf/solid_ellipsoid.h"

@@ -16,7 +16,7 @@ HD T last_step(T) {
 // Newton's method on Eberly's secular equation F(t) = sum (a_i p_i / (t + a_i^2))^2 - 1 = 0: the nearest
 // point is q_i = a_i^2 p_i / (t + a_i^2), and p - q = t m, m_i = p_i / (t + a_i^2), is along the normal, phi
 // = t |m|. F is convex and falls for t > -min a_i^2: from the left of the root no step overshoots, and near
-// the surface two or three of them do.
+// the surface two or three steps suffice.
 template <class T>
 HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMaxSizes]) {
   T unit = select(radii[1] < radii[0], radii[1], radii[0]);
@@ -27,10 +27,10 @@ HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMaxSizes]) {
   T a[3], p[3], above[3], s = T(0), f = T(-1), slope = T(0);
   for (int i = 0; i < 3; ++i) {
     a[i] = radii[i] * per_unit, p[i] = abs(at[i]) * per_unit;
-    // In the plane of symmetry the nearest point would be two: 1e-9 of a radius beside it, it is one.
+    // In a plane of symmetry two points may be nearest: 1e-9 of a radius away from the plane, only one is.
     p[i] = select((radii[i] > unit) | (p[i] > T(1e-9)), p[i], T(1e-9));
     above[i] = a[i] * a[i] - T(1);
-    const T alone = a[i] * p[i] - above[i];  // the root if the other two were 0: left of it
+    const T alone = a[i] * p[i] - above[i];  // the root if the other two were 0: left of the true root
     s = select(alone > s, alone, s);
     const T x = p[i] / a[i];
     f = f + x * x, slope = slope + T(2) * x * x / (a[i] * a[i]);
@@ -38,7 +38,7 @@ HD SolidSample<T> ellipsoid_sample(Vec3<T> point, const T (&radii)[kMaxSizes]) {
   const T surface =
       select(f > T(0), T(1), T(1) + f / slope);  // a Newton step from t = 0: left of the root again
   s = select(surface > s, surface, s);
-  auto going = s > T(0);  // all of them; each stops by itself, whatever the others in its pack do
+  auto going = s > T(0);  // for all lanes; each lane stops independently of the others in its pack
   for (int step = 0; step < 60 && any(going); ++step) {
     f = T(-1), slope = T(0);
     for (int i = 0; i < 3; ++i) {

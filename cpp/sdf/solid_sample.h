@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a solid says about a point.
+// The distance of a solid at a point, with derivatives.
 #pragma once
 
 #include "base/vec.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Exact signed distances of solids, centred at mid-height, axis along z, a cone's apex at +z: phi (m,
-// negative inside), its gradient by the point and its derivative by every length. For phi = n . (p - q), q
+// negative inside), its gradient, and its derivative with respect to every length. For phi = n . (p - q), q
 // the nearest point of the surface and n the normal there, a length that moves the surface at q by dq changes
 // phi by -n . dq. docs/math/primitives.md derives them. T: a lane type (base/lane.h), or a number with
 // derivatives.
@@ -44,7 +44,7 @@ HD SolidSample<T> box_sample(Vec3<T> p, const T (&size)[kMaxSizes]) {
   return s;
 }
 
-// The half plane (r, z) of a round body, turned to where p is.
+// A sample in the half plane (r, z) of a round body, rotated to the direction of p.
 template <class T>
 HD Vec3<T> turned(Vec3<T> p, T r, T n_r, T n_z) {
   const auto off = r > T(1e-12);
@@ -69,7 +69,7 @@ HD SolidSample<T> cylinder_sample(Vec3<T> p, T radius, T height) {
   return {phi, turned(p, r, n_r, select(p.z < T(0), -n_z, n_z)), {-n_r, T(-0.5) * n_z, T(0)}};
 }
 
-// Nearest is the base, its rim (s = 0), the side (0 < s < 1) or the apex (s = 1); s runs up the side.
+// Nearest part: the base, its rim (s = 0), the side (0 < s < 1) or the apex (s = 1); s runs up the side.
 template <class T>
 HD SolidSample<T> cone_sample(Vec3<T> p, T radius, T height) {
   const T r = axis_distance(p), z = p.z + T(0.5) * height;  // base at z = 0
@@ -79,7 +79,7 @@ HD SolidSample<T> cone_sample(Vec3<T> p, T radius, T height) {
   const auto inside = (to_side < T(0)) & (z > T(0));
   const auto base = (inside & (z < -to_side)) | ((z <= T(0)) & (r < radius));
   const auto side = inside | ((up_side > T(0)) & (up_side < T(1)));
-  // Neither: a corner, the rim or the apex.
+  // Otherwise a corner: the rim or the apex.
   const auto apex = up_side > T(0);
   const T d_r = select(apex, r, r - radius), d_z = select(apex, z - height, z);
   const T to_corner = sqrt(d_r * d_r + d_z * d_z);

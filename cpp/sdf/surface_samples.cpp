@@ -17,7 +17,7 @@ Vec3d newton_to_zero(const SdfView& sdf, Vec3d q, double* phi_m, Vec3d* gradient
   return g2 > 1e-12 ? q - (*phi_m / g2) * *gradient : q;
 }
 
-// Every third bit of the result is one of the lowest ten of x.
+// Spreads the lowest ten bits of x to every third bit of the result.
 std::uint32_t spread(std::uint32_t x) {
   x = (x | x << 16) & 0x030000ffu;
   x = (x | x << 8) & 0x0300f00fu;
@@ -25,13 +25,13 @@ std::uint32_t spread(std::uint32_t x) {
   return (x | x << 2) & 0x09249249u;
 }
 
-// Place of a triangle along a curve that fills space: neighbours on it are neighbours in space.
+// Position of a triangle on a space-filling curve: neighbours on the curve are neighbours in space.
 std::uint32_t curve_place(const Triangle& t) {
   const auto cell = [](double v) { return static_cast<std::uint32_t>(std::clamp(v, 0.0, 1023.0)); };
   return spread(cell(t.a.x)) | spread(cell(t.a.y)) << 1 | spread(cell(t.a.z)) << 2;
 }
 
-// A mix of the bits in which neighbours lie far apart.
+// A hash of the bits that separates neighbours.
 std::uint32_t scrambled(std::uint32_t x) {
   x = (x ^ x >> 16) * 0x7feb352du;
   x = (x ^ x >> 15) * 0x846ca68bu;
@@ -48,8 +48,7 @@ ZeroSurface::ZeroSurface(const SdfView& sdf) : sdf_(sdf) {
     found.push_back(t);
     area_vox_ += area(t);
   });
-  // In the order of the cells both sides of a body take turns, and even steps of area would favour one of
-  // them.
+  // In the order of the cells both sides of a body alternate, and equal steps of area would favour one side.
   std::vector<std::pair<std::uint32_t, std::size_t>> order;
   order.reserve(found.size());
   for (const Triangle& t : found) order.emplace_back(curve_place(t), order.size());
@@ -75,7 +74,7 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
     seen += area(t);
     // One point for each count-th part of the area, along the curve.
     for (; next < count && (next + 0.5) / count * total <= seen; ++next) {
-      // Two irrational steps (the plastic number's) spread the places inside the triangles.
+      // Two irrational steps (the plastic number's) spread the points inside the triangles.
       double s = std::fmod(0.5 + 0.7548776662466927 * next, 1.0),
              r = std::fmod(0.5 + 0.5698402909980532 * next, 1.0);
       if (s + r > 1) s = 1 - s, r = 1 - r;

@@ -15,14 +15,13 @@ struct SurfaceSample {
   Vec3f n_obj;  // unit, outwards
 };
 
-// The zero set as triangles: found once, sampled as often as is wanted. The volume's values must live as
-// long.
+// The zero set as triangles: found once, sampled repeatedly. The volume's values must live as long.
 class ZeroSurface {
  public:
   explicit ZeroSurface(const SdfView& sdf);
   double area_m2() const;
-  // `count` points (fewer only where a field has creases on its surface, none where it has no zero set), as
-  // many per area everywhere, always the same ones.
+  // `count` points (fewer only where a field has creases on its surface, none where it has no zero set), with
+  // the same density everywhere, always the same ones.
   std::vector<SurfaceSample> samples(int count) const;
 
  private:
@@ -36,9 +35,9 @@ struct VoxelBox {
   int x0, y0, z0, x1, y1, z1;
 };
 
-// At most `count` points of the zero set, each below a voxel of the boxes that lies within half a voxel of it
-// and that `wanted` (asked by index) agrees to. Nearly as many per area everywhere, in no order: any part of
-// them is spread as evenly. Quicker than the surface as triangles, for a volume that keeps changing.
+// At most `count` points of the zero set, each from a voxel of the boxes within half a voxel of the surface
+// for which `wanted(index)` is true. Nearly uniform density, in scrambled order: any part of them is spread
+// as evenly. Faster than ZeroSurface, for a volume that keeps changing.
 std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
                                        const std::function<bool(std::size_t voxel)>& wanted, int count);
 

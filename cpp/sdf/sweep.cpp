@@ -11,7 +11,7 @@ namespace sdftrack::sdf {
 
 namespace {
 
-constexpr int kRounds = 2;  // of eight sweeps: the second one mends what bent round a corner
+constexpr int kRounds = 2;  // of eight sweeps: the second round corrects paths around corners
 
 struct Sweep {
   const Grid& grid;

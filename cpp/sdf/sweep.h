@@ -10,8 +10,8 @@
 namespace sdftrack::sdf {
 
 // u (m, >= 0) is kept where known[i] != 0 and found everywhere else; the input there is ignored. Gauss-Seidel
-// in eight orders with Godunov's upwind difference. One thread: the order is the method, and memory the
-// limit.
+// in eight orders with Godunov's upwind difference. One thread: the method depends on the order, and memory
+// is the limit.
 void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u);
 
 }  // namespace sdftrack::sdf

@@ -19,7 +19,7 @@ HD float godunov(float a, float b, float c, float h) {
     const float d = middle - low;
     u = 0.5f * (low + middle + sqrt(2 * h * h - d * d));
     if (u > high) {
-      // Relative to the lowest, so that large distances cost no digits.
+      // Relative to the lowest value, so that large distances lose no digits.
       const float p = middle - low, q = high - low, s = p + q;
       u = low + (s + sqrt(more(0.f, s * s - 3 * (p * p + q * q - h * h)))) / 3;
     }

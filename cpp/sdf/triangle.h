@@ -11,7 +11,7 @@ struct Triangle {
 };
 
 // Closest point of the triangle to p, by the Voronoi regions of its corners and edges (Ericson, Real-Time
-// Collision Detection, 2005, section 5.1.5). A triangle without area answers with its nearest edge.
+// Collision Detection, 2005, section 5.1.5). For a triangle without area: the closest point of its edges.
 HD Vec3d closest_point(const Triangle& t, Vec3d p) {
   const Vec3d ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -46,7 +46,7 @@ HD bool intersect(const Triangle& t, Vec3d origin, Vec3d direction, RayHit* hit)
                w = dot(direction, cross(a, b));
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
   const double volume = u + v + w;
-  if (volume == 0) return false;  // seen edge on, or no area
+  if (volume == 0) return false;  // seen edge-on, or without area
   const double wa = u / volume, wb = v / volume, wc = w / volume;
   const Vec3d p = wa * a + wb * b + wc * c;
   const double along = dot(p, direction) / dot(direction, direction);

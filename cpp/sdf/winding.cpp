@@ -66,7 +66,7 @@ void WindingTree::build(std::size_t index, std::vector<Triangle>& triangles) {
 }
 
 double WindingTree::operator()(Vec3d p) const {
-  // Near 1/2, where the error of the dipoles could change the side, they are taken from farther away.
+  // Near 1/2 the error of the dipoles could change the side: only farther clusters become dipoles then.
   const double number = sum(p, kFar);
   return std::abs(number - 0.5) > kUnsure ? number : sum(p, kFarther);
 }

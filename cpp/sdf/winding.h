@@ -18,7 +18,7 @@ class WindingTree {
  private:
   struct Node {
     Vec3d centre, area_normal;  // area-weighted mean point; sum of area times normal
-    double radius;              // of a ball round `centre` that holds all its triangles
+    double radius;              // of a ball around `centre` that holds all its triangles
     std::size_t begin, end;     // its triangles
     std::size_t left = 0;       // children left and left + 1; 0: a leaf
   };

@@ -20,11 +20,11 @@ namespace {
 
 constexpr int kGridBlock = 8;        // voxels a side
 constexpr double kTreeError = 0.02;  // of a sum with dipoles
-constexpr double kManyRims = 4;      // straight rims that may run side by side
+constexpr double kManyRims = 4;      // number of straight rims that may be adjacent
 
-// Where the mesh ends: the edges that are used more often one way than the other.
+// The borders of the mesh: edges that are used more often in one direction than in the other.
 struct Rims {
-  std::vector<Face> edges;  // without area
+  std::vector<Face> edges;  // edges as faces without area
   double length_m = 0;
   std::optional<Bvh> nearest;
 
@@ -40,9 +40,9 @@ struct Rims {
       nearest.emplace(MeshView{mesh.vertices, mesh.vertex_count, edges.data(), edges.size()});
   }
 
-  // How far the smooth part may change over a way of `way_m`, all of it nearer than that to p. The field of
-  // the rims is that of a current (Biot and Savart): at most length / (4 pi d^2), 1 / (2 pi d) for a straight
-  // line.
+  // The largest change of the smooth part over a path of `way_m` that stays within way_m of p. The gradient
+  // of the rims' field is that of a current (Biot and Savart): at most length / (4 pi d^2), or 1 / (2 pi d)
+  // for a straight line.
   double change(Vec3d p, double way_m) const {
     if (!nearest) return 0;
     const double d = std::sqrt(nearest->closest(p).distance2) - way_m;
@@ -62,11 +62,11 @@ struct Filler {
 
   struct Member {
     int x, y, z;
-    int jump;  // against the first of its piece
+    int jump;  // relative to the first voxel of its piece
   };
 
-  // From `seed` to all voxels of the block that are reached along the rows, jumps counted, and across them
-  // where no triangle can lie between: it would be no farther from both together than they are apart.
+  // Collects the voxels of the block reached from `seed`: along rows, with jumps counted, and across rows
+  // where no triangle lies between, since the sum of its distances from both would be at most their spacing.
   void collect(const Vec3<int>& low, const Vec3<int>& high, const Vec3<int>& seed,
                std::array<std::uint8_t, kGridBlock * kGridBlock * kGridBlock>& seen,
                std::vector<Member>* piece) const {
@@ -96,8 +96,7 @@ struct Filler {
   void block(const Vec3<int>& low, int side) const {
     const Vec3<int> high{std::min(low.x + side, grid.nx), std::min(low.y + side, grid.ny),
                          std::min(low.z + side, grid.nz)};
-    const double way =
-        0.5 * std::numbers::sqrt3 * (side + 1) * grid.voxel_m;  // from the middle, and a voxel on
+    const double way = 0.5 * std::numbers::sqrt3 * (side + 1) * grid.voxel_m;  // to a voxel past the corner
     const Vec3d middle =
         0.5 * (grid.point(low.x, low.y, low.z) + grid.point(high.x - 1, high.y - 1, high.z - 1));
     const double change = side > 1 ? 2 * rims.change(middle, way) : 0;
@@ -120,7 +119,7 @@ struct Filler {
         for (int x = low.x; x < high.x; x += half) block({x, y, z}, half);
   }
 
-  // One sum for all of a piece; false: some of it may lie on the other side of 1/2.
+  // One sum for a whole piece; false: some voxels may be on the other side of 1/2.
   bool settle(const std::vector<Member>& piece, double change) const {
     const Member& best = *std::max_element(piece.begin(), piece.end(), [&](const Member& a, const Member& b) {
       return u[grid.index(a.x, a.y, a.z)] < u[grid.index(b.x, b.y, b.z)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The zero set of a volume as triangles: each cell is cut into six tetrahedra round its diagonal, and the
+// The zero set of a volume as triangles: each cell is cut into six tetrahedra around its diagonal, and the
 // field is linear in each. Closed wherever the volume's border is outside, in any configuration of signs.
 #pragma once
 
@@ -38,7 +38,7 @@ HD void cut(const Corner (&corners)[4], const Visit& visit) {
   visit(Triangle{crossing(one, three[0]), crossing(one, three[1]), crossing(one, three[2])});
 }
 
-// Of the cell that begins at voxel (x, y, z); phi: at its corners, x fastest.
+// The triangles of the cell that begins at voxel (x, y, z); phi: at its corners, x fastest.
 template <class Visit>
 HD void cut_cell(int x, int y, int z, const float (&phi)[8], const Visit& visit) {
   constexpr int kPaths[6][2] = {{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}};
@@ -52,8 +52,8 @@ HD void cut_cell(int x, int y, int z, const float (&phi)[8], const Visit& visit)
 
 }  // namespace zero_set
 
-// Six tetrahedra round the diagonal of every cell that the surface enters.
-// visit(Triangle) for each, corners in voxels.
+// Six tetrahedra around the diagonal of every cell that the surface enters. visit(Triangle) for each, corners
+// in voxels.
 template <class Visit>
 void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
   const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);

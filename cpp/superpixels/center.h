@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A cluster's centre and the sums that it is the mean of: whole numbers, so that their order has no say.
+// A cluster's centre and the sums for its mean: whole numbers, so that the order does not matter.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace sdftrack::superpixels {
 
-// Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: some pixel of its cell is inside
-// the mask. `beneath`: the colour of the pixel at its place, for the next image of a video.
+// Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: its cell has a pixel inside the
+// mask. `beneath`: the colour of the pixel at its place, for the next image of a video.
 struct Center {
   int color[3] = {0, 0, 0};
   int x = 0, y = 0, z = 0;
@@ -17,7 +17,7 @@ struct Center {
   int beneath[3] = {0, 0, 0};
 };
 
-// Of the pixels of a centre; x and y in pixels.
+// Sums over the pixels of a centre; x and y in pixels.
 struct CenterSums {
   std::int64_t color[3] = {0, 0, 0}, count = 0, x = 0, y = 0, z = 0, none = 0;  // eight: RowOps::settle
 
@@ -27,20 +27,20 @@ struct CenterSums {
   }
 };
 
-// a / n to the nearest, halves upwards; 0 < n < 2^31 and |a| < 2^46. The quotient of two doubles is rounded
-// by less than what a ratio of such numbers misses a whole number by, unless it is one.
+// a / n to the nearest, halves upwards; 0 < n < 2^31 and |a| < 2^46. The rounding error of the quotient of
+// two doubles is smaller than the distance of such a ratio to a whole number, unless it is one.
 HD int rounded_ratio(std::int64_t a, std::int64_t n) {
   return whole_below(static_cast<double>(2 * a + n) / static_cast<double>(2 * n));
 }
 
-// No branch: there is no guessing which is larger.
+// Without a branch, because the larger one cannot be predicted.
 HD std::int64_t apart(int a, int b) {
   const std::int64_t way = static_cast<std::int64_t>(a) - b;
   return way < 0 ? -way : way;
 }
 
-// The mean; a centre without pixels stays where it is. Returns how far it went (Table A.1's residual, in
-// units of colour times the scale).
+// Moves a centre to its mean; one without pixels stays. Returns the distance (Table A.1's residual, in units
+// of colour times the scale).
 HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center) {
   if (sums.count == 0) return 0;
   const double n = static_cast<double>(sums.count);

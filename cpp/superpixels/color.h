@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From sRGB to the colours that superpixels compare, as whole numbers: the same ones on every processor. Only
-// products, sums and roundings of float, in one order, and no table that could differ. Error against the
+// Converts sRGB to the colours that superpixels compare, as whole numbers that are equal on every processor:
+// only products, sums and roundings of float, in one order, and no table that could differ. Error against the
 // exact formulas: below 0.02 units of L, a or b, most of it from rounding (docs/math/superpixels.md).
 #pragma once
 
@@ -12,7 +12,7 @@ namespace sdftrack::superpixels {
 
 enum class ColorSpace { kLab, kXyz, kRgb };
 
-// x^(-1/3) for x > 0.008: a guess from the exponent, 3.4 % off, and two steps of third order.
+// x^(-1/3) for x > 0.008: an estimate from the exponent, 3.4 % off, and two steps of third order.
 template <class T>
 HD T inverse_cube_root(T x) {
   T r = from_bits<T>(truncate(T(1.4199173e9f) - real<T>(bits_of(x)) * T(1.f / 3)));
@@ -35,14 +35,14 @@ HD T to_the_2_4(T x) {
   return q * q * q;
 }
 
-// Light of an sRGB value in 0..1 (IEC 61966-2-1).
+// Linear light of an sRGB value in 0..1 (IEC 61966-2-1).
 template <class T>
 HD T linear_light(T v) {
   const T bent = to_the_2_4((v + T(0.055f)) * T(1 / 1.055f));
   return select(v <= T(0.04045f), v * T(1 / 12.92f), bent);
 }
 
-// To the nearest whole number, for |x| < 32768.
+// Rounds to the nearest whole number, for |x| < 32768.
 template <class T>
 HD IntOf<T> nearest(T x) {
   return truncate(x + T(32768.5f)) - 32768;
@@ -54,14 +54,14 @@ struct ColorFeature {
   IntOf<T> c0, c1, c2;
 };
 
-// The bend of L*a*b* that is a cube root of light but in the dark.
+// The curve of L*a*b*: a cube root of light, except for dark values.
 template <class T>
 HD T lab_bend(T t) {
   const T r = inverse_cube_root(t);
   return select(t > T(0.008856452f), t * (r * r), T(7.7870370f) * t + T(16.f / 116));
 }
 
-// r, g, b: light in 0..1; for kRgb the values as they are.
+// r, g, b: light in 0..1; for kRgb the unchanged values.
 template <ColorSpace kSpace, class T>
 HD ColorFeature<T> color_feature(T r, T g, T b, T scale) {
   if constexpr (kSpace == ColorSpace::kRgb) {
@@ -82,7 +82,7 @@ HD ColorFeature<T> color_feature(T r, T g, T b, T scale) {
   }
 }
 
-// Two signed numbers of 16 bits in one of 32: what the processor multiplies in pairs.
+// Two signed 16-bit numbers in one of 32 bits, which the processor multiplies in pairs.
 template <class I>
 HD I pair_of(I low, I high) {
   return (low & 0xffff) | (high << 16);

@@ -58,18 +58,18 @@ void Connect::join(Phases* phases, const std::uint8_t* codes, std::int64_t least
   for (bool again = false;; again = true) {
     each_row(phases, [&](int y) { return ops().find_small(table_, y, min_size, again); });
     if (std::none_of(counted_.begin(), counted_.end(), [](int n) { return n > 0; })) break;
-    if (!join_choices(phases)) break;  // nothing but small regions without a neighbour
+    if (!join_choices(phases)) break;  // only small regions without a neighbour remain
   }
   number_roots(phases);
 }
 
-// A region is of the share of bands that its root is in, and so has one thread at a time. Whether any was
-// joined.
+// A region belongs to the share of bands that contains its root, and so to one thread at a time. Returns
+// whether any was joined.
 bool Connect::join_choices(Phases* phases) {
   const auto first_run = [&](int band) { return first_[at(band_begin(band))]; };
   const auto choose = [&](int band, int band_end) {
     const int from = first_run(band), until = first_run(band_end), end = band_begin(band_end);
-    bool more = true;  // below the share: what hangs down from it
+    bool more = true;  // continue below the share for regions that extend there
     for (int y = band_begin(band); y < table_.height && (y < end || more); ++y)
       more = ops().choose(table_, y, from, until);
   };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// One label for one connected region (4 neighbours), small regions given to a neighbour; by union-find over
-// runs, pieces of rows with one centre. No recursion, and nothing hangs on an order:
+// One label per connected region (4 neighbours), with small regions given to a neighbour: union-find over
+// runs, pieces of rows with one centre. There is no recursion, and the result does not depend on an order:
 //
 //   while some region is smaller than the smallest allowed and has a neighbour:
 //     each such region chooses its largest neighbour (of equals the one that comes first in the image);
 //     each is joined with its choice, all at once
 //
-// then numbers in the order of the image. Rows are done in bands, on any number of threads.
+// then the regions are numbered in the order of the image. Rows are done in bands, on any number of threads.
 #pragma once
 
 #include <bit>
@@ -22,16 +22,16 @@ namespace sdftrack::superpixels {
 
 class Connect {
  public:
-  // y_begin: rows of bands, and one more. Memory for a number for each pixel, borrowed until write():
-  // `parent`, which stays as it is, and `best`, which may be where the labels will be.
+  // y_begin: first rows of the bands, and the end. Memory for a number for each pixel, borrowed until
+  // write(): `parent`, which write() leaves unchanged, and `best`, which may be the memory of the labels.
   void begin(int width, const std::vector<int>* y_begin, bool masked, int* parent, int* best);
 
-  // `codes`: of all pixels, rows without gaps; see RunOps::mark.
+  // `codes`: for all pixels, rows without gaps; see RunOps::mark.
   void find_runs(Phases* phases, const std::uint8_t* codes);
   void join(Phases* phases, const std::uint8_t* codes, std::int64_t min_size);
   void write(Phases* phases, int first_label, int* labels);
 
-  // In place of join(): the numbers of centres, of which some have pixels; center_of(x, y).
+  // In place of join(): takes center_of(x, y), the numbers of centres, some of which have pixels.
   template <class CenterOf>
   void take_centers(Phases* phases, int centers, const CenterOf& center_of);
 

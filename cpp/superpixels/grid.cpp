@@ -10,8 +10,8 @@ namespace sdftrack::superpixels {
 namespace {
 
 constexpr double kFinest = 32;  // parts of a unit of L*a*b*: 8 * 108 * 32 fits into 16 bits
-// m * scale at most: a centre is at most 2.6 S away from the middle of a pixel's cell along an axis, and 8
-// times that must fit into 16 bits; the squared distance, (259^2 + 2 * (3.1 m)^2) scale^2, into 27.
+// Limit for m * scale: a centre is at most 2.6 S from the middle of a pixel's cell along an axis, and 8 times
+// that must fit into 16 bits; the squared distance, (259^2 + 2 * (3.1 m)^2) scale^2, into 27.
 constexpr double kMaxReach = 1500;
 
 std::vector<int> borders(int length, int parts) {
@@ -34,10 +34,10 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   CellGrid g;
   g.width = width, g.height = height;
   const double all = static_cast<double>(width) * height;
-  // With a mask the cells are as small as if all of the image were divided.
+  // With a mask the cells are as small as for a division of the whole image.
   const double wanted = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
   const double step = std::sqrt(all / wanted);
-  // The shorter side first: of its few cells a fraction is a large part.
+  // The shorter side first: rounding changes its few cells the most.
   const auto cells = [](double wanted_cells, int length) {
     return to_int(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
   };

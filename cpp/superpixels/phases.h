@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What threads do together, one phase after another: bands of rows, and what then is done once.
+// Phases of parallel work, one after another: bands of rows, and steps that are done once.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,8 @@ class Phases {
   void each(const Work& work) {
     hand_out(bands_, work);
   }
-  // The same for some bands at a time: work(first, end). What they are depends on the number of threads, so
-  // what comes of it must not depend on them.
+  // The same for some bands at a time: work(first, end). The ranges depend on the number of threads, so the
+  // result must not depend on them.
   template <class Work>
   void each_share(const Work& work) {
     hand_out(shares_,
@@ -40,8 +40,8 @@ class Phases {
   static int part_of(int all, int part, int parts) {
     return static_cast<int>(static_cast<std::int64_t>(all) * part / parts);
   }
-  // A thread's own part first, whose rows its caches hold from the phases before; then what others have left,
-  // which is all of theirs where nobody else came.
+  // A thread does its own part first, whose rows its caches hold from the phases before, then the remaining
+  // work of the others, which is all of it if no other thread came.
   template <class Work>
   void hand_out(int count, const Work& work) {
     for (Counter& next : next_) next.value.store(0, std::memory_order_relaxed);

@@ -7,7 +7,7 @@
 namespace sdftrack::superpixels {
 namespace {
 
-// Notes what a pack of pixels belongs to, and which of them that is new to.
+// Notes the centre of each pixel of a pack, and the pixels for which it is new.
 template <class P>
 HD void put(const P& part, I which, const NearCenters& near, const CellRows& cell, const Tile& tile, int row,
             int i) {
@@ -18,9 +18,9 @@ HD void put(const P& part, I which, const NearCenters& near, const CellRows& cel
   slot = static_cast<std::uint16_t>(kW == 16 ? changed : slot | changed << i % 16);
 }
 
-// Of |p - c|^2 only what depends on the centre, |c|^2 - 2 c p, sixteen times, and the centre's place in the
-// list in the four bits that are free then: one number that is least for the nearest, the first of equals.
-// The factor -32 is 4 of the pixel by -8 of the centre: each fits into 16 bits. x is the same in all rows.
+// Only the part of |p - c|^2 that depends on the centre, |c|^2 - 2 c p, times sixteen, with the centre's
+// index in the four free bits: one number whose minimum is the nearest centre, the first of equals. The
+// factor -32 is 4 of the pixel times -8 of the centre: each fits into 16 bits. x is the same in all rows.
 struct Costs {
   alignas(64) int c01[kNearRoom], c2y[kNearRoom], x[kNearRoom], first[kNearRoom];
 };
@@ -38,7 +38,7 @@ HD void make_costs(const NearCenters& near, Costs* costs) {
   }
 }
 
-// Rows at a time: where registers are few, what belongs to a centre is loaded once for two of them.
+// Rows at a time: with few registers a centre's values are loaded once for two rows.
 constexpr int kRowsAtOnce = kW == 16 ? 1 : 2;
 
 template <int kRows, class P>
@@ -47,7 +47,7 @@ HD void nearest_in_rows(const P& part, const CellRows& cell, const NearCenters& 
   I p01[kRows], p2y[kRows], best[kRows];
   for (int r = 0; r < kRows; ++r) {
     const std::ptrdiff_t at = (row + r) * cell.stride + i;
-    // The same rows of the next cell: lines too far apart for the processor to guess.
+    // The same rows of the next cell: these lines are too far apart for the processor to predict.
     prefetch(cell.c01 + at + cell.width + kW - 1), prefetch(cell.c2x + at + cell.width + kW - 1);
     p01[r] = pair_times_4(part.load(cell.c01 + at));
     p2y[r] = ((part.load(cell.c2x + at) << 2) & 0xffff) | all_lanes(cell.y[row + r] << 18);
@@ -62,7 +62,7 @@ HD void nearest_in_rows(const P& part, const CellRows& cell, const NearCenters& 
 }
 
 void nearest_squared(const CellRows& given, const NearCenters& near, const Tile& given_tile) {
-  const CellRows cell = given;  // of which the compiler knows that no byte written is theirs
+  const CellRows cell = given;  // so that the compiler knows that no written byte aliases them
   const Tile tile = given_tile;
   Costs costs;
   make_costs(near, &costs);

@@ -14,15 +14,15 @@ namespace sdftrack::superpixels {
 constexpr int kNear = 9;                // centres that a pixel may belong to
 constexpr std::uint8_t kOutside = 255;  // in place of a code: outside the mask
 
-// What is kept for a pixel to say which centre it has: column and row of the centre's cell, each modulo 4.
-// Two pixels that touch can have centres of 4 x 4 cells, so equal codes of theirs are the same centre.
+// The stored code of a pixel's centre: column and row of the centre's cell, each modulo 4. The centres of two
+// adjacent pixels lie within 4 x 4 cells, so equal codes mean the same centre.
 constexpr int kCodes = 16;
 HD std::uint8_t code_of(int i, int j) { return static_cast<std::uint8_t>((j & 3) << 2 | (i & 3)); }
 
 enum class SlicDistance { kSquared, kThesis };
 
 // The centres around a cell, row by row through the 3 x 3 cells, places counted from the cell's middle; room
-// for whole packs. What is left of the 9 is filled with copies of the first, which are never nearer.
+// for whole packs. Unused entries are copies of the first, which are never nearer.
 constexpr int kNearRoom = 16;
 struct NearCenters {
   int count = 0;
@@ -43,13 +43,13 @@ struct CellRows {
   const int* z;
   std::ptrdiff_t stride;
   int width, rows;
-  const int* x;  // of each column and
+  const int* x;  // of each column, and
   const int* y;  // of each row, counted from the cell's middle
 };
 
-// What becomes of them.
+// The codes of these pixels, before and after.
 struct Tile {
-  const std::uint8_t* was;  // codes up to now, or kOutside; strides as of CellRows; a pack more can be read
+  const std::uint8_t* was;  // codes up to now, or kOutside; strides of CellRows; a pack more can be read
   std::uint8_t* now;        // rows have room for a pack more than the cell is wide
   int stride;               // of `now`
   std::uint16_t*
@@ -60,7 +60,7 @@ HD int padded_rows(const CellRows& cell) { return (cell.rows + 3) / 4 * 4; }  //
 HD int changed_slots(const CellRows& cell) { return (cell.width + 15) / 16 * padded_rows(cell); }
 constexpr int kMaxSlots = 4096;  // changed_slots() of a tile is less: its rows have more than 16 in `now`
 
-// What the sums of a centre gain in a tile, in the order of CenterSums: 2^13 pixels of less than 2^13 each
+// The changes of a centre's sums in a tile, in the order of CenterSums: 2^13 pixels of less than 2^13 each
 // fit. x and y in pixels from the tile's first.
 struct Gains {
   alignas(32) int sums[8];
@@ -72,15 +72,15 @@ struct RowOps {
                   const int* x, int* c01, int* c2x);
   // Values in 0..1 to light.
   void (*linearize)(const float* values, int n, float* light);
-  // The code of the nearest centre, the first of equals, for each pixel, and which of them have changed.
+  // The code of the nearest centre, the first of equals, for each pixel, and the pixels whose code changed.
   void (*nearest)(SlicDistance, const CellRows&, const NearCenters&, const Tile& tile);
   // Adds up the three colours of a tile.
   void (*sum)(const CellRows&, int* color);
-  // Takes the changed pixels from their old centres, gives them to the new ones and writes their codes;
-  // whether there are any. first: all of them have the same old one.
+  // Moves the changed pixels from their old centres to the new ones and writes their codes. Returns whether
+  // there are any. first: all pixels have the same old centre.
   bool (*move)(const CellRows&, const Tile&, bool first, std::uint8_t* codes, Gains* gains);
-  // Gains to the sums of the centres around a cell, and 0 from then on; x and y of the tile's first pixel.
-  // `corner`: of the cell above to the left; `stride` of them in a row.
+  // Adds the gains to the sums of the centres around a cell and resets them; x and y of the tile's first
+  // pixel. `corner`: sums of the cell above to the left; `stride` of them in a row.
   void (*settle)(Gains* gains, const NearCenters&, int x, int y, CenterSums* corner, std::ptrdiff_t stride);
 
   static const RowOps baseline, avx2, avx512;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the loops over rows of pixels need beyond base/pack.h, for the lanes of the file that includes this
+// Additions to base/pack.h for the loops over rows of pixels, for the lanes of the file that includes this
 // (rows_*.cpp): pairs of 16 bits, bytes, and the packs at the ends of rows.
 #pragma once
 
@@ -44,7 +44,7 @@ HD I load_whole(const int* p) {
   __builtin_memcpy(&v, p, sizeof v);
   return v;
 }
-// The first n of a pack; nothing beyond them is read.
+// The first n of a pack; nothing after them is read.
 HD I load_part(const int* p, int n) {
 #if defined(__AVX512BW__)
   return (I)_mm512_maskz_loadu_epi32(static_cast<__mmask16>((1u << n) - 1), p);
@@ -86,13 +86,13 @@ HD void store_codes(I which, const std::uint8_t* table, std::uint8_t* out) {
 #else
   int some[kW];
   store_part(which, some, kW);
-  unsigned codes = 0;  // one word: what is written byte by byte is not read back as one without waiting
+  unsigned codes = 0;  // one word: a word read back after byte writes would stall
   for (int k = 0; k < kW; ++k) codes |= static_cast<unsigned>(table[some[k]]) << 8 * k;
   __builtin_memcpy(out, &codes, kW);
 #endif
 }
 
-// The first n bytes of eight or fewer: those after them may be another thread's, which is writing them.
+// The first n bytes of eight or fewer: another thread may be writing the bytes after them.
 HD std::uint64_t first_bytes(const std::uint8_t* p, int n) {
   std::uint64_t all = 0;
   if (n == kW) {
@@ -107,7 +107,7 @@ HD std::uint64_t first_bytes(const std::uint8_t* p, int n) {
   return all;
 }
 
-// A bit for each byte, of the first n of a pack, that is not what it was, but for kOutside.
+// A bit for each of the first n bytes of a pack that has changed, except for kOutside.
 HD unsigned changed_bits(const std::uint8_t* now, const std::uint8_t* was, int n) {
   const unsigned all = (1u << n) - 1;
 #if defined(__AVX512BW__)
@@ -140,7 +140,7 @@ struct Part {
   int n;
   HD I load(const int* p) const { return load_part(p, n); }
 };
-// body(i, part) for the pixels of a row; what a part can do is a constant for all whole packs.
+// body(i, part) for the pixels of a row; the properties of a part are constants for all whole packs.
 template <class Body>
 HD void each_part(int width, const Body& body) {
   int i = 0;

@@ -51,7 +51,7 @@ HD bool each_changed(const CellRows& cell, const Tile& tile, const Visit& visit)
   return any != 0;
 }
 
-// kFirst: all pixels have their own cell's centre up to now; what it loses is summed in a register.
+// kFirst: all pixels belong to their own cell's centre so far; its losses are summed in a register.
 template <bool kFirst>
 HD bool move_all(const CellRows& cell, const Tile& tile, std::uint8_t* codes, Gains* gains) {
   Eight lost{};

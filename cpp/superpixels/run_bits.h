@@ -40,7 +40,7 @@ HD Bits equal_bytes(const std::uint8_t* a, const std::uint8_t* b) {
 
 HD int lowest(Bits bits) { return std::countr_zero(bits); }
 HD int count(Bits bits) { return std::popcount(bits); }
-HD Bits up_to(int bit) { return (Bits{2} << bit) - 1; }  // this one among them
+HD Bits up_to(int bit) { return (Bits{2} << bit) - 1; }  // including this one
 HD Bits first_bits(int n) { return n >= 64 ? ~Bits{0} : (Bits{1} << n) - 1; }
 
 int mark_row(RunTable t, int y, const std::uint8_t* codes, bool masked) {
@@ -76,7 +76,7 @@ HD void each_run(const RunTable& t, int y, const Bits* which, const Visit& visit
       visit(before + count(begins[w] & up_to(bit)), 64 * w + bit);
     }
 }
-// The same for all, with where they end: visit(run, x, end).
+// The same for all runs, with their ends: visit(run, x, end).
 template <class Visit>
 HD void each_piece(const RunTable& t, int y, const Visit& visit) {
   const Bits* const begins = t.row_begins(y);
@@ -105,7 +105,7 @@ HD void each_beside(const RunTable& t, int there, int before, int x, int end, co
   Bits left = begins[w] & ~up_to(x % 64);
   for (; 64 * (w + 1) < end; left = begins[++w]) more += count(left);
   more += count(left & up_to((end - 1) % 64));
-  // Seldom more than two: no branch that there is no guessing.
+  // Rarely more than two: visiting both without a branch avoids a misprediction.
   const int last = run + more;
   visit(run), visit(last);
   while (++run < last) visit(run);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs that touch and have one centre become regions; in the end labels. Several threads find roots and
-// shorten ways at a time, always by numbers that are right before and after: relaxed atomics.
+// Joins runs that touch and have one centre into regions, and finally makes labels. Several threads find
+// roots and shorten paths at once; each number is valid before and after a change: relaxed atomics.
 #pragma once
 
 #include <algorithm>
@@ -18,21 +18,21 @@ HD void set(int* p, int run, int value) {
   std::atomic_ref<int>(p[run]).store(value, std::memory_order_relaxed);
 }
 
-// One step to the root, which stays: no run hangs on a later one, and as an unsigned number what a root holds
-// is larger than all. No branch, since there is no guessing it.
+// One step towards the root; a root stays. A run's parent is never a later run, and as an unsigned number the
+// value of a root is larger than all. Without a branch, because it cannot be predicted.
 HD int next_root(const int* parent, int run) {
   return static_cast<int>(std::min(static_cast<unsigned>(run), static_cast<unsigned>(get(parent, run))));
 }
-// Seldom is it more than a step away.
+// It is rarely more than one step away.
 HD int root_of(const int* parent, int run) {
   run = next_root(parent, run);
   for (int up; (up = get(parent, run)) >= 0;) run = up;
   return run;
 }
-// Seldom is it more than two, where the runs before this one have been led to their roots.
+// Rarely more than two steps, if the runs before this one have been led to their roots.
 HD int root_in_order(const int* parent, int run) { return root_of(parent, next_root(parent, run)); }
 
-// The later root gets the earlier one: whether there were two. Both runs then hang on it, or are it.
+// Makes the earlier root the parent of the later one; returns whether there were two roots.
 HD bool unite(int* parent, int run_a, int run_b) {
   const int a = root_of(parent, run_a), b = root_of(parent, run_b);
   if (a == b) return false;

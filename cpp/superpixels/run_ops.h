@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Runs: pieces of rows with one centre. A bit for each pixel says where they begin, so that the number of a
-// run follows from counting bits, and nothing but one number is kept for each. Loops over them are compiled
-// once per instruction set (row_ops.h), for the sake of counting.
+// Runs: pieces of rows with one centre. A bit for each pixel tells where they begin, so that the number of a
+// run follows from counting bits, and only one number is stored for each. Loops over them are compiled once
+// per instruction set (row_ops.h), because of the bit counting.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace sdftrack::superpixels {
 
-// What a root holds: ~(pixels of its region). Of what is outside the mask that is a region of none.
+// Value of a root: ~(pixels of its region). A region outside the mask counts no pixels.
 constexpr int kNobody = ~0;
-// In the end: this less the region's number.
+// Final value of a root: this minus the region's number.
 constexpr int kNumberZero = kNobody - 1;
 
 struct RunTable {
   int width = 0, height = 0, words = 0;  // of 64 pixels, in a row
   std::uint64_t* begins = nullptr;       // rows of `words`; a bit where a run begins
   std::uint64_t* marks = nullptr;  // where the row above has the same centre; later: runs of small regions
-  std::uint64_t* roots = nullptr;  // of these the roots that have not been joined with their choice
+  std::uint64_t* roots = nullptr;  // those roots of small regions that have not been joined with their choice
   const int* first = nullptr;      // the first run of each row, and one more
   int* parent = nullptr;  // >= 0: an earlier run of the region. A root, which is the first, has ~(its
                           // region's pixels), and in the end kNumberZero - the region's number
@@ -29,26 +29,26 @@ struct RunTable {
   std::uint64_t* row_marks(int y) const { return marks + static_cast<std::ptrdiff_t>(y) * words; }
 };
 
-// The table by value: what is written is known not to be its numbers.
+// The table is passed by value, so that the compiler knows that no write changes its members.
 struct RunOps {
-  // Bits of row y and the number of its runs. `codes`: of the row; that above lies before it (y > 0). 64
-  // bytes on either side can be read.
+  // Marks the bits of row y and returns the number of its runs. `codes`: of the row; the row above lies
+  // before it (y > 0). 64 bytes on either side can be read.
   int (*mark)(RunTable, int y, const std::uint8_t* codes, bool masked);
-  // Each run of row y a region of its own.
+  // Makes each run of row y a region of its own.
   void (*start)(RunTable, int y, const std::uint8_t* codes, bool masked);
-  // Joins what touches between row y and the one above; on several threads if each has rows of its own.
+  // Joins what touches between row y and the one above; in parallel if each thread has rows of its own.
   void (*join)(RunTable, int y);
-  // Leads runs of row y to their roots and marks those whose region is smaller than min_size, of all or,
-  // again, of those that are marked already; returns how many they are.
+  // Leads runs of row y to their roots and marks those in regions smaller than min_size: among all runs or,
+  // with `again`, among the marked ones. Returns their number.
   int (*find_small)(RunTable, int y, int min_size, bool again);
-  // Tells the small regions of row y of the neighbours that they have there, those with roots in from..until
-  // - 1: the others are another thread's. Whether there are any.
+  // Offers the small regions of row y their neighbours there, for roots in from..until - 1; the others belong
+  // to another thread. Returns whether there are any.
   bool (*choose)(RunTable, int y, int from, int until);
-  // Joins the small regions with roots in row y with their choices, as far as these are in from..until - 1;
+  // Joins the small regions with roots in row y with their choices, if these are in from..until - 1. Returns
   // whether there was any to join.
   bool (*join_choices)(RunTable, int y, int from, int until);
-  // The label of each pixel of row y, 0 outside the mask. A run shorter than 16 is written 16 long, but for
-  // the last pixels of rows that say so: what lies behind is written later.
+  // Writes the label of each pixel of row y, 0 outside the mask. A run shorter than 16 is written 16 long,
+  // except at the last pixels of rows with `last`: later writes correct what lies behind.
   void (*write)(RunTable, int y, int first_label, bool last, int* labels);
 
   static const RunOps baseline, avx2, avx512;

@@ -10,14 +10,14 @@ namespace sdftrack::superpixels {
 namespace {
 
 HD Bits all_if(bool yes) { return Bits{0} - static_cast<Bits>(yes); }
-// Whether a root holds less than min_size, which is at least 1; not so of kNobody.
+// Whether a root holds less than min_size, which is at least 1; false for kNobody.
 HD bool is_small(int held, int min_size) {
   const unsigned more_than_one = static_cast<unsigned>(kNumberZero - held);
   return more_than_one < static_cast<unsigned>(min_size) - 1u;
 }
 
-// kAgain: of the runs that are marked. The others need not be led to their roots again: a region that is
-// still small had none but small neighbours, or it had chosen a large one.
+// kAgain: only the marked runs. The others need not be led to their roots again: a region that is still small
+// had only small neighbours, or had chosen a large one.
 template <bool kAgain>
 int mark_small(RunTable t, int y, int min_size) {
   const Bits* const begins = t.row_begins(y);
@@ -44,19 +44,19 @@ int find_small_in_row(RunTable t, int y, int min_size, bool again) {
   return again ? mark_small<true>(t, y, min_size) : mark_small<false>(t, y, min_size);
 }
 
-// A region as a neighbour, the least number for the best: the larger, the better; of equals the first in the
-// image. kNobody is the worst.
+// Rank of a region as a neighbour, the lowest number for the best: larger regions first; of equals the first
+// in the image. kNobody is the worst.
 using Worth = std::int64_t;
 constexpr Worth kWorst = Worth{kNobody} << 32;
 HD Worth worth(const RunTable& t, int root) {
   return static_cast<Worth>(get(t.parent, root)) << 32 | static_cast<Worth>(root);
 }
-// No choice at all, if `none`: by its sign, without a branch, since there is no guessing it.
+// Marks the absence of a choice, if `none`, by the sign; without a branch, because it cannot be predicted.
 HD Worth unless(bool none, Worth worth) {
   return static_cast<Worth>(static_cast<Bits>(worth) + (static_cast<Bits>(none) << 63));
 }
 
-// Other rows of the region offer theirs too: their order has no say, but one thread must do all of them.
+// Other rows of the region make offers too: their order does not matter, but one thread must make them all.
 HD void offer(const RunTable& t, int own, Worth best) {
   const int chosen = get(t.best, own);
   const Worth before = unless(chosen < 0, worth(t, std::max(chosen, 0)));

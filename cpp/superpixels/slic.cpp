@@ -52,7 +52,7 @@ void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
   }
 }
 
-// Rows of pixels of a band of cells.
+// Converts the rows of pixels of a band of cells.
 void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int band, int* c2x) {
   constexpr int kPiece = 512;
   alignas(64) float light[3][kPiece];
@@ -94,14 +94,14 @@ void Slic::place_centers(const SlicImage& image, int band, const int* c2x, bool 
   }
 }
 
-// For the next image of a video.
+// Stores the colours beneath the centres for the next image of a video.
 void Slic::remember(const SlicImage& image, int band, const int* c2x) {
   const PixelPlanes planes{c01_.data(), c2x, nullptr, image.mask, image.width, image.height};
   for (int i = 0; i < grid_.nx; ++i)
     note_beneath(planes, grid_.unit, &centers_[at(std::int64_t{band} * grid_.nx + i)]);
 }
 
-// Every pixel belongs to its own cell's centre before the first iteration.
+// Before the first iteration every pixel belongs to its own cell's centre.
 void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool masked) {
   CenterSums& own = sums_[at((std::int64_t{3} * band + 1) * grid_.nx + i)];
   if (!masked) add_whole(row_ops(), cell, x, y, &own);
@@ -128,7 +128,7 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool fir
     find_near(grid_, centers_.data(), i, band, &near);
     if (near.count == 0) continue;  // no pixel inside the mask
     const int x_end = grid_.x_begin[at(i) + 1];
-    for (int x = grid_.x_begin[at(i)]; x < x_end; x += kTile) {  // one step but in very wide cells
+    for (int x = grid_.x_begin[at(i)]; x < x_end; x += kTile) {  // one step except in very wide cells
       const int n = std::min(kTile, x_end - x);
       const int stride = (n + 31) / 16 * 16, rows_at_once = std::max(1, kTile / stride);
       for (int y = y_begin; y < y_end; y += rows_at_once) {
@@ -152,7 +152,7 @@ void Slic::assign(int band, const SlicOptions& options, const int* c2x, bool fir
   }
 }
 
-// The centres of a band, from what the bands above and below and itself have for them.
+// Moves the centres of a band, by the sums from the bands above, below and itself.
 std::int64_t Slic::update(int band) {
   std::int64_t moved = 0;
   for (int i = 0; i < grid_.nx; ++i) {
@@ -193,7 +193,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
   using Clock = std::chrono::steady_clock;
   const auto smallest =
       static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
-  // The colours are done with before the regions come, and so is their second half before the labels.
+  // The colours are not needed once regions are made, nor their second half once labels are written.
   connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
   Phases phases(threads, grid_.ny);
   int* const c2x = labels;
@@ -205,7 +205,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
     const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
     result.iterations = round;
     result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
-    if (way == 0) break;  // nothing has moved: nothing will
+    if (way == 0) break;  // nothing has moved, so nothing will
   }
   phases.each([&](int band) { remember(image, band, c2x); });
   const Clock::time_point regions_begin = Clock::now();

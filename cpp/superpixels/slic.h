@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Simple linear iterative clustering (appendix A): k-means in colour and place, each pixel looking at the 9
-// centres around its own cell (docs/math/superpixels.md).
+// Simple linear iterative clustering (appendix A): k-means in colour and place, where each pixel is compared
+// with the 9 centres around its own cell (docs/math/superpixels.md).
 #pragma once
 
 #include <cstdint>
@@ -31,22 +31,22 @@ struct SlicImage {
   const std::uint8_t* bytes = nullptr;
   const float* floats = nullptr;  // one of the two
   int height = 0, width = 0, channels = 3;
-  const std::uint8_t* mask = nullptr;   // may be null: all of it
+  const std::uint8_t* mask = nullptr;   // may be null: the whole image
   const float* depth_m = nullptr;       // may be null: colour alone
-  const ForeignArray* there = nullptr;  // of slic_cuda: bytes on the device, in place of those here
+  const ForeignArray* there = nullptr;  // for slic_cuda: bytes on the device, in place of `bytes`
 };
 
 struct SlicResult {
   int segments = 0, iterations = 0;
-  double residual = 0;  // of the last iteration: mean way of a centre, L1, in units of colour
-  double connect_s = std::numeric_limits<double>::quiet_NaN();  // of the time: regions; on a GPU not known
+  double residual = 0;  // of the last iteration: mean motion of a centre, L1, in units of colour
+  double connect_s = std::numeric_limits<double>::quiet_NaN();  // time for regions; unknown on a GPU
 };
 
 // Holds the working memory, 5 bytes a pixel, from call to call, and the centres of the last image.
 class Slic {
  public:
-  // `labels`: height x width; also used for work in between. resume: the centres of the last image are the
-  // first ones of this; std::invalid_argument where that had another size or other options.
+  // `labels`: height x width; also used as working memory. resume: starts from the centres of the last image;
+  // throws std::invalid_argument if that image had another size or other options. Throws
   // std::invalid_argument for arguments out of range.
   SlicResult run(const SlicImage& image, const SlicOptions& options, bool resume, int threads, int* labels);
 
@@ -68,7 +68,7 @@ class Slic {
   CellGrid grid_;
   std::int64_t inside_ = 0;  // pixels to divide
   SlicOptions made_with_;
-  float light_[256] = {};  // of a byte
+  float light_[256] = {};  // for each byte value
   ColorSpace light_of_ = ColorSpace::kXyz;
   bool light_made_ = false;
   std::vector<int> c01_, z_;
@@ -81,12 +81,12 @@ class Slic {
   Connect connect_;
 };
 
-// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp. The labels come to the host, or
-// with `labels_there`, of 4 bytes a pixel, stay on the device.
+// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp. The labels are copied to the
+// host, or stay on the device in `labels_there`, 4 bytes a pixel.
 SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels,
                      DeviceArray* labels_there = nullptr);
 
-// std::invalid_argument for options out of range, by name.
+// Throws std::invalid_argument that names an option out of range.
 void check_slic(const SlicImage& image, const SlicOptions& options);
 
 }  // namespace sdftrack::superpixels

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Superpixels on the GPU: what is sent, and the launches: 25 kernels and one wait for an image of few rounds.
-// Compiled without fused multiply-add, so that colours are the CPU's to the bit.
+// Superpixels on the GPU: the transfers and the launches: 25 kernels and one wait for an image of few rounds.
+// Compiled without fused multiply-add, so that colours are bitwise equal to the CPU's.
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -36,7 +36,7 @@ int longest(const std::vector<int>& begin) {
   return most;
 }
 
-// Starts kernels over pixels or cells, and looks at what they count.
+// Starts kernels over pixels or cells, and checks their counts.
 struct Steps {
   SlicMemory& memory;
   SlicPlanes p;
@@ -53,8 +53,8 @@ struct Steps {
     launch(memory.stream, blocks_of(s.cells(), kBlockThreads), kernel);
   }
 
-  // Starts the rounds of k-means: all of them where they are few, else until nothing moves. Those after it
-  // change nothing. Returns how many were started.
+  // Starts the rounds of k-means: all of them if they are few, else until nothing moves. Later rounds change
+  // nothing. Returns how many were started.
   int assign() const {
     const auto blocks = static_cast<unsigned>(std::int64_t{s.cells()} * parts);
     for (int round = 0;; ++round) {
@@ -69,8 +69,8 @@ struct Steps {
     launch(memory.stream, blocks_of(s.cells(), MoveCenters::kThreads), MoveCenters{p, s, round});
   }
 
-  // Regions of one centre, small ones joined with a neighbour until none is left; or centres as they are. The
-  // labels are on their way before it is known whether the joins were enough, which they nearly always are.
+  // Makes regions of one centre and joins small ones with a neighbour until none is left, or keeps the
+  // centres. The labels are sent before it is known whether the joins were enough, as they nearly always are.
   void label(int rounds, int* labels) const {
     if (rounds > 0) move(rounds);
     if (connected) {
@@ -79,7 +79,7 @@ struct Steps {
     } else {
       by_pixel(NumberCenters{p, s});
     }
-    do {  // again where some were left
+    do {  // again if some were left
       for (int round = 0; round < kJoinsAtOnce && connected; ++round) {
         by_pixel(CountSizes{p, s, round});
         by_pixel(ChooseNeighbors{p, s, round});
@@ -91,7 +91,7 @@ struct Steps {
     } while (connected && joins_go_on());
   }
 
-  // Rounds until nothing moved, and the way of the last: of `rounds`, of which the ring has the latest.
+  // Number of rounds until nothing moved, and the motion in the last: of `rounds`, the ring holds the latest.
   std::pair<int, std::int64_t> last_way(int rounds) const {
     const SlicCounters& read = *memory.counters_host.data();
     for (int round = std::max(0, rounds - kRoundsAtOnce - 1); round < rounds; ++round)
@@ -105,7 +105,7 @@ struct Steps {
     memory.stream.fill_zero(p.counters->joined, kJoinsAtOnce);
     return true;
   }
-  // Whether a round before the last of `rounds`, whose way is not known yet, moved nothing.
+  // Whether a round before the last of `rounds`, whose motion is not known yet, moved nothing.
   bool ended(int rounds) const {
     memory.stream.download(p.counters, 1, memory.counters_host.data());
     memory.stream.wait();

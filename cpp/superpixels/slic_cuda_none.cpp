@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a build without CUDA has in place of slic_cuda.cu: one error.
+// Replaces slic_cuda.cu in a build without CUDA: one error.
 #include "base/no_cuda.h"
 #include "superpixels/slic.h"
 

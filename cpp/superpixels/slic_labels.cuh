@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Numbers in the order of the image on the device. The block that comes last adds up what all have counted.
+// Numbers in the order of the image on the device. The last block to finish adds up the counts of all.
 #pragma once
 
 #include "superpixels/slic_regions.cuh"
 
 namespace sdftrack::superpixels {
 
-// Whether all other blocks of the grid are through; for all threads of a block.
+// Whether all other blocks of the grid have finished; to be called by all threads of a block.
 __device__ inline bool is_last_block(SlicCounters* counters) {
   SDFTRACK_SHARED(bool, last);
   __threadfence();
@@ -20,7 +20,7 @@ __device__ inline bool is_last_block(SlicCounters* counters) {
   return last;
 }
 
-// Each count becomes the sum of those before it. A thread of the block adds a stretch of them.
+// Replaces each count by the sum of those before it. Each thread of the block adds up a section.
 __device__ inline void add_up(volatile int* counts, int n, int* total) {
   SDFTRACK_SHARED(int[kBlockThreads], sums);
   const int me = static_cast<int>(threadIdx.x), each = (n + kBlockThreads - 1) / kBlockThreads;
@@ -43,7 +43,7 @@ __device__ inline void add_up(volatile int* counts, int n, int* total) {
   if (me == kBlockThreads - 1) *total = sums[me];
 }
 
-// A root's number is that of the roots in the blocks before its own, and its rank in that.
+// A root's number: the roots in earlier blocks, plus its rank in its own block.
 struct NumberRoots {
   static constexpr const char* kName = "superpixels: number roots";
   static constexpr int kThreads = kBlockThreads;

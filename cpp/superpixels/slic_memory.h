@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Memory of superpixels on a GPU, and the ways to and from it. The caller's arrays are read and written by
-// the host alone: they may change, or go, when the call has ended.
+// Memory of superpixels on a GPU, and the transfers to and from it. Only the host reads and writes the
+// caller's arrays: they may change, or be freed, once the call has ended.
 #pragma once
 
 #include <algorithm>
@@ -14,15 +14,15 @@
 
 namespace sdftrack::superpixels {
 
-// Arrays of the host that are sent as one, through pinned memory, piece by piece where they are large.
+// Arrays of the host that are sent as one, through pinned memory, in pieces if they are large.
 class SlicInputs {
  public:
   static constexpr std::size_t kPiece = std::size_t{16} << 20, kPart = std::size_t{256} << 10, kAlign = 16;
 
-  // part: bytes of a piece that are on their way while the host copies the next ones. Multiples of kAlign.
+  // part: bytes of a piece in transfer while the host copies the next ones. Multiples of kAlign.
   explicit SlicInputs(std::size_t piece = kPiece, std::size_t part = kPart) : piece_(piece), part_(part) {}
 
-  // Where in the device's memory it will be.
+  // Returns its offset in the device's memory.
   template <class T>
   std::size_t add(const T* host, std::size_t n) {
     const std::size_t at = (end_ + kAlign - 1) / kAlign * kAlign;
@@ -36,10 +36,10 @@ class SlicInputs {
   }
   std::size_t bytes() const { return end_; }
 
-  // `piece`: pinned, for a piece's bytes or all, whichever is less; in use until the stream has come this
-  // far.
+  // `piece`: pinned, for a piece's bytes or all, whichever is less; in use until the stream has passed this
+  // point.
   void send(const DeviceStream& stream, std::byte* piece, std::byte* device) const {
-    std::size_t begin = 0, sent = 0;  // where the piece begins, and how much of it is on its way
+    std::size_t begin = 0, sent = 0;  // start of the piece, and how much of it is in transfer
     const auto send_to = [&](std::size_t end) {
       stream.upload(piece + sent, end - sent, device + begin + sent);
       sent = end;
@@ -70,9 +70,9 @@ class SlicInputs {
   std::size_t end_ = 0;
 };
 
-// Buffers that are kept from call to call, as large as the largest has asked for.
+// Buffers that are kept from call to call, as large as the largest request.
 struct SlicMemory {
-  static constexpr std::size_t kParts = 4;  // of the labels: the host copies one while the next is on its way
+  static constexpr std::size_t kParts = 4;  // of the labels: the host copies one while the next is sent
   DeviceStream stream;
   PinnedBuffer<std::byte> pinned;
   PinnedBuffer<SlicCounters> counters_host{1};
@@ -83,12 +83,12 @@ struct SlicMemory {
   DeviceBuffer<Center> centers;
   DeviceBuffer<SlicCounters> counters{1};
 
-  // Before anything is on its way: growing would free what the stream still reads.
+  // Must run before any transfer: growing would free memory that the stream still reads.
   void send(const SlicInputs& given, std::size_t pixels) {
     pinned.room(std::min(std::max(given.bytes(), pixels * sizeof(int)), SlicInputs::kPiece));
     given.send(stream, pinned.data(), inputs.room(given.bytes()));
   }
-  // The counters and, unless they stay there, the labels, after all that the stream holds.
+  // The counters and, unless they stay on the device, the labels, after all work queued in the stream.
   const SlicCounters& fetch(std::size_t pixels, int* to) {
     const std::size_t most = SlicInputs::kPiece / sizeof(int);
     int* const piece = reinterpret_cast<int*>(pinned.data());
@@ -105,7 +105,7 @@ struct SlicMemory {
         stream.download(labels.data() + done + at, n, piece + at);
         event.record(stream);
       });
-      // Meanwhile the pages of new memory are made.
+      // Meanwhile, touching each page maps new memory.
       constexpr std::size_t kPage = 4096 / sizeof(int);
       for (std::size_t k = 0; k < some; k += kPage) to[done + k] = 0;
       each_part([&](const DeviceEvent& event, std::size_t at, std::size_t n) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the kernels of superpixels work on. All sums are of whole numbers, so the order of the atomics has no
-// say and the labels are the CPU's.
+// The data of the superpixel kernels. All sums are of whole numbers, so the order of the atomics does not
+// matter and the labels equal the CPU's.
 #pragma once
 
 #include <cstdint>
@@ -11,38 +11,38 @@
 
 namespace sdftrack::superpixels {
 
-using Word = unsigned long long;  // what atomics take
+using Word = unsigned long long;  // the type for atomics
 
 constexpr int kBlockThreads = 256;
-constexpr int kRoundsAtOnce = 10, kJoinsAtOnce = 3;  // until the host looks whether it is done
+constexpr int kRoundsAtOnce = 10, kJoinsAtOnce = 3;  // until the host checks for the end
 constexpr int kSums = 7;                             // of a centre: count, three of colour, x, y, depth
 
-// The way of all centres in a round lies in a ring, of which round r clears what round r + kAhead will use.
+// The centres' motion per round is in a ring; round r clears the entry that round r + kAhead will use.
 constexpr int kRing = 32, kAhead = 16;
 static_assert(kRoundsAtOnce + 1 < kAhead);
 HD int ring_slot(int round) { return round & (kRing - 1); }
 
-// What the host reads with the labels.
+// The counters that the host reads with the labels.
 struct SlicCounters {
   std::int64_t moved[kRing] = {};
   int joined[kJoinsAtOnce] = {};
   int segments = 0;
   unsigned blocks_done = 0;
-  int unused = 0;  // no byte of what comes back is one that nobody has written
+  int unused = 0;  // so that no byte that is copied back is uninitialised
 };
 static_assert(sizeof(SlicCounters) == kRing * 8 + kJoinsAtOnce * 4 + 12);
 
-// Everything on the device. Borrowed. Of centres there are two arrays and of sums three, that a round may
-// read the last one's while it writes its own.
+// Everything on the device, borrowed. There are two arrays of centres and three of sums, so that a round can
+// read the last round's while it writes its own.
 struct SlicPlanes {
   const std::uint8_t* bytes;
   const float* floats;
   const std::uint8_t* mask;
-  const float* light;  // of a byte
+  const float* light;  // for each byte value
   const int *x_begin, *y_begin, *x_middle, *y_middle, *x_place, *y_place;
   const int* z;  // may be null
   int *c01, *c2x, *center, *parent, *size, *labels;
-  int* rank;   // of a region's root among those of its block; where c01 was
+  int* rank;   // of a region's root among those of its block; in the memory of c01
   Word* best;  // of a region: its choice
   Center* centers;
   Word* sums;
@@ -68,7 +68,7 @@ struct SlicShape {
   }
 };
 
-// work(i) for the numbers below n that are this thread's.
+// work(i) for this thread's share of the numbers below n.
 template <class Work>
 __device__ void each_of_mine(std::int64_t n, const Work& work) {
   strided(std::int64_t{blockIdx.x} * kBlockThreads + threadIdx.x, std::int64_t{gridDim.x} * kBlockThreads, n,

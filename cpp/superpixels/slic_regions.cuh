@@ -30,7 +30,7 @@ struct JoinPixels {
   __device__ void operator()() const {
     each_of_mine(s.pixels(), [&](int i) {
       if (p.center[i] < 0 || i < s.width || p.center[i - s.width] != p.center[i]) return;
-      // Where the left pixel and the one above it have this centre too, they have joined the rows already.
+      // Where the left pixel and the one above it have this centre too, they already join the rows.
       const bool said =
           i % s.width > 0 && p.center[i - 1] == p.center[i] && p.center[i - s.width - 1] == p.center[i];
       if (!said) unite(p.parent, i, i - s.width);
@@ -38,12 +38,12 @@ struct JoinPixels {
   }
 };
 
-// Rounds after one in which nothing was joined have nothing to do.
+// After a round without any join the later rounds have nothing to do.
 __device__ inline bool joins_ended(const SlicPlanes& p, int round) {
   return round > 0 && p.counters->joined[round - 1] == 0;
 }
 
-// Every parent a root, and each root's pixels counted. Others may shorten the same ways meanwhile.
+// Makes every parent a root and counts each root's pixels. Others may shorten the same paths meanwhile.
 struct CountSizes {
   static constexpr const char* kName = "superpixels: count sizes";
   static constexpr int kThreads = kBlockThreads;

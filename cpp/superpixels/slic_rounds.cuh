@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Colours and the rounds of k-means on the device: the steps of slic.cpp, a thread for each pixel or cell.
-// Each kernel is a struct that is called as every thread.
+// Each kernel is a struct whose operator() runs in every thread.
 #pragma once
 
 #include "superpixels/slic_planes.cuh"
@@ -35,7 +35,7 @@ struct ConvertPixels {
   }
 };
 
-// The first centres, and no sums.
+// The initial centres, with zero sums.
 struct PlaceCenters {
   static constexpr const char* kName = "superpixels: place centers";
   static constexpr int kThreads = kBlockThreads;
@@ -54,13 +54,13 @@ struct PlaceCenters {
   }
 };
 
-// Nothing has moved in the round before the last: nothing will.
+// Nothing moved in the round before the last, so nothing will.
 __device__ inline bool rounds_ended(const SlicPlanes& p, int round) {
   return round >= 2 && p.counters->moved[ring_slot(round - 2)] == 0;
 }
 
-// The centres that round `round` starts from: those of the round before, moved to the mean of their pixels.
-// After the last round only how far it takes them.
+// The centres at the start of round `round`: those of the round before, moved to the mean of their pixels.
+// After the last round only their motion is computed.
 struct MoveCenters {
   static constexpr const char* kName = "superpixels: move centers";
   static constexpr int kThreads = 64;  // few cells, which long divisions keep busy: on many multiprocessors
@@ -86,7 +86,7 @@ struct MoveCenters {
   }
 };
 
-// |p - c|^2, or d_lab + (m / S) d_xy: what row_loops.h compares, in the same order.
+// |p - c|^2, or d_lab + (m / S) d_xy: compared as in row_loops.h, in the same order.
 __device__ inline float thesis_cost(int color, int place) {
   return sqrt(static_cast<float>(color)) + sqrt(static_cast<float>(place));
 }
@@ -96,13 +96,13 @@ __device__ inline int warp_sum(int value) {
   return value;
 }
 
-// What pixels compare with: a centre, in a block's own memory.
+// A centre to compare pixels with, in a block's shared memory.
 struct NearCenter {
   int color[3], x, y, z, used;
 };
 
 // A block for each part of a cell: the nearest of 9 centres for its pixels, and their sums, first in a warp,
-// then in the block's own memory, then in the device's. Those of a part fit into 32 bits.
+// then in shared memory, then in the device's memory. The sums of a part fit into 32 bits.
 struct AssignPixels {
   static constexpr const char* kName = "superpixels: assign pixels";
   static constexpr int kThreads = kBlockThreads;
@@ -130,7 +130,7 @@ struct AssignPixels {
     const int k = me / kSums, v = me % kSums, count = sums[k][0];
     if (count == 0) return;
     std::int64_t sum = sums[k][v];
-    if (v == 4) sum += count * (x0 + first - first_row * w) - sums[k][5] * w;  // of places in the part, to x
+    if (v == 4) sum += count * (x0 + first - first_row * w) - sums[k][5] * w;  // from places in the part to x
     if (v == 5) sum += std::int64_t{count} * (y0 + first_row);
     atomicAdd(&p.sums[s.sums_at(round, neighbor(cell, k)) + v], static_cast<Word>(sum));
   }

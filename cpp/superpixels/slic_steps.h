@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The small steps of slic.cpp: what is done for a row, a cell or a centre.
+// The small steps of slic.cpp, for a row, a cell or a centre.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +13,9 @@
 
 namespace sdftrack::superpixels {
 
-// Of a video's next image: how far from the middle of its cell, in cells, a centre may be that is kept; from
-// where on the colour beneath it has changed, and then how unlike the centre's own it may be (units of
-// colour).
+// For the next image of a video: how far from the middle of its cell, in cells, a centre may be to be kept;
+// from which difference on the colour beneath it has changed, and how much that may then differ from the
+// centre's own colour (units of colour).
 constexpr double kStays = 1;
 constexpr double kChanged = 3;
 constexpr double kAlike = 20;
@@ -34,7 +34,7 @@ struct CellBox {
 // Bytes of interleaved channels to light, a plane for each.
 inline void look_up(const std::uint8_t* bytes, int channels, int n, const float* light, float* r, float* g,
                     float* b) {
-  // As bits: two of them can be stored at a time.
+  // Copied as bits: two of them can be stored at a time.
   const auto put = [light](std::uint8_t byte, float* to) { std::memcpy(to, light + byte, sizeof(float)); };
   if (channels == 1)
     for (int i = 0; i < n; ++i) put(bytes[i], r + i), put(bytes[i], g + i), put(bytes[i], b + i);
@@ -48,8 +48,8 @@ inline void split(const float* values, int channels, int n, float* r, float* g, 
     for (int i = 0; i < n; ++i, values += 3) r[i] = values[0], g[i] = values[1], b[i] = values[2];
 }
 
-// Depth in units of colour. Where there is none it is the last reading to the left, or else the first of the
-// row.
+// Depth in units of colour. A missing measurement is replaced by the last one to the left, or else the first
+// of the row.
 inline void depth_row(const float* depth_m, int n, double scale, int* z) {
   int i = 0;
   while (i < n && !(depth_m[i] > 0)) ++i;
@@ -60,7 +60,7 @@ inline void depth_row(const float* depth_m, int n, double scale, int* z) {
   }
 }
 
-// How much the colour changes around a pixel that is not at the border.
+// The change of colour around a pixel that is not at the border.
 HD std::int64_t color_gradient(const PixelPlanes& p, int x, int y) {
   const std::int64_t i = static_cast<std::int64_t>(y) * p.width + x;
   std::int64_t sum = 0;
@@ -93,9 +93,9 @@ inline double distance2(const int* a, const int* b) {
   return sum;
 }
 
-// Whether a centre of the image before may go on in this one: near its cell, and the colour beneath it is
-// what it was. Centres that wander off with what they lie on leave their cells to others, and there would be
-// fewer and fewer segments; after a cut none fits.
+// Whether a centre of the previous image may be kept in this one: it is near its cell, and the colour beneath
+// it is unchanged. Centres that move away with the scene leave their cells to others, and the number of
+// segments would fall; after a cut no centre fits.
 inline bool still_fits(const PixelPlanes& p, const Center& center, const CellBox& box, double unit,
                        double scale) {
   const double dx = center.x / unit - 0.5 * (box.x_begin + box.x_end - 1);
@@ -123,8 +123,8 @@ HD bool nearest_inside(const PixelPlanes& p, const CellBox& box, int* px, int* p
   return best >= 0;
 }
 
-// A cell's middle, moved to the place of least change in its 3 x 3 pixels (Table A.1), its own of equals,
-// then the first. Cells of less than 3 pixels, and pixels at the border, stay.
+// A cell's middle, moved to the place of least change in its 3 x 3 pixels (Table A.1); of equals the middle
+// itself, then the first. Cells of less than 3 pixels, and pixels at the border, are not moved.
 HD Center first_center(const PixelPlanes& p, const CellBox& box, double unit) {
   int x = (box.x_begin + box.x_end - 1) / 2, y = (box.y_begin + box.y_end - 1) / 2;
   Center center;
@@ -148,7 +148,7 @@ HD Center first_center(const PixelPlanes& p, const CellBox& box, double unit) {
   return center;
 }
 
-// The centres around a cell that is used; none around one that is not.
+// The centres around a used cell; none around an unused one.
 inline void find_near(const CellGrid& g, const Center* centers, int i, int j, NearCenters* found) {
   NearCenters& near = *found;
   near.count = 0;
@@ -165,7 +165,7 @@ inline void find_near(const CellGrid& g, const Center* centers, int i, int j, Ne
     return c.used;
   };
   if (i > 0 && j > 0 && i + 1 < g.nx &&
-      j + 1 < g.ny) {  // nearly always all of them, so that places are constants
+      j + 1 < g.ny) {  // nearly always all nine, so that places are constants
     for (int id = 0; id < kNear; ++id) near.count += put(id, id);
     if (near.count == kNear) return;
   }
@@ -176,7 +176,7 @@ inline void find_near(const CellGrid& g, const Center* centers, int i, int j, Ne
   for (const int id = near.id[0]; n < kNear; ++n) put(n, id);
 }
 
-// Adds n pixels of a row to the sums of one centre, those outside the mask left out.
+// Adds n pixels of a row to the sums of one centre, without those outside the mask.
 inline void add_masked(const int* c01, const int* c2x, const std::uint8_t* ids, int n, int x, int y,
                        CenterSums* sums) {
   for (int i = 0; i < n; ++i) {
@@ -188,7 +188,7 @@ inline void add_masked(const int* c01, const int* c2x, const std::uint8_t* ids, 
 // The sum of 0, 1, ... n - 1.
 inline std::int64_t sum_below(std::int64_t n) { return n * (n - 1) / 2; }
 
-// All pixels of a tile to the sums of one centre; x and y of its first.
+// Adds all pixels of a tile to the sums of one centre; x and y of its first.
 inline void add_whole(const RowOps& ops, const CellRows& cell, int x, int y, CenterSums* sums) {
   int color[3];
   ops.sum(cell, color);

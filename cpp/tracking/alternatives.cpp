@@ -12,16 +12,16 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kSharedPx = 100;  // pixels that share one error, until that is measured (docs/trust.md)
-// Log odds: less than the first say nothing, for errors of a sensor last for many frames; a frame says no
-// more than the second; the third decide.
+constexpr double kSharedPx = 100;  // pixels that share one error, until measured (docs/trust.md)
+// Log odds. Values below the first count as 0, for errors of a sensor last for many frames; one frame counts
+// at most the second; the third decides.
 constexpr double kSilent = 1, kPerFrame = 3, kDecided = 6;
-constexpr double kHidden = 0.5;  // of the surface that should be seen: what hides it decides the residuals
-constexpr double kTurnReach = 0.25;  // of the diameter, from centre to centre: it has turned, not gone
-constexpr double kWorthAFit = 0.4;   // of the score of the pose that a search has found
+constexpr double kHidden = 0.5;      // of the expected surface: beyond it the occluder decides the residuals
+constexpr double kTurnReach = 0.25;  // of the diameter, between the centres: it has turned, not moved away
+constexpr double kWorthAFit = 0.4;   // share of the score of the pose that a search has found
 constexpr double kLeastChance = 1e-6;
-// Of the diameter, root mean square between a surface and itself after a motion: where depth misfits, neither
-// it nor the outline tells the two apart, and they are one answer.
+// Of the diameter, root mean square distance between a surface and the same surface after a motion. Below
+// this, where depth misfits, neither depth nor the outline can tell the two apart, and they are equivalent.
 constexpr double kSameSurface = 0.01;
 
 double log_odds(double chance) {
@@ -48,8 +48,8 @@ double by_cost(const Fitted& fitted, const Fitted& other, double shared_px) {
 
 bool is_hidden(const Fitted& f) { return f.seen.nearer > kHidden * f.seen.expected; }
 
-// What one frame adds to the log odds. Residuals decide where the evidence is the same for both: at the edge
-// of what hides the object they are those of another surface.
+// The log odds of one frame. Residuals decide where the evidence is equal for both fits; a largely hidden fit
+// does not count, as residuals at the edge of an occluder are those of another surface.
 double weighed(const Fitted& fitted, const Fitted& other, const TrackerOptions& options, double shared_px) {
   if (is_hidden(fitted) || is_hidden(other)) return 0;
   constexpr double kByCost = kSilent + kPerFrame;
@@ -63,7 +63,7 @@ double shared_px(const TrackedObject& object) {
   return measured_px > 0 ? measured_px : kSharedPx;
 }
 
-// The object's pose after half turns about its principal axes, for most things look alike from two sides.
+// The object's pose after half turns about its principal axes: most things look alike from two sides.
 std::vector<Rigidd> half_turned(const TrackedObject& object) {
   const frame::Moments& m = object.shape->moments;
   const Eigen::Vector3d mean(m.mean.x, m.mean.y, m.mean.z);
@@ -78,7 +78,7 @@ std::vector<Rigidd> half_turned(const TrackedObject& object) {
   return all;
 }
 
-// What a search finds at the object's place.
+// The poses that a search finds at the object's place.
 std::vector<Rigidd> found_there(FrameContext* context, ObjectFollower* follower,
                                 const TrackedObject& object) {
   SearchQuery query;
@@ -92,7 +92,7 @@ std::vector<Rigidd> found_there(FrameContext* context, ObjectFollower* follower,
   return all;
 }
 
-// Those of some poses at the object's place that explain the frame about as well become its alternatives.
+// Adds as alternatives those poses at the object's place that explain the frame about as well.
 void add_alternatives(const FrameContext& context, ObjectFollower* follower, const std::vector<Rigidd>& poses,
                       TrackedObject* object) {
   const Rigidd T = object->T_cam_obj;
@@ -113,7 +113,7 @@ void add_alternatives(const FrameContext& context, ObjectFollower* follower, con
   if (own) follower->give_back(std::move(own->steps));
 }
 
-// Root mean square distance of the moved surface from the surface.
+// Root mean square distance of the moved surface from the original.
 double moved_apart_m(const frame::Shape& shape, const Rigidd& motion) {
   const Rigidf moved = motion.cast<float>();
   double square = 0;
@@ -130,14 +130,14 @@ bool is_same_surface(const frame::Shape& shape, const Rigidd& motion) {
   return moved_apart_m(shape, motion) < kSameSurface * shape.diameter_m;
 }
 
-// The log odds of a fit to the outline against another one.
+// The log odds of a fit to the outline against another fit.
 double outline_odds(const Fitted& fitted, const Fitted& other) {
   const OutlineNoise& noise = fitted.memory.outline;
   return (other.cost - fitted.cost) * pixel_count(fitted) /
          (noise.factor * noise.factor * std::max(1.0, noise.shared_lines));
 }
 
-// The alternative's pose becomes the object's, and the object's an alternative.
+// Exchanges the pose of an alternative with that of the object.
 void exchange(std::size_t i, TrackedObject* object) {
   const Rigidd back = inverse(object->alternatives[i].motion);
   for (Alternative& a : object->alternatives) {
@@ -161,7 +161,7 @@ void look_for_turns(FrameContext* context, ObjectFollower* follower, TrackedObje
   const std::vector<Rigidd> found = found_there(context, follower, *object);
   all.insert(all.end(), found.begin(), found.end());
   add_alternatives(*context, follower, all, object);
-  // What has not been seen of it yet may be what is seen now.
+  // The side that is visible now may be one that has not been seen yet.
   if (object->shape->seen.amount) object->unproven_frames = kProvingFrames;
 }
 
@@ -205,7 +205,7 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
   const TrackerOptions& options = follower->options();
   for (std::size_t i = 0; i < all.size();) {
     std::optional<Fitted> other = follower->fit_finely(*context, *object, T * all[i].motion);
-    // It slid to the object's own pose, or into another object, which is what it was taken for.
+    // The alternative converged to the object's own pose, or into another object, for which it was mistaken.
     const bool gone = !other || !distinct(other->T_cam_obj, own->T_cam_obj) ||
                       stands_in(context->neighbors_of(*object), *object->shape, other->T_cam_obj);
     if (!gone) all[i].log_odds += weighed(*own, *other, options, shared_px(*object));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The attempts of one frame: a narrow fit, and wider ones while the object does not look as it used to.
+// The attempts of one frame: a narrow fit, and wider ones while the object does not match its usual values.
 #include <algorithm>
 #include <cmath>
 
@@ -10,8 +10,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;    // of where an object is from where it is expected
-constexpr double kGivenSd_m = 0.025;                      // of a pose that is given
+constexpr double kStepSd_m = 0.01, kStepWeight = 0.05;    // of the displacement from the expected pose
+constexpr double kGivenSd_m = 0.025;                      // of a given pose
 constexpr double kTrustWeight = 0.03, kMinChance = 1e-4;  // of the evidence, per log odds
 constexpr double kScalePerStep = 0.5, kFinePadding_m = 0.01;
 constexpr int kFirstFrames = 4;  // after a start, in which a coarse fit is tried too
@@ -19,9 +19,9 @@ constexpr int kSettlingRounds = 5;
 constexpr double kClearlyLess = 0.5;  // log odds
 constexpr double kRests_m = 0.001;
 constexpr double kWideTurn = 0.2;       // rad, of the further starts of a wide attempt
-constexpr double kClearlyBetter = 0.1;  // score that a further attempt must gain
+constexpr double kClearlyBetter = 0.1;  // gain of score that a further attempt must reach
 constexpr int kSearchPause = 10;        // frames, after a search that found nothing better
-constexpr double kNextTurn = 1.0;       // rad: no more from one frame to the next
+constexpr double kNextTurn = 1.0;       // rad: largest turn from one frame to the next
 constexpr double kNextReach_m = 0.06;   // of a search for an object that moved too fast to be followed
 
 double agree_unhidden(const Visibility& seen) {
@@ -34,10 +34,10 @@ double log_odds(const Fitted& fitted, const TrackerOptions& options) {
   return std::log(std::max(kMinChance, evidence) / std::max(kMinChance, 1 - evidence));
 }
 
-// By what attempts of one frame are compared. What stands in front of the surface is no fault of a pose, what
-// is seen through it is one; and an object is likely near where it was expected, as near as it has been
-// lately. At a start nobody knows how much of the object is hidden, and a pose that hides none of it, on the
-// fingers that hold it, would seem better.
+// The score that compares the attempts of one frame. An occluder in front of the surface does not count
+// against a pose; depth behind the surface does. The object is likely near its expected pose, as near as it
+// has been lately. At a start it is unknown how much of the object is hidden, and a pose on the fingers that
+// hold it, where nothing hides it, would score better.
 double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& expected, double step_m,
              const TrackerOptions& options) {
   const Visibility& seen = fitted.seen;
@@ -47,8 +47,8 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
                       (known ? kStepSd_m + step_m : kGivenSd_m);
   const double trust = known ? 0 : kTrustWeight * log_odds(fitted, options);
-  // At a start each fit has measured the noise by its own residuals, and a bad one excuses itself: of two
-  // densities the wider one pays by the logarithm of its width.
+  // At a start each fit has measured the noise by its own residuals, so that a bad fit excuses itself. As
+  // with two densities, the wider one pays by the logarithm of its width.
   const double worst = options.outlier_floor > 0 ? -std::log(options.outlier_floor) : 0;
   const double wide =
       known || worst == 0 ? 0 : agreeing_share(seen) * std::log(fitted.memory.noise_factor) / worst;
@@ -57,8 +57,8 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
 
 }  // namespace
 
-// From where the object is expected: as fine as its motion lets it be, and if that does not convince, coarse
-// to fine. What touches the object pulls at a coarse fit; a fine one does not see it.
+// From the expected pose: as fine as the motion allows, and if that is not convincing, coarse to fine.
+// Touching objects attract a coarse fit; a fine fit does not see them.
 std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, const frame::DepthFrame& frame,
                                                const TrackedObject& object, const Rigidd& expected,
                                                const Neighbors* neighbors) {
@@ -66,7 +66,7 @@ std::optional<Fitted> ObjectFollower::fit_near(const FrameContext& context, cons
   if (!options_.fine_first || !(options_.retry_inliers > 0))
     return fit(context, frame, target, narrow_attempt(expected));
   const Attempt coarse = narrow_attempt(expected);
-  // At a start nothing says how near the given pose is: both are tried, and in the frames that follow.
+  // At a start the error of the given pose is unknown: both are tried, and in the frames that follow.
   const bool known = object.usual_share > 0;
   std::optional<Fitted> first = known ? fit(context, frame, target, fine_attempt(object, expected))
                                       : settled(context, frame, object, expected, neighbors);
@@ -101,7 +101,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   };
   if (done() || !(options_.retry_inliers > 0)) return best;
   const FitTarget target = target_of(*context, object, expected, neighbors);
-  // Readings of a hand around the object draw a coarse fit to it; without coarse stages they have no say.
+  // Measurements of a hand around the object attract a coarse fit; without coarse stages they have no effect.
   const Rigidd moved = object.motion.predict(object.T_cam_obj, frame.time_s);
   if (std::optional<Fitted> straight =
           fit(*context, frame, target, {0, options_.padding_m, 0, {expected, moved}})) {
@@ -117,8 +117,8 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   if (wide && best) prepend(best->steps, &wide->steps), best->steps = wide->steps;
   if (wide && better(*wide)) best = polished(*context, frame, object, neighbors, *wide);
 
-  // A given prior says where it is: nothing is searched for against it. Nor is a search, which is by depth
-  // alone, set against the outline where depth is known to misfit.
+  // A given prior states where the object is: no search contradicts it. Neither does a search, which uses
+  // depth alone, contradict the outline where depth is known to misfit.
   if (done() || !settings_.recover || !(object.usual_share > 0) || object.prior || object.by_mask_alone)
     return best;
   if (best && object.memory.search_pause > 0) {
@@ -130,7 +130,7 @@ std::optional<Fitted> ObjectFollower::fit_further(FrameContext* context, const f
   query.reach_m = kNextReach_m;
   query.seeds = std::min(options_.recover_seeds, kSearchSeeds);
   std::optional<Found> found = search(context, frame, object, query, std::log(options_.search_odds));
-  // A look-alike next to it may be seen better, but is not where it can have gone.
+  // A look-alike nearby may be seen better, but lies outside the object's reach.
   const auto in_reach = [&] {
     return norm(found->fitted.T_cam_obj.t - expected.t) <= kNextReach_m &&
            rotation_angle(found->fitted.T_cam_obj.R * transpose(expected.R)) <= kNextTurn;
@@ -149,8 +149,8 @@ std::optional<Fitted> ObjectFollower::fit(const FrameContext& context, const fra
   return fitter_.fit(frame, context.camera(), target, attempt, context.plane());
 }
 
-// A wide attempt may end far from where its pixels were chosen: once more from there, with the pixels of that
-// place.
+// A wide attempt may end far from where its pixels were chosen: it is fitted again from its result, with the
+// pixels there.
 Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthFrame& frame,
                                 const TrackedObject& object, const Neighbors* neighbors, const Fitted& wide) {
   std::optional<Fitted> again = fit(context, frame, target_of(context, object, wide.T_cam_obj, neighbors),
@@ -160,9 +160,9 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   return *again;
 }
 
-// A fine fit from a pose that is given may have a long way to go, and does not see far: again from where it
-// has led, until it rests, or until the evidence clearly falls, as it does where the depth's own errors draw
-// the pose away.
+// A fine fit from a given pose may have a long way to go, and has a short range: it is repeated from its
+// result until it rests, or until the evidence clearly falls, as it does where errors of the depth draw the
+// pose away.
 std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
                                               const TrackedObject& object, const Rigidd& given,
                                               const Neighbors* neighbors) {
@@ -199,7 +199,7 @@ Attempt ObjectFollower::narrow_attempt(const Rigidd& T_cam_obj) const {
   return {options_.scale_start_m, options_.padding_m, kCoarseSteps, {T_cam_obj}};
 }
 
-// From the last pose, from where the last motion would take it, and from small turns of it about each axis.
+// Starts at the last pose, at the pose predicted by the last motion, and at its small turns about each axis.
 Attempt ObjectFollower::wide_attempt(const TrackedObject& object, const Rigidd& expected,
                                      double time_s) const {
   const Rigidd& T = object.T_cam_obj;

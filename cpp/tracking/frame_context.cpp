@@ -10,9 +10,9 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr float kExplained_m = 0.006;  // readings this near to another object's surface are its own
+constexpr float kExplained_m = 0.006;  // measurements this near to another object's surface belong to it
 
-// `first`: where a reading is likely.
+// `first`: a pixel where a measurement is likely.
 bool has_depth(const ImageView<float>& depth_m, int first) {
   const int pixels = depth_m.width * depth_m.height, stride = std::max(1, pixels / 4099);
   if (depth_m.data[first] > 0) return true;
@@ -95,7 +95,7 @@ const Neighbors& FrameContext::neighbors_of(const TrackedObject& object) {
   return neighbors_;
 }
 
-// Marks the readings on an object's surface.
+// Marks the measurements on an object's surface.
 void FrameContext::claim(const frame::Shape& shape, const Rigidd& T_cam_obj) {
   const Intrinsics<float> K = camera_.K.cast<float>();
   const frame::IdealPixel ideal{frame_, K, camera_.width};
@@ -126,7 +126,7 @@ const unsigned char* FrameContext::claimed_by_others(const TrackedObject& object
   return any ? claimed_.data() : nullptr;
 }
 
-// `frame` may be what an earlier call has returned.
+// `frame` may be the result of an earlier call.
 frame::DepthFrame FrameContext::unclaimed(const frame::DepthFrame& frame, const unsigned char* claimed) {
   if (!claimed) return frame;
   free_.resize(pixels());

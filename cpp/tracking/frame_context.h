@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the parts of a tracker share about the frame in hand.
+// What the parts of a tracker share about the current frame.
 #pragma once
 
 #include <memory>
@@ -13,22 +13,22 @@
 
 namespace sdftrack::tracking {
 
-// Opened once per frame and passed on: the frame, its camera, the table, and what the objects near one
-// another mean for a fit. Memory is kept from frame to frame.
+// Opened once per frame and passed on: the frame, its camera, the table, and how objects near one another
+// affect a fit. Memory is kept from frame to frame.
 class FrameContext {
  public:
   FrameContext(const Camera& camera, const TrackerOptions& options);
 
-  void set_camera(const Camera& camera);  // of the frames to come
+  void set_camera(const Camera& camera);  // of the next frames
   const float* rays() const { return rays_.empty() ? nullptr : rays_.data(); }
 
-  // The objects are kept by address: what is asked below sees them as they are then.
+  // The objects are kept by address: the queries below see their current state.
   void open(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects);
-  // The next frame of the sequence: compared with the one before. Another one has no fault.
+  // Opens the next frame of the sequence and compares it with the last one. Other frames have no fault.
   void open_next(const frame::DepthFrame& frame, const std::vector<TrackedObject>& objects);
   void forget_sequence() { watch_.forget(), fault_ = ReasonCode::kNone; }
-  ReasonCode fault() const { return fault_; }  // of the sequence's last frame; kNone in others
-  // Looks for the table where the objects are not.
+  ReasonCode fault() const { return fault_; }  // of the sequence's last frame; kNone for other frames
+  // Searches for the table outside the objects.
   void follow_plane();
   void forget_plane() { plane_ = {}; }
 
@@ -39,21 +39,21 @@ class FrameContext {
   bool has_several() const { return objects_->size() > 1; }
   std::size_t pixels() const;
 
-  // nullptr: by depth alone.
+  // nullptr: depth alone is used.
   const appearance::ColorModel* colors_of(const TrackedObject& object) const;
-  // The fields of the other objects that are followed surely, where they are in this frame if that is known.
+  // The fields of the other reliably followed objects, at their poses in this frame where these are known.
   // Valid until the next call.
   const Neighbors& neighbors_of(const TrackedObject& object);
-  // Pixels that the other objects explain where they are followed; nullptr: none. Valid until the next call.
+  // Pixels that the other followed objects explain; nullptr: none. Valid until the next call.
   const unsigned char* claimed_by_others(const TrackedObject& object);
-  // A frame without the readings that others claim: a fit would be drawn to them.
+  // A copy of the frame without the measurements that other objects claim, which would attract a fit.
   frame::DepthFrame unclaimed(const frame::DepthFrame& frame, const unsigned char* claimed);
-  // The frame without the readings on the other members' surfaces, as they have been fitted together.
+  // The frame without the measurements on the other members' surfaces, at their jointly fitted poses.
   frame::DepthFrame without_members(const std::vector<int>& members, int k);
 
-  // What has been fitted together in this frame, by object.
+  // The joint fit of each object in this frame.
   std::optional<JointFitted>& together(std::size_t k) { return together_[k]; }
-  // That of this object; nullptr: it is fitted alone.
+  // The joint fit of this object; nullptr: it is fitted alone.
   JointFitted* together_of(const TrackedObject& object);
 
   template <class Archive, class Self>

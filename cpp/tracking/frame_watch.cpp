@@ -9,22 +9,22 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// A sensor's noise never repeats: of a scene at rest, seen in steps of a millimetre, a third of the readings
-// and more differ from frame to frame. So this many equal ones are the same image.
+// A sensor's noise never repeats: of a scene at rest, measured in steps of a millimetre, a third of the
+// pixels or more differ from frame to frame. So this many equal pixels mean the same image.
 constexpr int kMinReadings = 200;
 // A rendering without noise does repeat where nothing moves. Its inverse depth is linear along a row of a
-// plane and smooth elsewhere; noise changes its second difference's sign from pixel to pixel.
+// plane and smooth elsewhere; noise changes the sign of its second difference from pixel to pixel.
 constexpr float kNoise_m = 5e-5f;       // least second difference
 constexpr float kStep_m = 0.03f;        // a larger step between neighbours is an edge
 constexpr double kNoisyShare = 0.1;     // of the places; about 0.7 by Gaussian noise
-constexpr double kJump = 10;            // usual steps of time
-constexpr int kMinSteps = 3;            // until it is known what is usual
+constexpr double kJump = 10;            // in usual time steps
+constexpr int kMinSteps = 3;            // until the usual step is known
 constexpr double kStepRate = 0.2;       // how fast the usual step follows
-constexpr double kBrighter = 1.25;      // of the mean brightness in a frame,
-constexpr double kBrighterImage = 1.1;  // and of the whole image: a hand darkens a part of it alone
+constexpr double kBrighter = 1.25;      // ratio of the mean brightness of the objects,
+constexpr double kBrighterImage = 1.1;  // and of the whole image: a hand darkens only a part of it
 constexpr int kRegionSamples = 8;       // along each side of an object's region
 
-// Of four neighbours: whether their two second differences tell of noise. In metres: of 1 / z, times z^2.
+// Whether the two second differences of four neighbours indicate noise. In metres: of 1 / z, times z^2.
 bool noisy(const float* z) {
   for (int i = 0; i < 3; ++i)
     if (!(std::abs(z[i + 1] - z[i]) < kStep_m)) return false;
@@ -39,14 +39,14 @@ double brightness_at(const appearance::ColorImage& color, int x, int y) {
 
 double ratio(double a, double b) { return std::max(a, 1.0) / std::max(b, 1.0); }
 
-// Beyond the factor, towards the same side.
+// Whether both ratios exceed their factors, in the same direction.
 bool both_beyond(double a, double factor_a, double b, double factor_b) {
   return (a > factor_a && b > factor_b) || (a < 1 / factor_a && b < 1 / factor_b);
 }
 
 }  // namespace
 
-// Remembers the image; whether it is the one before, bit by bit, and has a sensor's noise.
+// Remembers the image. Whether it equals the one before, bit by bit, and has a sensor's noise.
 bool FrameWatch::repeats(const ImageView<float>& depth_m) {
   const int run = std::min(kRun, depth_m.width);
   int others = seen_ ? 0 : 1;
@@ -58,7 +58,7 @@ bool FrameWatch::repeats(const ImageView<float>& depth_m) {
       const int x = (depth_m.width - run) * (2 * i + 1) / (2 * kRuns);
       const float* const first = depth_m.data + static_cast<std::ptrdiff_t>(y) * depth_m.width + x;
       for (int k = 0; k < run; ++k) {
-        const float now = first[k] > 0 ? first[k] : 0.0f;  // NaN is no reading
+        const float now = first[k] > 0 ? first[k] : 0.0f;  // NaN is no measurement
         others += now != kept[k];
         kept[k] = now;
       }
@@ -110,7 +110,7 @@ FrameWatch::Brightness FrameWatch::brightness(const frame::DepthFrame& frame,
   return {image / (kColorRows * kColorColumns), samples > 0 ? objects / samples : -1};
 }
 
-// An exposure is the whole image's; where the objects are not known, it alone is asked.
+// An exposure affects the whole image; where the objects are not known, only the whole image is compared.
 bool FrameWatch::exposure_jumps(const Brightness& now) const {
   if (now.image < 0 || brightness_.image < 0) return false;
   const double image = ratio(now.image, brightness_.image);
@@ -126,7 +126,7 @@ ReasonCode FrameWatch::look(const frame::DepthFrame& frame, const std::vector<fr
   const Brightness now = brightness(frame, regions, depth_m);
   const bool brighter = exposure_jumps(now);
   brightness_ = now;
-  // The same image at the same time is the same frame, given once more: nothing is wrong with it.
+  // The same image at the same time is the same frame given again: this is no fault.
   if (repeated) return time == ReasonCode::kRepeatedTime ? ReasonCode::kNone : ReasonCode::kRepeatedDepth;
   if (time != ReasonCode::kNone) return time;
   return brighter ? ReasonCode::kExposureJump : ReasonCode::kNone;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Frames that do not show the moment they claim to: a depth image that came twice, times that do not go on, a
-// colour image of another exposure.
+// Detects frames that do not show the moment they claim to: a repeated depth image, timestamps that do not
+// advance, a colour image of another exposure.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace sdftrack::tracking {
 
-// Compares each frame of a sequence with the one before, on a fixed sparse set of pixels: some microseconds
-// whatever the size of the image.
+// Compares each frame of a sequence with the one before on a fixed sparse set of pixels. Takes some
+// microseconds for an image of any size.
 class FrameWatch {
  public:
   void forget() { *this = {}; }
-  // What is wrong with the next frame of the sequence; kNone: nothing. regions: of the depth image, where the
-  // objects were last; depth_m: about how far they are.
+  // The fault of the next frame of the sequence; kNone: no fault. regions: of the depth image, where the
+  // objects were last; depth_m: their approximate distance.
   ReasonCode look(const frame::DepthFrame& frame, const std::vector<frame::Rect>& regions, float depth_m);
 
   template <class Archive, class Self>
@@ -57,7 +57,7 @@ class FrameWatch {
   Brightness brightness_;
 };
 
-// The status of a pose that was measured in such a frame: weak at best.
+// The status of a pose that was measured in a faulty frame: weak at best.
 void doubt_frame(ReasonCode fault, Status* status, Reason* reason, double* confidence);
 
 }  // namespace sdftrack::tracking

@@ -8,10 +8,10 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kCarriedFrames = 5;  // in which a hidden object is taken along by the others
-constexpr int kGroupRounds = 2;    // of fitting together, mending single ones and fitting together again
+constexpr int kCarriedFrames = 5;  // for which the others may carry a hidden object along
+constexpr int kGroupRounds = 2;    // of a joint fit, repair of single objects and another joint fit
 
-// Whether the sensor sees past the place of an object that nothing shows: then it is not hidden but gone.
+// Whether the sensor sees past the place of an object without evidence: it is then not hidden but gone.
 bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + seen.agree; }
 
 }  // namespace
@@ -22,7 +22,7 @@ void GroupFitter::fit(FrameContext* context, const Objects& objects) {
   for (std::size_t g = 0; g < group_count_; ++g) fit_group(context, objects, &groups_[g]);
 }
 
-// Connected sets of two and more: the first group_count_ of groups_.
+// Connected sets of two or more objects: the first group_count_ of groups_.
 void GroupFitter::find_groups(const Objects& objects, double time_s) {
   group_count_ = 0, expected_.clear();
   for (const TrackedObject& object : objects) {
@@ -61,7 +61,7 @@ void GroupFitter::fit_group(FrameContext* context, const Objects& objects, std::
   give_up_doubles(context, objects, members);
 }
 
-// Of starts in one place the first alone is fitted.
+// Of several starts in one place only the first is fitted.
 void GroupFitter::refuse_doubles(FrameContext* context, const Objects& objects, std::vector<int>* members) {
   std::size_t kept = 0;
   places_.clear();
@@ -100,8 +100,8 @@ void GroupFitter::fit_together(FrameContext* context, const Objects& objects,
   }
 }
 
-// Single objects that do not look as they used to are looked for nearby, in what the others leave. Whether
-// one was found at another place, from which the next round begins.
+// Objects that do not match their usual values are searched for nearby, in what the others leave. Returns
+// whether one was found at another place, from which the next round starts.
 bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std::vector<int>& members) {
   bool moved = false;
   for (const int k : members) {
@@ -121,7 +121,7 @@ bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std:
   return moved;
 }
 
-// Of two that ended in one place the one with fewer readings of its own is lost.
+// Of two objects that ended in one place, the one with fewer measurements of its own is lost.
 void GroupFitter::give_up_doubles(FrameContext* context, const Objects& objects,
                                   const std::vector<int>& members) const {
   const auto pixels = [&](int k) {

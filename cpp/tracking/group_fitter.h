@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Objects that may touch or hide each other: fitted together, and one by one where that does not convince.
+// Fits objects that may touch or hide each other together, and singly where that is not convincing.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@ namespace sdftrack::tracking {
 
 class GroupFitter {
  public:
-  // The follower makes the single fits, and outlives this.
+  // The follower makes the single fits and must outlive this object.
   GroupFitter(const TrackerOptions& options, const TrackerSettings& settings, ObjectFollower* follower)
       : options_(options),
         follower_(follower),
         joint_(options, settings.collision, settings.threads, follower->device()) {}
 
-  // What may touch is fitted: FrameContext::together. Objects that are alone are left.
+  // Fits the objects that may touch: FrameContext::together. Objects that stand alone are not fitted here.
   void fit(FrameContext* context, const std::vector<TrackedObject>& objects);
-  // Of an object that was fitted together with others; it takes over what it is found to be.
+  // Accepts an object that was fitted together with others: the object takes over the fitted state.
   ObjectResult accept(JointFitted* joint, const FrameContext& context, TrackedObject* object) const;
 
  private:
@@ -34,7 +34,7 @@ class GroupFitter {
   TrackerOptions options_;
   ObjectFollower* follower_;
   JointFitter joint_;
-  // Of the frame in hand
+  // Of the current frame
   std::vector<std::vector<int>> groups_;
   std::size_t group_count_ = 0;
   std::vector<unsigned char> visited_;

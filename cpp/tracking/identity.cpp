@@ -8,20 +8,20 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kAlike = 0.7;      // ratio of two travels from which on either may be the right one
-constexpr int kDoubtfulFrames = 5;  // in which this is said
+constexpr double kAlike = 0.7;      // ratio of two travels from which either may be the right one
+constexpr int kDoubtfulFrames = 5;  // for which the doubt is reported
 
-// An object of the tracker that this call serves.
+// An object of the tracker that the current call serves.
 struct Served {
   int number;
   TrackedObject& object;
   ObjectResult& result;
 };
 
-// How far an object has come. Its turn does not count: what looks alike from two sides is found from either.
+// How far an object has moved. Its turn does not count: a symmetric object may be found either way round.
 double travel_m(const Rigidd& from, const Rigidd& to) { return norm(to.t - from.t); }
 
-// Whether either of two ways may be the right one.
+// Whether either of two travels may be the right one.
 bool alike(double a_m, double b_m) { return std::min(a_m, b_m) >= kAlike * std::max(a_m, b_m); }
 
 void doubt(TrackedObject* object, int other) {
@@ -29,14 +29,14 @@ void doubt(TrackedObject* object, int other) {
   object->double_of = other;
 }
 
-// The same volume, or one made of the same mesh.
+// Whether both have the same volume, or volumes made of the same mesh.
 bool look_alike(const TrackedObject& a, const TrackedObject& b) {
   const frame::Shape &s = *a.shape, &t = *b.shape;
   return a.shape == b.shape || (s.sdf.voxel_m == t.sdf.voxel_m && s.diameter_m == t.diameter_m &&
                                 s.depth_m == t.depth_m && s.contact.size() == t.contact.size());
 }
 
-// Two finds of look-alikes: as they came or the other way round, whichever is the shorter way for both.
+// Assigns the finds of two look-alikes as they came or exchanged, whichever gives the shorter travel in sum.
 void exchange_finds(const Served& one, const Served& two) {
   TrackedObject &a = one.object, &b = two.object;
   const Rigidd last_a = *a.before_found, last_b = *b.before_found;
@@ -50,7 +50,7 @@ void exchange_finds(const Served& one, const Served& two) {
   if (alike(kept, exchanged)) doubt(&a, two.number), doubt(&b, one.number);
 }
 
-// `to` is lost still, and was nearer: the find is its own, and `from` is looked for on.
+// `to` is still lost and was nearer: the find belongs to it, and the search for `from` continues.
 void hand_over_find(const Served& from, const Served& to) {
   TrackedObject &a = from.object, &b = to.object;
   const double own_m = travel_m(*a.before_found, a.T_cam_obj), other_m = travel_m(b.T_cam_obj, a.T_cam_obj);
@@ -95,7 +95,7 @@ void doubt_identity(TrackedObject* object, ObjectResult* result) {
   if (object->doubtful_frames == 0 || !is_followed(result->trust.status)) return;
   --object->doubtful_frames;
   result->trust.status = Status::kWeak;
-  result->trust.confidence *= 0.5;  // it is one of two
+  result->trust.confidence *= 0.5;  // either of two is possible
   result->trust.reason = reason_about(ReasonCode::kMaybeExchanged, object->double_of);
 }
 

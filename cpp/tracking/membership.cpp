@@ -9,7 +9,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kNear_m = 0.01;  // a reading farther than this from all surfaces is nobody's
+constexpr double kNear_m = 0.01;  // a measurement farther than this from all surfaces belongs to no object
 
 frame::Rect united(const frame::Rect& a, const frame::Rect& b) {
   if (a.empty()) return b;
@@ -17,8 +17,7 @@ frame::Rect united(const frame::Rect& a, const frame::Rect& b) {
   return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-// Shares of the objects in a reading, from their distances: exp(-a phi) over the sum of all; phi of NaN: too
-// far.
+// Shares of the objects in a pixel, from their distances: exp(-a phi) over the sum of all; NaN phi: too far.
 void share_out(const std::vector<float>& phi_m, float sharpness_per_m, float* share) {
   float least = static_cast<float>(kNear_m), sum = 0;
   bool any = false;
@@ -40,7 +39,7 @@ void Membership::find(const FrameContext& context, const std::vector<TrackedObje
   const Camera& camera = context.camera();
   std::fill_n(membership, context.pixels() * count, 0.0f);
   std::fill_n(foreground, context.pixels(), std::numeric_limits<float>::quiet_NaN());
-  if (!context.frame().depth_m.data) return;  // a frame that could not be read
+  if (!context.frame().depth_m.data) return;  // an unreadable frame
   std::vector<energies::SingleObject<float>> fields;
   std::vector<frame::Rect> boxes;
   frame::Rect all{0, 0, 0, 0};
@@ -75,7 +74,7 @@ void Membership::find(const FrameContext& context, const std::vector<TrackedObje
   for (std::size_t k = 0; k < count; ++k) add_foreground(context, objects[k], boxes[k], foreground);
 }
 
-// Where several are asked, the larger.
+// The larger value where several objects are requested.
 void Membership::add_foreground(const FrameContext& context, const TrackedObject& object,
                                 const frame::Rect& box, float* foreground) {
   find_foreground(context, object, box, &foreground_);

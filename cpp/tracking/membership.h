@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whose each pixel is, softly (thesis Eq. 5.21): for those who want to see it, or to cut objects out of an
-// image.
+// The soft assignment of each pixel to the objects (thesis Eq. 5.21), for display or for cutting objects out
+// of an image.
 #pragma once
 
 #include <vector>
@@ -13,12 +13,12 @@ class Membership {
  public:
   explicit Membership(const TrackerOptions& options) : options_(options) {}
 
-  // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
-  // object's (NaN: not known).
+  // H * W * M soft weights of the last poses in this frame, and H * W probabilities by colour that a pixel
+  // shows an object (NaN: not known).
   void find(const FrameContext& context, const std::vector<TrackedObject>& objects, float* membership,
             float* foreground);
-  // The chance by colour that a pixel of the box is the object's: of the box alone, row by row, NaN where not
-  // known.
+  // The probability by colour that a pixel of the box shows the object: for the box alone, row by row, NaN
+  // where not known.
   void find_foreground(const FrameContext& context, const TrackedObject& object, const frame::Rect& box,
                        std::vector<float>* foreground);
 

@@ -7,8 +7,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kFade = 0.7;          // belief kept over a frame without a sure pose
-constexpr double kLongestGap_s = 0.5;  // a velocity older than this says nothing
+constexpr double kFade = 0.7;          // weight kept over a frame without a reliable pose
+constexpr double kLongestGap_s = 0.5;  // a velocity older than this is not used
 
 }  // namespace
 
@@ -40,7 +40,7 @@ Rigidd ConstantVelocity::predict(const Rigidd& last, double time_s) const {
   const double dt = elapsed(time_s);
   const bool same_unit = per_second_ == (time_s - time_s_ > 0);
   if (!same_unit || (per_second_ && dt > kLongestGap_s)) return last;
-  // After frames without a sure pose `last` has been moved on already: one frame's share is left.
+  // After frames without a reliable pose `last` has been predicted already: one frame's share is left.
   const double step = belief_ * dt / static_cast<double>(frames_);
   return {rotation_exp(step * w_) * last.R, last.t + step * v_};
 }

@@ -11,17 +11,17 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kProof = 0.9;  // evidence by which what a search has found proves to be the object
+constexpr double kProof = 0.9;                           // evidence that the result of a search is the object
 constexpr double kSlow = 0.02, kFast = 0.3;              // how fast the usual values follow
 constexpr double kFollowedOdds = 3, kDoubtFades = 0.97;  // log odds against loss; per doubtful frame
 constexpr double kStepFades = 0.8;                       // per frame
-constexpr double kClearlyNearer = 0.8;                   // of a prediction than the other
-constexpr double kMinStep_m = 0.005;  // what stands still may jump so far, and still be seen by a narrow fit
+constexpr double kClearlyNearer = 0.8;                   // error of one prediction over that of the other
+constexpr double kMinStep_m = 0.005;  // an object at rest may jump this far and still be seen by a narrow fit
 constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
-// Weight of a new frame in the histograms (thesis Eq. 4.22): an object keeps its colours, what is around it
-// changes.
+// Weight of a new frame in the histograms (thesis Eq. 4.22): an object keeps its colours, its surroundings
+// change.
 constexpr double kObjectRate = 0.05, kBackgroundRate = 0.3;
-constexpr double kUnread = 0.7, kSeenPast = 0.1;  // of the visible surface: no reading, free space
+constexpr double kUnread = 0.7, kSeenPast = 0.1;  // shares of the visible surface: without depth, free space
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
 
 Matrix6d size_covariance(const Rigidd& T_cam_obj, const TrackedObject& object) {
@@ -53,8 +53,8 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   return result;
 }
 
-// Black, shiny and transparent things have no depth where their surroundings have it: their outline is what
-// is left of them.
+// Black, shiny and transparent objects have no depth where their surroundings have it: only their outline is
+// left.
 std::optional<ObjectResult> ObjectFollower::follow_unread(FrameContext* context, TrackedObject* object) {
   object->unread = false;
   if (!options_.outline || !context->frame().color || !object->placed() || !object->colors.known())
@@ -145,7 +145,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   } else {
     const double time_s = context.frame().time_s;
     if (context.fault() == ReasonCode::kRepeatedDepth) move_on(time_s, *object, &fitted);
-    fitted.unseen_errors += lag_covariance(fitted, time_s, *object);  // the last pose is known until `keep`
+    fitted.unseen_errors += lag_covariance(fitted, time_s, *object);  // `keep` replaces the last pose
     keep(fitted, trust, time_s, object);
     fitted.covariance += fitted.unseen_errors + size_covariance(fitted.T_cam_obj, *object) +
                          fitted.memory.outline.way * fitted.memory.outline.way.transpose();
@@ -162,9 +162,9 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
   return result;
 }
 
-// An object that is where it was, or where somebody says that it is, is lost only where something else is
-// more likely: in full after a sure frame, less with every doubtful one, so that what has been doubted for
-// long is searched for again.
+// An object at its last pose, or at a pose given by the caller, is lost only where another explanation is
+// more likely. This counts in full after a sure frame and less with every doubtful one, so that an object
+// doubted for long is searched for again.
 Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& object) const {
   double vouched = 0;
   if (object.given)
@@ -172,13 +172,13 @@ Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& 
   else if (object.lost_frames == 0 && object.usual_share > 0)
     vouched = kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
   PoseEvidence evidence = evidence_of(fitted, options_);
-  // Two witnesses: where the outline is the model's, what depth has against it is the sensor's own error.
+  // Where the outline fits the model, large residuals of the depth are the sensor's own error.
   if (object.by_mask_alone && object.size.outline_agrees()) evidence = but_for_residuals(evidence);
   return judge(evidence, fitted.covariance, options_, object.prior_log_odds, vouched);
 }
 
-// Of a sensor of which nothing is stated, depth may be of a moment before: the pose is behind by a part of
-// the motion since the last frame.
+// If nothing is stated about the sensor, depth may be delayed: the pose then lags by a part of the motion
+// since the last frame.
 Matrix6d ObjectFollower::lag_covariance(const Fitted& fitted, double time_s,
                                         const TrackedObject& object) const {
   if (!is_unstated(options_) || !object.followed() || !(object.usual_share > 0)) return Matrix6d::Zero();
@@ -190,7 +190,7 @@ Matrix6d ObjectFollower::lag_covariance(const Fitted& fitted, double time_s,
   return object.color_delay.lag2_frames(frame_s) * motion * motion.transpose();
 }
 
-// The readings are of a moment before: since then the object has gone on, nobody knows how far.
+// The measurements are from an earlier moment: the object has moved since by an unknown amount.
 void ObjectFollower::move_on(double time_s, const TrackedObject& object, Fitted* fitted) const {
   const Rigidd before = fitted->T_cam_obj;
   fitted->T_cam_obj = object.motion.predict(before, time_s);
@@ -239,7 +239,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   } else {
     object->color_delay.pass();
   }
-  // What further attempts could not better is the state of things: an object that a hand covers is not
+  // Values that further attempts could not improve become the usual ones: an object covered by a hand is not
   // searched for in every frame.
   const double share = agreeing_share(fitted.seen);
   const bool first = !(object->usual_share > 0);
@@ -248,8 +248,8 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   object->usual_cost += rate * (fitted.cost - object->usual_cost);
 }
 
-// Only from a pose that is sure: from another it would learn the colours of what hides the object, or of what
-// was taken for it, and these would speak for that pose from then on.
+// Only from a reliable pose: from another pose the colours of an occluder, or of something mistaken for the
+// object, would be learnt and would support that pose from then on.
 void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) {
   if (!context->frame().color || object->prior_log_odds < 0) return;
   if (object->colors_by_outline) object->colors_by_outline = false, object->colors.forget();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One object from its last pose to the next: the attempts of a fit, what is said of them, what is kept of
-// them.
+// Follows one object from its last pose to the next: attempts of a fit, their judgement, and what is
+// remembered.
 #pragma once
 
 #include <memory>
@@ -27,60 +27,60 @@ class ObjectFollower {
  public:
   ObjectFollower(const TrackerOptions& options, const TrackerSettings& settings);
 
-  // The object fitted alone from where it is expected. The object takes over what it is found to be.
+  // Fits the object alone from its expected pose. The object takes over the fitted state.
   ObjectResult follow(FrameContext* context, TrackedObject* object);
-  // By the outline in the colour image alone, in a frame without a reading (outline_follower.cpp). None where
-  // the options, the colours or the frame do not allow it.
+  // Fits by the outline in the colour image alone, in a frame without depth (outline_follower.cpp). No result
+  // where the options, the colours or the frame do not allow it.
   std::optional<ObjectResult> follow_outline(FrameContext* context, TrackedObject* object);
   Trust judge_followed(const Fitted& fitted, const TrackedObject& object) const;
-  // A fit that is judged already: the object takes it over unless it is lost.
+  // A fit that is already judged: the object takes it over unless it is lost.
   ObjectResult accept(Fitted fitted, Trust trust, const FrameContext& context, TrackedObject* object) const;
-  // The object's colours, and those around it, at its pose in this frame.
+  // Learns the object's colours, and those around it, at its pose in this frame.
   void learn_colors(FrameContext* context, TrackedObject* object);
-  // Those inside and around its silhouette at its pose, whatever the readings are there.
+  // Learns the colours inside and around the silhouette at the object's pose, whatever the depth is there.
   void learn_silhouette(const FrameContext& context, TrackedObject* object);
-  // At a start: the colours in a mask of the depth image, which do not depend on the pose that depth has
-  // found; without one, those of the measurements near its surface.
+  // At a start: learns the colours in a mask of the depth image, which do not depend on the pose found by
+  // depth; without a mask, the colours of the measurements near the surface.
   void learn_colors_at_start(const FrameContext& context, const std::vector<unsigned char>& mask,
                              const Rigidd& T_cam_obj, TrackedObject* object);
-  // The pose that the outline in the colour image has near T_cam_obj (centred), which is by depth that
-  // misfits. None where too little of the outline stands out.
+  // Fits the outline in the colour image near T_cam_obj (centred), a pose by depth that misfits. No result
+  // where too little of the outline stands out.
   std::optional<Fitted> fit_outline(const FrameContext& context, const TrackedObject& object,
                                     const Rigidd& T_cam_obj);
-  // A pose as it is: nothing is fitted or remembered. None where too few readings are near.
+  // Evaluates a given pose: nothing is fitted or remembered. No result where too few measurements are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj);
 
   // What other parts build on
   Rigidd expected_pose(const TrackedObject& object, double time_s) const;
-  // How far surface points came to lie from there, lately.
+  // How far surface points lay from the expected pose, lately.
   double step_m(const TrackedObject& object) const;
-  // neighbors: of this object; nullptr: it is fitted as if alone.
+  // neighbors: of this object; nullptr: the object is fitted as if it were alone.
   FitTarget target_of(const FrameContext& context, const TrackedObject& object, const Rigidd& expected,
                       const Neighbors* neighbors) const;
   std::optional<Fitted> fit_near(const FrameContext& context, const frame::DepthFrame& frame,
                                  const TrackedObject& object, const Rigidd& expected,
                                  const Neighbors* neighbors);
-  // Further attempts (fit_retries.cpp) while `best` does not look as the object used to.
+  // Further attempts (fit_retries.cpp) while `best` does not match the object's usual share and cost.
   std::optional<Fitted> fit_further(FrameContext* context, const frame::DepthFrame& frame,
                                     const TrackedObject& object, const Rigidd& expected,
                                     const Neighbors* neighbors, std::optional<Fitted> best);
-  // What a search finds in those readings of `frame` that no other object explains.
+  // What a search finds in those measurements of `frame` that no other object explains.
   std::optional<Found> search(FrameContext* context, const frame::DepthFrame& frame,
                               const TrackedObject& object, SearchQuery query, double prior_log_odds);
-  // Nothing but a fine fit from a pose (centred), to compare it with others in the same frame.
+  // Only a fine fit from a pose (centred), to compare that pose with others in the same frame.
   std::optional<Fitted> fit_finely(const FrameContext& context, const TrackedObject& object,
                                    const Rigidd& T_cam_obj);
   const TrackerOptions& options() const { return options_; }
   energies::CudaWork* device() const { return device_.get(); }
-  // Records of trials go round: given back, and taken by the next fit.
+  // Memory for the records of trials is reused: given back, and taken by the next fit.
   std::vector<TrackStep> spare_steps() { return fitter_.spare_steps(); }
   void give_back(std::vector<TrackStep>&& steps) { fitter_.give_back(std::move(steps)); }
 
  private:
   void learn_outline(const FrameContext& context, TrackedObject* object);
   ObjectResult follow_depth(FrameContext* context, TrackedObject* object);
-  // By its outline where the frame has depth, but hardly any on its surface; none elsewhere.
+  // Follows by the outline where the frame has depth, but hardly any on the object; no result elsewhere.
   std::optional<ObjectResult> follow_unread(FrameContext* context, TrackedObject* object);
   std::optional<Fitted> fit(const FrameContext& context, const frame::DepthFrame& frame,
                             const FitTarget& target, const Attempt& attempt);

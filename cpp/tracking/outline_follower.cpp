@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An object in frames without a reading: followed by its outline in the colour image.
+// An object in frames without depth: followed by its outline in the colour image.
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +12,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kAround_px = 40;  // of the silhouette, where the background's colours are counted
+constexpr double kAround_px = 40;  // around the silhouette, where the background's colours are counted
 constexpr int kFirstBudget = 20000, kBudget = 3000;  // pixels visited for the histograms
 constexpr double kOutlineObjectRate = 0.1, kOutlineBackgroundRate = 0.2;
 constexpr double kBent_rad = 0.06;  // sd of a pose by depth that bends a whole surface
@@ -20,7 +20,7 @@ constexpr double kFar_m = 0.020, kFar_rad = 10 * std::numbers::pi / 180;
 
 double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
 
-// The pixels whose measurement lies near the surface at a pose: a mask of the object, wherever depth bends.
+// Pixels whose measurement lies near the surface at a pose: a mask of the object that tolerates bent depth.
 std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const Camera& camera,
                                          const frame::Shape& shape, const Rigidd& T_cam_obj) {
   std::vector<unsigned char> mask(static_cast<std::size_t>(camera.width) *
@@ -96,7 +96,7 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
   object->observe_motion(time_s);
   object->weak = true;
   object->hidden_frames = 0;
-  // The background goes by: its colours of the last frame with depth are soon those of elsewhere.
+  // The background moves: its colours from the last frame with depth soon become outdated.
   if (object->colors_by_outline)
     learn_silhouette(*context, object);
   else

@@ -9,7 +9,7 @@
 
 namespace sdftrack::tracking {
 
-// Where an object is at a start: at a pose, else within a mask, else within a box, else anywhere.
+// Where an object is at a start: at a pose, else in a mask, else in a box, else anywhere.
 struct PoseHint {
   std::optional<Rigidd> T_cam_obj;  // of the caller's object frame
   std::vector<unsigned char> mask;  // H * W, 0: not the object; empty: none

@@ -11,22 +11,22 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// An object that was just lost is looked for around its last pose, ever farther away as a hand may have
-// carried it; later, in turns, there and everywhere.
+// A recently lost object is searched for around its last pose, over a growing distance as a hand may have
+// carried it; later, alternately, there and everywhere.
 constexpr double kReach_m = 0.10, kReachPerFrame_m = 0.05, kFarthest_m = 0.5;
 constexpr int kNearFrames = 3;
 // Sd of its turn since then.
 constexpr double kTurn_rad = 0.5, kTurnPerFrame_rad = 0.15;
 
-// What a search finds is believed only when it is sure of it.
+// The result of a search is accepted only when the search is sure of it.
 constexpr double kSure = 0.5;
-constexpr double kBarely = 0.1;  // confidence of a start anywhere that is no find at all
-// It is on trial for at most so many frames: as long as nothing but the search's own odds is against it.
+constexpr double kBarely = 0.1;  // confidence below which a start anywhere is not accepted
+// It is on trial for at most so many frames: as long as only the search's own odds are against it.
 constexpr int kTrialFrames = 5;
 
-// Something hides where it was, so it is likely there still: what is found elsewhere must be the more
+// An occluder hides its last place, so the object is likely still there: a find elsewhere must be more
 // convincing (log odds).
-constexpr double kHides = 0.5, kStillThere = 3;  // kHides: of the surface that should be seen
+constexpr double kHides = 0.5, kStillThere = 3;  // kHides: share of the expected surface
 
 bool may_still_be_there(const FrameContext& context, const TrackedObject& object, const Rigidd& found,
                         const TrackerOptions& options) {
@@ -37,18 +37,18 @@ bool may_still_be_there(const FrameContext& context, const TrackedObject& object
   return seen.nearer > kHides * seen.expected;
 }
 
-// Whether the evidence of the frame alone is for it.
+// Whether the evidence of the frame alone supports the pose.
 bool speaks_for(const Trust& trust, double prior_log_odds) {
   return trust.evidence > (1 - trust.evidence) * std::exp(prior_log_odds);
 }
 
-// Whether the residuals may be all that speaks against it.
+// Whether the residuals alone may contradict the pose.
 bool misfits(const Trust& trust) {
   return trust.status == Status::kLost ||
          (trust.status == Status::kWeak && trust.reason.code == ReasonCode::kPoorFit);
 }
 
-// Within the mask, if there is one.
+// Only pixels in the mask count, if there is one.
 bool has_reading(const ImageView<float>& depth_m, const std::vector<unsigned char>& mask) {
   for (std::size_t i = 0; i < mask.size(); ++i)
     if (mask[i] && depth_m.data[i] > 0) return true;
@@ -62,7 +62,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
   SearchQuery query;
   query.mask = hint.mask.empty() ? nullptr : hint.mask.data();
   query.box = hint.box;
-  // Whoever gives a mask or a box knows that it is there.
+  // The caller who gives a mask or a box states that the object is inside it.
   object->prior_log_odds = query.mask || query.box ? 0 : std::log(options_.search_odds);
   const std::optional<Found> found =
       follower_->search(context, context->frame(), *object, query, object->prior_log_odds);
@@ -76,7 +76,7 @@ ObjectResult Recovery::find(FrameContext* context, const PoseHint& hint, Tracked
       evidence_share(but_for_residuals(evidence_of(found->fitted, options_)), 0) >= options_.lost_evidence)
     *off_by_residuals = found->fitted.T_cam_obj;
   Trust trust = found->trust;
-  // Of a whole image something is always the best.
+  // A search of a whole image always finds something.
   if (!query.mask && !query.box && trust.status == Status::kWeak && trust.confidence < kBarely)
     trust.status = Status::kLost;
   ObjectResult result = follower_->accept(found->fitted, std::move(trust), *context, object);
@@ -109,7 +109,7 @@ ObjectResult Recovery::find_lost(FrameContext* context, TrackedObject* object, O
     return lost;
 
   const Rigidd last = object->T_cam_obj;
-  object->motion.reset();  // what it was before it was lost says nothing of how it moves here
+  object->motion.reset();  // its motion before the loss does not predict the motion here
   ObjectResult result = follower_->accept(std::move(found->fitted), found->trust, *context, object);
   result.runner_up = found->runner_up;
   result.trust.status = Status::kWeak;
@@ -127,7 +127,7 @@ ObjectResult Recovery::confirm(ObjectResult result, TrackedObject* object) const
     object->before_found.reset();
     return result;
   }
-  if (is_frame_fault(result.trust.reason.code)) return result;  // a later frame must tell
+  if (is_frame_fault(result.trust.reason.code)) return result;  // a later frame must decide
   if (result.trust.status == Status::kWeak && speaks_for(result.trust, object->prior_log_odds) &&
       ++object->trial_frames < kTrialFrames) {
     result.trust.reason = {ReasonCode::kFoundAgain};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a tracker answers about a frame.
+// A tracker's result for one frame.
 #pragma once
 
 #include <array>
@@ -18,19 +18,19 @@ using Twist = std::array<double, 6>;
 struct ObjectResult {
   Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost, NaN before the first
   Matrix6d covariance;  // NaN when lost
-  // The part of it by what a sensor of which nothing is stated may err by: a nearly constant error of the
-  // distance, and a delay.
+  // The part of the covariance due to unstated errors of the sensor: a nearly constant error of the distance,
+  // and a delay.
   Matrix6d unstated = Matrix6d::Zero();
   Trust trust;
   Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
   double cost = 0;          // mean per pixel of the last stage
-  double systematic_m = 0;  // sd of the depth error that the readings are taken to share
+  double systematic_m = 0;  // sd of the depth error that the measurements are assumed to share
   double runner_up = 0;     // after a search: score of the best other pose over this one's; NaN: no search
   std::vector<TrackStep> steps;
   bool color_used = false;
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
 
-  // Ok, but for directions that the frame does not determine: along these, any pose is as good.
+  // Ok except for directions that the frame does not determine: along these, any pose is as good.
   bool sure_where_determined() const {
     return trust.status == Status::kOk ||
            (trust.status == Status::kWeak && trust.reason.code == ReasonCode::kOpenDirections);
@@ -58,10 +58,10 @@ struct FrameResult {
 
 inline bool is_followed(Status status) { return status == Status::kOk || status == Status::kWeak; }
 
-// Whether all that a followed object's answer says is numbers.
+// Whether all numbers in the result of a followed object are finite.
 bool is_finite(const ObjectResult& result);
 
-// Of an object whose pose this frame does not show.
+// The result of an object whose pose this frame does not show.
 ObjectResult result_without_pose(const TrackedObject& object, Reason reason, Status status);
 
 }  // namespace sdftrack::tracking

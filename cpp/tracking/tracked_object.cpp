@@ -7,9 +7,9 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kOfUsual = 0.85;    // an agreeing share this far below the usual one is not convincing,
-constexpr double kOverUsual = 1.4;   // nor is a mean cost this far above the usual one,
-constexpr double kLeastCost = 0.01;  // which is about 0.2 by noise alone, and 0 of renderings without any
+constexpr double kOfUsual = 0.85;    // an agreeing share below this times the usual one is not convincing,
+constexpr double kOverUsual = 1.4;   // nor is a mean cost above this times the usual one,
+constexpr double kLeastCost = 0.01;  // which is about 0.2 by noise alone, and 0 for renderings without noise
 
 }  // namespace
 

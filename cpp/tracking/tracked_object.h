@@ -16,10 +16,10 @@
 
 namespace sdftrack::tracking {
 
-// Another pose that explained the object's start as well.
+// Another pose that explained the object's start equally well.
 struct Alternative {
   Rigidd motion;        // from the object's pose to it, in the centred object frame
-  double log_odds = 0;  // of the object's pose against it, of the frames since
+  double log_odds = 0;  // of the object's pose against it, over the frames since
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
@@ -28,8 +28,8 @@ struct Alternative {
   }
 };
 
-constexpr int kDeterminedFrames = 5;  // that prove a direction of a growing shape to be determined again
-constexpr int kProvingFrames = 15;    // that prove the turn in which one has been found again
+constexpr int kDeterminedFrames = 5;  // after which a growing shape's direction is determined again
+constexpr int kProvingFrames = 15;    // needed to confirm the turn in which a growing shape was found again
 
 struct TrackedObject {
   std::shared_ptr<const frame::Shape> shape;  // objects of the same volume share it
@@ -38,22 +38,22 @@ struct TrackedObject {
   ConstantVelocity motion;
   appearance::ColorModel colors;
   appearance::LocalColors outline_colors;
-  bool colors_by_outline = false;  // learnt inside of its silhouette, for want of readings
+  bool colors_by_outline = false;  // learnt inside the silhouette, for lack of depth
   double usual_share = 0;          // of agreeing surface points, lately; 0: not known yet
   double usual_cost = 0;           // mean per pixel, lately
   ColorDelay color_delay;          // of what it shows, since the start of the sequence
-  OpenDirections open;             // of its pose, in the last frame that showed it
-  // In a row, with nothing open: a shape that grows shows now and then by chance what it did not a moment
-  // ago.
+  OpenDirections open;             // directions of its pose, in the last frame that showed it
+  // Consecutive frames with nothing open: a growing shape sometimes shows by chance a direction that it did
+  // not show just before.
   int determined_frames = kDeterminedFrames;
-  int unproven_frames = 0;         // sure ones in a row, to come before a turn after a loss is believed
+  int unproven_frames = 0;         // consecutive sure frames needed before a turn after a loss is accepted
   SizeTest size;                   // since the start
   bool free_scale = false;         // the model has the object's form, not its size
   double log_scale = 0;            // of shape over the model as it was given
   bool unread = false;             // by the depth sensor, in the last frame: followed by its outline
-  PredictionErrors errors;         // 0 of a pose that is given: right, as far as anybody knows
-  bool given = false;              // its pose, by somebody who vouches for it; until a frame has shown it
-  bool by_mask_alone = false;      // found in a mask or box though its residuals speak against it
+  PredictionErrors errors;         // 0 for a given pose, which is assumed to be right
+  bool given = false;              // the caller vouches for its pose; until a frame has shown the object
+  bool by_mask_alone = false;      // found in a mask or box although the residuals contradict it
   bool weak = false;               // in the last frame
   int sure_frames = 0;             // since the start
   int weak_frames = 0;             // in a row
@@ -61,32 +61,32 @@ struct TrackedObject {
   int lost_frames = 0;             // in a row, up to the last frame
   int hidden_frames = 0;           // in a row: placed by its neighbours and its motion alone
   std::optional<Matrix6d> prior;   // information about T_cam_obj, for the next frame alone
-  std::optional<PoseHint> wanted;  // to be looked for in the next frame
+  std::optional<PoseHint> wanted;  // to be searched for in the next frame
   bool to_search = false;          // in this frame, once all others have been followed
-  int doubtful_frames = 0;         // to come, in which it is not sure which of two look-alikes this is
-  int double_of = -1;              // the other one
-  std::vector<Alternative> alternatives;  // to its pose, not refuted yet
-  std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it as it is
-  // Found again, and not yet confirmed by a later frame: what to go back to.
+  int doubtful_frames = 0;         // remaining frames in which it is unclear which of two look-alikes this is
+  int double_of = -1;              // the other look-alike
+  std::vector<Alternative> alternatives;  // to its pose, not yet refuted
+  std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it unchanged
+  // The pose to return to while a recovery has not been confirmed by a later frame.
   std::optional<Rigidd> before_found;
-  int trial_frames = 0;  // since then
-  // Of a placeholder for a primitive that has not been found yet: the primitive's kind. Empty: a shape like
-  // any.
+  int trial_frames = 0;  // since the recovery
+  // For a placeholder of a primitive that has not been found yet: the primitive's kind. Empty: an ordinary
+  // shape.
   std::string unfound;
-  bool primitive = false;  // whose turns about its own axes mean nothing
+  bool primitive = false;  // turns about the primitive's own axes have no meaning
 
-  // T_cam_obj as a pose that can be relied on. Along what the frame does not show, two poses differ by errors
-  // alone: no velocity.
+  // Observes T_cam_obj as a reliable pose. Along directions that the frame does not show, two poses differ
+  // only by errors, so no velocity is taken from them.
   void observe_motion(double time_s);
 
-  // Of a shape that is known, where the frame does not show how it moves. One that grows may show it by what
-  // is too small to tell from noise.
+  // Whether the pose is held where the frame does not show how the object moves: for known shapes only. A
+  // growing shape may show its motion by features too small to tell from noise.
   bool holds_open_directions() const { return !open.empty() && !shape->seen.amount; }
 
-  // Whether T_cam_obj is where it was in the last frame.
+  // Whether T_cam_obj is the pose in the last frame.
   bool followed() const { return lost_frames == 0 && !wanted; }
 
-  // Whether it is sure enough for others to be kept off its readings.
+  // Whether it is reliable enough to keep other objects off its measurements.
   bool holds_its_place() const { return followed() && (!weak || before_found); }
 
   // Whether this frame need not search the image for it.
@@ -104,7 +104,7 @@ struct TrackedObject {
     alternatives.clear();
   }
 
-  // All but the shape, which is the caller's.
+  // All but the shape, which belongs to the caller.
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
@@ -118,8 +118,8 @@ struct TrackedObject {
   }
 };
 
-// Whether an attempt needs no further one. An object that has been followed is compared with itself; at a
-// start only the surface that nothing hides can be judged.
+// Whether no further attempt is needed. A followed object is compared with its own usual values; at a start
+// only the unoccluded surface can be judged.
 bool convincing(const Fitted& fitted, const TrackedObject& object, const TrackerOptions& options);
 
 // The caller's object frame and the centred one.

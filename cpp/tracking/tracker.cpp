@@ -50,7 +50,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
     objects_[k].forget(options_);
     objects_[k].colors.forget(), objects_[k].outline_colors.forget();
     objects_[k].colors_by_outline = false, objects_[k].color_delay.forget();
-    const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the plane's search leaves its region out
+    const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the search for the plane leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = hints[k];
     best.push_back(pose);
@@ -93,7 +93,7 @@ const FrameResult& Tracker::concluded(const frame::DepthFrame& frame) {
   return verdict_.result();
 }
 
-// Everyone, those in groups together.
+// Follows or searches for all objects; groups are fitted jointly.
 void Tracker::answer_all() {
   served_.resize(objects_.size());
   std::iota(served_.begin(), served_.end(), 0);
@@ -107,7 +107,7 @@ void Tracker::answer_each(const Work& work) {
   if (readable && options_.drop_plane) context_.follow_plane();
   for (ObjectResult& old : answers_) follower_.give_back(std::move(old.steps));
   answers_.resize(served_.size());
-  // First those whose place is known, so that a search for the others leaves their readings alone.
+  // First the objects at known places, so that a search for the others leaves their measurements out.
   order_.clear();
   for (const bool placed : {true, false})
     for (std::size_t i = 0; i < served_.size(); ++i)
@@ -129,7 +129,7 @@ void Tracker::answer_each(const Work& work) {
     answers_[i].color_used = color_used;
     if (answers_[i].trust.status == Status::kOk) follower_.learn_colors(&context_, &one);
   }
-  // Then the searches, when all that can be followed has its place.
+  // Then the searches, once all followed objects have their poses.
   for (const std::size_t i : order_) {
     Object& one = object(served_[i]);
     if (!std::exchange(one.to_search, false)) continue;
@@ -152,7 +152,7 @@ void Tracker::answer_each(const Work& work) {
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
 
-// Odd volumes lead fits astray to where nothing is a number. before: the object's pose before this frame.
+// An invalid volume can drive a fit to NaN. before: the object's pose before this frame.
 void Tracker::refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const {
   if (!is_followed(answer->trust.status) || is_finite(*answer)) return;
   object->forget(options_);
@@ -169,7 +169,7 @@ void Tracker::explain_loss(const TrackedObject& object, ObjectResult* answer) co
 }
 
 ObjectResult Tracker::unread(Object* object) const {
-  // A place to begin at is kept for the next frame; a pose is one already.
+  // A place to start at is kept for the next frame; a pose is already a start.
   if (object->wanted && object->wanted->T_cam_obj)
     object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape), object->wanted.reset();
   const frame::DepthFrame& frame = context_.frame();
@@ -206,8 +206,8 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   std::optional<Rigidd> off_by_residuals;
   ObjectResult found = recovery_.find(&context_, hint, object, &off_by_residuals);
   if (!off_by_residuals) return found;
-  // Somebody says that it is there, and its outline agrees: that depth errs more than is stated is no other
-  // explanation of the frame.
+  // The caller states that the object is there, and its outline agrees: a depth error larger than stated is
+  // the likelier explanation of the frame.
   object->lost_frames = 0;
   if (options_.outline && context_.frame().color && !object->colors.known())
     off_by_residuals = pose_by_outline(context_, &follower_, hint.mask, *off_by_residuals, object);
@@ -218,8 +218,8 @@ ObjectResult Tracker::begin_at(Object* object, const PoseHint& hint) {
   return doubt_mask(*object, std::move(believed));
 }
 
-// Another object of about that size would have such residuals too: it stays in doubt, unless its outline is
-// the model's.
+// Another object of about that size would have such residuals too: the object stays in doubt unless its
+// outline fits the model.
 ObjectResult Tracker::doubt_mask(const Object& object, ObjectResult result) const {
   if (!object.by_mask_alone || result.trust.status != Status::kOk || object.size.outline_agrees())
     return result;
@@ -232,7 +232,7 @@ ObjectResult Tracker::begin_at_pose(Object* object, const Rigidd& T_cam_obj) {
   object->T_cam_obj = T_cam_obj;
   object->memory.learns_systematic = true;
   object->given = true;
-  // Biased depth would turn it away from the given pose before its colours are learnt.
+  // Biased depth would turn the object away from the given pose before its colours are learnt.
   if (options_.outline && context_.frame().color && !object->colors.known())
     object->colors_by_outline = true, follower_.learn_silhouette(context_, object);
   return follow(object);
@@ -245,7 +245,7 @@ ObjectResult Tracker::follow(Object* object) {
 }
 
 std::optional<Fitted> Tracker::look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj) {
-  if (!frame.depth_m.data) return std::nullopt;  // a frame that could not be read
+  if (!frame.depth_m.data) return std::nullopt;  // an unreadable frame
   return follower_.look(frame, camera(), shape(k), T_cam_obj);
 }
 

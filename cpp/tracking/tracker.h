@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The per-frame recipe: fit from the expected pose, wider where that does not convince, judge, and search for
-// what is lost.
+// The per-frame procedure: fit from the expected pose, fit more widely where that is not convincing, judge,
+// and search for lost objects.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace sdftrack::tracking {
 
-// Tracks shapes, each from its own last pose: those that may touch together, the others one by one.
+// Tracks shapes, each from its last pose: jointly those that may touch, the others singly.
 class Tracker {
  public:
   // The volumes behind the shapes' views belong to the caller and outlive the tracker.
@@ -29,72 +29,72 @@ class Tracker {
   int object_count() const { return static_cast<int>(objects_.size()); }
   const Camera& camera() const { return context_.camera(); }
   const TrackerOptions& options() const { return options_; }
-  void set_camera(const Camera& camera) { context_.set_camera(camera); }  // of the frames to come
-  // color: nullptr, or the frame's: used as soon as an accepted pose has shown the object's colours.
+  void set_camera(const Camera& camera) { context_.set_camera(camera); }  // of the next frames
+  // color: nullptr, or the frame's colours: used once an accepted pose has shown the object's colours.
   frame::DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
                                const appearance::ColorImage* color) const;
-  // One without a depth image; `error`: why, kept by the caller. Empty: it never had one.
+  // A frame without a depth image; `error`: the reason, kept by the caller. Empty: there never was one.
   frame::DepthFrame make_unreadable_frame(std::string_view error, double time_s,
                                           const appearance::ColorImage* color = nullptr) const;
 
   // What start, track and recover return is valid until the next call.
-  // Forgets all history and begins at the given places.
+  // Forgets all history and starts at the given places.
   const FrameResult& start(const frame::DepthFrame& frame, const std::vector<PoseHint>& hints);
   const FrameResult& track(const frame::DepthFrame& frame);
-  // Searches for objects[i] at hints[i] now; the others, and the frame's number, stay as they are.
+  // Searches for objects[i] at hints[i] now; the other objects and the frame's number are unchanged.
   const FrameResult& recover(const frame::DepthFrame& frame, const std::vector<int>& objects,
                              const std::vector<PoseHint>& hints);
-  // Follows the objects into a frame outside of the sequence, whose record stays as it is: one answer for
-  // each.
+  // Follows the objects into a frame outside the sequence; the record of the sequence is unchanged. Returns
+  // one result for each object.
   const std::vector<ObjectResult>& revisit(const frame::DepthFrame& frame);
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }
 
-  // Object k at a pose as it is: nothing is fitted or remembered. None where too few readings are near.
+  // Evaluates object k at a pose, without fitting or remembering. No result: too few measurements are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj);
-  // H * W * M soft weights of the last poses in this frame, and H * W the chance by colour that a pixel is an
-  // object's (NaN: not known).
+  // H * W * M soft weights of the last poses in this frame, and H * W probabilities by colour that a pixel
+  // shows an object (NaN: not known).
   void find_membership(const frame::DepthFrame& frame, float* membership, float* foreground);
-  // The chance by colour that a pixel of the box is object k's: of the box alone, row by row, NaN where not
-  // known.
+  // The probability by colour that a pixel of the box shows object k: for the box alone, row by row, NaN
+  // where not known.
   void find_foreground(const frame::DepthFrame& frame, int k, const frame::Rect& box,
                        std::vector<float>* foreground);
 
   // Replaces the last pose; `information` of the increment of T_obj_cam (centred) makes it a prior.
   void set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matrix6d>& covariance_cam);
-  // Looked for at `hint` in the next frame. Returns its number.
+  // The object is searched for at `hint` in the next frame. Returns its number.
   int add(const SdfView& shape, const PoseHint& hint);
   void remove(int k);
 
-  // Other volumes for the same objects, which go on from these poses; the sequence's record stays.
+  // Replaces the volumes of the same objects, which continue from these poses; the sequence's record is kept.
   void replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses);
-  // Object k has another shape from now on, in the object frame as it was; its centre is kept.
+  // Object k has another shape from now on, in the same object frame; its centre is kept.
   void reshape(int k, frame::PartialShape known);
-  // The scale of object k is not known: from now on it is estimated.
+  // The scale of object k is unknown and is estimated from now on.
   void free_scale(int k) { object(k).free_scale = true; }
-  // By which log scale its volume is to be enlarged now (rescale); 0: as well as is known, none.
+  // The log scale by which to enlarge its volume now (rescale); 0: too small or too uncertain to do so.
   double log_scale_to_add(int k) const;
-  // `scaled` is its volume enlarged by exp(log_scale) about the origin of its frame.
+  // `scaled` is the volume of object k enlarged by exp(log_scale) about the origin of its frame.
   void rescale(int k, const SdfView& scaled, double log_scale);
-  // Log scale over the volume that was given first and its sd; infinite: not known. What the sensor may be
-  // off by in distance cannot be told from it.
+  // Log scale relative to the first given volume, and its sd; infinite: not known. It cannot be told from a
+  // distance error of the sensor.
   SizeTest::LogScale scale(int k) const;
-  // The surface of object k has these colours.
+  // Sets the colours of the surface of object k.
   void paint(int k, const energies::ColorView& colors);
-  // By how much colour is later than depth, by all objects since the start.
+  // How much later the colour images are than the depth images, from all objects since the start.
   ColorDelay::Estimate color_delay() const;
   const frame::Shape& shape(int k) const { return *object(k).shape; }
-  // Motions in object k's frame that leave it as it is; poses that differ by one of them are one answer.
+  // Motions in object k's frame that leave it unchanged; poses that differ by one of them are equivalent.
   void set_symmetries(int k, const std::vector<Rigidd>& motions);
   // Object k is a placeholder for a primitive of this kind, not found yet; empty: it is found.
   void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind, object(k).primitive = true; }
 
-  // The record of a sequence that was kept elsewhere (Verdict::resume); every pose in it is gone on from.
+  // Resumes a sequence whose record was kept elsewhere (Verdict::resume); tracking continues from its poses.
   void resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best);
-  // The next frame does not follow the last one: no motion leads to it. index: of the last one from now on.
+  // The next frame does not follow the last one: no motion links them. index: of the last frame from now on.
   void interrupt(int index);
 
-  // For state_of and set_state: all that the next frames depend on, but for shapes, camera and settings.
+  // For state_of and set_state: all that the next frames depend on, except shapes, camera and settings.
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [options, settings, objects, context, follower, groups, recovery, membership, verdict, served,
@@ -139,7 +139,7 @@ class Tracker {
   Recovery recovery_;
   Membership membership_;
   Verdict verdict_;
-  // Of the call in hand: which objects it serves, in which order, and what is said of each.
+  // Of the current call: the objects that it serves, their order, and the result of each.
   std::vector<int> served_;
   std::vector<std::size_t> order_;
   std::vector<ObjectResult> answers_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which shapes a tracker follows, and from where.
+// The set of shapes that a tracker follows, and their start poses.
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -28,7 +28,7 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   if (shapes.size() != objects_.size() || poses.size() != objects_.size())
     throw std::invalid_argument("shapes: expected one per object (" + std::to_string(objects_.size()) +
                                 ") with its pose, got " + std::to_string(shapes.size()));
-  // All or none: one of the shapes may be refused. None is taken for one that was here before.
+  // All shapes are replaced or none, as one of them may be refused. None is identified with an earlier shape.
   std::vector<Object> before = std::exchange(objects_, {});
   try {
     for (std::size_t k = 0; k < shapes.size(); ++k) {
@@ -54,7 +54,7 @@ void Tracker::set_symmetries(int k, const std::vector<Rigidd>& motions) {
 
 void Tracker::reshape(int k, frame::PartialShape known) {
   Object& reshaped = object(k);
-  known.centre_obj = reshaped.shape->centre_obj;  // what is remembered of the motion is about it
+  known.centre_obj = reshaped.shape->centre_obj;  // the remembered motion is about this centre
   reshaped.shape =
       std::make_shared<const frame::Shape>(frame::make_shape(known, kSurfacePoints, kFreeSpacePoints));
 }
@@ -64,7 +64,7 @@ double Tracker::log_scale_to_add(int k) const {
   return one.free_scale ? one.size.log_scale_to_add() : 0;
 }
 
-// What is known of the object stays; its pose goes where the readings hold its surface.
+// The knowledge about the object stays; its pose moves so that the measurements remain on its surface.
 void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
   Object& one = object(k);
   auto shape = std::make_shared<frame::Shape>(frame::make_shape(scaled, kSurfacePoints, kFreeSpacePoints));
@@ -103,7 +103,7 @@ void Tracker::paint(int k, const energies::ColorView& colors) {
   painted.shape = std::make_shared<const frame::Shape>(std::move(shape));
 }
 
-// Counts as followed there.
+// The object counts as followed at this pose.
 void Tracker::place(const Rigidd& T_cam_obj, Object* object) const {
   object->T_cam_obj = centred(T_cam_obj, *object->shape);
   object->motion.reset();
@@ -137,7 +137,7 @@ int Tracker::add(const SdfView& shape, const PoseHint& hint) {
 }
 
 void Tracker::remove(int k) {
-  static_cast<void>(object(k));  // is there
+  static_cast<void>(object(k));  // throws if there is no such object
   objects_.erase(objects_.begin() + k);
   verdict_.remove(static_cast<std::size_t>(k));
 }

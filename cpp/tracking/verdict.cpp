@@ -53,7 +53,7 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
     if (ok) trust.status = Status::kWeak, trust.reason = {ReasonCode::kFreeScale};
     return;
   }
-  // It is why the fit is poor, where that is what is said.
+  // The size may explain the reported reason of a poor fit.
   if (!ok && trust.reason.code != ReasonCode::kPoorFit && trust.reason.code != ReasonCode::kSeenPast &&
       trust.reason.code != ReasonCode::kRunsOn)
     return;

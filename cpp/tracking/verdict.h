@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is finally said of a frame: the answers of the parts, made consistent with one another and with the
-// frames before.
+// The final result of a frame: the results of the parts, made consistent with one another and with earlier
+// frames.
 #pragma once
 
 #include <optional>
@@ -12,46 +12,46 @@ namespace sdftrack::tracking {
 
 using Poses = std::vector<std::optional<Rigidd>>;  // T_cam_obj of the caller's object frame
 
-// Two solids are not in one place: at most one of the two poses is right, so neither is sure.
+// Two solids cannot be in one place: at most one of the two poses is right, so neither is sure.
 void doubt_overlaps(const std::vector<TrackedObject>& objects, std::vector<ObjectResult>* results);
 
-// A placeholder is followed for a primitive not found yet: whatever is said of it, the primitive is lost.
+// A placeholder is followed for a primitive not found yet: whatever its result, the primitive is lost.
 void mark_unfound(const TrackedObject& object, ObjectResult* result);
 
-// What is said of an object whose pose is open along directions that no declared symmetry explains.
+// Reports a pose that is open along directions that no declared symmetry explains.
 void doubt_open_directions(const TrackedObject& object, ObjectResult* result);
 
-// What is said of an object whose size is surely not that of its model.
+// Reports a size that surely differs from that of the model.
 void doubt_size(const TrackedObject& object, ObjectResult* result);
 
-// One decision: a pose that is more likely wrong than right is not ok. What a declared symmetry leaves open
-// does not count.
+// A pose that is more likely wrong than right is not ok. Directions left open by a declared symmetry do not
+// count.
 void doubt_unlikely(const TrackedObject& object, ObjectResult* result);
 
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s);
 
 class Verdict {
  public:
-  // A new sequence; last good poses, if any are known.
+  // Starts a new sequence, with the last good poses if any are known.
   void start(Poses best);
-  // One goes on that was kept elsewhere: number and time of its last frame, and who was followed in it.
+  // Resumes a sequence: number and time of its last frame, and which objects were followed in it.
   void resume(int index, double time_s, const std::vector<bool>& followed, Poses best);
-  // The frame's number: counted on.
+  // Increments the frame's number.
   void next_frame() { ++result_.index; }
 
-  // The objects are others than in the last frame: there is no result to go on from.
+  // The set of objects has changed since the last frame: there is no previous result to continue from.
   void add(const std::optional<Rigidd>& pose);
   void remove(std::size_t k);
   void interrupt() { last_ = Last::kNone; }
   void set_pose(std::size_t k, const Rigidd& T_cam_obj) { best_.at(k) = T_cam_obj; }
 
-  // Takes the answers about the objects that were served into the frame's result; those about the others are
-  // the last frame's. Gives back what was there before.
+  // Swaps the results of the served objects into the frame's result, where the others keep those of the last
+  // frame. `answers` then holds the previous results.
   void conclude(const std::vector<TrackedObject>& objects, const std::vector<int>& served, double time_s,
                 std::vector<ObjectResult>* answers);
   const FrameResult& result() const { return result_; }
   FrameResult& result() { return result_; }
-  // Whether the last frame's result is about these objects, as a call that serves some of them needs it.
+  // Whether the last frame's result is about these objects; a call that serves only some of them needs it.
   bool has_result() const { return last_ == Last::kKnown; }
 
   int index() const { return result_.index; }
@@ -72,7 +72,7 @@ class Verdict {
     kNone,
     kResumed,
     kKnown
-  };  // frame: none, its time and who was followed, all of its result
+  };  // about the last frame: nothing, its time and the followed objects, its whole result
 
   FrameResult result_;
   Last last_ = Last::kNone;

@@ -239,15 +239,17 @@ TEST(SizeTest, an_outline_of_the_models_form_contradicts_depth_that_bends) {
   const tracking::Strain along_x{{0.2 * std::sqrt(0.5), 0.2 * std::sqrt(1 / 6.0), 0, 0, 0}};
   const tracking::StrainCovariance small = 1e-6 * tracking::StrainCovariance::Identity();
   const tracking::StrainCovariance known = 400 * along_x * along_x.transpose() / along_x.squaredNorm();
-  const auto said = [&](double share, double information) {
+  const auto said = [&](double share, double information, double unexplained = 1) {
     tracking::SizeTest size;
-    size.form.observe({along_x, small, small}, Mat3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+    size.form.observe({along_x, small, small, unexplained}, Mat3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
     size.form_outline.observe({information * known, information * share * known * along_x});
     return size.other_form();
   };
   EXPECT_NE(said(0.8, 1).find("22 % longer than the model along (1.00, 0.00, 0.00)"), std::string::npos);
   EXPECT_TRUE(said(0, 1).empty());
-  EXPECT_FALSE(said(0, 1e-3).empty());  // which does not tell
+  EXPECT_FALSE(said(0, 1e-3).empty());      // which does not tell
+  EXPECT_TRUE(said(0, 1e-3, 2.5).empty());  // of a sensor that bends more than the strain explains
+  EXPECT_FALSE(said(0.8, 1, 2.5).empty());
 }
 
 TEST(Unproven, a_turn_after_a_loss_is_believed_after_enough_sure_frames_in_a_row) {

@@ -14,10 +14,10 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr int kDarkest = 45;         // r + g + b below this says nothing about chromaticity
+constexpr int kDarkest = 45;         // below this r + g + b, chromaticity is unknown
 constexpr double kChromaSd = 0.05;   // of a surface in real light, with JPEG and white balance
 constexpr double kMoved = 25;        // grey values from the median of the images
-constexpr double kVivid = 0.5;       // saturation of what may be the ball
+constexpr double kVivid = 0.5;       // saturation of possible ball pixels
 constexpr double kBright = 60;       // of its brightest channel
 constexpr std::size_t kEnough = 50;  // pixels
 constexpr int kNone = -1;
@@ -39,7 +39,7 @@ double& cell(ChromaTable* h, int r, int g) {
                                        std::clamp(g, 0, kChromaBins - 1))];
 }
 
-// By 1 2 1 along both axes; the histogram goes on beyond its edge as it is there.
+// Smoothed by 1 2 1 along both axes; border values are repeated outside.
 ChromaTable smoothed(ChromaTable h) {
   for (const bool along_r : {true, false}) {
     ChromaTable from = h;
@@ -77,7 +77,7 @@ struct Vivid {
   double saturation;
 };
 
-// Saturated pixels, of every second row and column, whose colour is not the median of that pixel's.
+// Saturated pixels, of every second row and column, whose colour differs from the pixel's median colour.
 std::vector<Vivid> moving_pixels(const std::vector<RgbImage>& images) {
   std::vector<Vivid> out;
   std::vector<double> r, g, b;
@@ -137,7 +137,7 @@ void BallColor::learn(const std::vector<RgbImage>& images, const Camera& camera,
   if (!found) return;
   const ChromaTable f = smoothed_shares(inside), b = smoothed_shares(outside);
   for (std::size_t i = 0; i < posterior_.size(); ++i) {
-    // Colours that neither showed keep what the given colour said.
+    // Colours seen neither inside nor outside keep the posterior of the given colour.
     const double seen = f[i] + b[i], trust = seen / (seen + 1e-4);
     posterior_[i] = trust * f[i] / std::max(seen, 1e-30) + (1 - trust) * ball_[i];
   }

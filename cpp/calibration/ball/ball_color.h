@@ -12,7 +12,7 @@
 namespace sdftrack::calibration {
 
 constexpr int kChromaBins =
-    48;  // of r / (r + g + b) and of g / (r + g + b): shading moves no pixel to another
+    48;  // bins of r / (r + g + b) and of g / (r + g + b), which shading does not change
 using ChromaTable = std::array<double, kChromaBins * kChromaBins>;
 
 class BallColor {
@@ -21,7 +21,7 @@ class BallColor {
   explicit BallColor(Vec3d color);
 
   Vec3d color() const { return color_; }
-  // The pixels that are more likely the ball's than not.
+  // The pixels that show the ball with a probability above 1/2.
   Mask mask(const RgbImage& image) const;
   // Replaces the histogram by the posterior of pixels inside the outlines found with it, under a colour
   // camera or an estimate of it, against all others (equal priors).
@@ -32,7 +32,7 @@ class BallColor {
   ChromaTable ball_, posterior_;
 };
 
-// The most saturated colour among the pixels that change; std::invalid_argument where none does.
+// The most saturated colour among the pixels that change; std::invalid_argument if none does.
 Vec3d moving_color(const std::vector<RgbImage>& images);
 
 }  // namespace sdftrack::calibration

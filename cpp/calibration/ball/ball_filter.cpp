@@ -18,15 +18,14 @@ class Filter {
  public:
   Filter(const ImageView<float>& smooth, double radius_m) : smooth_(smooth), radius_m_(radius_m) {
     for (const Vec2d d : directions(kOnOuter, 0)) outer_.push_back({kOuterRing * d.x, kOuterRing * d.y});
-    // The points that lie apart first: most of an image is surfaces that go on all around, and four send them
-    // away.
+    // Points far apart come first: most of an image shows continuous surfaces, which four points reject.
     std::stable_sort(outer_.begin(), outer_.end(), [](Vec2d a, Vec2d b) { return on_axis(a) > on_axis(b); });
     for (const double rho : kInnerRings)
       for (const Vec2d d : directions(kOnInner, rho))
         inner_.push_back({{rho * d.x, rho * d.y}, radius_m * (1 - std::sqrt(1 - rho * rho))});
   }
 
-  // Share of the outer ring that lies behind, 0 where the first points all do not.
+  // Share of the outer ring that lies behind; 0 if none of the first four points does.
   double free(const NearestPoint& p) const {
     int count = 0;
     for (std::size_t k = 0; k < outer_.size() && (k != 4 || count > 0); ++k) {
@@ -35,7 +34,7 @@ class Filter {
     }
     return static_cast<double>(count) / kOnOuter;
   }
-  // Share of the inner rings whose depth is that of a sphere.
+  // Share of the inner rings whose depth matches a sphere.
   double good(const NearestPoint& p) const {
     const double tolerance = 0.006 + 0.004 * p.z * p.z;  // noise of both points, at 3 sd of a Kinect
     int count = 0;

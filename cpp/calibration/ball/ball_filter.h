@@ -12,20 +12,20 @@
 namespace sdftrack::calibration {
 
 constexpr double kFarthest_m = 5;
-constexpr double kMinShare = 0.4;   // of the ball's pixels that agree: a hand may hide half of it
-constexpr double kMinFree = 0.5;    // of the pixels around it that lie behind it
-constexpr double kOuterRing = 1.3;  // of the radius
+constexpr double kMinShare = 0.4;   // share of the ball's pixels that agree: a hand may hide half of it
+constexpr double kMinFree = 0.5;    // share of the pixels around the ball that lie behind it
+constexpr double kOuterRing = 1.3;  // of the ball's radius
 
 struct NearestPoint {
   int u, v;
   double z, radius_px, score;
 };
 
-// Every fourth pixel is tested. `smooth`: a depth image without single wrong pixels.
+// Every fourth pixel is tested. `smooth`: a depth image without isolated wrong pixels.
 std::vector<NearestPoint> nearest_points(const ImageView<float>& smooth, const Camera& camera,
                                          double radius_m);
 
-// `count` directions all around, the first one at `start` steps.
+// `count` directions around the circle, the first one at `start` steps.
 std::vector<Vec2d> directions(int count, double start);
 
 // Nearest measurement; -1 outside the image.

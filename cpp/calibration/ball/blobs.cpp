@@ -11,7 +11,7 @@ namespace {
 using Pixel = std::pair<int, int>;
 constexpr int kAround[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
 
-// Takes the pixels of 1 that hang together with a pixel out of the mask. `ways`: 4 or 8 neighbours.
+// Removes the pixels of 1 connected to a pixel from the mask and returns them. `ways`: 4 or 8 neighbours.
 std::vector<Pixel> taken_out(Mask* mask, int x, int y, int ways) {
   std::vector<Pixel> found{{x, y}};
   mask->values[mask->index(x, y)] = 0;
@@ -27,7 +27,7 @@ std::vector<Pixel> taken_out(Mask* mask, int x, int y, int ways) {
   return found;
 }
 
-// The pixels that have the outside beside them. The outside is what hangs together, over sides, around all.
+// The pixels next to the outside, which is the 4-connected region around all pixels.
 std::vector<Vec2d> border_of(const std::vector<Pixel>& pixels) {
   int x0 = pixels[0].first, x1 = x0, y0 = pixels[0].second, y1 = y0;
   for (const auto& [x, y] : pixels) {

@@ -11,10 +11,10 @@ namespace sdftrack::calibration {
 
 struct Blob {
   int area = 0;
-  std::vector<Vec2d> border;  // px, of its outline; those of its holes are left out
+  std::vector<Vec2d> border;  // px, of the outline, without holes
 };
 
-// The `most` largest of at least min_area pixels, the largest first. Pixels touch at corners, too.
+// The `most` largest of at least min_area pixels, the largest first. Pixels are also connected over corners.
 std::vector<Blob> largest_blobs(const Mask& mask, std::size_t most, double min_area);
 
 }  // namespace sdftrack::calibration

@@ -18,7 +18,7 @@ constexpr int kRounds = 6;
 
 double focal(const Camera& camera) { return std::sqrt(camera.K.fx * camera.K.fy); }
 
-// m of d . m = 1 with weights on the rays, and the information of that.
+// m of d . m = 1 with weights on the rays, and its information matrix.
 struct Linear {
   Eigen::Vector3d m;
   Eigen::Matrix3d A;
@@ -35,7 +35,7 @@ Linear weighted_cone(const std::vector<Vec3d>& rays, const std::vector<double>& 
   return out;
 }
 
-// Of the axis' image, from that of m.
+// Covariance of the axis' image, from the covariance of m.
 Eigen::Matrix2d image_covariance(const Camera& camera, const Eigen::Vector3d& m,
                                  const Eigen::Matrix3d& of_m) {
   constexpr double kStep = 1e-6;
@@ -75,7 +75,7 @@ std::optional<Cone> fit_cone(const std::vector<Vec3d>& rays, const Camera& camer
     fit = weighted_cone(rays, weights);
     length = fit.m.norm();
     if (!std::isfinite(length) || length <= 1 || fit.m[2] <= 0) return std::nullopt;
-    // cos(a) = 1 / |m|, and a change of cos is -sin(a) of angle.
+    // cos(a) = 1 / |m|, and d cos(a) = -sin(a) da.
     const double to_px = -f / std::sqrt(length * length - 1);
     for (std::size_t i = 0; i < rays.size(); ++i)
       off[i] = to_px * (rays[i].x * fit.m[0] + rays[i].y * fit.m[1] + rays[i].z * fit.m[2] - 1);
@@ -83,7 +83,7 @@ std::optional<Cone> fit_cone(const std::vector<Vec3d>& rays, const Camera& camer
     for (std::size_t i = 0; i < rays.size(); ++i) weights[i] = tukey_weight(off[i] / sd);
   }
   const double half = std::acos(1 / length);
-  // Samples nearer than a pixel share their pixels: no more edges than pixels of the outline count.
+  // Samples nearer than a pixel share pixels: at most as many edges as outline pixels count.
   const double counted = std::min(1.0, 2 * std::numbers::pi * f * half / static_cast<double>(rays.size()));
   const double sd_m = sd * std::sqrt(length * length - 1) / f;
   const Eigen::Matrix3d of_m = sd_m * sd_m / counted * optim::inverse_symmetric<3>(fit.A);

@@ -25,11 +25,11 @@ struct OutlineCurve {
   double radius_px = 0;
 };
 
-// NaN for a point that is not before the camera.
+// NaN for a point that is not in front of the camera.
 Vec2d pixel_of(const Camera& camera, Vec3d p_cam);
 std::vector<Vec3d> unit_rays(const std::vector<Vec2d>& px, const Camera& camera);
 
-// Robust fit to the unit rays of edges; none where it fails.
+// Robust fit to the unit rays of edges; empty if it fails.
 std::optional<Cone> fit_cone(const std::vector<Vec3d>& rays, const Camera& camera);
 // Distances of rays outside the cone, in pixels at the image centre.
 std::vector<double> residuals_px(const Cone& cone, const std::vector<Vec3d>& rays, const Camera& camera);

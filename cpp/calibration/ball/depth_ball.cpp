@@ -15,23 +15,23 @@ namespace sdftrack::calibration {
 
 namespace {
 
-// Measurements at more than 60 degrees of incidence are at the mercy of lateral noise and edge loss.
+// Measurements at more than 60 degrees of incidence suffer from lateral noise and edge loss.
 constexpr double kMinCosine = 0.5;
 constexpr int kMinPixels = 40;
 constexpr double kNoiseFloor_m = 0.0003;
-// At a distance, plus as much for each m^2: twice a Kinect's, steps of disparity included.
+// Constant part, and the part per squared metre: twice a Kinect's noise, with its disparity steps.
 constexpr double kMaxNoise_m = 0.002;
 constexpr double kTukeyReach = 4.685;  // sd
 constexpr double kSmallStep_m = 1e-6;
 struct Stage {
-  double gate_radii;  // 0: by the noise alone
+  double gate_radii;  // 0: only by the noise
   int steps;
 };
 constexpr Stage kStages[] = {{0.5, 3}, {0.2, 4}, {0, 6}};
 constexpr int kOnRim = 48;  // points around the outline
-constexpr int kTried = 8;   // that are fitted
+constexpr int kTried = 8;   // candidates that are fitted
 
-// Normal equations of a step of the centre with Tukey's weights.
+// Normal equations for a step of the centre, with Tukey's weights.
 struct Step {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
@@ -79,7 +79,7 @@ Vec3d BallFinder::ray(int u, int v) const {
   return {static_cast<double>(rays_[at]), static_cast<double>(rays_[at + 1]), 1};
 }
 
-// None: too few.
+// Empty if there are too few.
 std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth, Vec3d center_cam,
                                                    double gate_m) const {
   const Vec2d px = camera_.project_point(center_cam);

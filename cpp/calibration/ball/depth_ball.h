@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Centre of a ball of known radius in a depth image, by the tracker's ray-hit residual with translation only:
-// the 3-DoF version of thesis section 3.5's tracker (thesis section 3.7; docs/math/color_to_depth.md, eq. 2
-// to 5).
+// a 3-DoF version of the tracker of thesis section 3.5 (thesis section 3.7; docs/math/color_to_depth.md, eq.
+// 2 to 5).
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@ struct DepthBall {
   Vec3d center_cam;            // m
   Eigen::Matrix3d covariance;  // m^2
   double noise_m;
-  int pixels;    // that agree
-  double share;  // of the pixels that face the camera
+  int pixels;    // number of pixels that agree
+  double share;  // agreeing share of the pixels that face the camera
 };
 
 // First intersection of the ray (x, y, 1) with a sphere.
@@ -34,10 +34,10 @@ class BallFinder {
   BallFinder(const Camera& camera, double radius_m);
 
   const Camera& camera() const { return camera_; }
-  // From a start within about half a radius; none where the measurements are not of a ball.
+  // Fits from a start within about half a radius; empty if the measurements are not of a ball.
   std::optional<DepthBall> fit(const ImageView<float>& depth, Vec3d start_cam) const;
-  // All regions with the ball's shape and size, the most completely visible first; round things of the
-  // background may be among them. Every fourth pixel is tested as the nearest point of a ball: depth on three
+  // All regions with the ball's shape and size, the most completely visible first; they may include round
+  // objects of the background. Every fourth pixel is tested as the nearest point of a ball: depth on three
   // rings must match a sphere, and a ring around it must lie behind. The best ones are fitted.
   std::vector<DepthBall> search(const ImageView<float>& depth) const;
 
@@ -49,7 +49,7 @@ class BallFinder {
 
   Camera camera_;
   double radius_m_;
-  std::vector<float> rays_;  // of a lens; empty: the pinhole's
+  std::vector<float> rays_;  // rays of a camera with lens distortion; empty: pinhole
 };
 
 }  // namespace sdftrack::calibration

@@ -26,11 +26,11 @@ bool colour_at(const RgbImage& image, double x, double y, Vec3d* out) {
   return true;
 }
 
-// The direction of colour along which the inside counts as covered however bright it is.
+// The colour direction along which the inside counts as covered at any brightness.
 Vec3d insensitive_to_shade(Vec3d inner, Vec3d difference) {
   const Vec3d unit = (1 / std::max(norm(inner), 1e-9)) * inner;
   const Vec3d w = difference - dot(difference, unit) * unit;
-  return norm(w) < kMinContrast ? difference : w;  // a dark or alike background: brightness itself
+  return norm(w) < kMinContrast ? difference : w;  // a dark or similar background: use brightness
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ Edge edge_along(const RgbImage& image, Vec2d at, Vec2d normal, double reach_px) 
   }
   const Vec3d w = insensitive_to_shade(inner, inner - outer);
   const double strength = norm(w), whole = dot(inner - outer, w);
-  // Two sides that differ, full inside and empty outside, falling in between.
+  // The sides differ, coverage is full inside and empty outside and falls in between.
   const double level = 0.3 + 12 / std::max(strength, 1.0);
   bool sure = strength > kMinContrast;
   double covered = 0.5;  // the whole samples between the sides, and half a step of the last covered one

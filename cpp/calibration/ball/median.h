@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The median of numbers, the mean of the two in the middle where their count is even.
+// The median of numbers, the mean of the two middle ones if their count is even.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace sdftrack::calibration {
 
-// NaN for none. Reorders them.
+// NaN for an empty list. Reorders the values.
 inline double median_of(std::vector<double>* values) {
   if (values->empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -17,7 +17,7 @@ inline double median_of(std::vector<double>* values) {
   return 0.5 * (*middle + *std::max_element(values->begin(), middle));
 }
 
-// sd of Gaussian residuals by the median of their sizes.
+// sd of Gaussian residuals from the median of their absolute values.
 inline double sd_by_median(const std::vector<double>& residuals) {
   std::vector<double> sizes;
   sizes.reserve(residuals.size());

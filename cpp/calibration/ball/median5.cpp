@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWindow = 5, kCount = kWindow * kWindow, kHalf = kWindow / 2;
 constexpr int kHeld = kCount / 2 + 2;
-constexpr int kPacks = 4;  // at a time: one by one each would wait for its last step
+constexpr int kPacks = 4;  // at a time: a single one would wait for its previous step
 constexpr int kLanes = kPacks * kWidth<BaselineLanes>;
 
 struct WindowLanes {
@@ -28,8 +28,8 @@ void order(WindowLanes& a, WindowLanes& b) {
   }
 }
 
-// Of `kHeld` numbers neither the least nor the most is the median of all: each gives way to a number that is
-// not yet there, until three are left.
+// Neither the least nor the greatest of `kHeld` numbers is the median of all: each is replaced by a number
+// not yet held, until three are left.
 const WindowLanes& window_median(WindowLanes* w) {
   int next = kHeld;
   for (int held = kHeld; held > 2; --held) {
@@ -45,7 +45,7 @@ const WindowLanes& window_median(WindowLanes* w) {
 std::vector<float> median5(const ImageView<float>& image) {
   const int w = image.width, h = image.height;
   std::vector<float> out(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
-  std::vector<float> rows[kWindow];  // with what lies beyond both ends
+  std::vector<float> rows[kWindow];  // extended beyond both ends
   for (std::vector<float>& row : rows) row.resize(static_cast<std::size_t>(w + kWindow + kLanes));
   WindowLanes window[kCount];
   for (int y = 0; y < h; ++y) {

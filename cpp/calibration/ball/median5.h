@@ -8,7 +8,7 @@
 
 namespace sdftrack::calibration {
 
-// Of every pixel of an image; beyond its edge it goes on as it is there.
+// The median for every pixel of an image; border pixels are repeated outside.
 std::vector<float> median5(const ImageView<float>& image);
 
 }  // namespace sdftrack::calibration

@@ -10,7 +10,7 @@ namespace {
 std::uint8_t least(std::uint8_t a, std::uint8_t b) { return std::min(a, b); }
 std::uint8_t most(std::uint8_t a, std::uint8_t b) { return std::max(a, b); }
 
-// Of each pixel and its neighbours along x or y; there are none beyond the image.
+// Applies `pick` to each pixel and its neighbours along x or y within the image.
 template <class Pick>
 Mask picked(const Mask& mask, int dx, int dy, const Pick& pick) {
   Mask out = mask;

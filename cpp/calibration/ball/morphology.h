@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Masks, and the pixels around each of theirs.
+// Masks and morphological operations.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,11 @@ struct Mask {
   }
 };
 
-// Without what a square of 3 x 3 pixels does not fit into.
+// Removes parts into which a square of 3 x 3 pixels does not fit.
 Mask opened(const Mask& mask);
-// With what no square of 3 x 3 pixels beside it fits into.
+// Fills gaps into which a square of 3 x 3 pixels does not fit.
 Mask closed(const Mask& mask);
-// Without what is `reach` pixels or nearer to a pixel of 0 or to the outside of the image, along x, y or
-// both.
+// Removes pixels within `reach` pixels of a 0 or of the outside of the image, along x, y or both.
 Mask eroded(const Mask& mask, int reach);
 
 }  // namespace sdftrack::calibration

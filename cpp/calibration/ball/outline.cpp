@@ -23,7 +23,7 @@ constexpr double kMaxReach_px = 8,
                  kSpare_px = 1.5;            // of a profile to each side; beyond half the edge's width
 constexpr double kGates_px[] = {3, 1.5, 1};  // of edges around the fitted outline, round by round
 constexpr int kCircleTries = 60;
-constexpr double kMinSupport = 0.4;  // of a blob's border by its circle
+constexpr double kMinSupport = 0.4;  // share of a blob's border on its circle
 constexpr int kSectors = 36;
 
 struct Circle {
@@ -44,7 +44,7 @@ std::optional<Circle> circle_through(Vec2d a, Vec2d b, Vec2d c) {
 }
 
 double support_of(const Circle& circle, const std::vector<Vec2d>& border) {
-  // Near sides of a blurred outline are flatter than a circle: a generous band.
+  // Parts of a blurred outline are flatter than a circle: a generous band.
   const double band = std::max(1.2, 0.06 * circle.radius);
   const auto agree = std::count_if(border.begin(), border.end(), [&](Vec2d p) {
     return std::abs(distance(p, circle.centre) - circle.radius) < band;
@@ -98,7 +98,8 @@ std::vector<double> widths_along(const std::vector<Edge>& edges) {
   return out;
 }
 
-// Edges within a gate of the cone that they make, and that cone: edges of the wand and the hand lie off it.
+// The cone of the edges, fitted to those within a gate of it: edges of the wand and the hand are outside the
+// gate.
 std::optional<Cone> gated(double gate_px, const Camera& camera, std::vector<Vec2d>* edges) {
   const std::vector<Vec2d> all = *edges;
   const std::vector<Vec3d> rays = unit_rays(all, camera);
@@ -153,7 +154,7 @@ std::optional<Outline> refined(const RgbImage& image, const Circle& start, const
     for (const Edge& e : found)
       if (e.sure) out.edges_px.push_back(e.at);
     if (out.edges_px.size() < kMinEdges) return std::nullopt;
-    // No farther from the edge than its blur asks for: the surroundings vary.
+    // No farther from the edge than its blur requires: the surroundings vary.
     const std::vector<double> widths = widths_along(found);
     const double most = std::min(kMaxReach_px, 0.4 * curve.radius_px + 0.5);
     for (std::size_t i = 0; i < count; ++i)

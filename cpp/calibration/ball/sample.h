@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Random samples, the same with every C++ standard library: how distributions make them is left to it.
+// Random samples that are the same with every C++ standard library, unlike samples from the library's own
+// distributions.
 #pragma once
 
 #include <cstddef>

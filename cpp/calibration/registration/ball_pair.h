@@ -18,7 +18,8 @@ struct BallPair {
   std::int64_t index = 0;  // of the frame
   Vec3d center_cam{};      // at the time of the depth image, depth camera, m
   Eigen::Matrix3d center_covariance;
-  Vec2d color_px{kUnknown, kUnknown};  // of the centre, not of the outline; NaN: the outline makes no cone
+  // Of the ball's centre, not of the outline's; NaN: no cone fits the outline.
+  Vec2d color_px{kUnknown, kUnknown};
   Eigen::Matrix2d color_covariance = Eigen::Matrix2d::Constant(kUnknown);
   double radius_px = 0, time_s = kUnknown;
 };

@@ -12,8 +12,8 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kJump = 6, kJump_m = 0.03;  // usual deviations, and metres beyond
-constexpr double kLongestGap = 2.5;          // usual periods that the path is carried over
+constexpr double kJump = 6, kJump_m = 0.03;  // usual deviations, plus metres
+constexpr double kLongestGap = 2.5;          // usual periods that the path bridges
 constexpr std::size_t kSlopePoints = 5;
 constexpr double kAtAPoint = 1e-9;  // of a segment
 
@@ -42,7 +42,7 @@ BallPath::BallPath(std::vector<TimedPoint> points) : points_(std::move(points)),
   std::vector<double> steps;
   for (std::size_t i = 1; i < n; ++i) steps.push_back(points_[i].time_s - points_[i - 1].time_s);
   period_s_ = median_of(&steps);
-  // A slope across a gap says little of the motion on either side of it: runs are kept apart.
+  // A slope across a gap tells little about the motion on either side: runs are kept separate.
   for (std::size_t first = 0, last; first < n; first = last) {
     for (last = first + 1; last < n && !is_wide(last - 1);) ++last;
     const std::size_t used = std::min(kSlopePoints, last - first);
@@ -58,7 +58,7 @@ bool BallPath::is_wide(std::size_t segment) const {
 }
 
 BallPath BallPath::through(std::vector<TimedPoint> points) {
-  // The farthest goes first, because it also affects its neighbours.
+  // The farthest is removed first, because it also affects its neighbours.
   while (points.size() > kSlopePoints) {
     std::vector<double> off;
     for (std::size_t i = 1; i + 1 < points.size(); ++i) {
@@ -81,7 +81,7 @@ std::optional<BallPath::At> BallPath::at(double time_s) const {
       after - points_.begin() - 1, 0, static_cast<std::ptrdiff_t>(points_.size()) - 2));
   const TimedPoint &from = points_[k], &to = points_[k + 1];
   const double h = to.time_s - from.time_s, u = (time_s - from.time_s) / h;
-  // At a measured point itself no gap matters.
+  // At a measured point gaps do not matter.
   if (!(u >= -kAtAPoint && u <= 1 + kAtAPoint)) return std::nullopt;
   if (is_wide(k) && u > kAtAPoint && u < 1 - kAtAPoint) return std::nullopt;
   const Vec3d a = from.center_cam, b = to.center_cam, m = h * slope_[k], n = h * slope_[k + 1];

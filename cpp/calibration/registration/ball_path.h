@@ -21,17 +21,17 @@ class BallPath {
  public:
   struct At {
     Vec3d center_cam, velocity;
-    double variance_share;  // of the centre's variance over that of a measured point
+    double variance_share;  // variance of the centre over that of a measured point
   };
 
-  // In the order of time, at least two.
+  // `points`: at least two, in the order of time.
   explicit BallPath(std::vector<TimedPoint> points);
-  // Without points where something else was taken for the ball: those farther from the line between their
-  // neighbours than several times the usual distance, and 3 cm.
+  // The path without points where something else was mistaken for the ball: those farther from the line
+  // between their neighbours than several times the usual distance plus 3 cm.
   static BallPath through(std::vector<TimedPoint> points);
 
   double period_s() const { return period_s_; }
-  // None before its start, after its end and within long gaps.
+  // Empty before its start, after its end and within long gaps.
   std::optional<At> at(double time_s) const;
 
  private:

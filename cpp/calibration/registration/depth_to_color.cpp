@@ -118,7 +118,7 @@ DepthToColor::Pq DepthToColor::Pq_of(const Intrinsics<double>& depth) const {
     }
   } else {
     P = M_.leftCols<3>() * K_inv, q = M_.col(3);
-    // After the projector of changes of M onto those that keep |M[2, :3]| = 1 by rescaling.
+    // Changes of M, projected onto those that keep |M[2, :3]| = 1.
     for (int k = 0; k < kMaxMapUnknowns; ++k) {
       ProjectiveMatrix change = ProjectiveMatrix::Zero();
       change(k / 4, k % 4) = 1;

@@ -19,7 +19,7 @@ constexpr int kMaxMapUnknowns = 12;
 class DepthToColor {
  public:
   struct Pixel {
-    Vec2d px;                                          // NaN for a point that is not before the colour camera
+    Vec2d px;  // NaN for a point that is not in front of the colour camera
     Eigen::Matrix<double, 2, kMaxMapUnknowns> by_map;  // the first `unknowns` columns
     Eigen::Matrix<double, 2, 3> by_point;
   };
@@ -37,13 +37,13 @@ class DepthToColor {
   Pixel at(Vec3d p_cam) const;
   Vec2d pixel(Vec3d p_cam) const { return at(p_cam).px; }
   DepthToColor moved(const Eigen::VectorXd& step) const;
-  // Of each unknown, for damping.
+  // The scale of each unknown, for damping.
   Eigen::VectorXd scales() const;
   // The direction of the projective unknowns that no pair can fix, in units of `scales`.
   Eigen::VectorXd free_direction() const;
 
   // P row by row, then q, of Eq. 3.25 for a depth camera, and their derivatives by the unknowns, at fixed
-  // scale. Of a rigid map: for ideal pixels of the colour camera, distortion removed.
+  // scale. For a rigid map they give ideal pixels of the colour camera, without distortion.
   struct Pq {
     Eigen::Matrix<double, 12, 1> values;
     Eigen::MatrixXd by_map;
@@ -61,7 +61,7 @@ struct CameraAndPlace {
   Eigen::Matrix3d K;
   Rigidd T_color_depth;
 };
-// None: M mirrors points.
+// Empty if M mirrors points.
 std::optional<CameraAndPlace> decompose(const ProjectiveMatrix& M);
 
 }  // namespace sdftrack::calibration

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLargestOffset_s = 0.15;
 constexpr double kLeastOffsetStep_s = 0.01, kOffsetStep = 0.25;  // the latter of the path's period
-// Samples of pairs; with a delay for each of its starts, on a path freed of jumps.
+// Numbers of samples of pairs; with a delay, for each of its starts, on a path without jumps.
 constexpr int kTries = 200, kLateTries = 40, kLeastTries = 20;
 constexpr double kNearlyAll = 0.9;  // of the pairs
 constexpr int kRefits = 2;
@@ -28,7 +28,7 @@ template <class Indices>
 Sample sample_of(const BallPairs& pairs, const Indices& at) {
   Sample out;
   for (const std::size_t i : at) {
-    if (!is_finite(pairs[i].color_px)) continue;  // an outline may make no cone
+    if (!is_finite(pairs[i].color_px)) continue;  // no cone may fit the outline
     out.p_cam.push_back(pairs[i].center_cam), out.color_px.push_back(pairs[i].color_px);
   }
   return out;
@@ -40,7 +40,7 @@ std::optional<DepthToColor> solved(const Sample& sample, const Camera* color) {
   return linear_map(sample.p_cam, sample.color_px);
 }
 
-// The map again from all that agree with it, each pair as good as the others.
+// The map recomputed from all pairs that agree with it, with equal weights.
 std::optional<DepthToColor> solved_again(const DepthToColor& map, const BallPairs& pairs, const Chosen& agree,
                                          const Camera* color) {
   std::vector<std::size_t> at;
@@ -60,7 +60,7 @@ Consensus judged(const DepthToColor& map, const BallPairs& pairs) {
     const Vec2d px = map.pixel(pairs[i].center_cam);
     const double off = std::hypot(px.x - pairs[i].color_px.x, px.y - pairs[i].color_px.y) / kBand_px;
     out.agree[i] = off < 1;
-    if (out.agree[i]) out.score += 1 - off * off;  // among maps with as many pairs the tighter one
+    if (out.agree[i]) out.score += 1 - off * off;  // prefers the tighter of maps with as many pairs
   }
   return out;
 }
@@ -83,7 +83,7 @@ std::vector<TimedPoint> points_of(const BallPairs& pairs, const Chosen& chosen) 
 
 struct Start {
   Consensus found;
-  Chosen right;  // pairs of which none is known to be wrong: what the delayed path does not reach is not
+  Chosen right;  // pairs not known to be wrong, including those outside the delayed path
   double offset_s;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A first map from pairs with outliers, where colour may be late.
+// A first map from pairs with outliers; the colour images may be late.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,23 @@
 
 namespace sdftrack::calibration {
 
-constexpr double kBand_px = 8;  // of the first consensus: pairs are right or wrong by much more
+constexpr double kBand_px = 8;  // of the first consensus: wrong pairs are off by much more
 
-// Pairs that fix a map: of a known colour camera only its place is unknown.
+// The number of pairs that determine a map: for a known colour camera only its pose is unknown.
 inline std::size_t smallest_set(const Camera* color) { return color ? 4 : 6; }
 
-// The map from few pairs with which most others agree, and those (RANSAC).
+// The map from few pairs with which most other pairs agree, and those pairs (RANSAC).
 struct Consensus {
   DepthToColor map;
   Chosen agree;
   double score;
 };
-// color: nullptr for a projective map. A pair whose pixel is not known agrees with none.
+// color: nullptr for a projective map. A pair without a known pixel agrees with no map.
 std::optional<Consensus> consensus(const BallPairs& pairs, const Camera* color, std::uint64_t seed,
                                    int tries);
 
-// The map, and the delay if that is estimated, with the most inliers, refined on them; none where no map has
-// the smallest set.
+// The map, and the delay if it is estimated, with the most inliers, refined on these; empty if none has
+// smallest_set().
 std::optional<MapFit> first_map(const BallPairs& pairs, const Camera* color, bool time_offset,
                                 std::uint64_t seed);
 

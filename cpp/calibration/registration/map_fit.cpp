@@ -13,20 +13,20 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kMaxOff_px = 25;       // of a right pair: a colour image 40 ms late, at 1 m/s
+constexpr double kMaxOff_px = 25;       // limit for a right pair: a colour image 40 ms late, at 1 m/s
 constexpr double kMedianChi2 = 1.3863;  // with two degrees of freedom
 constexpr int kRounds = 12;
-// What the stated noise of the centres counts for, as if so many coordinates had been measured to have it: a
-// dozen pairs on eleven unknowns would else say by chance that there is none.
+// The weight of the centres' stated noise, as a number of measured coordinates: a dozen pairs with eleven
+// unknowns could otherwise show no noise by chance.
 constexpr int kStatedFreedom = 10;
-constexpr double kMinShareLeft =
-    0.05;  // of a residual's variance that the unknowns leave: below, it says nothing
+constexpr double kMinShareLeft = 0.05;  // of a residual's variance left by the unknowns: below, it is ignored
 // Variance of an estimate under Huber's loss over that of plain squares, for Gaussian pairs: with the length
 // r of a pair, E[min(r, k)^2] / 2 over (E[1; r < k] + E[k / (2 r); r > k])^2 at k = 2
 // (docs/math/color_to_depth.md, eq. 15).
 constexpr double kHuberCost = 1.018;
 
-// Of a symmetric matrix, in units of its diagonal: else rounding would eat the least known direction.
+// Pseudo-inverse of a symmetric matrix, scaled by its diagonal: without that, rounding would destroy the
+// least known direction.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H, double least) {
   const Eigen::VectorXd unit = (H.diagonal().array() + 1e-300).rsqrt();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * H * unit.asDiagonal();
@@ -44,7 +44,7 @@ Eigen::MatrixXd hessian_of(const std::vector<PairResidual>& residuals, const Cho
   return H;
 }
 
-// The scale of a projective map is held: no pair fixes it.
+// The scale of a projective map is held fixed, since no pair determines it.
 Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& H, const DepthToColor& map) {
   if (!map.is_projective()) return pseudo_inverse(H, 1e-15);
   Eigen::MatrixXd held = H;
@@ -53,7 +53,7 @@ Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& H, const DepthToColor& map)
   return pseudo_inverse(held, 1e-15);
 }
 
-// Of the variance to the stated one: as measured where that is more, else shrunk towards 1 for few data.
+// Ratio of the variance to the stated one: as measured if that is larger, else shrunk towards 1 for few data.
 double with_the_stated(double measured, int freedom) {
   return std::max(measured, (freedom * measured + kStatedFreedom) / (freedom + kStatedFreedom));
 }
@@ -67,7 +67,7 @@ double studentised2(const PairResidual& r, const Eigen::MatrixXd& inverse, bool 
   double sum = 0;
   for (int k = 0; k < 2; ++k) {
     const double along = pairs.vectors.col(k).dot(r.white);
-    // Where the unknowns leave nothing of a residual, nothing is said of its pair.
+    // A residual that the unknowns fit completely tells nothing about its pair.
     if (pairs.values[k] > kMinShareLeft) sum += along * along / pairs.values[k];
   }
   return sum;
@@ -81,8 +81,8 @@ std::size_t count_usable(const std::vector<PairResidual>& residuals, const Chose
   return n;
 }
 
-// The pairs to go on with, and the scale of all residuals: of the kept ones alone it would shrink with every
-// pair dropped, and drop more.
+// The pairs for the next round, and the scale of all residuals. The scale of only the kept pairs would shrink
+// with every dropped pair, and more pairs would be dropped.
 Chosen chosen_anew(const std::vector<PairResidual>& residuals, const Chosen& kept, int unknowns, int freedom,
                    double* scale) {
   Chosen fitted(kept.size());
@@ -99,7 +99,7 @@ Chosen chosen_anew(const std::vector<PairResidual>& residuals, const Chosen& kep
   return now;
 }
 
-// With the covariance of the state as it is.
+// The result at a state, with its covariance.
 MapFit finished(const MapState& x, const MapResiduals& residuals, const Chosen& kept, int fixed) {
   const std::vector<PairResidual> found = residuals.at(x);
   MapFit out{x.map, x.offset_s, {}, {}, Chosen(kept.size()), 0};

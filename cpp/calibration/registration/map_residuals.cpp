@@ -13,14 +13,13 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kHuber = 2;  // sd of a pair's residual (two coordinates) where the loss becomes linear
-constexpr double kFloor_px =
-    0.02;  // of a colour centre's sd: what sampling of the image leaves without noise
+constexpr double kHuber = 2;  // sd of a pair's residual (two coordinates) at which the loss becomes linear
+constexpr double kFloor_px = 0.02;    // floor of a colour centre's sd: the sampling error without noise
 constexpr double kSmallStep = 1e-13;  // in the unknowns' scales
 
 Eigen::Vector3d to_eigen(Vec3d v) { return {v.x, v.y, v.z}; }
 
-// What the optimiser moves.
+// The system that the optimiser solves.
 class MapSystem {
  public:
   MapSystem(const MapResiduals& residuals, const Chosen& chosen, double scale, MapState* x)
@@ -57,7 +56,7 @@ class MapSystem {
     const std::vector<PairResidual> all = residuals_.at(x);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!chosen_[i]) continue;
-      if (!all[i].known) {  // a pair that leaves the path or the camera costs as much as one that would be
+      if (!all[i].known) {  // a pair outside of the path or the camera costs as much as one that would be
                             // dropped
         out.cost += kHuber * std::sqrt(kDroppedChi2);
         continue;

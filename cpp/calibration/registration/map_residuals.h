@@ -12,7 +12,7 @@
 
 namespace sdftrack::calibration {
 
-// What is estimated.
+// The unknowns.
 struct MapState {
   DepthToColor map;
   double offset_s = 0;
@@ -21,12 +21,12 @@ struct MapState {
 struct PairResidual {
   using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMaxMapUnknowns + 1>;
   Vec2d px{kUnknown, kUnknown};  // measured minus mapped
-  Eigen::Vector2d white;         // by the covariances of both centres
+  Eigen::Vector2d white;         // whitened by the covariances of both centres
   Rows rows;                     // whitened derivatives of the mapped pixel by the unknowns, in their scales
-  bool known = false;            // false: the path or the camera does not reach it
+  bool known = false;            // false: outside of the path or the camera
 };
 
-// Pairs, the path of the ball where the delay is estimated too (nullptr: it is not), both the caller's.
+// The pairs, and the path of the ball if the delay is estimated (else nullptr); both belong to the caller.
 class MapResiduals {
  public:
   MapResiduals(const BallPairs& pairs, const BallPath* path) : pairs_(pairs), path_(path) {}
@@ -42,7 +42,7 @@ class MapResiduals {
   const BallPath* path_;
 };
 
-// From a state on, over the pairs chosen; `scale`: of the whitened residuals.
+// The minimum from a start over the chosen pairs; `scale`: of the whitened residuals.
 MapState minimum(const MapResiduals& residuals, const MapState& start, const Chosen& chosen, double scale);
 
 }  // namespace sdftrack::calibration

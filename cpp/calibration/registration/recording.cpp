@@ -10,15 +10,15 @@ namespace sdftrack::calibration {
 
 namespace {
 
-constexpr double kStaticShare = 0.4;  // of the frames in which the same place holds something round
+constexpr double kStaticShare = 0.4;  // of the frames in which the same place shows something round
 constexpr double kLeastStatic = 5;    // frames
-constexpr double kLateBand_px = 40;   // of the choice between candidates while colour may be late, at 1 m/s
+constexpr double kLateBand_px = 40;   // tolerance when choosing candidates while colour may be late, at 1 m/s
 constexpr int kMapRounds = 6;         // of centres under the last colour camera, and maps from them
 constexpr double kSettled_px = 0.003;
 constexpr double kMinKept = 0.5;
 constexpr std::size_t kLeastKept = 4;
 
-// The colour camera that a projective map implies; `before` where that is no usual camera.
+// The colour camera that a projective map implies; `before` if that is not a plausible camera.
 Camera camera_of(const DepthToColor& map, const Camera& before) {
   const std::optional<CameraAndPlace> found = decompose(map.M());
   if (!found) return before;
@@ -33,7 +33,7 @@ double largest_move(const BallPairs& a, const BallPairs& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
     for (const double off : {a[i].color_px.x - b[i].color_px.x, a[i].color_px.y - b[i].color_px.y})
-      if (std::abs(off) > most) most = std::abs(off);  // what makes no cone has not moved
+      if (std::abs(off) > most) most = std::abs(off);  // an outline without a cone counts as not moved
   return most;
 }
 
@@ -105,7 +105,7 @@ BallRecording::Picks BallRecording::picked_again(const Picks& picks, const Depth
   return out;
 }
 
-// Of the balls that were picked; frames without colour are used, rejected pairs are not.
+// The path of the picked balls; frames without colour are used, rejected pairs are not.
 BallPath BallRecording::path_of(const Picks& picks, const MapFit& fit) const {
   std::vector<TimedPoint> points;
   auto pick = picks.begin();
@@ -113,7 +113,7 @@ BallPath BallRecording::path_of(const Picks& picks, const MapFit& fit) const {
     const bool paired = pick != picks.end() && pick->frame == &f;
     if (paired) {
       const auto k = static_cast<std::size_t>(pick - picks.begin());
-      // A pair that the path did not reach has no residual; it is not wrong for that.
+      // A pair outside the path has no residual, but is not wrong for that reason.
       if (fit.kept[k] || !is_finite(fit.residual_px[k]))
         points.push_back({f.time_s, f.balls[pick->ball].center_cam});
       ++pick;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Depth-to-colour registration by a ball that is moved before both cameras (thesis section 3.7): what the
-// frames show of it, and the map that most of it agrees with.
+// Depth-to-colour registration by a ball that is moved in front of both cameras (thesis section 3.7): the
+// observations of the ball, and the map that agrees with most of them.
 #pragma once
 
 #include <cstdint>
@@ -32,19 +32,19 @@ class BallRecording {
   void add(ObservedFrame frame) { frames_.push_back(std::move(frame)); }
   const std::vector<ObservedFrame>& frames() const { return frames_; }
 
-  // Puts moving candidates before those of the background in each frame.
+  // Puts moving candidates before background candidates in each frame.
   void sort_moving_first(double radius_m);
-  // Of the likeliest candidates of each frame with both, under a colour camera or an estimate of it.
+  // Pairs of the likeliest candidates of each frame with both, under a colour camera or an estimate of it.
   BallPairs pairs(const Camera& color) const;
-  // Pairs, the map, and the colour camera that it implies, in turn until the centres stand still. `color`:
-  // the camera, or with `known` false a first estimate of one of its image size. The frames' times must grow
-  // where the delay is estimated. None: no map agrees with as many pairs as it needs. Few pairs kept: see
+  // Estimates pairs, the map, and the colour camera that it implies in turn, until the centres are stable.
+  // `color`: the camera, or with `known` false a first estimate with its image size. Times must increase from
+  // frame to frame if the delay is estimated. Empty if no map agrees with enough pairs. Few pairs kept: see
   // has_enough.
   std::optional<Registration> registered(const Camera& color, bool known, bool time_offset,
                                          std::uint64_t seed) const;
 
  private:
-  // Of a frame with both: which candidates are taken.
+  // The candidates taken in a frame with both.
   struct Pick {
     const ObservedFrame* frame;
     std::size_t ball, outline;
@@ -60,7 +60,7 @@ class BallRecording {
   std::vector<ObservedFrame> frames_;
 };
 
-// Whether so many pairs agree with the map that it may be right.
+// Whether enough pairs agree with the map for it to be right.
 bool has_enough(const MapFit& fit);
 
 }  // namespace sdftrack::calibration

@@ -16,7 +16,7 @@ namespace sdftrack::calibration {
 
 namespace {
 
-// Similarity that puts the mean at 0 and the mean distance at sqrt(N); of points with a 1 at their end.
+// Similarity that moves the mean to 0 and scales the mean distance to sqrt(N); points end with a 1.
 template <int N>
 Eigen::Matrix<double, N, N> normalising(const std::vector<Eigen::Matrix<double, N, 1>>& points) {
   const auto count = static_cast<double>(points.size());
@@ -32,7 +32,7 @@ Eigen::Matrix<double, N, N> normalising(const std::vector<Eigen::Matrix<double, 
 
 using Complex = std::complex<double>;
 
-// The operators call the compiler's run-time library, which treats infinities; no wheel links that.
+// The operators would call the compiler's run-time library for infinities, which no wheel links.
 Complex product(Complex a, Complex b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
@@ -58,7 +58,7 @@ std::array<Complex, 4> roots_of(const std::array<double, 5>& c) {
   return x;
 }
 
-// Axes along the first side of a triangle, across its plane, and across both.
+// Axes along the first side of a triangle, perpendicular to its plane, and perpendicular to both.
 bool frame_of(const Vec3d* corners, Mat3d* axes) {
   const Vec3d side = corners[1] - corners[0], across = cross(side, corners[2] - corners[0]);
   const double a = norm(side), b = norm(across);
@@ -102,7 +102,7 @@ DepthToColor linear_map(const std::vector<Vec3d>& p_cam, const std::vector<Vec2d
   }
   const Eigen::Matrix4d T3 = normalising<4>(p);
   const Eigen::Matrix3d T2 = normalising<3>(u);
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(12, 12);  // of the squares that the solution makes least
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(12, 12);  // normal equations of the linear system
   for (std::size_t i = 0; i < p.size(); ++i) {
     const Eigen::Vector4d q = T3 * p[i];
     const Eigen::Vector3d y = T2 * u[i];

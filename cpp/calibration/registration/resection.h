@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Maps from few pairs, without a start.
+// Maps from few pairs, without an initial guess.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ DepthToColor linear_map(const std::vector<Vec3d>& p_cam, const std::vector<Vec2d
 // The poses T_color_depth under which three points lie on three unit rays: up to four (Grunert's quartic, in
 // the form of Haralick et al., 1994).
 std::vector<Rigidd> poses_of_three(const Vec3d* p_cam, const Vec3d* rays);
-// Of the poses of the first three of four pairs the one that maps the fourth best; none where they fix none.
+// The pose from the first three of four pairs that maps the fourth best; empty if they determine none.
 std::optional<DepthToColor> resection(const std::vector<Vec3d>& p_cam, const std::vector<Vec2d>& color_px,
                                       const Camera& color);
 

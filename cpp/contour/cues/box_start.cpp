@@ -18,22 +18,22 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kPriorSlope = 2;     // log odds of the object per half a box away from the box's middle
-constexpr double kPriorRadius = 0.9;  // half boxes from the middle, where the place says nothing
+constexpr double kPriorRadius = 0.9;  // half boxes from the middle, where the place gives no evidence
 constexpr int kRounds = 6;
 constexpr int kMaxSide_px = 160;  // a longer side of the box is examined at a lower resolution
 constexpr int kMinSide_px = 8;
-constexpr double kRing = 0.3;  // of the longer side of the box, around it
+constexpr double kRing = 0.3;  // width around the box, as a share of its longer side
 constexpr int kMinRing_px = 12;
 constexpr int kEdgeRadius_px = 3;
 constexpr double kEdgeRadius = 1 / 18.0;  // at most, of the longer side of the box
-constexpr float kEdgeVariance = 0.01f;  // of the brightness (0 to 1): across a lesser edge the mean is plain
-constexpr double kMinPart = 0.02;       // of the largest piece
+constexpr float kEdgeVariance = 0.01f;    // of the brightness (0 to 1): a weaker edge does not bound the mean
+constexpr double kMinPart = 0.02;         // of the largest piece
 constexpr int kMinPixels = 30;
-constexpr double kShifts[] = {-0.05, 0.05};  // of the box, by which a first mask is tested
+constexpr double kShifts[] = {-0.05, 0.05};  // of the box, to test a first mask
 
 int rounded(double x) { return to_int(std::nearbyint(x)); }
 
-// An image and a box in it, which may lie between pixels.
+// An image and a box in it; the box may lie between pixels.
 struct BoxedImage {
   Plane<std::array<unsigned char, 3>> rgb;
   double x0, y0, x1, y1;
@@ -72,7 +72,7 @@ BoxedImage cut(const RgbView& image, const ImagePart& part, const ImagePart& box
   return out;
 }
 
-// Brightness, 0 to 1, by the weights of ITU-R BT.601 in 1 / 2^15.
+// Brightness, 0 to 1, with the weights of ITU-R BT.601 in 1 / 2^15.
 Picture brightness(const BoxedImage& image) {
   return each<float>(image.rgb, [](const std::array<unsigned char, 3>& rgb) {
     const int sum = 9798 * rgb[0] + 19235 * rgb[1] + 3735 * rgb[2];
@@ -80,8 +80,8 @@ Picture brightness(const BoxedImage& image) {
   });
 }
 
-// Log odds that a pixel is the object's by its place in the box, and whether it lies there at all. What
-// touches the sides of a tight box seldom fills its corners.
+// Log odds of the object at a pixel by its position in the box, and whether the pixel is in the box at all.
+// An object that touches the sides of a tight box rarely fills its corners.
 struct PlacePrior {
   Picture log_odds;
   Mask within;
@@ -100,7 +100,7 @@ PlacePrior place_prior(const BoxedImage& image) {
   return out;
 }
 
-// The posterior of colours learned from what the mask holds and what not; none where one of them is empty.
+// Posterior from the colours inside and outside the mask; nullopt if one of the two is empty.
 std::optional<Picture> color_posterior(const BoxedImage& image, const Mask& mask,
                                        const ContourOptions& options) {
   ContourGrid grid;
@@ -118,7 +118,7 @@ std::optional<Picture> color_posterior(const BoxedImage& image, const Mask& mask
   return out;
 }
 
-// The pieces that are not tiny beside the largest.
+// The mask without pieces that are tiny compared with the largest.
 Mask without_specks(const Mask& mask) {
   const Pieces pieces = pieces_of(mask);
   const double least = kMinPart * *std::max_element(pieces.areas.begin(), pieces.areas.end());
@@ -127,7 +127,7 @@ Mask without_specks(const Mask& mask) {
   });
 }
 
-// The colours are learned anew in each round, from what the last one called the object and what it did not.
+// Each round learns the colours again, from the object and the background of the last round.
 std::optional<Mask> segmented(const BoxedImage& image, Mask mask, const ContourOptions& options) {
   const PlacePrior prior = place_prior(image);
   const Picture gray = brightness(image);
@@ -149,7 +149,7 @@ std::optional<Mask> segmented(const BoxedImage& image, Mask mask, const ContourO
   return mask;
 }
 
-// The object in a box, from a guess by its colours: of the whole image; none where next to nothing remains.
+// The object in a box, from a mask `guess` of the whole image; nullopt if almost nothing remains.
 std::optional<Mask> segment_box(const RgbView& image, const ImagePart& box, const unsigned char* guess,
                                 const ContourOptions& options) {
   const ImagePart part = surroundings(image, box);
@@ -189,7 +189,7 @@ ContourFrame start_in_box(ContourTracker* tracker, const RgbView& image, const I
   if (!mask) return frame;
   try {
     return tracker->start(image, mask->values.data());
-  } catch (const std::invalid_argument&) {  // scattered pixels: the start by colours stays
+  } catch (const std::invalid_argument&) {  // scattered pixels: the start by colours is kept
     return frame;
   }
 }
@@ -205,7 +205,7 @@ double first_instability(const RgbView& image, const ImagePart& box, const Mask&
                             std::clamp(box.y1 + dy, 0, image.height)};
     try {
       sum += overlap(first, start_in_box(&tracker, image, shifted).mask.data());
-    } catch (const std::invalid_argument&) {  // there is no object by its colours
+    } catch (const std::invalid_argument&) {  // its colours show no object
     }
   }
   return 1 - sum / std::size(kShifts);

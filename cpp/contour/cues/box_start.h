@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The first segmentation of a box, from colours, the place in the box and the edges of the image
+// The first segmentation of a box, from the colours, the position in the box and the edges of the image
 // (docs/math/contour.md, section 5).
 #pragma once
 
@@ -8,12 +8,12 @@
 
 namespace sdftrack::contour {
 
-// Starts with a box as options().box_prior says. Throws std::invalid_argument, and changes nothing, where the
-// colours in the box are those around it.
+// Starts with a box according to options().box_prior. Throws std::invalid_argument, and changes nothing, if
+// the colours in the box are the same as those around it.
 ContourFrame start_in_box(ContourTracker* tracker, const RgbView& image, const ImagePart& box);
 
-// 1 less the mean IoU of the first mask, of the whole image, and those of the box shifted a little: how
-// little the box determines it.
+// 1 minus the mean IoU of the first mask, of the whole image, with the masks of slightly shifted boxes: a
+// large value means that the box does not determine the mask.
 double first_instability(const RgbView& image, const ImagePart& box, const Mask& first,
                          const ContourOptions& options);
 

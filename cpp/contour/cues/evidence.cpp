@@ -11,10 +11,10 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr int kBits = 3;         // of each colour channel that are compared
+constexpr int kBits = 3;         // of each colour channel, for the comparison
 constexpr double kMemory = 0.8;  // weight of the past in the mean disagreement with the flow
 
-// By term of the regression.
+// One for each term of the regression.
 constexpr const char* kReasons[] = {
     "the outline does not move as the image inside it does",
     "the outline has not moved as the image inside it did in the last frames",

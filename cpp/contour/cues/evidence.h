@@ -13,21 +13,21 @@
 
 namespace sdftrack::contour {
 
-// What an outline is judged by.
+// The observations from which an outline's confidence is computed.
 struct Evidence {
-  double disagreement = 0;       // 1 less the IoU of the mask and the last mask moved by the optical flow
-  double mean_disagreement = 0;  // the same, averaged over the last frames
-  double strangeness = 0;  // 1 less the affinity (sum of sqrt(p q)) of the colours inside and at the start
+  double disagreement = 0;       // 1 minus the IoU of the mask and the last mask moved by the optical flow
+  double mean_disagreement = 0;  // disagreement, averaged over the last frames
+  double strangeness = 0;  // 1 minus the affinity (sum of sqrt(p q)) of the colours inside and at the start
   double first_instability = 0;  // of a first mask from a box (box_start.h); 0 for a start from a mask
-  double shared = 0;             // of the outline, beside which the colours are the object's (ContourReport)
+  double shared = 0;             // share of the outline with the object's colours next to it (ContourReport)
 };
 
 // Logistic regression of "IoU >= 0.5": `python -m experiments run contour_confidence --fit` prints these.
 constexpr double kEvidenceBias = 4.23;
-constexpr std::array<double, 4> kEvidenceWeights = {-2.21, -8.91, -4.23, -5.67};  // but for `shared`
-constexpr double kSure = 0.9;                                                     // ok from here on
+constexpr std::array<double, 4> kEvidenceWeights = {-2.21, -8.91, -4.23, -5.67};  // without `shared`
+constexpr double kSure = 0.9;                                                     // status ok from here on
 constexpr double kMaxShared = 0.55;                                               // chosen on the same videos
-constexpr double kMaxInstability = 0.2;  // of a first mask: what is followed from there may be anything
+constexpr double kMaxInstability = 0.2;  // of a first mask; above it the tracked region may be anything
 
 // Estimated chance that the outline's IoU with the truth is one half or more.
 double certainty(const Evidence& evidence);
@@ -37,18 +37,18 @@ struct EvidenceVerdict {
   std::string reason;
   double confidence;
 };
-// What the colours call lost or weak stays so.
+// A status of lost or weak from the colours is kept.
 EvidenceVerdict verdict(const Evidence& evidence, ContourStatus status, const std::string& reason);
 
-// Compares each frame's mask, a byte per pixel, with the first one, and with the last moved by the flow.
+// Compares each frame's mask, a byte per pixel, with the first mask and with the last mask moved by the flow.
 class EvidenceGatherer {
  public:
   EvidenceGatherer() = default;
   EvidenceGatherer(const RgbView& image, const unsigned char* mask, double first_instability);
 
-  // The flow from this image to the last one, nullptr: none.
+  // flow: from this image to the last one; nullptr: no flow.
   Evidence gather(const RgbView& image, const unsigned char* mask, const FlowView* flow, double shared);
-  // A frame without an outline.
+  // For a frame without an outline.
   void skip(const unsigned char* mask) { keep(mask); }
   int width() const { return mask_.width; }
   int height() const { return mask_.height; }
@@ -67,9 +67,9 @@ class EvidenceGatherer {
   double first_instability_ = 0, mean_ = 0;
 };
 
-// Shares of the colours inside, in bins of 32 levels per channel; 0 where there is nothing inside.
+// Shares of the colours inside, in bins of 32 levels per channel; all 0 for an empty mask.
 std::vector<double> colors_inside(const RgbView& image, const unsigned char* mask);
-// The last mask where the flow takes it; pixels beside the flow's part stay.
+// The last mask moved by the flow; pixels outside the flow's part stay.
 Mask moved_mask(const Mask& mask, const FlowView& flow);
 
 }  // namespace sdftrack::contour

@@ -9,7 +9,7 @@ namespace sdftrack::contour {
 
 namespace {
 
-// Of matrices; the order of a sum does not depend on the machine.
+// Product of matrices; the order of summation does not depend on the machine.
 Plane<double> product(const Plane<double>& a, const Plane<double>& b) {
   Plane<double> out(b.width, a.height);
   for (int i = 0; i < a.height; ++i)

@@ -20,12 +20,12 @@ struct Frequency {
 
 class CosineSeries {
  public:
-  // Of the first n harmonics of a grid of `size` x `size` pixels.
+  // The first n harmonics of a grid of `size` x `size` pixels.
   CosineSeries(int n, HarmonicOrder order, int size);
 
   // The lowest harmonic first; within one, from (0, k - 1) along the shell to (k - 1, 0).
   const std::vector<Frequency>& layout() const { return layout_; }
-  // Of a picture of the grid, 1 inside and 0 outside.
+  // Coefficients of a picture of the grid, 1 inside and 0 outside.
   std::vector<double> coefficients(const Picture& inside) const;
   std::vector<double> coefficients(const Mask& inside) const;
   // The series at the pixel centres of an image of any size.

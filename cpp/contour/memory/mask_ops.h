@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is done to masks: rims, slivers, distances, pieces.
+// Operations on masks: rims, slivers, distances, pieces.
 #pragma once
 
 #include <vector>
@@ -15,25 +15,25 @@ inline Mask both(const Mask& a, const Mask& b) {
 inline Mask union_of(const Mask& a, const Mask& b) {
   return each<unsigned char>(a, b, [](unsigned char x, unsigned char y) { return x | y; });
 }
-// Of `a` without `b`.
+// Pixels of `a` that are not in `b`.
 inline Mask without(const Mask& a, const Mask& b) {
   return each<unsigned char>(a, b, [](unsigned char x, unsigned char y) { return x & (y ^ 1); });
 }
-// Where a distance is negative.
+// Pixels with a negative distance.
 Mask inside_of(const Picture& phi);
 
 // Pixels inside that have one of their four neighbours outside, or beyond the border.
 Mask edge_of(const Mask& mask);
-// All pixels no farther than `by` along each axis.
+// All pixels within `by` of the mask along each axis.
 Mask grown(const Mask& mask, int by);
 // The parts thicker than 2 `sliver` pixels, including their rim.
 Mask thick_parts(const Mask& mask, int sliver);
 
-// Distance of each pixel to the edge between inside and outside, pixels, negative inside, no farther than
-// `reach_px`. The edge lies half a pixel before the first pixel beyond.
+// Distance of each pixel to the edge between inside and outside, in pixels, negative inside, clamped to
+// `reach_px`. The edge lies half a pixel before the first outside pixel.
 Picture signed_distances(const Mask& mask, float reach_px);
 
-// Pieces connected over sides and corners: the number of each pixel's, from 1 on, 0 outside; their areas by
+// Pieces connected over sides and corners. numbers: each pixel's piece, from 1 on, 0 outside; areas: by piece
 // number.
 struct Pieces {
   Plane<int> numbers;

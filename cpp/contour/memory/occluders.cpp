@@ -13,7 +13,7 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kMinShare = 0.0015;  // of the grid (6 of 64 x 64 pixels): smaller pieces are ragged edges
-// Of the object in the hull of two pieces: where more of it is seen, they are two occluders.
+// Visible share of the object in the hull of two pieces, above which they are two occluders.
 constexpr double kSeenBetween = 0.25;
 
 using Point = std::pair<int, int>;  // x, y
@@ -22,7 +22,7 @@ int turn(const Point& a, const Point& b, const Point& c) {
   return (b.first - a.first) * (c.second - a.second) - (b.second - a.second) * (c.first - a.first);
 }
 
-// Corners of the convex hull, one after the other, by Andrew's monotone chain.
+// Corners of the convex hull in order, by Andrew's monotone chain.
 std::vector<Point> hull_of(std::vector<Point> points) {
   std::sort(points.begin(), points.end());
   if (points.size() < 3) return points;
@@ -33,13 +33,13 @@ std::vector<Point> hull_of(std::vector<Point> points) {
       while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // the first of the other side
+    hull.pop_back();  // the first one of the other side
     std::reverse(points.begin(), points.end());
   }
   return hull;
 }
 
-// Whether a pixel lies in the region, or no more than half a pixel beside it, along the axis that crosses the
+// Whether a pixel lies in the region or at most half a pixel outside it, along the axis that crosses the
 // edge.
 bool holds(const std::vector<Point>& hull, const Point& p) {
   for (std::size_t i = 0; i < hull.size(); ++i) {
@@ -50,7 +50,7 @@ bool holds(const std::vector<Point>& hull, const Point& p) {
   return true;
 }
 
-// Of the object in a convex region, the share that is visible.
+// The visible share of the object within a convex region.
 double seen_share(const std::vector<Point>& hull, const Mask& hidden, const Mask& seen) {
   const auto by_y = [](const Point& a, const Point& b) { return a.second < b.second; };
   const auto [left, right] = std::minmax_element(hull.begin(), hull.end());
@@ -64,7 +64,7 @@ double seen_share(const std::vector<Point>& hull, const Mask& hidden, const Mask
   return static_cast<double>(n_seen) / std::max(1, n_seen + n_hidden);
 }
 
-// Hulls of the pieces that are not ragged edges.
+// Hulls of the pieces, without ragged edges.
 std::vector<std::vector<Point>> hulls_of(const Mask& hidden, double of_largest) {
   const Pieces pieces = pieces_of(hidden);
   const int largest = *std::max_element(pieces.areas.begin(), pieces.areas.end());
@@ -78,7 +78,7 @@ std::vector<std::vector<Point>> hulls_of(const Mask& hidden, double of_largest) 
   return out;
 }
 
-// Joins the first two groups that are one; false where there are none.
+// Joins the first two groups that belong together; false if there are none.
 bool join_two(const Mask& hidden, const Mask& seen, std::vector<std::vector<Point>>* groups) {
   for (std::size_t i = 0; i < groups->size(); ++i)
     for (std::size_t j = i + 1; j < groups->size(); ++j) {

@@ -15,19 +15,19 @@ namespace sdftrack::contour {
 namespace {
 
 constexpr double kMinLoss = 0.05;  // share of the area that must be missing for an occlusion to be considered
-constexpr double kLossErrors = 5;  // the same in rms errors of the predicted size
-constexpr std::size_t kLearntAfter = 10;  // frames: a silhouette that is about to be covered is not learned
-// Of a 64 x 64 frame: pixels of the object's colours so near to the expected silhouette are its own.
+constexpr double kLossErrors = 5;  // the same in units of the rms error of the predicted size
+constexpr std::size_t kLearntAfter = 10;  // frames: a silhouette that is about to be covered is not learnt
+// In a 64 x 64 frame: pixels of the object's colours this near to the expected silhouette belong to it.
 constexpr float kNear_px = 2.5f;
-// Distances at which pixels of the object's colours lie beyond the expected silhouette.
+// Distances beyond the expected silhouette at which pixels of the object's colours are counted.
 constexpr float kOff_px[] = {1.5f, 8};
-constexpr double kSmoothed_px = 1;   // of the posterior, before it is cut at one half
-constexpr float kMinKnown = 0.2f;    // mean |2 p - 1| around a pixel; less: the colours are of neither side
-constexpr int kMinSeen = 12;         // pixels of the frame; fewer say nothing
+constexpr double kSmoothed_px = 1;   // of the posterior, before it is thresholded at one half
+constexpr float kMinKnown = 0.2f;    // mean |2 p - 1| around a pixel; less: colours of neither side
+constexpr int kMinSeen = 12;         // pixels of the frame; fewer give no information
 constexpr double kMinPiece = 0.25;   // of the largest hidden piece: smaller ones are limbs in another pose
 constexpr double kMinWeight = 0.02;  // of a frame with nearly everything hidden, in the motion
 
-// The visible part of a silhouette that was found, in its frame; sets the pixels of its colours beyond it.
+// The visible part of a found silhouette, in its frame; sets the number of pixels with its colours beyond it.
 Mask seen_part(const Mask& mask, const Picture& signed_odds, const GridWarp& warp, int size, Found* found) {
   const auto in_frame = [&](const Picture& picture) {
     return seen_from(picture, warp, found->placement, size);
@@ -72,7 +72,7 @@ void OcclusionHandler::begin(const ContourTracker& tracker, const SilhouetteMemo
   whole(Shape(tracker.grid()), memory.library().size());
 }
 
-// Adds a shape that is seen as a whole to the motion; in the memory's frame.
+// Adds a fully visible shape to the motion; returns it in the memory's frame.
 Mask OcclusionHandler::whole(const Shape& shape, int size) {
   motion_.add(time_, shape.placement);
   size_px_ = shape.placement.size_px;
@@ -113,7 +113,7 @@ OcclusionHandler::Judged OcclusionHandler::judge(ContourTracker* tracker, const 
   return judge_loss(shape, predicted, posterior, *memory);
 }
 
-// After a loss the motion starts again, the size does not.
+// After a loss the motion starts again, but the size is kept.
 Prediction OcclusionHandler::predict(const Shape& shape) {
   if (lost_) {
     motion_.forget();

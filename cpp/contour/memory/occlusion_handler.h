@@ -24,10 +24,10 @@ class OcclusionHandler {
     Mask recovered;  // on the tracker's grid, where the shape is occluded
   };
 
-  // The first frame, in which the object is seen as a whole.
+  // The first frame, in which the whole object is visible.
   void begin(const ContourTracker& tracker, const SilhouetteMemory& memory);
-  // The shape that the tracker has observed in `image`, between its observe and finish. `burn_in`: the object
-  // is seen as a whole, the memory learns and judges nothing.
+  // The shape that the tracker has observed in `image`, between its calls of observe and finish. `burn_in`:
+  // the whole object is visible; the memory learns without judging.
   Judged judge(ContourTracker* tracker, const RgbView& image, bool burn_in, SilhouetteMemory* memory);
 
   template <class Archive, class Self>
@@ -39,7 +39,7 @@ class OcclusionHandler {
   }
 
  private:
-  // The tracker's grid: the mask on it, and what maps its cells, counted from the corner, to the image.
+  // The mask on the tracker's grid, and the map of its cells, counted from the corner, to the image.
   struct Shape {
     Mask mask;
     GridWarp warp;

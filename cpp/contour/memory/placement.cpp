@@ -11,13 +11,13 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr std::size_t kHistory = 8;    // frames that a prediction is made of
+constexpr std::size_t kHistory = 8;    // frames used for a prediction
 constexpr double kDecay = 4;           // frames after which the weight has fallen to 1 / e
-constexpr double kMinVelocity = 0.1;   // of the weights, added to the velocity's: a few frames do not tell it
+constexpr double kMinVelocity = 0.1;   // of the weights, added to the velocity's: a few frames do not fix it
 constexpr std::size_t kErrors = 60;    // frames whose errors are kept
-constexpr std::size_t kMinErrors = 6;  // below, their rms is not measured yet
-constexpr double kFirstError = 0.02;   // what is assumed until then
-constexpr double kMaxError = 0.2;      // of the size: one jump does not make all later ones likely
+constexpr std::size_t kMinErrors = 6;  // with fewer, their rms is not used yet
+constexpr double kFirstError = 0.02;   // assumed until then
+constexpr double kMaxError = 0.2;      // of the size: limits the effect of one jump
 
 Picture as_picture(const Mask& mask) {
   return each<float>(mask, [](unsigned char inside) { return static_cast<float>(inside); });
@@ -63,7 +63,7 @@ Placement placement_of(const Mask& mask, const GridWarp& warp) {
 Picture seen_from(const Picture& picture, const GridWarp& warp, const Placement& placement, int size,
                   int margin) {
   GridWarp to_cells = after(warp.inverse(), placement.to_image(size));
-  const double cells = to_cells.scale();  // per pixel of the frame
+  const double cells = to_cells.scale();  // cells per pixel of the frame
   to_cells = after(to_cells, {{1, 0, 0, 1}, {-1.0 * margin, -1.0 * margin}});
   const int n = size + 2 * margin, radius = to_int(cells / 2);
   return cells > 1 && radius > 0 ? warped(box_mean(picture, radius), to_cells, n, n)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a silhouette lies in an image, between the memory's frame and the tracker's grid, and where it will.
+// A silhouette's place in an image, between the memory's frame and the tracker's grid, and its prediction.
 //
 // The tracker's grid follows the bounding box of the visible part in jumps, but a memory needs equal shapes
 // at equal places. Its frame is therefore centred at the silhouette's centroid, has a fixed area (as in
@@ -15,31 +15,31 @@
 namespace sdftrack::contour {
 
 // Square root of a silhouette's area over the side of its frame: a thin body three times as long as wide
-// still fits in.
+// still fits.
 constexpr double kFill = 0.35;
 
 struct Placement {
   std::array<double, 2> center_px = {0, 0};   // centroid in the image
   double size_px = 1;                         // square root of the area
-  std::array<double, 4> turn = {1, 0, 0, 1};  // 2 x 2, determinant 1: axes of the frame to the image's
+  std::array<double, 4> turn = {1, 0, 0, 1};  // 2 x 2, determinant 1: from the frame's to the image's axes
 
-  // From pixels of a frame of `size` x `size`.
+  // Maps pixels of a frame of `size` x `size` to the image.
   GridWarp to_image(int size) const;
   // Shifted by x, y pixels of the frame, then scaled and turned.
   Placement moved(const std::array<double, 4>& move, int size) const;
 };
 
-// Of a mask that is not empty.
+// The mask must not be empty.
 Placement placement_of(const Mask& mask, const GridWarp& warp);
 
-// A picture of the tracker's grid in a placement's frame, by area where it shrinks; 0 beyond the grid.
+// A picture of the tracker's grid in a placement's frame, averaged where it shrinks; 0 beyond the grid.
 Picture seen_from(const Picture& picture, const GridWarp& warp, const Placement& placement, int size,
                   int margin = 0);
 Mask seen_from(const Mask& mask, const GridWarp& warp, const Placement& placement, int size);
-// A mask of a placement's frame on the tracker's grid.
+// Maps a mask of a placement's frame to the tracker's grid.
 Mask put_back(const Mask& mask, const GridWarp& warp, const Placement& placement, int width, int height);
 
-// Place and size that are expected, and the rms error of earlier expectations over the size.
+// Expected place and size, and the rms error of earlier predictions relative to the size.
 struct Prediction {
   std::array<double, 2> center_px = {0, 0};
   double size_px = 1, place_error = 0, size_error = 0;
@@ -48,7 +48,7 @@ struct Prediction {
 // Constant velocity and size from the weighted places and sizes of the last frames.
 class MotionPredictor {
  public:
-  // A weight of 1: the whole silhouette was visible.
+  // A weight of 1 means that the whole silhouette was visible.
   void add(int time, const Placement& placement, double weight = 1);
   // Drops the places; the errors of earlier predictions are kept.
   void forget() { seen_.clear(); }

@@ -34,7 +34,7 @@ struct Plane {
 using Picture = Plane<float>;
 using Mask = Plane<unsigned char>;  // 0 or 1
 
-// A plane whose values are those of one or two others, put through a function.
+// Applies a function to each value of one plane, or to each pair of values of two planes.
 template <class Out, class In, class Function>
 Plane<Out> each(const Plane<In>& in, const Function& function) {
   Plane<Out> out(in.width, in.height);

@@ -10,7 +10,7 @@ namespace sdftrack::contour {
 
 namespace {
 
-// A sample of a line as the weighted sum of samples of another, from `first` on.
+// A sample of a line as the weighted sum of samples of another line, starting at `first`.
 struct Taps {
   int first = 0;
   std::vector<float> weights;
@@ -22,7 +22,7 @@ int within(int i, int n, Border border) {
   return i;
 }
 
-// Rows and columns with the same odd kernel.
+// Convolves rows and columns with the same odd kernel.
 Picture convolved(const Picture& source, const std::vector<float>& kernel, Border border) {
   const int radius = static_cast<int>(kernel.size()) / 2;
   Picture along_x(source.width, source.height), out(source.width, source.height);
@@ -100,7 +100,7 @@ Picture resized(const Picture& source, int width, int height) {
   return out;
 }
 
-// Summed in double: small variances are differences of such means.
+// Summed in double, because small variances are differences of such means.
 Picture box_mean(const Picture& source, int radius) {
   Plane<double> along_x(source.width, source.height);
   Picture out(source.width, source.height);
@@ -133,7 +133,7 @@ Picture box_mean(const Picture& source, int radius) {
 }
 
 Picture blurred(const Picture& source, double sigma_px, Border border) {
-  constexpr double kReach = 4;  // sigmas to either side
+  constexpr double kReach = 4;  // sigmas to each side
   const int radius = std::max(1, to_int(std::round(kReach * sigma_px)));
   std::vector<float> kernel;
   double sum = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pictures resampled, averaged and blurred.
+// Resampling, averaging and blurring of pictures.
 #pragma once
 
 #include "contour/grid_warp.h"
@@ -10,10 +10,10 @@ namespace sdftrack::contour {
 // x, y -> outer(inner(x, y)).
 GridWarp after(const GridWarp& outer, const GridWarp& inner);
 
-// The plane at `to_source` of each pixel of a new one, bilinear, 0 beyond the source.
+// The plane sampled at `to_source` of each pixel of a new plane, bilinear, 0 beyond the source.
 template <class T>
 Plane<T> warped(const Plane<T>& source, const GridWarp& to_source, int width, int height) {
-  // With a border of zeros no pixel needs a question about the edge.
+  // With a border of zeros no pixel needs a test for the edge.
   Plane<T> bordered(source.width + 3, source.height + 3);
   for (int y = 0; y < source.height; ++y) std::copy_n(source.row(y), source.width, bordered.row(y + 1) + 1);
   const double most_u = source.width + 1, most_v = source.height + 1;
@@ -48,13 +48,13 @@ Plane<T> block_means(const Plane<T>& source, int block) {
   return out;
 }
 
-// To another size, by area where it shrinks, else bilinear.
+// Resizes, by area averaging where the picture shrinks, else bilinear.
 Picture resized(const Picture& source, int width, int height);
 
-// Mean over squares of 2 radius + 1 pixels, the border mirrored.
+// Mean over squares of 2 radius + 1 pixels, with the border mirrored.
 Picture box_mean(const Picture& source, int radius);
 
-// Which pixels stand for those beyond the border: from there backwards, or the last.
+// Pixels that replace those beyond the border: the mirrored ones, or the last one.
 enum class Border { kMirrored, kRepeated };
 
 Picture blurred(const Picture& source, double sigma_px, Border border);

@@ -16,22 +16,22 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kReach_px = 4;              // distances are cut there: farther away only the sign matters
-constexpr float kStepsPerPx = 16;           // distances are kept as whole numbers of steps, one byte each
+constexpr float kReach_px = 4;              // distances are clamped here: farther away only the sign matters
+constexpr float kStepsPerPx = 16;           // distances are stored as whole numbers of steps, one byte each
 constexpr int kSquare = 2;                  // pixels per sample of the small pictures that are compared
-constexpr std::size_t kCompared = 32;       // compared by small pictures, once the harmonics have chosen them
-constexpr double kSoftness_px = 2;          // silhouettes are averaged whose sticking out differs by about
+constexpr std::size_t kCompared = 32;       // compared by small pictures, after preselection by the harmonics
+constexpr double kSoftness_px = 2;          // silhouettes are averaged if their excess differs by about
 constexpr double kSoftness = 0.1;           // this, in pixels and as a share
 constexpr float kMinRelativeWeight = 0.1f;  // of the best: less likely ones are left out of the average
-constexpr double kSmoothing = 4;       // px of blur for each px that is stuck out by: a new pose is vague
-constexpr double kMinBlur_px = 0.5;    // less than this changes nothing
-constexpr float kExplained_px = 2;     // a contour pixel nearer to the expected contour is explained
-constexpr int kOccludersEdge_px = 2;   // beside what is hidden: there the outline is the occluder's
-constexpr float kDeep_px = 1.5f;       // deeper, a pixel is inside in any pose that is likely
-constexpr double kWellKnown_px = 0.4;  // sticking out per contour pixel, up to which slivers are thin
+constexpr double kSmoothing = 4;            // px of blur per px of excess: a new pose is uncertain
+constexpr double kMinBlur_px = 0.5;         // a smaller blur has no effect
+constexpr float kExplained_px = 2;          // a contour pixel nearer to the expected contour is explained
+constexpr int kOccludersEdge_px = 2;        // next to a hidden part: there the outline is the occluder's
+constexpr float kDeep_px = 1.5f;            // a deeper pixel is inside in every likely pose
+constexpr double kWellKnown_px = 0.4;       // excess per contour pixel, up to which slivers are thin
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-// Pixels inside, in squares; a last odd row or column is left out.
+// Number of pixels inside each square; a last odd row or column is left out.
 std::vector<std::int16_t> small_picture(const Mask& mask) {
   const int side = mask.width / kSquare;
   std::vector<std::int16_t> out;
@@ -85,7 +85,7 @@ SilhouetteLibrary::Shape SilhouetteLibrary::shape_of(const Mask& mask) const {
   return out;
 }
 
-// Pixels by which each stored silhouette differs from a mask, over the mask's area.
+// Number of pixels by which each stored silhouette differs from a mask, over the mask's area.
 std::vector<float> SilhouetteLibrary::differences(const Mask& mask) const {
   const double area = area_of(mask);
   std::vector<float> out;
@@ -98,7 +98,7 @@ std::vector<float> SilhouetteLibrary::differences(const Mask& mask) const {
 }
 
 void SilhouetteLibrary::add(const Mask& mask) {
-  if (area_of(mask) == 0) return;  // nothing to compare with
+  if (area_of(mask) == 0) return;  // no comparison is possible
   std::vector<float> unlike = differences(mask);
   ++clock_;
   const auto nearest = std::min_element(unlike.begin(), unlike.end());
@@ -199,9 +199,9 @@ std::vector<float> SilhouetteLibrary::dissimilarity(const Mask& mask) const {
   return out;
 }
 
-// The silhouettes beyond which the observed one extends least, and by how many pixels each. With f = +1
-// inside and -1 outside, the product of two pictures over all pixels is that of their series, and
-// 4 |a and b| = f_a . f_b + 2 |a| + 2 |b| - size^2: the harmonics preselect, the small pictures decide.
+// The silhouettes that the observed one exceeds least, and the excess of each in pixels. With f = +1 inside
+// and -1 outside, the product of two pictures over all pixels is that of their series, and 4 |a and b| = f_a
+// . f_b + 2 |a| + 2 |b| - size^2: the harmonics preselect, the small pictures decide.
 std::vector<int> SilhouetteLibrary::nearest(const Mask& mask, std::vector<float>* beyond_px) const {
   std::vector<int> near(shapes_.size());
   std::iota(near.begin(), near.end(), 0);

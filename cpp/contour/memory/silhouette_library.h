@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A library of unoccluded silhouettes, and how they explain a partly occluded one (docs/shape_memory.md).
+// A library of unoccluded silhouettes, which explain a partly occluded one (docs/shape_memory.md).
 //
 // An occluder takes pixels away from a silhouette and adds none. A stored silhouette therefore explains an
-// observed one as far as the observed one does not extend beyond it; what it has in excess may be hidden. In
-// contrast to the regression of thesis 6.3.4, no harmonic of the observed silhouette has to be correct.
+// observed one to the extent that the observed one does not reach beyond it; its excess may be hidden. Unlike
+// in the regression of thesis 6.3.4, no harmonic of the observed silhouette has to be correct.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@
 
 namespace sdftrack::contour {
 
-// The seen part together with the hidden part, and the hidden part alone.
+// The visible and the hidden part together, and the hidden part alone.
 struct Completion {
   Mask completed, hidden;
 };
 
-// Slivers along the seen contour are differences between two poses: up to 2 px thick they are ignored, up to
+// Slivers along the visible contour are differences between two poses. They are ignored up to 2 px thick, or
 // 4 px where the visible silhouette extends far beyond the expected one (`off_px` per contour pixel).
 Completion with_hidden(const Mask& seen, const Mask& expected, double off_px);
 Completion with_hidden(const Mask& seen, const Mask& expected);
@@ -28,7 +28,7 @@ Completion with_hidden(const Mask& seen, const Mask& expected);
 // The average of some of the stored silhouettes.
 struct Expected {
   Picture phi;                 // signed distances, pixels, negative inside
-  double beyond_px = 0;        // observed pixels beyond it
+  double beyond_px = 0;        // observed pixels outside the expected silhouette
   std::vector<float> weights;  // of the silhouettes that were averaged
   std::vector<int> finalists;  // their places in the library
 };
@@ -39,25 +39,25 @@ struct Explanation {
   double missing = 0;    // share of the whole that is not visible; slivers count, even if not in `hidden`
   double riddled = 0;    // share of the expected interior that is neither visible nor explained as hidden
   double beyond_px = 0;  // area of the observed silhouette beyond the best stored one
-  double off_px = 0;     // the same per pixel of its contour
+  double off_px = 0;     // beyond_px per pixel of the observed contour
   double explained = 0;  // share of the observed contour that lies on the expected one
   double outline = 0;    // length of that part over the length of the expected contour
   std::vector<float> weights;
   std::vector<int> finalists;
 
-  // Whether `hidden` may be a difference between two poses: these stick out as much as they lack, while an
-  // occluder only takes away. Infinite where nothing is hidden.
+  // Ratio that tells whether `hidden` may be a difference between two poses: another pose sticks out as much
+  // as it lacks, while an occluder only takes away. Infinite where nothing is hidden.
   double doubt() const;
 };
 
 class SilhouetteLibrary {
  public:
   struct Options {
-    int n_harmonics = 10;  // of the codes by which the nearest silhouettes are found
+    int n_harmonics = 10;  // of the codes that find the nearest silhouettes
     HarmonicOrder order = HarmonicOrder::kMax;
     int size = 64;          // side of the grid
     int capacity = 256;     // beyond it, the older of the two most similar silhouettes is replaced
-    double spacing = 0.02;  // symmetric difference over area below which a silhouette is known and not kept
+    double spacing = 0.02;  // symmetric difference over area below which a silhouette is not stored
   };
   explicit SilhouetteLibrary(const Options& options);
 
@@ -70,22 +70,22 @@ class SilhouetteLibrary {
     return at(place).templates[stage];
   }
 
-  // Keeps a silhouette unless a similar one is kept already.
+  // Stores a silhouette unless a similar one is stored already.
   void add(const Mask& mask);
-  // By the stored ones; there must be at least one.
+  // Explains a mask by the stored silhouettes; there must be at least one.
   Explanation explain(const Mask& mask) const;
-  // By one that is expected. `own_edge`: the outline beside the hidden part is the occluder's and need not be
-  // explained.
+  // Explains a mask by one expected silhouette. `own_edge`: the outline next to the hidden part belongs to
+  // the occluder and need not be explained.
   Explanation explain_by(const Mask& mask, const Expected& expected, bool own_edge = false) const;
   // Weighted average of signed distances, pixels.
   Picture average(const std::vector<float>& weights, const std::vector<int>& places) const;
-  // Symmetric difference of each to a mask over its area, from small pictures.
+  // Symmetric difference of each silhouette to a mask over the mask's area, from small pictures.
   std::vector<float> dissimilarity(const Mask& mask) const;
 
-  // What is to be kept of a library, beside the masks; and a library that goes on from it.
+  // The saved state of a library, in addition to the masks; a library can continue from it.
   struct State {
     std::vector<Mask> masks;
-    std::vector<float> unlike;  // of each to each, by rows
+    std::vector<float> unlike;  // of each silhouette to each, by rows
     std::vector<std::int64_t> ages;
     std::int64_t clock = 0;
   };

@@ -12,14 +12,14 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr int kFirst = 5;  // silhouettes, from which on the error of the next is taken for a known shape's
+constexpr int kFirst = 5;  // silhouettes, from which on the next one's error calibrates the threshold
 constexpr double kMinKnownDetails =
     0.5;                             // of the details; less is novel (Table 6.3: more than half of the units)
-constexpr double kMinOutline = 0.2;  // of the expected outline; where less is seen, all details are hidden
-constexpr double kMaxOff_px = 2;     // sticking out per contour pixel of a 64 x 64 grid
-constexpr double kMaxDoubt = 2;  // of what would be added; above, the visible part may be nearer the truth
-constexpr double kMaxRiddled = 0.15;  // of the inside, neither seen nor in one piece hidden: leaves, slats
-constexpr double kMinError = 0.02;    // share not seen, up to which a difference is that of two outlines
+constexpr double kMinOutline = 0.2;  // of the expected outline; with less visible, all details are hidden
+constexpr double kMaxOff_px = 2;     // excess per contour pixel of a 64 x 64 grid
+constexpr double kMaxDoubt = 2;  // of the part to be added; above it the visible part may be nearer the truth
+constexpr double kMaxRiddled = 0.15;  // of the inside, neither visible nor in one hidden piece: leaves, slats
+constexpr double kMinError = 0.02;    // hidden share up to which a difference is one of two outlines
 
 }  // namespace
 
@@ -32,7 +32,7 @@ double SilhouetteMemory::threshold() const {
 
 void SilhouetteMemory::learn(const Mask& mask) {
   if (library_.count() >= kFirst && calibrated_ < options_.calibrate_on) {
-    const Explanation explained = library_.explain(mask);  // before it is kept: the error on one that is new
+    const Explanation explained = library_.explain(mask);  // before it is stored: the error on a new one
     if (!is_novel(mask, explained, 0)) {
       ++calibrated_;
       squares_ += explained.missing * explained.missing;
@@ -67,14 +67,14 @@ SilhouetteAssessment SilhouetteMemory::assess(const Mask& mask) const {
   return out;
 }
 
-// Slivers that may be another pose raise the error, but where nothing is to be recovered nothing is occluded.
+// Slivers of another pose raise the error, but a silhouette is not occluded if there is nothing to recover.
 Judgement SilhouetteMemory::judge(const Mask& mask, const Explanation& explained, double min_piece) const {
   if (is_novel(mask, explained, min_piece)) return Judgement::kNovel;
   const bool occluded = explained.missing >= threshold() && area_of(explained.hidden) > 0;
   return occluded ? Judgement::kOccluded : Judgement::kUnoccluded;
 }
 
-// Too little of the visible part is known, too little is visible, or too many things stand before it.
+// Too little of the visible part is known, too little is visible, or there are too many occluders.
 bool SilhouetteMemory::is_novel(const Mask& mask, const Explanation& explained, double min_piece) const {
   return explained.explained < kMinKnownDetails || explained.outline < kMinOutline ||
          explained.riddled > kMaxRiddled || explained.off_px > kMaxOff_px * options_.library.size / kFrame ||

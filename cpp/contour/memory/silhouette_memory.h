@@ -13,7 +13,7 @@ enum class Judgement { kUnoccluded, kOccluded, kNovel };
 
 struct SilhouetteAssessment {
   Judgement judgement = Judgement::kNovel;
-  bool accepted = false;  // what is hidden is to be added: the silhouette is occluded, and not in doubt
+  bool accepted = false;  // the hidden part is to be added: the silhouette is occluded without doubt
   Explanation explanation;
   double threshold = 0;
   std::vector<double> coefficients, std;  // harmonics of the completed silhouette
@@ -30,14 +30,14 @@ class SilhouetteMemory {
 
   const SilhouetteLibrary& library() const { return library_; }
   int learnt() const { return learnt_; }
-  // Of the missing share, from which a silhouette is occluded: sqrt(2) times the training error.
+  // Missing share from which a silhouette counts as occluded: sqrt(2) times the training error.
   double threshold() const;
 
   // A silhouette that is known to be unoccluded.
   void learn(const Mask& mask);
-  // Something must have been learned.
+  // At least one silhouette must have been learnt.
   SilhouetteAssessment assess(const Mask& mask) const;
-  // Of an explained silhouette. Hidden pieces smaller than `min_piece` times the largest are no occluders.
+  // Judges an explained silhouette. Hidden pieces below `min_piece` times the largest are not occluders.
   Judgement judge(const Mask& mask, const Explanation& explained, double min_piece = 0) const;
 
   // All but the options.
@@ -55,8 +55,8 @@ class SilhouetteMemory {
   Options options_;
   SilhouetteLibrary library_;
   int learnt_ = 0;
-  int calibrated_ = 0;  // silhouettes that the threshold is of
-  double squares_ = 0;  // sum over them of the missing share's square
+  int calibrated_ = 0;  // silhouettes from which the threshold is computed
+  double squares_ = 0;  // sum of their squared missing shares
 };
 
 }  // namespace sdftrack::contour

@@ -12,20 +12,20 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr double kPrior = 0.02;    // of the area: what a miss of the prediction by its usual size costs
-constexpr double kMinMiss = 0.03;  // of the size: a prediction is never taken to be better
+constexpr double kPrior = 0.02;    // of the area: cost of a prediction error of its usual size
+constexpr double kMinMiss = 0.03;  // of the size: lower bound for the error of a prediction
 constexpr double kTurned = 0.5;    // cost of a square radian
-constexpr float kUnlike = 0.02f;   // cost of a pose that has no pixel in common with the last
+constexpr float kUnlike = 0.02f;   // cost of a pose without a common pixel with the last one
 constexpr std::size_t kFinalists = 16;
-constexpr float kLikely = 0.01f;           // cost above the least by which a silhouette counts for a third
+constexpr float kLikely = 0.01f;           // cost above the minimum at which a silhouette's weight is a third
 constexpr float kMinSearchWeight = 0.01f;  // of the best; less likely ones are left out
-constexpr int kMargin = 24;  // px of evidence around the frame: more than the search moves it by
+constexpr int kMargin = 24;                // px of evidence around the frame: more than the search moves it
 constexpr double kArea = kFill * kFrame * kFill * kFrame;  // of a silhouette
 
 using Move = std::array<double, 4>;  // x, y in pixels of the frame, log scale, angle
 using Templates = std::vector<const float*>;
 
-// For the object, and against it.
+// Evidence for the object, and against it.
 struct Evidence {
   float own = 0, other = 0;
 
@@ -34,7 +34,7 @@ struct Evidence {
   friend Evidence operator*(float s, Evidence e) { return {s * e.own, s * e.other}; }
 };
 
-// In the frame of a placement, with a margin.
+// Evidence in the frame of a placement, with a margin.
 Plane<Evidence> evidence_of(const Picture& signed_odds, const GridWarp& warp, const Placement& placement) {
   const auto part = [&](float sign) {
     return seen_from(each<float>(signed_odds, [sign](float e) { return std::max(sign * e, 0.0f); }), warp,
@@ -43,7 +43,7 @@ Plane<Evidence> evidence_of(const Picture& signed_odds, const GridWarp& warp, co
   return each<Evidence>(part(1), part(-1), [](float own, float other) { return Evidence{own, other}; });
 }
 
-// Costs of some silhouettes at some places, by rows of a place.
+// Costs of some silhouettes at some places, one row per place.
 struct Costs {
   std::vector<Move> moves;
   std::vector<float> values;
@@ -55,7 +55,7 @@ std::size_t least(const std::vector<float>& values) {
   return static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin());
 }
 
-// Around a start.
+// A search around a start.
 class Search {
  public:
   Search(const Picture& signed_odds, const GridWarp& warp, const Placement& start,
@@ -65,7 +65,7 @@ class Search {
         size_off_(std::max(kMinMiss, predicted.size_error)),
         turn_(start.turn) {}
 
-  // Without what a pose costs.
+  // Without the cost of the poses.
   Costs costs(const Stage& stage, const Move& around, const Templates& templates) const {
     Costs out;
     const ContourOps& ops = for_isa<ContourOps>(used_isa());
@@ -79,7 +79,7 @@ class Search {
     }
     out.values.resize(out.moves.size() * templates.size());
     const auto places = static_cast<int>(out.moves.size()), count = static_cast<int>(templates.size());
-    for (int j = 0; j < count; ++j)  // which stays in the cache while all places pass by
+    for (int j = 0; j < count; ++j)  // a template stays in the cache while all places are evaluated
       ops.products(windows.data(), places, templates[static_cast<std::size_t>(j)], length,
                    out.values.data() + j, count);
     for (std::size_t i = 0; i < out.moves.size(); ++i) {
@@ -99,7 +99,7 @@ class Search {
             {middle[0] + step * (c * x - s * y), middle[1] + step * (s * x + c * y), middle[2], middle[3]});
   }
 
-  // The evidence in the frame after one move and its shifts by whole blocks, a template's length each.
+  // The evidence in the frame after one move and its shifts by whole blocks; each as long as a template.
   void add_windows(const Stage& stage, const Move& move, std::vector<float>* windows) const {
     const int beside = stage.reach * stage.block, n = kFrame + 2 * beside;
     const double c = std::exp(move[2]) * std::cos(move[3]), s = std::exp(move[2]) * std::sin(move[3]);
@@ -125,8 +125,7 @@ class Search {
     const double x = kPerPx * (turn_[0] * move[0] + turn_[1] * move[1]) / place_off_;
     const double y = kPerPx * (turn_[2] * move[0] + turn_[3] * move[1]) / place_off_;
     const double size = move[2] / size_off_;
-    // As squares where they are small, then as lengths: what has moved otherwise than before is not
-    // impossible.
+    // Quadratic for small deviations, then linear: a change of the motion is not impossible.
     const double off = std::sqrt(1 + x * x + y * y) + std::sqrt(1 + size * size) - 2;
     return kPrior * off + kTurned * move[3] * move[3];
   }
@@ -149,7 +148,7 @@ void add_poses(const std::vector<float>& poses, const std::vector<int>& places, 
       costs->row(i)[j] += kUnlike * poses[static_cast<std::size_t>(places[j])];
 }
 
-// The silhouettes that are cheapest at their best place, the cheapest first; and the best place of that.
+// The silhouettes of lowest cost at their best place, in order of cost; and the best place of the first.
 std::vector<int> cheapest(Costs* costs, std::size_t count, Move* move) {
   std::vector<float> best(count);
   std::vector<std::size_t> where(count);
@@ -168,7 +167,7 @@ std::vector<int> cheapest(Costs* costs, std::size_t count, Move* move) {
   return order;
 }
 
-// Of the silhouettes at one place.
+// Weights of the silhouettes at one place.
 std::vector<float> weights_of(const float* costs, std::size_t count) {
   const float best = *std::min_element(costs, costs + count);
   std::vector<float> out;

@@ -2,8 +2,7 @@
 // Matching of stored silhouettes to the colours of an image (docs/shape_memory.md, "In a video").
 //
 // The posterior of the colours is searched, not the tracker's outline, which goes wrong at an occluder before
-// a missing part is detected. Colours of an occluder, which are neither the object's nor the background's,
-// have no effect.
+// a missing part is detected. Occluder colours that neither the object nor the background has have no effect.
 #pragma once
 
 #include <array>
@@ -14,10 +13,10 @@
 
 namespace sdftrack::contour {
 
-// The best place, and what is expected there.
+// The best place, and the silhouette expected there.
 struct Found {
   Placement placement;
-  Expected expected;  // the average of the likely silhouettes; `beyond_px` is the caller's to measure
+  Expected expected;  // the average of the likely silhouettes; the caller measures `beyond_px`
 };
 
 // signed_odds: 2 p - 1 on the tracker's grid, which `warp` maps to the image. turn: the tracker's rotation.

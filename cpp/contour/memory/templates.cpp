@@ -7,8 +7,8 @@ namespace sdftrack::contour {
 
 namespace {
 
-constexpr float kEdge_px = 3;  // of kFrame: over which inside goes over into outside, to both sides
-// What a pixel of the background's colour inside costs, one of the object's outside costing 1.
+constexpr float kEdge_px = 3;  // of kFrame: width of the transition between inside and outside, to each side
+// Cost of a pixel of the background's colour inside, relative to one of the object's colour outside.
 constexpr float kLacking = 0.6f;
 
 }  // namespace

@@ -15,9 +15,9 @@
 
 namespace sdftrack::contour {
 
-constexpr int kFrame = 64;  // side of the frame that is searched in, whatever the memory's
+constexpr int kFrame = 64;  // side of the searched frame, independent of the memory's
 
-// A search around a place: shifts of up to `reach` blocks along each axis, at each of some sizes and angles.
+// A search around a place: shifts of up to `reach` blocks along each axis, at each listed size and angle.
 struct Stage {
   struct Try {
     double log_scale = 0, angle_rad = 0;
@@ -30,12 +30,12 @@ struct Stage {
   int places() const { return (2 * reach + 1) * (2 * reach + 1); }
 };
 
-// The stages that stored silhouettes have templates for, coarse and fine; the last are of their average.
+// The coarse and fine stages for the templates of stored silhouettes; then the stages for their average.
 const std::array<Stage, 2>& stored_stages();
 const std::array<Stage, 2>& last_stages();
 
-// Weights of the evidence for the object, then of that against it, at each block of a silhouette's frame.
-// `phi`: signed distances on the memory's grid, pixels.
+// Weights of the evidence for the object, then of the evidence against it, at each block of a silhouette's
+// frame. `phi`: signed distances on the memory's grid, in pixels.
 std::vector<float> template_of(const Picture& phi, const Stage& stage);
 
 }  // namespace sdftrack::contour

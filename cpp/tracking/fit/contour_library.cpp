@@ -17,7 +17,7 @@ constexpr std::size_t kMaxEntries = 128;
 int cell_at(double x) { return std::clamp(to_int((x + 1) / 2 * kCells), 0, kCells - 1); }
 double middle_of(int cell) { return (cell + 0.5) / kCells * 2 - 1; }
 
-// The direction's cell on the cube, and its middle.
+// The direction's cell on the cube, and the centre of the cell.
 int direction_cell(Vec3d d, Vec3d* middle) {
   const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
   const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
@@ -46,8 +46,8 @@ const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const 
   Vec3d direction;
   const int cell = direction_cell(eye_obj, &direction);
   const int distance = to_int(std::round(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
-  const bool keep = !shape.seen.amount;  // of a shape known in part more becomes known
-  if (entries_.empty()) {                // once, so that no later frame allocates
+  const bool keep = !shape.seen.amount;  // a partially known shape still grows
+  if (entries_.empty()) {                // only once, so that no later frame allocates
     entries_.resize(kMaxEntries);
     for (Entry& e : entries_) e.points.reserve(static_cast<std::size_t>(2 * wanted));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Contours that have been found, by where the eye stands.
+// Contours found so far, by the position of the eye.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace sdftrack::tracking {
 
-// Contours by the place of the eye, rounded: to two degrees of its direction and 15 % of its distance. The
-// contour's point of a round surface slides as the eye moves, which takes the outline of the same point off
-// by radius (angle)^2 / 2 alone, less than 2e-4 of the radius. The roundings do not depend on what has been
-// seen before, so neither does a result.
+// Contours by the rounded position of the eye: to two degrees of direction and 15 % of distance. On a round
+// surface the contour's point slides as the eye moves, which moves the outline of a fixed point by only
+// radius (angle)^2 / 2, less than 2e-4 of the radius. The roundings, and so the results, do not depend on
+// what has been seen before.
 class ContourLibrary {
  public:
   // Valid until the next call.
@@ -27,7 +27,7 @@ class ContourLibrary {
     std::vector<ContourPoint> points;
   };
   std::vector<Entry> entries_;
-  std::size_t next_ = 0;  // to be replaced
+  std::size_t next_ = 0;  // the entry to replace next
   ContourScratch scratch_;
 };
 

@@ -13,8 +13,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kDirections = 96;  // of the rim that the hull is made of
-// Of a ray from the surface, in voxels: nearer the volume rounds edges, farther its foot is less exact.
+constexpr int kDirections = 96;  // of the rim from which the hull is made
+// Of a ray from the surface, in voxels: nearer, the volume rounds edges; farther, the foot is less exact.
 constexpr double kNear = 1.0, kWanted = 2.5, kFar = 4.5;
 constexpr int kTries = 5, kSecant = 4;
 constexpr double kTangent = 0.15;  // |cosine| of a ray on the normal at its foot, at most
@@ -35,8 +35,8 @@ class Contour {
   Ray ray_of(Vec2d u) const { return frame::object_ray(K_, T_obj_cam_, u); }
   Passage pass(const Ray& ray) const { return frame::pass(shape_, coarse_, ray); }
 
-  // The foot of the shortest way from the ray to the surface, near where it passes. False where it goes in,
-  // or where no such place is found.
+  // The foot of the shortest line from the ray to the surface, near where the ray passes. False where the ray
+  // enters the surface, or where no such place is found.
   bool foot(const Ray& ray, const Passage& passage, ContourPoint* point, double* phi) const {
     const double length = norm(ray.along);
     const auto slope = [&](double t, double* value, Vec3d* gradient) {
@@ -68,7 +68,7 @@ class Contour {
     return true;
   }
 
-  // Into a contour point from a pixel outside; `outwards` there.
+  // Moves from a pixel outside to a contour point; `outwards` there.
   bool settle(Vec2d u, Vec2d outwards, ContourPoint* point) const {
     for (int k = 0; k < kTries; ++k) {
       const Ray ray = ray_of(u);
@@ -95,7 +95,7 @@ class Contour {
     return length > 1e-9 ? Vec2d{n.x / length, n.y / length} : Vec2d{1, 0};
   }
 
-  // Whether the object goes on inwards, and is not there outwards.
+  // Whether the object continues inwards and is absent outwards.
   bool is_wide(const ContourPoint& point, double thickness_px) const {
     const Vec3d p = T_cam_obj_ * point.p_obj;
     const Vec2d u = project(K_, p), n = image_normal(point.n_obj);
@@ -117,7 +117,7 @@ class Contour {
   const double voxel_;
 };
 
-// The outermost surface points about the projected middle.
+// The outermost surface points around the projected middle.
 void find_rim(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj,
               std::vector<Vec2d>* rim) {
   const Vec2d middle = project(K, T_cam_obj.t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a shape ends as seen from a point: rays that just touch its field.
+// Where a shape ends as seen from a point: rays that just touch its surface.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace sdftrack::tracking {
 
-// A point of the surface whose tangent plane holds the eye, and the outward normal there; centred frame.
+// A surface point whose tangent plane contains the eye, and its outward normal; centred frame.
 struct ContourPoint {
   Vec3d p_obj, n_obj;
 };
@@ -22,9 +22,9 @@ struct ContourScratch {
 
 // About `wanted` points of the outer contour, in its order, from the origin of a pinhole camera. Rays start
 // on the convex hull of the projected surface points, a little outside, and move towards the surface until
-// they pass it within a few voxels; there the distance field is exact also at edges, which the volume itself
-// rounds, and its foot is the contour's point. thickness_px: points where the object is thinner than this, or
-// begins anew nearer than this outside, are left out.
+// they pass it within a few voxels. There the distance field is exact even at edges, which the volume itself
+// rounds; the foot point is the contour's point. thickness_px: points where the object is thinner than this,
+// or begins again within this distance outside, are left out.
 void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj, int wanted,
                   double thickness_px, ContourScratch* scratch, std::vector<ContourPoint>* out);
 

@@ -11,11 +11,11 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// Windows as large as leave this many of them side by side: an error is seen as shared up to their side, and
-// the variance of the factor is about 1 / kWindows (they overlap by half).
+// The window size is the largest that leaves this many windows side by side. Errors count as shared up to a
+// window's side, and the variance of the factor is about 1 / kWindows (windows overlap by half).
 constexpr int kWindows = 24;
-// The fit has taken six weighted sums to 0, which costs the windows' sums as much as three whole ones
-// (measured with white noise on four objects: 2.3 to 3.6).
+// The fit has set six weighted sums to 0, which reduces the windows' sums as much as three whole windows
+// would (measured with white noise on four objects: 2.3 to 3.6).
 constexpr double kTaken = 3;
 constexpr float kMaxStride_px = 8;
 
@@ -47,7 +47,7 @@ double CorrelationArea::measure(const energies::PixelSet& pixels,
       pairs > 0 ? static_cast<double>(steps_px) / pairs : 1;                // of a subset of the pixels
   const int side = to_int(std::sqrt(hits * stride_px / (4.0 * kWindows)));  // a window is 2 x 2 cells
   if (side < 1) return 0;
-  // A ring of empty cells, so that those at the border are in four windows too.
+  // A ring of empty cells, so that cells at the border are in four windows too.
   const float per_side = 1.0f / static_cast<float>(side);
   const auto at = [&](float x, float x0) { return 1 + to_int((x - x0) * per_side); };
   width_ = at(u1, u0) + 2, height_ = at(v1, v0) + 2;

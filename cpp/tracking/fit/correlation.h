@@ -10,13 +10,13 @@
 namespace sdftrack::tracking {
 
 // The sum of n independent pulls psi = d cost / d residual has the variance sum psi^2. Where neighbours share
-// an error, of the sensor or of the shape, the sum over a window of the image has more: that factor is the
-// correlation area in pixels, by which the inner sum of the sandwich is too small. White noise gives 1.
+// an error of the sensor or the shape, the sum over a window of the image has more. That factor is the
+// correlation area in pixels; the inner matrix of the sandwich is too small by it. White noise gives 1.
 class CorrelationArea {
  public:
-  // The factor for the pixels whose rays meet the model, from hits and depths as the last evaluation left
-  // them; 0 where they are too few to tell. color_prior: of the pixels' posteriors, which then weigh them; 0:
-  // they have none.
+  // The factor for the pixels whose rays meet the model, from the hits and depths of the last evaluation; 0
+  // where there are too few. color_prior: of the pixels' posteriors, which then weight the pixels; 0: no
+  // posteriors.
   double measure(const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
                  float color_prior = 0);
 

@@ -17,7 +17,7 @@ constexpr std::size_t kUsualSteps = 64;  // trials of a frame
 constexpr int kOutlineRounds = 3;
 constexpr double kLessWork =
     2;  // all pixels over those of the coarse stages, where it pays to use these first
-constexpr double kMoved_px = 2;  // from where the lines across the outline were made: once more
+constexpr double kMoved_px = 2;  // from where the lines across the outline were made: they are made again
 
 }  // namespace
 
@@ -71,7 +71,7 @@ std::vector<TrackStep> PoseFitter::spare_steps() {
     spare_steps_.pop_back();
     steps.clear();
   }
-  steps.reserve(kUsualSteps);  // whichever comes next, it has room
+  steps.reserve(kUsualSteps);  // has room whichever vector is taken next
   return steps;
 }
 
@@ -81,7 +81,7 @@ void PoseFitter::begin_at(const Rigidd& T_cam_obj, optim::State* x) const {
   x->log_scale.clear();
 }
 
-// From the best of the attempt's starts.
+// Starts from the best of the attempt's starts.
 void PoseFitter::fit_coarsely(const frame::DepthFrame& frame, const Attempt& attempt, optim::State* x,
                               Fitted* fitted) {
   const double noise_m = fitted->memory.noise_factor * view_.stated_noise_m();
@@ -118,7 +118,7 @@ void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
   });
 }
 
-// With `move` false the noise and the covariance of the state as it is.
+// With `move` false: only the noise and the covariance of the unchanged state.
 void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
   energies::SdfEnergyOptions options = view_.energy_options();
   options.threads = threads_;
@@ -136,13 +136,13 @@ void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
   }
 }
 
-// At most so much in the image.
+// Upper bound of the motion in the image.
 double PoseFitter::moved_px(const Rigidd& before, const Rigidd& now) const {
   return surface_step(now, before, target_->shape.diameter_m) * camera_->K.fx / now.t.z;
 }
 
-// The outline is looked for anew where the pose has led: its lines are right for a small part of their reach.
-// What it moves the pose by is found on a part of the pixels.
+// The outline is searched again where the pose has moved: its lines are valid for a small part of their
+// reach. Its effect on the pose is found on a part of the pixels.
 void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State* x, Fitted* fitted) {
   const auto run = [&](energies::PixelSet* pixels) {
     run_stage(pixels, energy, fine_steps(options_), x, fitted);
@@ -189,7 +189,7 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   optim::LmResult& found = lm_result_;
   found.x = *x;
   const optim::LmOptions lm = stage_lm(options_, steps, target_->memory.noise_known, all);
-  // Colours that change are not sent; a device may have them as they are.
+  // Changing colours are not sent; constant ones may be used on a device.
   const bool has_colors =
       device && (shape.sdf.id != 0 || DeviceCopies::find(shape.colors.rgb_seen, device->device()));
   if (device && (!(brightness_weight > 0) || has_colors)) {

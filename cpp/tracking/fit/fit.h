@@ -27,20 +27,20 @@ class Starts {
   std::size_t count_ = 0;
 };
 
-// How far away the first stage looks, and where from.
+// The scale and the region of the first stage, and its start poses.
 struct Attempt {
   double scale_m, padding_m;
   int coarse_steps;
-  Starts starts;  // the best after the coarse stages goes on
+  Starts starts;  // the best one after the coarse stages is continued
 };
 
-// How far points of the surface lie apart in two poses, about.
+// Approximate distance between the same surface points in two poses.
 inline double surface_step(const Rigidd& A, const Rigidd& B, double diameter_m) {
   return norm(A.t - B.t) + 0.5 * diameter_m * rotation_angle(A.R * transpose(B.R));
 }
 
-// What fits to the same frame are compared by: surface that is seen where it should be, less the share of the
-// worst cost.
+// The measure by which fits to the same frame are compared: the share of the surface that agrees, minus the
+// cost as a share of the worst cost.
 double fit_quality(const Fitted& fitted, const TrackerOptions& options);
 
 inline PoseEvidence evidence_of(const Fitted& f, const TrackerOptions& options) {
@@ -55,29 +55,29 @@ inline Trust judge(const Fitted& f, const TrackerOptions& options, double prior_
 
 class PoseFitter {
  public:
-  // device: where large sums run; nullptr: here. It outlives the fitter.
+  // device: where large sums run; nullptr: on the CPU. It must outlive the fitter.
   PoseFitter(const TrackerOptions& options, int threads, energies::CudaWork* device = nullptr)
       : options_(options), threads_(threads), device_(device), view_(options) {}
 
-  // None where too few readings lie near the expected pose.
+  // No result where too few measurements lie near the expected pose.
   std::optional<Fitted> fit(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
                             const Attempt& attempt, const frame::Plane* plane);
-  // By the outline in the colour image alone: the frame needs no depth. None where too little of it stands
-  // out. share: of the places on the outline, those that tell where it is.
+  // Fits by the outline in the colour image alone: the frame needs no depth. No result where too little of
+  // the outline stands out. share: of the places on the outline, those that determine its position.
   std::optional<Fitted> fit_outline(const frame::DepthFrame& frame, const Camera& camera,
                                     const FitTarget& target, double* share);
-  // The colours on both sides of the outline at T_cam_obj (centred), which is sure.
+  // Learns the colours on both sides of the outline at T_cam_obj (centred), which must be reliable.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
                      appearance::LocalColors* colors) {
     view_.learn_outline(frame, camera, shape, whole, T_cam_obj, memory, colors);
   }
-  // The memory of a record that is no longer needed, for the next fit.
+  // Takes back the memory of a record that is no longer needed, for the next fit.
   void give_back(std::vector<TrackStep>&& steps) {
     if (steps.capacity() > 0) spare_steps_.push_back(std::move(steps));  // else lost frames would pile up
   }
   std::vector<TrackStep> spare_steps();
-  // Nothing is fitted: the expected pose as it is, with its covariance and all that it is judged by.
+  // Nothing is fitted: the expected pose unchanged, with its covariance and all that it is judged by.
   std::optional<Fitted> look(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target);
 
  private:
@@ -96,7 +96,7 @@ class PoseFitter {
   int threads_;
   energies::CudaWork* device_;
 
-  // Of the fit in hand.
+  // Of the current fit.
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
 

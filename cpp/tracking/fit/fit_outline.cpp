@@ -10,14 +10,14 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kMinLines = 20;
-constexpr double kMinShare = 0.2;  // of the places that are looked at
+constexpr double kMinShare = 0.2;  // of the evaluated places
 constexpr int kSteps = 5, kNearRounds = 4;
 constexpr double kSettled_px = 0.2;
 
 }  // namespace
 
-// First along wide lines, then along narrow ones, which are made anew where the pose has led: there they lie
-// where its own outline does.
+// First along wide lines, then along narrow ones, which are made again at the new pose: there they lie where
+// the outline at that pose does.
 std::optional<Fitted> PoseFitter::fit_outline(const frame::DepthFrame& frame, const Camera& camera,
                                               const FitTarget& target, double* share) {
   camera_ = &camera, target_ = &target;

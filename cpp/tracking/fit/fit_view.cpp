@@ -16,28 +16,28 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kMinBright = 20;     // pixels
-constexpr double kMaxSpread = 10;  // readings packed per one of the budget, to find those near the surface
+constexpr double kMaxSpread = 10;  // pixels packed per pixel of the budget, to find those near the surface
 constexpr double kFineReach_m = 0.004, kFineReachPerScale = 5;
-constexpr double kOddSize = 0.01, kOddSize_sd = 2;  // log scale that is looked at again at once
-constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree for its size to be judged
+constexpr double kOddSize = 0.01, kOddSize_sd = 2;  // log scale that is evaluated again at once
+constexpr double kSizeShare = 0.4;  // of the visible surface, that must agree for an evaluation of the size
 constexpr float kSurelyBackground = 0.1f;  // posterior of a colour that cannot be the object's
 constexpr double kAreaFollows = 0.4;
 constexpr int kAreaEvery = 4;                   // frames from one measurement to the next
-constexpr int kFormEvery = 4;                   // looks at the size from one at the form to the next
-constexpr int kFirstLooks = 8, kLookEvery = 5;  // at the size, the second of later ones
-constexpr double kAgain = 0.06;                 // a log stretch that is looked at again at once
+constexpr int kFormEvery = 4;                   // size evaluations per evaluation of the form
+constexpr int kFirstLooks = 8, kLookEvery = 5;  // of the size; the second: interval of later ones
+constexpr double kAgain = 0.06;                 // a log stretch that is evaluated again at once
 constexpr double kSharedPerLocal = 2;  // a sensor's whole noise is at most this much of that among neighbours
 constexpr double kSharedFollows = 0.1;
-constexpr double kFormTolerance_m = 0.008;  // from the surface, of a reading that is on it
-constexpr double kMinNoise_m = 1e-4;        // s never falls below: the volume itself is no better than this
+constexpr double kFormTolerance_m = 0.008;  // greatest distance from the surface of a measurement on it
+constexpr double kMinNoise_m = 1e-4;        // lower bound of s: the volume itself is no more exact
 
-// Whether the frame shows enough of the object, where it is expected, to measure the sensor by it.
+// Whether the frame shows enough of the object at its expected pose to measure the sensor by it.
 bool clear_view(const Visibility& seen) {
   return agreeing_share(seen) > 0.6 && seen.farther < 0.1 * seen.agree;
 }
 
-// Whether the size is looked at in this one of the frames in which it may be: in all of the first and of
-// those that follow an odd size, then in one of five.
+// Whether the size is evaluated in the current one of the frames that allow it: in all of the first frames
+// and of those after an unusual size, then in one of five.
 bool is_turn_for_size(int* turns) {
   if (++*turns <= kFirstLooks) return true;
   if (*turns < kFirstLooks + kLookEvery) return false;
@@ -99,7 +99,7 @@ energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels
   return energy;
 }
 
-// What the brightness holds is no blind direction: its slope counts as one of the depth at the same noise.
+// A direction held by the brightness is not blind: its slope counts as one of the depth at the same noise.
 void FitView::add_brightness(const optim::State& x, double scale_m, energies::EnergySummary* summary) {
   double weight;
   energies::PhotometricEnergy energy = brightness(pixels_, x, &weight);
@@ -107,11 +107,11 @@ void FitView::add_brightness(const optim::State& x, double scale_m, energies::En
   photometric_.reset(6);
   energy.linearize(x, &photometric_);
   summary->A += weight * photometric_.hessian;
-  summary->B += weight * weight * photometric_.hessian;  // of one reading that stands for `weight`
+  summary->B += weight * weight * photometric_.hessian;  // of one measurement that stands for `weight`
   summary->geometry += scale_m * scale_m / energy.used() * photometric_.hessian;
 }
 
-// Of a shape that is known only in part: the readings of that part.
+// For a partially known shape: keeps the measurements of the known part.
 void FitView::keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const {
   const frame::Shape& shape = target_->shape;
   if (!shape.seen.amount) return;
@@ -156,8 +156,8 @@ void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
   selection_.pack(budget_for(reach_m, x), &pixels_);
   energies::SdfEnergy energy(target_->shape.sdf, &pixels_, {});
   if (target_->colors) {
-    // What is beside the surface and in front of it says whose the readings on it are: all of it is looked
-    // up.
+    // Pixels next to and in front of the surface show to which object the measurements on it belong: the
+    // colours of all are looked up.
     fetch_foreground(*target_->colors, color_reader_, &pixels_);
     const float* const distance_m = energy.distances(x);
     smooth_foreground(distance_m, reach_m, &pixels_);
@@ -216,7 +216,7 @@ void FitView::measure_pose(const energies::SdfEnergyOptions& options, const opti
                options.color ? options.color_prior : 0.0f};
 }
 
-// Of a shape known in part: along what only its noise could show, depth says nothing.
+// For a partially known shape: along directions that only its noise could show, depth gives no information.
 energies::EnergySummary FitView::by_form(const optim::State& x, energies::EnergySummary summary,
                                          const Matrix6d& depth_geometry) const {
   const double share = std::pow(kBlindSlope / least_form_slope(target_->shape), 2);
@@ -226,7 +226,7 @@ energies::EnergySummary FitView::by_form(const optim::State& x, energies::Energy
   return summary;
 }
 
-// What an error of the sensor that no residual shows in full makes of the pose.
+// The effect on the pose of a sensor error that the residuals do not show in full.
 void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
   fitted->systematic_m = systematic_m;
   const double distance_m = distance_error_m(options_, fitted->T_cam_obj.t.z);
@@ -251,7 +251,7 @@ void FitView::examine(Fitted* fitted) {
   examine(target_->neighbors ? *target_->neighbors : kNobody, fitted);
 }
 
-// As stated, or measured and followed from frame to frame.
+// As stated, or measured and filtered from frame to frame.
 double FitView::correlation_area(const energies::SdfEnergyOptions& options, const optim::State& x,
                                  energies::SdfEnergy* energy, FitMemory* memory) {
   if (options_.correlation_area_px > 0) return options_.correlation_area_px;
@@ -259,17 +259,17 @@ double FitView::correlation_area(const energies::SdfEnergyOptions& options, cons
   if (area > 0 && ++memory->area_age < kAreaEvery)
     return std::max({1.0, area, options_.min_correlation_area_px});
   memory->area_age = 0;
-  energy->follow_hits(x);  // the last look may have been a step away
+  energy->follow_hits(x);  // the last evaluation may have been a step away
   const double now = correlation_.measure(pixels_, {options.scale_m, options.outlier_floor},
                                           options.color ? options.color_prior : 0.0f);
   if (now > 0) area = area > 0 ? area + kAreaFollows * (now - area) : now;
   return std::max({1.0, area, options_.min_correlation_area_px});
 }
 
-// A wrong pose has large residuals; so that these do not pass for the sensor's noise and excuse themselves,
-// what was known before and the noise among neighbouring readings bound what may count as agreement, and a
-// doubtful view teaches no noise. A pose that was given is believed: what its residuals have beyond the noise
-// is the sensor's systematic error, and the following frames are judged with it.
+// A wrong pose has large residuals. So that these do not pass for noise of the sensor and excuse themselves,
+// the earlier values and the noise among neighbouring measurements bound what may count as agreement, and a
+// doubtful view teaches no noise. A given pose is trusted: residuals beyond the noise are then the sensor's
+// systematic error, by which the following frames are judged.
 void FitView::examine(const Neighbors& others, Fitted* fitted) {
   const FitMemory& before = target_->memory;
   fitted->apart = apart_, fitted->by_outline = by_outline_;
@@ -285,7 +285,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
         std::sqrt(std::max(0.0, measured * measured - std::pow(kSharedPerLocal * own, 2))) * stated_m,
         options_.systematic_m, most_systematic_m(options_));
   const double systematic_m = std::max(learnt_m, told_m);
-  // What the outline says that depth is off by is no fault of the pose.
+  // An error of the depth found by the outline does not count against the pose.
   const double shared_m =
       std::max(systematic_m, std::min(options_.max_systematic_m, fitted->memory.outline.depth_off_m));
   fitted->roughness = local > 0 ? measured / std::hypot(own, shared_m / stated_m) : 1;
@@ -302,7 +302,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   fitted->memory.shared_m +=
       (before.noise_known ? kSharedFollows : 1) * (fitted->systematic_m - fitted->memory.shared_m);
   if (before.noise_known && !clear_view(fitted->seen)) fitted->memory.noise_factor = known;
-  // Not in every frame, for it costs as much as the area that readings share: in those that measure that.
+  // Not in every frame, since it is as costly as the correlation area: only in frames that measure the area.
   if (measured_.known && fitted->memory.area_age == 0 && others.empty() && !target_->shape.seen.amount &&
       fitted->seen.agree > kSizeShare * fitted->seen.expected && is_turn_for_size(&fitted->memory.size_turns))
     look_at_size(own * stated_m, told_m, fitted);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One object in one frame, as a fit sees it: its pixels, the free space around it, and what a pose is judged
-// by.
+// One object in one frame, as a fit sees it: its pixels, the free space around it, and the evidence about a
+// pose.
 #pragma once
 
 #include <algorithm>
@@ -35,24 +35,24 @@ struct TrackStep {
   }
 };
 
-// One record of every trial, in order.
+// Joins the records of all trials, in order.
 inline void prepend(const std::vector<TrackStep>& first, std::vector<TrackStep>* steps) {
   steps->insert(steps->begin(), first.begin(), first.end());
 }
 
-// What a fit takes from the frames before and hands on to the next one.
+// What a fit takes from earlier frames and passes on to the next one.
 struct FitMemory {
   double noise_factor = 1;  // sensor noise, measured over stated
   bool noise_known = false;
   double correlation_area_px = 0;  // 0: not measured yet
   int area_age = 0;                // frames since that was measured
-  double systematic_m = 0;         // sd of the depth error that a surface's readings share, measured
+  double systematic_m = 0;         // measured sd of the depth error that a surface's measurements share
   bool learns_systematic = false;  // in the next frame: its pose was given
   int search_pause = 0;            // frames in which no search may help a fit: the last one was in vain
   OutlineNoise outline{};          // 0: not measured yet
-  double shared_m = 0;             // sd of what the readings have been off by in common, lately
-  int outline_age = 0;             // frames since the outline was looked at
-  int form_age = 0;                // looks at the size since the last one at the form
+  double shared_m = 0;             // recent sd of the common error of the depth measurements
+  int outline_age = 0;             // frames since the outline was last evaluated
+  int form_age = 0;                // size evaluations since the last one of the form
   int size_turns = 0;              // see is_turn_for_size
   BiasSums bias{};                 // of the last frames
 
@@ -65,7 +65,7 @@ struct FitMemory {
   }
 };
 
-// Whom to fit, and where it is expected: pixels are taken around `expected`, the prior is centred there.
+// The object to fit and its expected pose: pixels are taken around `expected`, the prior is centred there.
 struct FitTarget {
   const frame::Shape& shape;
   Rigidd expected;  // T_cam_obj, centred frame
@@ -79,18 +79,18 @@ struct FitTarget {
 struct Fitted {
   Rigidd T_cam_obj;     // centred frame
   Matrix6d covariance;  // camera axes, about the caller's object origin
-  // What errors that no residual shows, of the distance and of the time, add to the covariance that is
-  // reported. Nothing is decided by them.
+  // What errors of distance and time that no residual shows add to the reported covariance. No decision
+  // depends on them.
   Matrix6d unseen_errors = Matrix6d::Zero();
-  double cost = 0;  // mean per pixel of the last stage; with colours that of depth where they are its own
+  double cost = 0;  // mean per pixel of the last stage; with colours that of depth on the object's pixels
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
   Outline outline;
   double roughness = 1;             // see PoseEvidence
-  double centre_sd = 0;             // likewise
-  double systematic_m = 0;          // that the covariance counts with
-  std::optional<PosesApart> apart;  // where the outline was looked at
-  // In frames that were asked for it.
+  double centre_sd = 0;             // see PoseEvidence
+  double systematic_m = 0;          // that the covariance assumes
+  std::optional<PosesApart> apart;  // in frames whose outline was evaluated
+  // Only in frames where they were requested.
   std::optional<SizeLook> size_by_depth;
   std::optional<StrainLook> form_by_depth;
   std::optional<OutlineLook> by_outline;
@@ -103,63 +103,62 @@ class FitView {
   explicit FitView(const TrackerOptions& options) : options_(options) {}
 
   // Finds the pixels around the expected pose, and packs those of the coarse stages. The frame, the camera
-  // and the target are kept by address. Returns how many there are.
+  // and the target are kept by address. Returns the number of pixels.
   int open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target, double padding_m,
            const frame::Plane* plane);
-  // The same for a fit that reads no depth.
+  // The same for a fit that uses no depth.
   void open_without_depth(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target);
   void read_free_space(double padding_m);
-  // Readings far from the surface at x have lost all weight at this scale: of the others as many as the
+  // Measurements far from the surface at x have no weight at this scale: packs the others, as many as the
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int wanted, energies::PixelSet* out);
-  // distance_m: from the surface at a pose that is nearly right, or nullptr; beyond reach_m they are not
+  // distance_m: from the surface at a nearly correct pose, or nullptr; measurements beyond reach_m are not
   // smoothed.
   void smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels);
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
-  // As many pixels as hold the budget of those near the surface.
+  // Packs so many pixels that those near the surface fill the budget.
   void pack_for_budget(double reach_m, const optim::State& x);
   static double fine_reach_m(double scale_m);
 
   energies::SdfEnergyOptions energy_options() const;
   double last_scale(const FitMemory& memory) const;
   void measure_noise(const energies::EnergySummary& summary, FitMemory* memory) const;
-  // Cost by colour, covariance: of pixels() at x.
+  // Cost by colour and covariance, of pixels() at x.
   void measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
                     energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted);
-  // Visible surface, outline, roughness. Readings on the surface of one of `others` say nothing of where this
-  // object ends.
+  // Visible surface, outline, roughness. Measurements on the surface of one of `others` do not show where
+  // this object ends.
   void examine(const Neighbors& others, Fitted* fitted);
-  void examine(Fitted* fitted);  // beside target().neighbors
+  void examine(Fitted* fitted);  // next to target().neighbors
 
-  // The brightness of some of these pixels against that of the surface at x, and how much it weighs beside
-  // all of them; 0: too few show a surface whose colours are known. Valid until the next call.
+  // Compares the brightness of some of these pixels with that of the surface at x; `weight`: relative to all
+  // pixels, 0 where too few show a surface of known colour. Valid until the next call.
   energies::PhotometricEnergy brightness(const energies::PixelSet& pixels, const optim::State& x,
                                          double* weight);
 
-  // The outline in the colour image as it is seen from T_cam_obj; none without colours, or where the options
-  // leave it out. Valid until the next call.
-  // Returns how many places were looked at.
+  // Reads the outline in the colour image as seen from T_cam_obj; none without colours, or where the options
+  // exclude it. Valid until the next call. Returns the number of places evaluated.
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
-  // Next to which an outline says nothing, from now on: kept by address. At first those of the target.
+  // Neighbours next to which an outline is not used, from now on; kept by address. Initially the target's.
   void stand_beside(const Neighbors* neighbors) { beside_ = neighbors; }
-  // The colours on both sides of the outline at T_cam_obj, which is sure.
+  // Learns the colours on both sides of the outline at T_cam_obj, which must be reliable.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
                      appearance::LocalColors* colors);
-  // Whether the outline is to hold the pose beside the readings: where these err in common or stand apart
-  // from it, or where nobody knows yet.
+  // Whether the outline is used in addition to depth: where depth has a common error or disagrees with the
+  // outline, or where this is not known yet.
   bool outline_helps() const {
     const FitMemory& memory = target_->memory;
     return reads_outline() && (!memory.noise_known ||
                                std::max(memory.shared_m, memory.outline.apart_m) >= options_.outline_from_m);
   }
   bool reads_outline() const { return options_.outline && frame_->color && target_->outline.whole; }
-  // Covariance and noise by the outline alone.
+  // Covariance and noise from the outline alone.
   void measure_outline_pose(const optim::State& x, Fitted* fitted);
   const energies::OutlineLines& outline_lines() const { return outline_lines_; }
   energies::OutlineEnergy outline_energy(const FitMemory& memory, double common_sd_px);
-  // How much each line weighs beside the pixels, whose errors many share too; 0: too few lines.
+  // The weight of each line relative to the pixels, many of which share an error too; 0: too few lines.
   double outline_weight(const FitMemory& memory) const;
 
   static double shared_lines(const FitMemory& memory);
@@ -184,7 +183,7 @@ class FitView {
   energies::EnergySummary by_form(const optim::State& x, energies::EnergySummary summary,
                                   const Matrix6d& depth_geometry) const;
   void measure_outline(const optim::State& x, FitMemory* memory);
-  // What the two say about each other, with the weight that the outline had in the fit; 0: none.
+  // Compares depth and outline, with the weight that the outline had in the fit; 0: it was not used.
   void compare_with_outline(const optim::State& x, double area_px, const energies::EnergySummary& depth,
                             double weight, FitMemory* memory);
   Vector6d way_to_its_minimum(const optim::State& x, energies::OutlineEnergy* outline);
@@ -206,11 +205,11 @@ class FitView {
   const Neighbors* beside_ = nullptr;
   double stated_noise_m_ = 0;
 
-  // Of the last pose that was measured: what its covariance was made of.
+  // What the covariance of the last measured pose was made of.
   struct MeasuredPose {
     bool known = false;
     energies::EnergySummary sums;
-    Matrix6d depth_information;  // of sums.A, what the pixels' depths made
+    Matrix6d depth_information;  // the part of sums.A from the pixels' depths
     Rigidd T_obj_cam;
     energies::DepthLogistic<float> penalty;
     float color_prior;

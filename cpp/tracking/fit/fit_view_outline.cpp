@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The outline in the colour image beside the readings of depth, and without them.
+// The outline in the colour image, used with depth or without it.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +21,7 @@ constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, 
 
 constexpr double kInFront_m = 0.004, kInFrontPerNoise = 5, kInFrontPerSystematic = 3;
 
-// Fingers in contact are to be seen, errors of the sensor not to be taken for them.
+// The margin lets fingers in contact be seen, but errors of the sensor must not be mistaken for them.
 double in_front_m(double noise_m, const FitMemory& memory) {
   return std::max({kInFront_m, kInFrontPerNoise * noise_m,
                    kInFrontPerSystematic * std::max(memory.systematic_m, memory.outline.depth_off_m)});
@@ -70,7 +70,7 @@ void FitView::measure_outline(const optim::State& x, FitMemory* memory) {
   kept.shared_lines += rate * (now.shared_lines - kept.shared_lines);
 }
 
-// As one increment: the lines' weights are other ones there, and one step would stop short of it.
+// As one increment over several steps: the lines' weights change on the way, and one step would stop short.
 Vector6d FitView::way_to_its_minimum(const optim::State& x, energies::OutlineEnergy* outline) {
   outline_at_ = x;
   Vector6d way = Vector6d::Zero();
@@ -116,7 +116,7 @@ void FitView::compare_with_outline(const optim::State& x, double area_px,
              now.sure_way(comparable_units(target_->shape));
 }
 
-// Depth that bends an object's face into another pose shows nothing of it in its residuals.
+// Depth that bends an object's face into another pose does not show this in its residuals.
 void FitView::compare_outline_now_and_then(const optim::State& x, double area_px,
                                            const energies::EnergySummary& depth, FitMemory* memory) {
   if (!reads_outline() || ++memory->outline_age < kOutlineEvery) return;
@@ -126,9 +126,9 @@ void FitView::compare_outline_now_and_then(const optim::State& x, double area_px
   outline_lines_.lines.clear();
 }
 
-// As the brightness: what the outline holds is no blind direction. Its lines share errors, which the pixels'
-// correlation area, by which the sum is multiplied later, does not know; that area grows by what depth errs
-// more than its residuals show.
+// As with the brightness, a direction held by the outline is not blind. The lines share errors that are not
+// contained in the pixels' correlation area, by which the sum is multiplied later. That area grows by the
+// error of the depth beyond its residuals.
 void FitView::add_outline(const optim::State& x, double scale_m, double* area_px,
                           energies::EnergySummary* summary, FitMemory* memory) {
   const double weight = outline_helps() ? outline_weight(*memory) : 0;
@@ -153,8 +153,8 @@ void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
   energies::EnergySummary sums;
   sums.A = told;
   sums.B = shared_lines(fitted->memory) * told;
-  // In metres at the object, like a residual of depth; the lines' sd is about a pixel. The field has no grain
-  // that an outline would see: a direction is blind from a smaller slope on.
+  // In metres at the object, like a residual of depth; the lines' sd is about a pixel. An outline does not
+  // see the grain of the field, so a direction is blind only below a smaller slope.
   sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * told;
   sums.rounding = sums.missed = energies::SmallVector::Zero(6);
   sums.inliers = lines;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observed free space: a model point may not stand where the sensor sees past it.
+// Observed free space: a model point may not be where the sensor sees past it.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace sdftrack::tracking {
 
-// Surface points of the term, some for each side: more weigh the same and take longer.
+// Number of surface points in the term, some for each side: more weigh the same and take longer.
 constexpr int kFreeSpacePoints = 120;
 
 struct FreeSpaceOptions {
@@ -20,17 +20,17 @@ struct FreeSpaceOptions {
   float dead_px = 1.0f;    // distances up to this many pixels cost nothing
 };
 
-// A surface point at the silhouette lies up to half a node outside the node that it belongs to, where the
-// interpolant has begun to rise: that much is no evidence, and would push by where the points happen to lie.
+// A surface point at the silhouette lies up to half a node outside its node, where the interpolant has begun
+// to rise. That much is no evidence, and would push the pose depending on where the points happen to lie.
 inline FreeSpaceOptions free_space_options(const TrackerOptions& options,
                                            const energies::DistanceGrid& grid) {
   return {static_cast<float>(options.free_space_scale_m),
           std::max(1.0f, 0.5f * static_cast<float>(grid.step))};
 }
 
-// Back-projected pixels pull data to the model; nothing there sees a model that sticks out into free space.
-// Here each surface point X is projected, and where the reading lies behind the object it costs the sideways
-// distance
+// Back-projected pixels pull data to the model, but do not see a model that sticks out into free space. Here
+// each surface point X is projected. Where the depth there lies behind the object, the point costs the
+// sideways distance
 //   r = Z / f max(0, DT(u(X)) - dead)
 // to the nearest pixel that might show the object. docs/math/depth_tracker.md, section 5.
 class FreeSpaceEnergy final : public optim::Energy {

@@ -8,7 +8,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr float kReach_px = 3;  // far enough for what a sensor smooths, near enough for a flat surface
+constexpr float kReach_px = 3;  // far enough for a sensor's smoothing, near enough for a flat surface
 constexpr int kSamples = 400, kEnough = 20;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sensor's noise by the readings alone, whatever the pose.
+// The sensor's noise from the depth image alone, independent of the pose.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace sdftrack::tracking {
 
-// Robust sd (m, at noise scale 1) of a reading about the mean of its neighbours some pixels to the left and
-// right. Errors that neighbours share are not in it, so it is what the noise is at least; 0: too few to tell.
+// Robust sd (m, at noise scale 1) of a pixel about the mean of its neighbours some pixels to the left and
+// right. It excludes errors that neighbours share, so it is a lower bound of the noise; 0: too few pixels.
 double local_noise_m(const energies::PixelSet& pixels, std::vector<float>* scratch);
 
 }  // namespace sdftrack::tracking

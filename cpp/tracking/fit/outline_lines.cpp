@@ -15,15 +15,16 @@ namespace {
 
 constexpr double kThickness_px = 6;  // an object thinner than this has its other side on the same line
 constexpr double kMinContrast = 0.25;
-constexpr double kMaxSd = 0.45;    // of that of an offset about which nothing is known
-constexpr double kPixelSd = 0.29;  // of an edge somewhere in a pixel
-// From the outline, of pixels whose colours are learnt: nearer, a pose that is a little off would have those
-// of the other side.
+constexpr double kMaxSd = 0.45;    // of the sd of an offset about which nothing is known
+constexpr double kPixelSd = 0.29;  // of an edge at an unknown position in a pixel
+// Distance from the outline of the pixels whose colours are learnt: nearer, a slightly wrong pose would
+// include those of the other side.
 constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 10;
-// Of a colour inside of the outline that the object has nowhere: of a finger whose depth is hardly nearer.
+// Posterior of a colour inside the outline that the object has nowhere: of a finger whose depth is hardly
+// nearer.
 constexpr float kForeign = 0.3f;
 constexpr float kLocalRate = 0.2f;
-constexpr float kSurest = 0.97f;  // chance that a place's colours give
+constexpr float kSurest = 0.97f;  // bound of the probability by a place's colours
 
 class LineMaker {
  public:
@@ -39,8 +40,8 @@ class LineMaker {
         stride_((search.reach_px + energies::kMaxReach - 1) / energies::kMaxReach),
         reach_(std::max(2, search.reach_px / stride_)) {}
 
-  // place: of the line's point on the object. Samples lie at whole pixels of the axis that the normal is
-  // nearer to.
+  // Measures a line; place: of its point on the object. Samples lie at whole pixels of the axis that is
+  // nearer to the normal.
   bool measure(int place, energies::OutlineLine* line) const {
     const Vec2d c = line->centre_px, n = line->normal;
     const bool across = std::abs(n.x) >= std::abs(n.y);
@@ -72,10 +73,10 @@ class LineMaker {
   }
 
  private:
-  // The posterior had both been equally likely beforehand.
+  // The posterior for equal priors.
   float even(float P) const { return odds_ * P / (odds_ * P + 1 - P); }
-  // The posteriors' bounds lie about their prior, not about one half: were one side surer than the other, the
-  // outline would lie to that side.
+  // The posteriors' bounds lie symmetrically about their prior, not about one half: if one side were surer
+  // than the other, the outline would be shifted to that side.
   float bound(const appearance::ColorModel& colors) const {
     const auto [least, most] = std::minmax_element(colors.posterior().begin(), colors.posterior().end());
     return std::clamp(std::min(even(*most), 1 - even(*least)), 0.5f, 1.0f);

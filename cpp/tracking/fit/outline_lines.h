@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines across an object's outline in the colour image, and where on each the colours put the outline.
+// Lines across an object's outline in the colour image, and where the colours place the outline on each line.
 #pragma once
 
 #include <vector>
@@ -13,10 +13,10 @@
 namespace sdftrack::tracking {
 
 struct OutlineSearch {
-  int points = 200;                   // of the outline that are looked at
+  int points = 200;                   // places on the outline to evaluate
   int reach_px = 8;                   // to both sides along a line
-  double in_front_m = 0.010;          // what is read by more than this in front of the outline hides it
-  const Neighbors* beside = nullptr;  // other objects, next to which an outline has other colours around it
+  double in_front_m = 0.010;          // depth nearer than the outline by more than this hides it
+  const Neighbors* beside = nullptr;  // other objects, next to which the colours around an outline differ
 };
 
 struct OutlineColors {
@@ -24,15 +24,15 @@ struct OutlineColors {
   const appearance::LocalColors* local = nullptr;  // nullptr: none
 };
 
-// At T_cam_obj (centred). No line where something stands in front or a neighbour is seen, where it leaves the
-// image, and where the colours on its two sides do not differ. The frame needs colours, not depth. Returns
-// how many places it has looked at.
+// At T_cam_obj (centred). No line where something stands in front, where a neighbour is seen, where the line
+// leaves the image, or where the colours on its two sides do not differ. The frame needs colours, not depth.
+// Returns the number of places evaluated.
 int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                        const OutlineColors& colors, const Rigidd& T_cam_obj, const OutlineSearch& search,
                        ContourLibrary* contours, energies::OutlineLines* out);
 
-// The colours on both sides of the outline at a pose that is sure; inside, those that the whole object's
-// histograms do not take for something else.
+// Learns the colours on both sides of the outline at a reliable pose. Inside, colours that the whole object's
+// histograms assign to something else are left out.
 void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                           const appearance::ColorModel& whole, const Rigidd& T_cam_obj,
                           const OutlineSearch& search, ContourLibrary* contours,

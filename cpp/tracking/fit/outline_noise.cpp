@@ -11,15 +11,15 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kEnoughLines = 20, kWindow = 12;
-constexpr double kPieces = 12;  // of an outline, which err apart at best
+constexpr double kPieces = 12;  // of an outline, with at best independent errors
 constexpr double kMedianOfNormal = 0.6745;
-constexpr double kFarOff = 3;  // sd; beyond, a residual is cut
+constexpr double kFarOff = 3;  // sd; beyond this, a residual is cut
 constexpr int kRounds = 3;
 constexpr double kUnknowns = 6;
 constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
 constexpr int kBisections = 10;
 
-// Moves the residuals to where the outline alone would have the pose.
+// Moves the residuals to the pose by the outline alone.
 void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
   for (int round = 0; round < kRounds; ++round) {
     Matrix6d H = Matrix6d::Zero();
@@ -71,8 +71,8 @@ OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_ca
 Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matrix6d& prior) {
   const Matrix6d A_inverse = optim::inverse_symmetric<6>(v.depth_A + prior);
   const Matrix6d H_inverse = optim::inverse_symmetric<6>(v.outline_H + prior);
-  // At the common pose the two gradients cancel: each one's own pose lies at minus its gradient over its
-  // Hessian.
+  // At the common pose the two gradients cancel: the separate pose of each lies at minus its gradient over
+  // its Hessian.
   const Vector6d apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
   const Matrix6d depth = v.area_px * A_inverse * v.depth_B * A_inverse.transpose();
   const Matrix6d outline = shared_lines * H_inverse;
@@ -88,13 +88,13 @@ Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matr
     const double middle = 0.5 * (low + high);
     (distance2(std::exp(middle)) > kUnknowns ? low : high) = middle;
   }
-  const Vector6d left = v.outline_weight * A_inverse * v.outline_g;  // to the pose that depth asks for
+  const Vector6d left = v.outline_weight * A_inverse * v.outline_g;  // displacement to the depth's pose
   const auto moves_m = [&](const Vector6d& d) { return std::sqrt(std::max(0.0, d.dot(v.depth_slopes * d))); };
   found.excess = std::exp(0.5 * (low + high)), found.off_m = moves_m(left), found.apart_m = moves_m(apart);
   return found;
 }
 
-// As large in each direction as the whole way is, before the two have spoken.
+// With a prior as large in every direction as the whole displacement.
 Vector6d Disagreement::sure_way(const Vector6d& unit) const {
   if (!(excess > 1)) return Vector6d::Zero();
   const Matrix6d spread = (apart_m * apart_m * unit.cwiseAbs2()).asDiagonal();

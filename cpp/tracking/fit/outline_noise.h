@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far the outline's lines may be believed beside the readings of depth (docs/math/outline.md, section 4).
+// How much the outline's lines are trusted relative to depth (docs/math/outline.md, section 4).
 #pragma once
 
 #include <vector>
@@ -13,15 +13,15 @@ constexpr double kMaxExcess = 10;  // of depth_excess
 
 struct OutlineNoise {
   double factor = 0;        // size of the lines' residuals over their stated sd; 0: not measured
-  double shared_lines = 0;  // how many neighbouring lines share one error
-  // By how much the depth's covariance is too small, by the distance of the pose that depth asks for from the
-  // one that the outline asks for.
+  double shared_lines = 0;  // number of neighbouring lines that share one error
+  // The factor by which the depth's covariance is too small, from the distance between the best pose by depth
+  // and the best pose by the outline.
   double depth_excess = 1;
-  // By how much readings of depth are off, as one sd, if the outline is right: 0 while the two agree.
+  // The error of depth, as one sd, if the outline is right: 0 while the two agree.
   double depth_off_m = 0;
-  double apart_m = 0;  // of the poses that either would have alone, rms over the surface; likewise
-  // What of that way is no chance, in camera axes about the caller's origin (m, rad): either may be wrong by
-  // it.
+  double apart_m = 0;  // rms surface distance between the depth's and the outline's pose; 0 while they agree
+  // The part of that displacement that chance does not explain, in camera axes about the caller's origin (m,
+  // rad): either pose may be wrong by it.
   Vector6d way = Vector6d::Zero();
 
   template <class Archive, class Self>
@@ -31,38 +31,39 @@ struct OutlineNoise {
   }
 };
 
-// What two modalities say near one pose: Hessian, the sum of squared gradients, gradient.
+// Depth and outline near one pose: Hessian, the sum of squared gradients, gradient.
 struct Voices {
-  Matrix6d depth_A, depth_B;  // of one reading each, independent
+  Matrix6d depth_A, depth_B;  // as if each measurement were independent
   Matrix6d depth_slopes;      // mean of J J^T, m^2 per squared increment
-  double area_px;             // readings that share one error
+  double area_px;             // number of measurements that share one error
   Matrix6d outline_H;
   Vector6d outline_g;
-  double outline_weight;  // with which the pose was found
+  double outline_weight;  // weight with which the pose was found
 };
 
-// Of the residuals that are left at the outline's own best pose: what depth asks for is no noise of the
-// outline. `factor` 0 where there are too few lines.
+// From the residuals left at the outline's own best pose, so that disagreement with depth does not count as
+// noise of the outline. `factor` is 0 where there are too few lines.
 OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_cam,
                            std::vector<energies::OutlineResidual>* scratch);
 
-// Blur, exposure and a rounded edge move all of an outline outwards or inwards together: so much is not told
-// by the scatter of its lines. It is mostly the distance that this leaves open. Beside depth it is taken as
-// larger: depth_excess has one factor for all directions, but depth that is bent by millimetres still has the
+// Blur, exposure and a rounded edge move the whole outline outwards or inwards together. The scatter of its
+// lines does not show this error, which mostly affects the distance. In addition to depth it is set larger:
+// depth_excess has one factor for all directions, but depth that is bent by millimetres still determines the
 // distance better than an outline.
 constexpr double kCommonError_px = 0.3, kCommonBesideDepth_px = 1;
 
 struct Disagreement {
-  // On the depth's covariance, with which the two agree as well as chance has it (as DerSimonian and Laird
-  // estimate what varies between studies): 1 unless they are surely apart.
+  // The factor on the depth's covariance with which the two agree as well as chance predicts (as DerSimonian
+  // and Laird estimate the variance between studies): 1 unless they surely disagree.
   double excess = 1;
-  // Rms over the visible surface of what depth alone would still move it by: its error, if the pose is right.
+  // Rms over the visible surface of the motion by which depth alone would still move the pose: its error, if
+  // the pose is right.
   double off_m = 0;
-  double apart_m = 0;               // rms over it of the whole way from the outline's pose to that of depth
-  Vector6d way = Vector6d::Zero();  // that way, an increment of T_obj_cam; surely apart or not
-  Matrix6d covariance = Matrix6d::Zero();  // of it
+  double apart_m = 0;               // rms over it of the displacement from the outline's to the depth's pose
+  Vector6d way = Vector6d::Zero();  // that displacement, an increment of T_obj_cam, significant or not
+  Matrix6d covariance = Matrix6d::Zero();  // of `way`
 
-  // The part of the way that chance does not explain, where the two are surely apart. unit: of the directions
+  // The part of `way` that chance does not explain, where the two surely disagree. unit: of the directions
   // (comparable_units).
   Vector6d sure_way(const Vector6d& unit) const;
 };

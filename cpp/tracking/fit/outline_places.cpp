@@ -8,8 +8,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kAside_px = 4;         // of the places on both sides at which an occluder is looked for
-constexpr double kOnNeighbor_m = 0.01;  // a reading this near to it is a neighbour's
+constexpr double kAside_px = 4;         // of the places on both sides that are checked for an occluder
+constexpr double kOnNeighbor_m = 0.01;  // a measurement this near to a neighbour belongs to it
 
 }  // namespace
 

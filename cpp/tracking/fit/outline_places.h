@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where points of an object's contour lie in the colour image, and whether they are seen there.
+// Where points of an object's contour lie in the colour image, and whether they are visible there.
 #pragma once
 
 #include "energies/color_projection.h"
@@ -11,14 +11,13 @@ namespace sdftrack::tracking {
 
 class OutlinePlaces {
  public:
-  // At T_cam_obj (centred). What is read more than search.in_front_m in front of the surface, and off it,
-  // hides it, and so does a neighbour that is read beside it. frame, camera, shape and view are kept by
-  // address.
+  // At T_cam_obj (centred). Depth off the surface and more than search.in_front_m in front of it hides a
+  // point, and so does a neighbour seen next to it. frame, camera, shape and view are kept by address.
   OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                 const Rigidd& T_cam_obj, const OutlineSearch& search, const energies::ColorProjection& view);
 
-  // Its pixel and the outline's normal there, outwards. False where it is hidden or not in front of the
-  // camera.
+  // The point's pixel and the outline's outward normal there. False where the point is hidden or not in front
+  // of the camera.
   bool find(const ContourPoint& point, Vec2d* centre_px, Vec2d* normal) const;
 
  private:
@@ -33,7 +32,7 @@ class OutlinePlaces {
   const Neighbors* const beside_;
 };
 
-// The colour camera's centre in the depth camera's frame: the outline is that which the colour camera sees.
+// The colour camera's centre in the depth camera's frame: the outline is the one seen by the colour camera.
 Vec3d centre_of(const energies::ColorProjection& view);
 
 }  // namespace sdftrack::tracking

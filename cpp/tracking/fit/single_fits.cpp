@@ -25,7 +25,7 @@ energies::SdfEnergyOptions energy_of(const SingleFitOptions& options) {
   return energy;
 }
 
-// Of the normal equations at the end alone, as if each reading erred by itself.
+// From the normal equations at the end alone, as if the measurements' errors were independent.
 Matrix6d covariance_of(const Matrix6d& hessian, int pixels, const frame::Shape& shape,
                        const Rigidd& T_cam_obj, const SingleFitOptions& options) {
   energies::EnergySummary sums;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Many objects of one depth image, each fitted on its own from its own start, by their depths alone. On a GPU
-// all at once.
+// Many objects of one depth image, each fitted singly from its own start by depth alone. On a GPU they are
+// fitted all at once.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ namespace sdftrack::tracking {
 struct SingleFitOptions {
   double scale_m = 0.002;  // s of the logistic density
   TrackerOptions tracker;  // residual, curvature, outlier_floor, noise, padding, max_pixels, correlation area
-  optim::LmRules rules;    // at first those of a tracker's last stage
-  int rounds = 2;          // each tells anew which rays meet the model, where the last one has ended
+  optim::LmRules rules;    // by default those of a tracker's last stage
+  int rounds = 2;          // each determines anew which rays meet the model at its start
 
   SingleFitOptions();
 };
@@ -38,7 +38,7 @@ class SingleFits {
   // device: negative: the CPU.
   explicit SingleFits(int device);
 
-  // shapes[k] from T_cam_obj[k] on. The shapes' volumes are sent to a GPU once.
+  // Fits shapes[k] from T_cam_obj[k]. The shapes' volumes are sent to a GPU once.
   std::vector<SingleFit> run(const frame::DepthFrame& frame, const Camera& camera,
                              const std::vector<const frame::Shape*>& shapes,
                              const std::vector<Rigidd>& T_cam_obj, const SingleFitOptions& options,
@@ -57,7 +57,7 @@ class SingleFits {
                                    const std::vector<const frame::Shape*>& shapes,
                                    const std::vector<Rigidd>& T_cam_obj, const SingleFitOptions& options);
 
-  std::unique_ptr<energies::CudaWork> device_;  // nullptr without
+  std::unique_ptr<energies::CudaWork> device_;  // nullptr: the CPU
   std::vector<Work> work_;
 };
 

@@ -11,41 +11,41 @@
 
 namespace sdftrack::tracking {
 
-// A step that promises a smaller gain in log-likelihood moves the pose by less than 5 % of its standard
+// A step with a smaller predicted gain in log-likelihood moves the pose by less than 5 % of its standard
 // deviation.
 constexpr double kMinGain = 1e-3;
-// A step that promises less than this gain in log-likelihood (five standard deviations) is taken without a
-// look at where it leads, and is the last of its stage: what Gauss-Newton leaves of it is of second order
+// A step with a smaller predicted gain in log-likelihood (five standard deviations) is taken without an
+// evaluation at its end, and is the last of its stage: what Gauss-Newton leaves is of second order
 // (docs/math/depth_tracker.md, section 4).
 constexpr double kSureGain = 12;
-// Noise alone promises this much, one half for each unknown: a stage on a part of the pixels leaves it to
-// those that follow, or what stands still would tremble.
+// Noise alone predicts this gain, one half for each unknown. A stage on a part of the pixels leaves it to the
+// next stages, or a pose at rest would tremble.
 constexpr double kNoiseGain = 3;
 constexpr double kPrintedDampingMax = 10e6;  // Table 3.2
 constexpr double kMaxRatio = 6.5;            // of pixels from one stage to the next
-constexpr int kMaxStages = 64;               // more than any number of pixels asks for
+constexpr int kMaxStages = 64;               // more than any number of pixels needs
 constexpr int kCoarseSteps = 3;              // trials of a coarse stage; the next stage corrects what is left
-// Trials of the last stage: a bound of the time of a frame, which the gain usually ends before. By the
-// printed rule it goes on until the damping is at its bound.
+// Trials of the last stage: a bound on the time of a frame; the gain usually ends the stage earlier. By the
+// printed rule the stage continues until the damping is at its bound.
 constexpr int kFineSteps = 8, kPrintedSteps = 100;
 inline int fine_steps(const TrackerOptions& options) {
   return options.stop_printed ? kPrintedSteps : kFineSteps;
 }
-// Newton steps before the first linearisation; one leaves curved parts as fallback, with its bias.
+// Newton steps before the first linearisation; with one, curved parts keep the fallback and its bias.
 constexpr int kSettleSteps = 2;
 constexpr int kClassifySteps = 4;
 constexpr int kSummaryPixels = 1000;
-constexpr int kMinFitPixels = 40;   // near the object; of fewer no pose follows, and it is lost
-constexpr int kMinOnDevice = 1500;  // pixels; fewer are summed here before a kernel would have started
+constexpr int kMinFitPixels = 40;   // near the object; with fewer no pose is fitted, and the object is lost
+constexpr int kMinOnDevice = 1500;  // pixels; fewer are summed on the CPU before a kernel would have started
 
-// A hand may be in front of the surface; behind it the sensor sees nothing. In all stages but the last: there
-// the unequal tails would draw the surface towards the readings' mean.
+// A hand may be in front of the surface; behind it the sensor sees nothing. Used in all stages but the last,
+// where the unequal tails would draw the surface towards the mean of the measurements.
 inline void refuse_behind(const TrackerOptions& options, energies::SdfEnergyOptions* energy) {
   if (options.outlier_floor > 0) energy->floor_behind = static_cast<float>(options.coarse_floor_behind);
 }
 
-// run(energy): stages on an even subset, phi at the measured points, the better start from afar, and last, if
-// more pixels follow, the residual of the fine stage. `energy` as in the fine stage.
+// run(energy): stages on an even subset with phi at the measured points, which lead more reliably from afar.
+// If more pixels follow, a last stage has the residual of the fine stage. `energy` as in the fine stage.
 template <class Run>
 void each_coarse_stage(const TrackerOptions& options, double scale_m, double last_scale_m, bool more_follow,
                        energies::SdfEnergyOptions energy, const Run& run) {
@@ -63,8 +63,8 @@ void each_coarse_stage(const TrackerOptions& options, double scale_m, double las
   run(energy);
 }
 
-// run(share): from the few pixels of the coarse stages to all in even ratios, so that each stage begins where
-// one look is enough. ratio: all over the coarse ones.
+// run(share): from the few pixels of the coarse stages to all pixels in even ratios, so that one evaluation
+// is enough at the start of each stage. ratio: all pixels over those of the coarse stages.
 template <class Run>
 void each_share_between(double ratio, const Run& run) {
   const int stages =
@@ -73,7 +73,7 @@ void each_share_between(double ratio, const Run& run) {
 }
 
 // Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there
-// every step counts, and is looked at.
+// every step counts and is evaluated.
 inline optim::LmOptions stage_lm(const TrackerOptions& options, int steps, bool noise_known,
                                  bool all_pixels) {
   optim::LmOptions lm;

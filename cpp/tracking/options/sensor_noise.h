@@ -14,7 +14,7 @@ inline frame::DepthNoiseLaw sensor_noise(const TrackerOptions& options) {
   return {options.noise_m, options.noise_per_m};
 }
 
-// Sd of what a surface's readings have in common, as the options say.
+// Sd of the error that a surface's measurements share, as the options state it.
 inline double sensor_systematic_m(const TrackerOptions& options, double depth_m) {
   return options.systematic_m + options.systematic_per_m * depth_m * depth_m;
 }
@@ -23,15 +23,15 @@ inline double most_systematic_m(const TrackerOptions& options) {
   return std::max(options.systematic_m, options.max_systematic_m);
 }
 
-// Whether the options state nothing of errors that readings share. max_systematic_m 0 states that there are
-// none.
+// Whether the options state nothing about errors that measurements share. max_systematic_m 0 states that
+// there are none.
 inline bool is_unstated(const TrackerOptions& options) {
   return !(options.systematic_m > 0 || options.systematic_per_m > 0) && options.max_systematic_m > 0;
 }
 
-// Sd of an error of the distance that no residual shows: what is stated beyond max_systematic_m, up to which
-// the readings are excused; where nothing is stated that of a stereo camera within its maker's bound, 2 % at
-// 2 m taken as two sd (data sheet of the RealSense D400 series).
+// Sd of an error of the distance that no residual shows: the stated error beyond max_systematic_m, up to
+// which measurements are tolerated. Where nothing is stated: that of a stereo camera within its maker's
+// bound, 2 % at 2 m taken as two sd (data sheet of the RealSense D400 series).
 inline double distance_error_m(const TrackerOptions& options, double depth_m) {
   if (is_unstated(options)) return 0.002 + 0.004 * depth_m * depth_m;
   const double stated_m = sensor_systematic_m(options, depth_m);

@@ -10,16 +10,17 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// Hypotheses worth a fit at full resolution: so many, with such a share of the best score. Within a mask the
-// readings are the object's, and the score says nearly all; elsewhere the fit tells clutter from the object.
+// Hypotheses worth a fit at full resolution: their number, and their share of the best score. In a mask the
+// measurements are the object's, and the score is nearly sufficient; elsewhere the fit tells clutter from the
+// object.
 constexpr std::size_t kFittedInMask = 3, kFitted = 5;
 constexpr double kComparableInMask = 0.85, kComparable = 0.3;
-constexpr double kTie = 0.97;  // scores this close are told apart by the last rotation, if by anything
-constexpr double kMinEndsThere = 0.1;  // where the object is known to be, with whatever it touches
+constexpr double kTie = 0.97;          // scores this close are told apart only by the last rotation
+constexpr double kMinEndsThere = 0.1;  // where the place of the object is given, with whatever it touches
 constexpr double kAmbiguous = 0.8;
-constexpr double kAnyTurn = 0.02;  // least chance of a turn
+constexpr double kAnyTurn = 0.02;  // least probability of a turn
 
-// Among hypotheses that tie with the first, the one nearest in rotation goes first.
+// Moves the hypothesis nearest in rotation to the front, among those that tie with the first.
 void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   const double least = kTie * hypotheses->front().score;
   auto best = hypotheses->begin();
@@ -29,8 +30,8 @@ void prefer_rotation(const Mat3d& R, std::vector<Hypothesis>* hypotheses) {
   std::rotate(hypotheses->begin(), best, best + 1);
 }
 
-// An object that was lost a moment ago has hardly turned since: the chance of each hypothesis by its turn
-// from the last rotation, normal with `sd_rad`, goes into its score.
+// A recently lost object has hardly turned since: the score of each hypothesis is weighted by the probability
+// of its turn from the last rotation, normal with `sd_rad`.
 void weigh_turns(const Mat3d& R, double sd_rad, std::vector<Hypothesis>* hypotheses) {
   for (Hypothesis& h : *hypotheses) {
     const double turn = rotation_angle(transpose(R) * h.T_cam_obj.R) / sd_rad;
@@ -49,7 +50,7 @@ struct Candidate {
   double quality;
 };
 
-// The first that no other beats by more than a tie.
+// The first candidate that no other beats by more than a tie.
 std::size_t best_of(const std::vector<Candidate>& all, double tie) {
   std::size_t k = 0;
   for (std::size_t i = 1; i < all.size(); ++i)
@@ -57,8 +58,8 @@ std::size_t best_of(const std::vector<Candidate>& all, double tie) {
   return k;
 }
 
-// Score of the best other pose over that of the chosen one; 0: all ended where it did. alternatives: motions
-// to those that nearly reach it.
+// Score of the best other pose over that of the chosen one; 0: all fits ended at the chosen pose.
+// alternatives: motions to the poses that nearly reach it.
 double runner_up(const std::vector<Hypothesis>& hypotheses, const std::vector<Candidate>& all,
                  std::size_t chosen, const SearchQuery& query, std::vector<Rigidd>* alternatives) {
   const Rigidd& T = all[chosen].fitted.T_cam_obj;
@@ -114,13 +115,13 @@ std::optional<Found> ObjectFinder::find(const frame::DepthFrame& frame, const Ca
   for (std::size_t k = 0; k < hypotheses.size() && all.size() < most && hypotheses[k].score >= least; ++k) {
     const Rigidd& T = hypotheses[k].T_cam_obj;
     const FitTarget target{shape, T, Matrix6d::Zero(), known, colors, query.others};
-    const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has come near already
+    const Attempt attempt{0, options_.padding_m, 0, {T}};  // the search has already come near
     std::optional<Fitted> fitted = fitter->fit(frame, camera, target, attempt, query.plane);
     if (!fitted) continue;
     if (is_part_of_something(fitted->outline, min_ends)) continue;
     if (query.others && stands_in(*query.others, shape, fitted->T_cam_obj)) continue;
     if (!known.noise_known) known = fitted->memory;  // the others are compared under the same noise
-    // Score and evidence count the same points in part: of the evidence's odds the root.
+    // Score and evidence count partly the same points: hence the root of the evidence's odds.
     const double evidence = evidence_share(evidence_of(*fitted, options_), prior_log_odds);
     const double fit = query.mask ? std::max(0.0, fit_quality(*fitted, options_)) : std::sqrt(odds(evidence));
     const double quality = hypotheses[k].score * fit;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An object without a pose: the search's best hypotheses, fitted at full resolution and judged.
+// Finds an object without a pose: the search's best hypotheses are fitted at full resolution and judged.
 #pragma once
 
 #include <memory>
@@ -15,19 +15,19 @@ struct Found {
   Fitted fitted;
   Trust trust;
   double runner_up = 0;  // score of the best other pose over this one's; near 1: the view does not decide
-  std::vector<Rigidd> alternatives;  // motions to the poses that score nearly as much, in the centred frame
+  std::vector<Rigidd> alternatives;  // motions to the poses that score nearly as well, in the centred frame
 };
 
-// Whether two poses are two answers, for an object that looks alike after some motions.
+// Whether two poses are distinct results, for an object with these symmetries.
 bool looks_distinct(const Rigidd& a, const Rigidd& b, const std::vector<Rigidd>* symmetries);
 
 class ObjectFinder {
  public:
-  // device nullptr: the search's fits are made on the CPU.
+  // device nullptr: the search's fits run on the CPU.
   ObjectFinder(const TrackerOptions& options, int threads, energies::CudaWork* device);
 
-  // None where nothing in the frame could be the object. A runner-up close to query.near's rotation goes
-  // before an equally good one: of the turns of a symmetric body, the one it was last seen in.
+  // No result where nothing in the frame could be the object. An alternative close to query.near's rotation
+  // is preferred to an equally good one: of the turns of a symmetric body, the one last seen.
   std::optional<Found> find(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                             const FitMemory& memory, const appearance::ColorModel* colors,
                             const SearchQuery& query, double prior_log_odds, PoseFitter* fitter);

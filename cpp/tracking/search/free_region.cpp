@@ -8,11 +8,11 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr float kInFront_m = 0.010;    // a reading nearer than the object by this may hide it
-constexpr float kBorder_nodes = 3;     // from the readings: who stands there, hides or bounds them
+constexpr float kInFront_m = 0.010;    // a measurement nearer than the object by this may hide it
+constexpr float kBorder_nodes = 3;     // from the measurements: what stands there hides or bounds them
 constexpr double kHiddenBorder = 0.1;  // share of the border from which an object counts as cut off
 
-// The depth of the nearest candidate of every node, by two sweeps.
+// The depth of the nearest candidate for every node, by two sweeps.
 void spread_depths(const SearchScene& scene, const std::vector<int>& nodes, ProposalScratch* scratch) {
   const int w = scene.width, h = scene.height;
   std::vector<float>&z = scratch->nearest_m, &d = scratch->nearest_px;
@@ -34,9 +34,9 @@ void spread_depths(const SearchScene& scene, const std::vector<int>& nodes, Prop
       pull(i, j, 1, 0, 1), pull(i, j, 0, 1, 1), pull(i, j, 1, 1, 1.4f), pull(i, j, -1, 1, 1.4f);
 }
 
-constexpr int kFreeNeighbours = 3;  // of 8; a lone node is no evidence, for readings at edges jitter
+constexpr int kFreeNeighbours = 3;  // of 8; a lone node is no evidence, as measurements at edges jitter
 
-// A ring of nodes outside the scene counts as not free: nothing is known there.
+// A ring of nodes outside the scene counts as not free, as nothing is known there.
 void transform_free(const SearchScene& scene, ProposalScratch* scratch, energies::DistanceGrid* grid) {
   const int w = scene.width + 2;
   std::vector<unsigned char>& ringed = scratch->ringed;
@@ -67,7 +67,7 @@ void free_region(const SearchScene& scene, const std::vector<int>& nodes, bool a
   for (std::size_t k = 0; k < scene.depth_m.size(); ++k) {
     const float z = scene.depth_m[k];
     const Node node = scene.node[k];
-    // Beside readings that may be something else's themselves, what is as near may well hide the object.
+    // Next to measurements that may belong to another object, something as near may well hide the object.
     const float edge = all_object ? scratch->nearest_m[k] - kInFront_m : beyond;
     scratch->free[k] = node == Node::kPlane || (node == Node::kOther && z > edge) ||
                        (node == Node::kCandidate && z > beyond);

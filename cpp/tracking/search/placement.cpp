@@ -12,8 +12,8 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kPoints = 120;
-constexpr double kLarger = 0.15;   // than the box, over the box, from which its edges are tried
-constexpr double kSideStep = 0.2;  // of a place beside the centroid, over the diameter
+constexpr double kLarger = 0.15;   // excess over the box, relative to it, from which its edges are tried
+constexpr double kSideStep = 0.2;  // to a place beside the centroid, over the diameter
 
 }  // namespace
 
@@ -35,8 +35,8 @@ double box_coverage(const Camera& camera, const frame::Shape& shape, const Rigid
   return overlap(low.x, high.x, box.x0, box.x1) * overlap(low.y, high.y, box.y0, box.y1);
 }
 
-// The centroid weighs each point by how much of the image it fills. Where something hides a side of the
-// object, only the points count that the readings reach, from the other side's edge on.
+// The centroid weights each point by its area in the image. Where something hides a side of the object, only
+// those points count that the measurements reach, from the edge of the other side.
 void Placer::turn(const Mat3d& R_cam_obj, const Proposal& proposal) {
   R_ = R_cam_obj, proposal_ = &proposal;
   const Vec3d view = (1 / norm(proposal.centroid_cam)) * proposal.centroid_cam;
@@ -118,7 +118,7 @@ const std::vector<Rigidd>& Placer::in_box(const frame::Rect& box) {
   return places_;
 }
 
-// Along the line of sight, by the median of what the readings say.
+// Moves along the line of sight by the median of the measured gaps.
 void Placer::settle_depth(Rigidd* T) {
   beyond_.clear();
   const double inv = 1.0 / scene_.step;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where an object of a given rotation would be, by a look at what is read: first places of a search.
+// First places of a search: where an object of a given rotation would be, by the depth measurements.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace sdftrack::tracking {
 
-// Share of a box in the image that the object's own box covers: a box is drawn about what is seen of it.
+// Share of a box in the image that the object's own box covers: a box is drawn around the visible part.
 double box_coverage(const Camera& camera, const frame::Shape& shape, const Rigidf& T_obj_cam,
                     const frame::Rect& box);
 
@@ -17,15 +17,15 @@ class Placer {
   Placer(const Camera& camera, const frame::Shape& shape, const SearchScene& scene)
       : camera_(camera), shape_(shape), scene_(scene) {}
 
-  // The rotation and the readings that the next places are for.
+  // Sets the rotation and the measurements for the next places.
   void turn(const Mat3d& R_cam_obj, const Proposal& proposal);
 
-  // The centroid of what the camera would see comes to the centroid of the readings.
+  // Puts the centroid of the part that the camera would see onto the centroid of the measurements.
   Rigidd on_centroid() const;
-  // The same and steps to its sides, each at the depth that most readings ask for.
+  // The same place and steps to its sides, each at the depth that most measurements support.
   const std::vector<Rigidd>& about_centroid();
-  // The object's box in the image comes to the middle of the box, and to its edges where it is larger: the
-  // rest is hidden.
+  // Puts the object's box in the image onto the middle of the given box, and to its edges where the object's
+  // box is larger: the rest is hidden.
   const std::vector<Rigidd>& in_box(const frame::Rect& box);
 
  private:
@@ -41,8 +41,8 @@ class Placer {
   const Proposal* proposal_ = nullptr;
   Mat3d R_;
   std::vector<Vec3d> facing_;  // R p of surface points that face the camera
-  std::vector<Vec3d> all_;     // of all
-  Vec3d centroid_;             // of what the camera would see, from the object's origin, camera axes
+  std::vector<Vec3d> all_;     // the same of all points
+  Vec3d centroid_;             // of the part that the camera would see, from the object's origin, camera axes
   std::vector<Rigidd> places_;
   std::vector<double> beyond_;
 };

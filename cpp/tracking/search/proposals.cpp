@@ -14,18 +14,18 @@ namespace {
 
 constexpr int kMinReadings = 12;
 constexpr int kCoarsePoints = 100, kFinePoints = 300, kSolidPoints = 60;
-constexpr double kWindow = 0.55;   // radius of a window's readings over the object's diameter
+constexpr double kWindow = 0.55;   // radius of a window's measurements over the object's diameter
 constexpr double kSpacing = 0.35;  // of windows, over the diameter
-constexpr double kBeyond = 0.6;    // behind a window's middle, over the diameter: nothing of the object
-constexpr int kMaxCentres = 64;    // places that are looked at,
+constexpr double kBeyond = 0.6;    // behind a window's middle, over the diameter: no part of the object
+constexpr int kMaxCentres = 64;    // places that are examined,
 constexpr int kMaxWindows = 12;    // and those of about the object's size that are searched
 constexpr double kFilled = 0.75;   // of the object's box in the mean view
 constexpr int kAreaStride = 3, kMeanShifts = 3;
 constexpr float kContinuous_m = 0.015;
 constexpr int kReach_nodes = 2;
 
-// Whether most of the candidates about a candidate have about its depth: at the edge of something nearer,
-// pixels of the object read that thing's depth.
+// Whether most of the candidates around a candidate have about its depth: at the edge of something nearer,
+// pixels of the object have the depth of that thing.
 bool among_its_like(const SearchScene& scene, int i, int j) {
   const float z = scene.depth_m[scene.at(i, j)];
   int like = 0, all = 0;
@@ -53,7 +53,7 @@ Vec3d mean_of(const std::vector<Vec3f>& points) {
   return (1.0 / static_cast<double>(std::max<std::size_t>(1, points.size()))) * sum;
 }
 
-// What all kinds of places share, once it is known which nodes show the object.
+// The part common to all kinds of places, once the nodes that show the object are known.
 bool finish(const SearchScene& scene, const Camera& camera, const frame::Shape& shape, bool all_object,
             ProposalScratch* scratch, Proposal* out) {
   const std::vector<int>& nodes = scratch->nodes;
@@ -95,11 +95,11 @@ bool propose_mask(const SearchScene& scene, const Camera& camera, const frame::S
   return true;
 }
 
-// The readings within a window about a reading, in a crop of the scene that the object cannot leave.
+// The measurements in a window around a measurement, in a crop of the scene that the object cannot leave.
 bool propose_window(const SearchScene& scene, const Camera& camera, const frame::Shape& shape, Vec3f middle,
                     double radius_m, ProposalScratch* scratch, Proposal* out) {
   const Intrinsics<float> K = camera.K.cast<float>();
-  // Kept within the scene, however near the middle is.
+  // Kept within the scene, however near the window's middle is.
   const int reach =
       1 + to_int_within((1.2 * shape.diameter_m) * camera.K.fx / static_cast<double>(middle.z) / scene.step,
                         0, std::max(scene.width, scene.height));
@@ -123,7 +123,7 @@ bool propose_window(const SearchScene& scene, const Camera& camera, const frame:
   return finish(cropped, camera, shape, false, scratch, out);
 }
 
-// Nodes that lie as far apart as can be, the first the nearest to a point: farthest-point sampling.
+// Nodes as far apart as possible, the first nearest to a point: farthest-point sampling.
 void spread_centres(const SearchScene& scene, const Camera& camera, const std::vector<int>& nodes,
                     Vec3f first, double spacing_m, int wanted, ProposalScratch* scratch) {
   const Intrinsics<float> K = camera.K.cast<float>();
@@ -143,7 +143,7 @@ void spread_centres(const SearchScene& scene, const Camera& camera, const std::v
   }
 }
 
-// Mean of the readings within a window, and how much surface they are.
+// Mean of the measurements in a window, and the area of their surface.
 struct WindowContent {
   Vec3f mean;
   double area_m2;
@@ -164,8 +164,8 @@ WindowContent content(const SearchScene& scene, const Intrinsics<float>& K, cons
   return {count > 0 ? (1.0f / static_cast<float>(count)) * sum : middle, area_m2};
 }
 
-// Windows are moved onto what they hold; of those that then agree one is kept, and of many those that hold
-// about as much surface as the object shows. Where a pose was given the first stays as it is.
+// Windows are moved onto their contents. Of windows that then agree one is kept; of many, those whose surface
+// area is about that of the object's visible part. Where a pose was given the first window is unchanged.
 void settle_centres(const SearchScene& scene, const Camera& camera, const frame::Shape& shape,
                     const std::vector<int>& nodes, bool first_stays, std::vector<Vec3f>* middles) {
   const Intrinsics<float> K = camera.K.cast<float>();

@@ -15,7 +15,7 @@ using Penalty = energies::DepthLogistic<float>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Of readings that must only not be inside, noise puts every other one there.
+// For measurements that must only not be inside: noise puts every other one inside.
 constexpr float kSolidMargin = 1.5f;  // over the scale of the last stages, which must not be biased
 float solid_margin(const QuickStage& stage) {
   return stage.inside_floor < stage.outside_floor ? 0.0f : kSolidMargin * stage.scale_m;
@@ -23,7 +23,7 @@ float solid_margin(const QuickStage& stage) {
 
 constexpr float kHiddenFloor = 0.3f, kSeenPastFloor = 0.02f;
 constexpr double kDamping = 1e-2;
-// A step is drawn back to where it started as if by springs of this size: what no reading holds stays.
+// A step is pulled back to its start as if by springs of this size: a direction held by no measurement stays.
 constexpr double kSpring_m = 0.05, kSpring_rad = 0.5;
 constexpr double kLongestStep_m = 0.05, kLongestStep_rad = 0.6;
 
@@ -31,7 +31,7 @@ frame::PointsView view_of(const std::vector<Vec3f>& points, int stride = 1) {
   return {points.data(), static_cast<int>(points.size()), stride};
 }
 
-// The outline's points together weigh as much as the readings and the surface points.
+// The outline's points together weigh as much as the measurements and the surface points.
 float outline_weight(const QuickData& data) {
   std::size_t others = data.readings_cam->size();
   if (data.surface_stride > 0)
@@ -65,7 +65,7 @@ Vec3d bounded(const Vec3d& step, double longest) {
 frame::QuickTerms quick_terms(const QuickData& data, const QuickStage& stage) {
   const energies::SingleObject<float> field{data.sdf, {}};
   const Penalty reading{stage.scale_m, stage.outside_floor, energies::Curvature::kIrls, stage.inside_floor};
-  // What stands in front of the place where a surface point should be seen has a good excuse.
+  // An occluder in front of the expected place of a surface point hardly counts against the pose.
   const Penalty surface{stage.scale_m, kHiddenFloor, energies::Curvature::kIrls, kSeenPastFloor};
   frame::QuickTerms terms{{field, reading, view_of(*data.readings_cam), false, 0},
                           {field, reading, view_of(*data.solids_cam), true, solid_margin(stage)},

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kChunks = 90, kMostPerChunk = 40;
 
-// body(k) for each run on the threads.
+// Calls body(k) for each run on the threads.
 template <class Body>
 void each_run(std::size_t count, int threads, const Body& body) {
   const std::size_t size = std::clamp<std::size_t>(count / kChunks, 1, kMostPerChunk);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rough fits of all poses of a stage at once: on threads of the CPU, or on a GPU to the same bits.
+// Rough fits of all poses of a stage at once: on threads of the CPU, or on a GPU with bit-identical results.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@
 namespace sdftrack::tracking {
 
 struct QuickRun {
-  int data;  // which of the search's places
+  int data;  // index of the search's place
   Rigidf T_obj_cam;
   float cost = 0;
 };
 
 struct QuickPlan {
   std::vector<QuickStage> stages;  // one fit after another
-  const QuickStage* rank;          // of the costs at the end; nullptr: none are wanted
+  const QuickStage* rank;          // of the costs at the end; nullptr: no costs are needed
 };
 
 // device nullptr: the CPU.

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxReturned = 8;
 constexpr int kDensePoints = 1500;
-// A result below this score is not believed, and rotations between the first ones are tried.
+// A result below this score is not accepted, and rotations between the first ones are tried.
 constexpr int kRounds = 4;
 constexpr double kConvincingMask = 0.85, kConvincing = 0.6;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A pose from nothing but a frame: a search over rotations and places, for a start and to find a lost object.
+// Finds a pose in a single frame: a search over rotations and places, at a start and for a lost object.
 #pragma once
 
 #include <memory>
@@ -18,23 +18,23 @@ struct Hypothesis {
   Visibility seen;
 };
 
-// Where to look: in a mask, else in a box, else near a pose, else everywhere.
+// Where to search: in a mask, else in a box, else near a pose, else everywhere.
 struct SearchQuery {
   const unsigned char* mask = nullptr;  // H * W, 0: not the object
   std::optional<frame::Rect> box;       // the object lies within it; so may other things
   std::optional<Rigidd> near;           // centred frame; its rotation is tried first
-  double reach_m = 0;                   // the object's centre is this near to near's
-  std::optional<Mat3d> last_rotation;   // hypotheses are weighted by their turn from it,
+  double reach_m = 0;                   // greatest distance of the object's centre from that of `near`
+  std::optional<Mat3d> last_rotation;   // hypotheses are weighted by their turn from this rotation,
   double turn_sd_rad = 0;               // normal with this sd
   const float* foreground =
       nullptr;  // H * W, chance by colour that a pixel shows the object; NaN: no evidence
-  const frame::Plane* plane = nullptr;  // readings on it are not the object
+  const frame::Plane* plane = nullptr;  // measurements on it are not the object
   // A slice of the rotations, so that a caller can spread a search over frames; seeds 0: all of them.
   int first_seed = 0, seeds = 0;
   const unsigned char* taken = nullptr;             // H * W, not 0: another object explains this pixel
-  const Neighbors* others = nullptr;                // objects that are followed, wherever they are
-  double alike = 0.8;                               // of a score: another pose that reaches it counts too
-  const std::vector<Rigidd>* symmetries = nullptr;  // poses that differ by one of these are one answer
+  const Neighbors* others = nullptr;                // objects that are followed, at their poses
+  double alike = 0.8;                               // share of the best score that an alternative must reach
+  const std::vector<Rigidd>* symmetries = nullptr;  // poses that differ by one of these are equivalent
 };
 
 constexpr int kSearchSeeds = 240;  // rotations of a whole search
@@ -53,12 +53,12 @@ class SearchScratch {
   std::unique_ptr<SearchScratchData> data_;
 };
 
-// Whether two poses are two answers: more than 10 mm or 15 degrees apart.
+// Whether two poses are distinct results: more than 10 mm or 15 degrees apart.
 bool distinct(const Rigidd& a, const Rigidd& b);
 
-// Best first, distinct from one another by 10 mm or 15 degrees: a runner-up that scores nearly as much as the
-// first says that the view does not decide between them. Empty where there are too few readings to look at.
-// device nullptr: all on the CPU; the poses are the same.
+// Best first, distinct from one another by 10 mm or 15 degrees. A runner-up that scores nearly as well as the
+// first shows that the view does not decide between them. Empty where there are too few measurements. device
+// nullptr: all on the CPU; the poses are the same.
 std::vector<Hypothesis> search_pose(const frame::DepthFrame& frame, const Camera& camera,
                                     const frame::Shape& shape, const TrackerOptions& options,
                                     const SearchQuery& query, int threads, SearchScratch* scratch,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The second half of a search: the distinct fits made fine, judged, and told apart.
+// The second half of a search: the distinct fits are refined, judged, and told apart.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,14 +14,14 @@ namespace {
 
 constexpr float kOfSurface_m = 0.008f;
 constexpr double kTied = 0.75;      // of the best score
-constexpr int kJudgedPoints = 160;  // of the surface, that a pose is judged by
+constexpr int kJudgedPoints = 160;  // of the surface, by which a pose is judged
 constexpr std::size_t kMaxTied = 8, kTurned = 2;
-constexpr double kIndependent = 30;  // readings, of which neighbours share errors of the sensor and the shape
-constexpr double kCovered = 0.8;     // of a box, from which it counts as covered
+constexpr double kIndependent = 30;  // measurements; neighbours share errors of the sensor and the shape
+constexpr double kCovered = 0.8;     // share of a box from which it counts as covered
 constexpr QuickStage kFinal{0.002f, kFloor, kFloor, 3};
 
-// Only the readings within reach of the surface of one of the first poses: those of the best alone would
-// leave out what speaks against it.
+// Only the measurements within reach of the surface of one of the first poses: those of the best pose alone
+// would leave out contrary evidence.
 void near_surface(const SdfView& sdf, const std::vector<SearchRefined>& refined, std::size_t first,
                   std::vector<Vec3f>* readings_cam) {
   std::vector<Rigidf> T_obj_cam;
@@ -72,8 +72,8 @@ void Search::refine() const {
                    [](const SearchRefined& a, const SearchRefined& b) { return a.h.score > b.h.score; });
 }
 
-// Many objects look nearly the same after half a turn about an axis of their box: the best poses are tried
-// so, too, whatever rotations the grid has.
+// Many objects look nearly the same after a half turn about an axis of their box: the best poses are also
+// tried so turned, whatever rotations the grid has.
 void Search::turn_half() const {
   s->kept.clear();
   for (std::size_t k = 0; k < std::min(kTurned, s->refined.size()); ++k)
@@ -85,7 +85,7 @@ void Search::turn_half() const {
   refine();
 }
 
-// Fits from different starts that ended in one place are one.
+// Fits from different starts that ended in one place are merged.
 void Search::drop_copies() const {
   std::size_t kept = 0;
   for (const SearchRefined& r : s->refined) {
@@ -97,8 +97,8 @@ void Search::drop_copies() const {
   s->refined.resize(kept);
 }
 
-// Poses that score nearly alike (a can turned by half a turn) differ by less than the tolerance of an
-// agreeing point; the sum over all readings still knows.
+// Poses that score nearly alike (a can after a half turn) differ by less than the tolerance of an agreeing
+// point; the sum over all measurements can still tell them apart.
 void Search::break_ties() const {
   std::vector<SearchRefined>& refined = s->refined;
   if (refined.empty()) return;

@@ -14,10 +14,10 @@ constexpr int kNodes = 48;  // along the longer side of a mask or box
 constexpr int kMaxNodes = 160;
 constexpr double kMaskMargin = 0.3, kBoxMargin = 0.5;  // of its longer side, on each side
 constexpr int kMinMargin_px = 8;
-constexpr float kForeground = 0.3f;  // by colour, below which a reading is not the object's
+constexpr float kForeground = 0.3f;  // posterior below which a measurement is not the object's
 constexpr double kPlaneTolerance_m = 0.006;
 constexpr int kPlanes = 3, kPlaneSeeds = 60, kPlanePoints = 500;
-constexpr double kPlaneShare = 0.15;  // of the readings, from which a plane is one
+constexpr double kPlaneShare = 0.15;  // of the measurements, from which a plane counts as one
 constexpr double kWiderPlane = 1.1;   // times the object's diameter
 
 frame::Rect clipped(const frame::Rect& r, int margin, const Camera& camera) {
@@ -60,7 +60,7 @@ struct NodeReader {
   const SearchQuery& query;
   const unsigned char* mask;
 
-  // Image pixel of a node: where the lens puts its ray.
+  // Image pixel of a node: the position to which the lens projects its ray.
   bool locate(int u, int v, int* x, int* y) const {
     *x = u, *y = v;
     if (frame.rays) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A frame as a search sees it: thinned out to nodes, and what is known of each.
+// A frame as a search sees it: subsampled to nodes, with what is known of each.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 namespace sdftrack::tracking {
 
 enum class Node : unsigned char {
-  kUnknown,    // no reading, and nothing else says what is here
-  kCandidate,  // the reading may be the object's
+  kUnknown,    // no measurement, and no other evidence of what is here
+  kCandidate,  // the measurement may be the object's
   kOther,      // something else: it may stand in front of the object
   kPlane,      // a table or a wall: the object is neither in it nor behind it
 };
@@ -18,7 +18,7 @@ enum class Node : unsigned char {
 // Nodes every `step` pixels of the ideal pinhole image.
 struct SearchScene {
   int x0 = 0, y0 = 0, step = 1, width = 0, height = 0;
-  std::vector<float> depth_m;  // 0: no reading
+  std::vector<float> depth_m;  // 0: no measurement
   std::vector<Node> node;
 
   std::size_t at(int i, int j) const {
@@ -33,8 +33,8 @@ struct SearchScene {
   }
 };
 
-// The part of the frame that the query speaks of, with a margin. Without a mask, planes that are larger than
-// the object are found and marked; about a box only those that go on outside it.
+// The part of the frame that the query refers to, with a margin. Without a mask, planes that are larger than
+// the object are found and marked; around a box only planes that extend beyond it.
 void make_search_scene(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                        const SearchQuery& query, SearchScene* scene);
 

@@ -8,9 +8,9 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kMinAgreeing = 6;  // surface points; fewer say nothing
+constexpr int kMinAgreeing = 6;  // surface points; fewer are not sufficient
 constexpr double kExplained_m = 0.005, kExplainedPerNoise = 4;
-constexpr double kEnoughSeen = 0.8;  // share of the visible surface that must be read for a full score
+constexpr double kEnoughSeen = 0.8;  // share of the visible surface that must be measured for a full score
 
 double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 

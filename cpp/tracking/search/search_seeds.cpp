@@ -13,15 +13,15 @@ namespace {
 
 constexpr std::size_t kSeedsPerChunk = 8, kRunsPerChunk = 32;
 constexpr int kBoxSeeds = 3 * kSearchSeeds;  // rotations for a box: a place is cheap to try
-constexpr std::size_t kMaxFitted = 720;      // of these, by the best place of each
+constexpr std::size_t kMaxFitted = 720;      // of these seeds, by the best place of each
 constexpr std::size_t kKept = 15,
                       kKeptOfMany = 72;  // distinct fits that are refined: of one place, of several
 constexpr double kBetween_rad = 0.12;    // from the rotations of one round to those of the next
-// A first stage that must come from far away; readings of a mask are hardly ever something else's.
+// A first stage that starts from far away; measurements in a mask rarely belong to something else.
 constexpr float kFarFloor = 0.01f;
 constexpr QuickStage kFirst{0.020f, kFloor, kInside, 0}, kRank{0.006f, kFloor, kInside, 0};
 
-// body(placer, k) for each start on the threads, with a placer of its own for some of them.
+// Calls body(placer, k) for each start on the threads, with one placer for several of them.
 template <class MakePlacer, class Body>
 void each_seed(std::size_t count, int threads, const MakePlacer& make, const Body& body) {
   parallel_for((count + kSeedsPerChunk - 1) / kSeedsPerChunk, threads, [&](std::size_t chunk) {
@@ -33,7 +33,7 @@ void each_seed(std::size_t count, int threads, const MakePlacer& make, const Bod
 
 }  // namespace
 
-// The first poses: of every rotation of a slice its best place, and of these the best.
+// The first poses: the best place of every rotation of a slice, and the best of these.
 void Search::place_seeds(int round) const {
   const int all = query.box ? kBoxSeeds : kSearchSeeds;
   const int seeds = query.seeds > 0 ? std::min(query.seeds * (all / kSearchSeeds), all) : all;
@@ -61,7 +61,7 @@ void Search::place_seeds(int round) const {
   if (one_place()) return;
   choose_places();
   if (count <= kMaxFitted) return;
-  // Costs of different places do not compare: each sends its own best.
+  // Costs of different places are not comparable: each place passes on its own best.
   const std::size_t each = kMaxFitted / s->proposals.size();
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s->proposals.size(); ++k) {
@@ -73,7 +73,7 @@ void Search::place_seeds(int round) const {
   s->starts.resize(kept);
 }
 
-// Of the places of each start the cheapest.
+// Chooses the cheapest place of each start.
 void Search::choose_places() const {
   s->runs.clear();
   for (std::size_t k = 0; k < s->starts.size(); ++k)
@@ -111,7 +111,7 @@ void Search::fit_seeds() const {
     s->starts[k].T_obj_cam = s->runs[k].T_obj_cam, s->starts[k].cost = s->runs[k].cost;
 }
 
-// The cheapest fits that are distinct from one another.
+// Keeps the cheapest fits that are distinct from one another.
 void Search::keep_best() const {
   std::vector<std::size_t>& order = s->order;
   order.resize(s->starts.size());

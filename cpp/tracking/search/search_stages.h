@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A search's stages in order, and what they hand on to one another.
+// A search's stages in order, and what they pass on to one another.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ struct SearchScratchData {
   SearchScene scene;
   ProposalScratch proposal;
   std::vector<Proposal> proposals;
-  std::vector<Vec3f> dense;  // readings of the whole scene
+  std::vector<Vec3f> dense;  // measurements of the whole scene
   std::vector<SearchStart> starts, kept;
   std::vector<std::vector<Rigidf>> places;  // of each start
   std::vector<QuickRun> runs;
@@ -44,7 +44,7 @@ struct SearchScratchData {
 
 Rigidd rigid_inverse(const Rigidf& T_obj_cam);
 
-// One search: what it is given, and its stages in order.
+// One search: its inputs, and its stages in order.
 struct Search {
   const frame::DepthFrame& frame;
   const Camera& camera;

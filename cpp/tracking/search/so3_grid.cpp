@@ -18,8 +18,8 @@ Mat3d super_fibonacci(int i, int n) {
   return rotation_from_quaternion({R * std::cos(b), r * std::sin(a), r * std::cos(a), R * std::sin(b)});
 }
 
-// Of all strides for n = 240 the one whose runs of 60 leave the smallest gap, 57 degrees (random ones: up to
-// 80).
+// Of all strides for n = 240, the one whose runs of 60 leave the smallest gap, 57 degrees (random strides: up
+// to 80).
 constexpr double kStride = 0.471;
 
 Mat3d seed_rotation(int k, int n) {

@@ -6,11 +6,11 @@
 
 namespace sdftrack::tracking {
 
-// Rotation i of n of the super-Fibonacci spiral (Alexa, CVPR 2022): near to optimal covering for any n.
+// Rotation i of n of the super-Fibonacci spiral (Alexa, CVPR 2022): nearly optimal covering for any n.
 Mat3d super_fibonacci(int i, int n);
 
-// The same n rotations in an order whose every run of consecutive ones is spread over all of SO(3), so that a
-// search may be cut into slices. k is taken modulo n.
+// The same n rotations, ordered so that any run of consecutive ones is spread over all of SO(3). This allows
+// a search to be split into slices. k is taken modulo n.
 Mat3d seed_rotation(int k, int n);
 
 }  // namespace sdftrack::tracking

@@ -10,17 +10,17 @@ namespace {
 
 using Bounds = CollisionEnergy::Bounds;
 
-constexpr double kMinPixels = 40;   // what an object that hardly shows weighs nevertheless: it gives way
+constexpr double kMinPixels = 40;   // least weight of a hardly visible object: it gives way
 constexpr double kMinShare = 1e-6;  // of the printed form's points outside: keeps its logarithm finite
 
-// Whether a point is this near to the box of an object.
+// Whether a point is within reach_m of the box of an object.
 bool near_box(const frame::Shape& shape, Vec3d p_obj, double reach_m) {
   const Vec3d& h = shape.half_box_m;
   return std::abs(p_obj.x) <= h.x + reach_m && std::abs(p_obj.y) <= h.y + reach_m &&
          std::abs(p_obj.z) <= h.z + reach_m;
 }
 
-// Of the padded box of an object, in the frame of another.
+// Bounds of the padded box of an object, in the frame of another.
 Bounds bounds_of(const frame::Shape& shape, const Rigidd& T_to_other, double padding_m) {
   const Vec3d h = shape.half_box_m + Vec3d{padding_m, padding_m, padding_m};
   const auto reach = [&](Vec3d row) {
@@ -94,7 +94,7 @@ void CollisionEnergy::pose_pairs(const optim::State& x) {
                          inverse(x.T_obj_cam[static_cast<std::size_t>(pairs_[p].object)]);
 }
 
-// visit(point, contact) for every point and the nearest of the others that it may lie in.
+// Calls visit(point, contact) for every point and the nearest of the other objects that it may lie in.
 template <class Visit>
 void CollisionEnergy::each_contact(const Visit& visit) const {
   for (const energies::ContactPoint& point : points_)
@@ -141,7 +141,7 @@ double CollisionEnergy::add_contact(optim::NormalEquations* out) const {
 
 double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
   std::vector<double> inside(shapes_.size(), 0);  // sum of 1 - H_out
-  std::vector<Eigen::VectorXd> slopes;            // of it
+  std::vector<Eigen::VectorXd> slopes;            // of `inside`
   if (out) slopes.assign(shapes_.size(), Eigen::VectorXd::Zero(out->gradient.size()));
   each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
     const energies::ContactPair& pair = pairs_[static_cast<std::size_t>(c.pair)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What it costs objects to stand in one another: points of each object's surface in the fields of the others.
+// The penalty for objects that penetrate each other: surface points of each in the fields of the others.
 #pragma once
 
 #include <vector>
@@ -29,14 +29,14 @@ class CollisionEnergy final : public optim::Energy {
 
   explicit CollisionEnergy(const CollisionOptions& options) : options_(options) {}
 
-  // The objects, how many pixels each has, and which points may come to lie in which other object: those
-  // within reach_m of it at x, to be asked anew where a pose has moved farther.
+  // Sets the objects, their pixel counts, and the points that may come to lie in another object: those within
+  // reach_m of it at x. To be called again when a pose has moved farther.
   void prepare(const std::vector<const frame::Shape*>& shapes, const std::vector<int>& pixels,
                const optim::State& x, double reach_m, int stride = 1);
   void set_tolerance(double tolerance_m) { options_.tolerance_m = tolerance_m; }
   bool empty() const { return points_.empty(); }
   bool runs_on_device() const { return options_.kind != Collision::kPrinted; }
-  // For a device, on the host; of at most Contacts::kObjects.
+  // The contacts for a device, on the host; at most Contacts::kObjects objects.
   energies::Contacts on_device() const;
 
   optim::Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }
@@ -55,10 +55,10 @@ class CollisionEnergy final : public optim::Energy {
   std::vector<const frame::Shape*> shapes_;
   std::vector<double> pixels_;
   std::vector<energies::ContactPair> pairs_;
-  std::vector<Rigidd> T_other_object_;          // of each pair
-  std::vector<Bounds> bounds_;                  // of the other of each pair, in the object's frame
+  std::vector<Rigidd> T_other_object_;          // for each pair
+  std::vector<Bounds> bounds_;                  // of the pair's other object, in the object's frame
   std::vector<energies::ContactPoint> points_;  // that may lie in some other object,
-  std::vector<int> near_;                       // and in which: pairs
+  std::vector<int> near_;                       // and the pairs in which they may
   int stride_ = 1;
 };
 

@@ -12,8 +12,8 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// A reading may be of any object that is this much farther from it than the nearest one: more while the poses
-// are rough.
+// A measurement may belong to any object whose distance exceeds that of the nearest one by no more than this:
+// larger while the poses are rough.
 constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
 constexpr int kStepsPerSingle = 2;          // trials of a coarse stage over those of one object alone
 constexpr double kMinGainInContact = 0.02;  // a fifth of a standard deviation
@@ -103,7 +103,7 @@ void JointFitter::fit_fine(optim::State* x) {
   energy.threads = threads_;
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
     energy.scale_m = static_cast<float>(last_scale());
-    // An outline may lead farther than depth, into another object: first where there is room to see that.
+    // An outline may move the pose far, into another object: the first stage has a longer contact reach.
     if (read_outlines(*x)) {
       part_.assign_share(all_, std::min(1.0, coarse_count() / std::max(1, all_.count())));
       run_stage(&part_, energy, {fine_steps(options_), 0.02, 2, false, true}, x);
@@ -141,7 +141,7 @@ void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& 
   }
 }
 
-// Free space, brightness, outline and prior of every object, as in a fit of its own.
+// Free space, brightness, outline and prior of every object, as in a single fit.
 void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, const Stage& stage) {
   free_space_.clear(), priors_.clear(), brightness_.clear(), outlines_.clear();
   free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
@@ -183,7 +183,7 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, c
   }
 }
 
-// Colours that change are not sent.
+// Changing colours are not sent.
 bool JointFitter::runs_on_device(const JointPixels& pixels) const {
   if (!device_ || targets_->size() < 2 || targets_->size() > energies::kMaxJoined) return false;
   for (const FitTarget& target : *targets_)
@@ -191,7 +191,7 @@ bool JointFitter::runs_on_device(const JointPixels& pixels) const {
   return collision_.runs_on_device() && pixels.count() >= kMinOnDevice;
 }
 
-// From lm_result_.x on.
+// Starts at lm_result_.x.
 void JointFitter::minimize_on_device(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
                                      const optim::LmOptions& lm) {
   optim::State& x = lm_result_.x;
@@ -229,14 +229,14 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
     collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
     contact_reach_m_ = stage.contact_reach_m;
   }
-  // As soft as the data are: a stiff contact would keep rough poses from passing along each other.
+  // As soft as the data: a stiff contact would keep rough poses from passing each other.
   collision_.set_tolerance(options_.collision_tolerance_m *
                            std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
   optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.noise_known, stage.all);
-  // A hinge bends where it begins: every step is looked at, and the last ones go back and forth over its
+  // A hinge bends where it begins: every step is evaluated, and the last ones go back and forth over its
   // edge.
   if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
   if (on_device)
@@ -249,7 +249,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
       out_[m].fitted.steps.push_back({step, static_cast<double>(energy.scale_m), pixels->counts()[m]});
 }
 
-// Each object's noise, and in the last round its covariance, from the pixels that are its own.
+// The noise of each object, and in the last round its covariance, from the pixels that are its own.
 void JointFitter::measure(const optim::State& x, bool last) {
   double factor = 0;
   int known = 0;
@@ -268,7 +268,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   fitted.T_cam_obj = inverse(x.T_obj_cam[m]);
   out_[m].hidden = view.candidates() == 0 || view.pixels().count() < kMinFitPixels;
   if (out_[m].hidden) {
-    // Of what it is placed by only the prior is known to be its own.
+    // Of what determines a hidden object's pose only the prior is its own information.
     const Matrix6d prior = target.prior + 1e-9 * Matrix6d::Identity();
     fitted.covariance = camera_covariance(prior.inverse(), fitted.T_cam_obj, -target.shape.centre_obj);
     fitted.cost = 0, fitted.centre_sd = std::numeric_limits<double>::infinity();
@@ -288,7 +288,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   view.measure_pose(options, one_, summary, &energy, &fitted);
 }
 
-// Mean per pixel at one_, of the terms that a fit of this object alone has.
+// Mean cost per pixel at one_, of the terms in a single fit of this object.
 double JointFitter::cost_of(std::size_t m, energies::SdfEnergy* data) {
   const int pixels = views_[m]->pixels().count();
   double sum = data->cost(one_) + priors_[m].cost(one_);
@@ -301,7 +301,7 @@ void JointFitter::examine(const optim::State& x) {
   for (std::size_t m = 0; m < targets.size(); ++m) views_[m]->examine(neighbors_at(x, m), &out_[m].fitted);
 }
 
-// Those that object m may touch; valid until the next call.
+// The neighbours that object m may touch; valid until the next call.
 const Neighbors& JointFitter::neighbors_at(const optim::State& x, std::size_t m) {
   const std::vector<FitTarget>& targets = *targets_;
   neighbors_.clear();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Several objects that touch or hide each other, fitted to one frame together: every pixel speaks to the
-// union of those that may have made it, and no object may stand in another (docs/math/several_objects.md).
+// Several objects that touch or hide each other, fitted together to one frame: every pixel contributes to the
+// union of objects that may show there, and no object may penetrate another (docs/math/several_objects.md).
 #pragma once
 
 #include <array>
@@ -16,16 +16,16 @@
 
 namespace sdftrack::tracking {
 
-// What became of one object of a group.
+// The fit of one object of a group.
 struct JointFitted {
   Fitted fitted;
-  int inside = -1;      // in which object of the tracker it came to stand; -1: none
-  bool hidden = false;  // too few readings are its own: the others, its motion and the prior have placed it
+  int inside = -1;      // the tracker's object in which this one ended up; -1: none
+  bool hidden = false;  // too few measurements are its own: placed by the others, its motion and the prior
 };
 
 class JointFitter {
  public:
-  // device: where stages of many pixels run; nullptr: here. It outlives the fitter.
+  // device: where stages of many pixels run; nullptr: on the CPU. It must outlive the fitter.
   JointFitter(const TrackerOptions& options, Collision collision, int threads,
               energies::CudaWork* device = nullptr)
       : options_(options),
@@ -33,8 +33,8 @@ class JointFitter {
         device_(device),
         collision_({collision, options.collision_tolerance_m}) {}
 
-  // All targets from where they are expected, over padding_m and from scale_m on. One result for each, valid
-  // until the next fit, but for what the caller moves out of them.
+  // Fits all targets from their expected poses. Returns one result for each, valid until the next fit except
+  // for what the caller moves out of them.
   std::vector<JointFitted>& fit(const frame::DepthFrame& frame, const Camera& camera,
                                 const std::vector<FitTarget>& targets, const frame::Plane* plane);
 
@@ -47,10 +47,10 @@ class JointFitter {
   const Neighbors& neighbors_at(const optim::State& x, std::size_t m);
   struct Stage {
     int steps;
-    double contact_reach_m;  // of points that may come to lie in another object in the course of it
-    int contact_stride;      // of these points, how many are passed over for one that is looked at
+    double contact_reach_m;  // of points that may enter another object during the stage
+    int contact_stride;      // every n-th of these points is used
     bool all = false;        // all pixels
-    bool outlines = false;   // also the outlines that were read
+    bool outlines = false;   // also the outlines that were found
   };
   void run_stage(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const Stage& stage,
                  optim::State* x);
@@ -66,7 +66,7 @@ class JointFitter {
   double free_space_weight(std::size_t m, int pixels) const {
     return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
   }
-  // The group's reference noise, which is its first object's, over that of object m.
+  // The group's reference noise (that of its first object) over the noise of object m.
   float noise_ratio(std::size_t m) const {
     return static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m());
   }
@@ -79,11 +79,11 @@ class JointFitter {
   int threads_;
   energies::CudaWork* device_;
 
-  // Of the fit in hand.
+  // Of the current fit.
   const Camera* camera_ = nullptr;
   const std::vector<FitTarget>* targets_ = nullptr;
-  FitMemory memory_;             // the noise of one sensor
-  double contact_reach_m_ = -1;  // for which the contacts were looked for; -1: not yet
+  FitMemory memory_;             // the noise, which all share: there is one sensor
+  double contact_reach_m_ = -1;  // for which contacts were last searched; -1: not yet
 
   // Working memory, kept from frame to frame.
   std::vector<std::unique_ptr<FitView>> views_;
@@ -100,7 +100,7 @@ class JointFitter {
   optim::State state_, one_;
   optim::LmWork lm_work_;
   optim::LmResult lm_result_;
-  energies::JointTask task_;  // of a device
+  energies::JointTask task_;  // for a device
   energies::JointFound found_;
   energies::PixelSet task_pixels_;
   std::vector<JointFitted> out_;

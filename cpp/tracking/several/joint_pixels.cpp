@@ -11,14 +11,14 @@ namespace sdftrack::tracking {
 
 namespace {
 
-// From a point to an object's box.
+// Distance from a point to an object's box.
 double distance_to_box(const frame::Shape& shape, const Rigidd& T_cam_obj, Vec3d p_cam) {
   const Vec3d p = inverse(T_cam_obj) * p_cam, &h = shape.half_box_m;
   return norm(Vec3d{std::max(0.0, std::abs(p.x) - h.x), std::max(0.0, std::abs(p.y) - h.y),
                     std::max(0.0, std::abs(p.z) - h.z)});
 }
 
-// The nearest few of the objects that may have made a pixel, in ascending order if they are added so.
+// The nearest few objects that may have made a pixel, in ascending order if added so.
 struct Sharers {
   std::array<int, energies::kMaxJoined> of{};
   std::array<float, energies::kMaxJoined> phi_m{};
@@ -38,7 +38,7 @@ struct Sharers {
 
 }  // namespace
 
-// By each one's box and the ball about the other's: never a wrong no.
+// Uses the box of each and the ball around the other's box: never wrongly false.
 bool may_touch(const frame::Shape& a, const Rigidd& T_cam_a, const frame::Shape& b, const Rigidd& T_cam_b,
                double margin_m) {
   return distance_to_box(a, T_cam_a, T_cam_b.t) < 0.5 * b.diameter_m + margin_m &&
@@ -53,7 +53,7 @@ void JointPixels::clear(std::size_t objects) {
 int JointPixels::count() const { return std::accumulate(counts_.begin(), counts_.end(), 0); }
 
 SharedPixels& JointPixels::part_of(const std::array<int, energies::kMaxJoined>& of, int objects) {
-  // Neighbouring pixels are mostly shared by the same objects: the last one first.
+  // Neighbouring pixels are mostly shared by the same objects: the last part is tried first.
   const auto is_it = [&](std::size_t k) {
     return parts_[k]->objects == objects &&
            std::equal(of.begin(), of.begin() + objects, parts_[k]->of.begin());
@@ -93,9 +93,9 @@ void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets
 void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim::State& x, double reach_m,
                        double margin_m, int most, float noise_ratio, energies::PixelSet* from) {
   one_.T_obj_cam.assign(1, x.T_obj_cam[static_cast<std::size_t>(m)]), one_.K = x.K;
-  if (reach_m < kJointMargin_m)  // most are out of reach: the others need not be asked about them
+  if (reach_m < kJointMargin_m)  // most are out of reach, which spares evaluating the others for them
     energies::SdfEnergy(targets[static_cast<std::size_t>(m)].shape.sdf, from, {}).keep_near(one_, reach_m);
-  // A pixel within reach of m is near another where their boxes are as near as both lengths together.
+  // A pixel within reach of m is near another object if their boxes are within the sum of both distances.
   measure_distances(m, targets, x, std::min(kJointMargin_m, reach_m + margin_m), from);
   kept_.clear();
   for (int i = 0; i < from->count(); ++i) {

@@ -15,16 +15,16 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kSizePixels = 300, kMinPixels = 60;  // pixels
-constexpr int kBlocks = 6;                         // along x and y: within one, errors may be shared
+constexpr int kBlocks = 6;                         // along x and y: errors may be shared within one
 constexpr double kBlocksReach = 2;                 // of the blocks from the middle of the pixels, in their sd
 constexpr double kMedianOfNormal = 0.6745;
-constexpr double kFirstSize = 6, kSize = 2.5;  // of the residuals that count in full, over the noise
+constexpr double kFirstSize = 6, kSize = 2.5;  // of the residuals with full weight, over the noise
 constexpr int kRounds = 3, kStrainRounds = 2;
 constexpr int kNewtonSteps = 2;
 constexpr double kGrain = 0.04;              // voxels
-constexpr double kSays = 0.015;              // sd of one frame beyond which it says nothing
-constexpr float kFar_m = 0.03;               // a residual beyond this is of something else
-constexpr double kMinSystematic_m = 1.5e-4;  // of volumes and sensors that are called free of errors
+constexpr double kSays = 0.015;              // sd of one frame beyond which the estimate is not used
+constexpr float kFar_m = 0.03;               // a residual beyond this is that of something else
+constexpr double kMinSystematic_m = 1.5e-4;  // of volumes and sensors that are stated to be free of errors
 constexpr double kDiffers_sd = 3;
 constexpr double kStrainSays = 0.06, kMaxStretch = 0.7;  // sd and size of a log stretch, at most
 constexpr double kShares[kBiasModes] = {kOffsetShare,    kLinearShare,    kLinearShare,
@@ -37,13 +37,13 @@ Eigen::Vector3d vector_of(const Vec3f& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
-// A pixel that shows the surface, beside its row and its error.
+// A pixel that shows the surface, with its row and its error.
 struct Reading {
   double share;
   int block;
 };
 
-// The readings of a subset, and the fit to them: pose, log scale, the sensor's modes, and kStrains strains.
+// The pixels of a subset, and the fit to them: pose, log scale, the sensor's modes, and kStrains strains.
 template <int kStrains>
 class DepthFit {
  public:
@@ -51,10 +51,10 @@ class DepthFit {
 
   DepthFit(const energies::PixelSet& pixels, float color_prior, const frame::Shape& shape,
            const Camera& camera, const Rigidd& T_obj_cam);
-  // Reads again at the pose and the log scale that have been found.
+  // Evaluates the measurements again at the pose and the log scale found.
   void linearize_there();
   bool enough() const { return count_ >= kMinPixels; }
-  // Readings weigh less from this size of their residual on.
+  // Measurements with residuals above this size get less weight.
   void weigh(double size_m);
   void solve(double systematic_m, const frame::Shape& shape);
   double spread_m() const;  // of the residuals, by their median
@@ -79,8 +79,8 @@ class DepthFit {
   const Vec3f middle_obj_;
   Intrinsics<float> K_;
   Rigidd T_obj_cam_;
-  double log_scale_ = 0;  // at which the readings are
-  // One column for each unknown, one row for each pixel: sums run along the pixels.
+  double log_scale_ = 0;  // of the current evaluation
+  // One column for each unknown, one row for each pixel: sums run over contiguous pixels.
   Eigen::Matrix<double, kMaxPixels, kUnknowns> columns_;
   Eigen::Matrix<double, kMaxPixels, 1> error_m_, weight_;
   std::array<Reading, kMaxPixels> all_;
@@ -181,7 +181,7 @@ void DepthFit<kStrains>::solve(double systematic_m, const frame::Shape& shape) {
   weights_ = weight_.head(count_).sum();
   priors_.setZero();
   priors_.template topLeftCorner<6, 6>() = weak_knowledge(shape);
-  priors_(kLogScale, kLogScale) = 1;  // a log scale of 1 is nothing
+  priors_(kLogScale, kLogScale) = 1;  // a log scale of 1 is a very weak prior
   priors_.diagonal().template tail<kStrains>().setOnes();
   for (int k = 0; k < kBiasModes; ++k)
     priors_(kModes + k, kModes + k) = std::pow(kShares[k] * std::max(systematic_m, kMinSystematic_m), -2);
@@ -198,13 +198,14 @@ double DepthFit<kStrains>::spread_m() const {
   return sizes[static_cast<std::size_t>(count_ / 2)] / kMedianOfNormal;
 }
 
-// By which the residuals' squares are too small in so many blocks, for the fit has so many unknowns.
+// Factor by which the residuals' squares are too small in so many blocks, because of the fitted unknowns.
 double taken_up(int blocks, int unknowns) {
   return blocks > 2 * unknowns ? static_cast<double>(blocks) / (blocks - unknowns) : 2.0;
 }
 
-// Of the faces of a box a shift takes up any size, and what is left, the edges, are rounded by the volume: an
-// error of the voxels over the slope that the readings have along the size beside the pose.
+// On the faces of a box a shift absorbs any size; the edges, which remain, are rounded by the volume. Hence
+// the variance is that of an error of the voxels over the slope of the measurements along the size, with the
+// pose eliminated.
 template <int kStrains>
 double DepthFit<kStrains>::grain_var() const {
   Eigen::Matrix<double, 7, 7> H = readings_.template topLeftCorner<7, 7>();
@@ -213,7 +214,7 @@ double DepthFit<kStrains>::grain_var() const {
          optim::inverse_symmetric<7>(H)(6, 6);
 }
 
-// The sandwich: errors within a block of the image are taken as shared.
+// The sandwich: errors within a block of the image count as shared.
 template <int kStrains>
 SizeLook DepthFit<kStrains>::look() const {
   std::array<double, kBlocks * kBlocks> pulls{};
@@ -257,8 +258,8 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
                                       const Rigidd& T_obj_cam, double noise_m, double systematic_m) {
   DepthFit<0> fit(pixels, color_prior, shape, camera, T_obj_cam);
   if (!fit.enough()) return std::nullopt;
-  // Another size makes residuals of millimetres: only what is left beside it is no surface of the object, and
-  // tells how much the sensor bends.
+  // A wrong size causes residuals of millimetres: only those left by the fitted size are not the object's
+  // surface, and show how much the sensor bends.
   const double spread_m = std::max(noise_m, fit.spread_m());
   fit.weigh(kFirstSize * noise_m);
   fit.solve(systematic_m, shape);
@@ -273,13 +274,13 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
     const bool says = look.sd() <= kSays;
     if (!says && !differs) return std::nullopt;
     bends = bends || !says;
-    if (!differs && round > 0) break;  // weighed once more is enough
+    if (!differs && round > 0) break;  // one more weighting is enough
     if (round + 1 == kRounds || !differs) continue;
-    fit.linearize_there();  // less is left beside it there
+    fit.linearize_there();  // smaller residuals are left there
     if (!fit.enough()) return std::nullopt;
   }
   look.unexplained = fit.spread_m() / spread_m;
-  // A sensor that bends may look like another size, but what it bends is left.
+  // A sensor that bends may look like another size, but its bending remains in the residuals.
   if (look.sd() > kSays || (bends && look.unexplained > kExplained)) return std::nullopt;
   return look;
 }
@@ -296,7 +297,8 @@ std::optional<StrainLook> strain_by_depth(const energies::PixelSet& pixels, floa
     fit.weigh(kSize * std::max(noise_m, left_m));
     fit.solve(std::max(systematic_m, systematic_by_residuals(left_m, noise_m)), shape);
   }
-  const StrainLook look = fit.strain_look();
+  StrainLook look = fit.strain_look();
+  look.unexplained = fit.spread_m() / noise_m;
   const StrainLook::Stretch most = look.largest();
   if (!(most.sd < kStrainSays && std::abs(most.log_stretch) < kMaxStretch)) return std::nullopt;
   return look;

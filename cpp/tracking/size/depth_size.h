@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The size of an object beside its pose, from its depth in one frame.
+// The size of an object estimated with its pose, from the depth of one frame.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,15 @@
 
 namespace sdftrack::tracking {
 
-// The pose, the log scale about the centre and the smooth modes of an error of sd systematic_m (systematic.h)
-// fitted to the residuals of an even subset of the pixels, as their hits lie. noise_m: of a reading among its
-// neighbours. None where too few pixels show the surface.
+// Fits the pose, the log scale about the centre and the smooth modes of an error of sd systematic_m
+// (systematic.h) to the residuals of an even subset of the pixels, at the hits found before. noise_m: of a
+// measurement relative to its neighbours. No result where too few pixels show the surface.
 std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float color_prior,
                                       const frame::Shape& shape, const Camera& camera,
                                       const Rigidd& T_obj_cam, double noise_m, double systematic_m);
 
-// The same with the strain as an unknown, at the size that explains the residuals best: another object of
-// like shape.
+// The same with the strain as an unknown, at the size that explains the residuals best: for another object of
+// similar shape.
 std::optional<StrainLook> strain_by_depth(const energies::PixelSet& pixels, float color_prior,
                                           const frame::Shape& shape, const Camera& camera,
                                           const Rigidd& T_obj_cam, double noise_m, double systematic_m);

@@ -8,7 +8,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kMinLines = 30;
-constexpr double kDistanceShare = 0.01;  // sd of the distance at which an outline is judged, over itself
+constexpr double kDistanceShare = 0.01;  // relative sd of the distance at which an outline is evaluated
 constexpr double kCommon_px = 0.5;       // sd of the offset that all lines share
 
 constexpr int kPoseAndSize = 8, kOutlineScale = 6, kOffset = 7;  // unknowns; the strains come after them

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The size of an object beside its pose, and its form, from its outline in one colour image.
+// The size and form of an object, estimated with its pose from the outline in one colour image.
 #pragma once
 
 #include <optional>
@@ -10,18 +10,18 @@
 
 namespace sdftrack::tracking {
 
-// Lines at T_obj_cam, whose distance depth has to 1 %; they share an offset.
+// Lines at T_obj_cam, whose distance is known from depth to 1 %; the lines share an offset.
 struct OutlineRows {
   const std::vector<energies::OutlineResidual>& rows;
-  double noise;  // by which the lines' sds are multiplied
+  double noise;  // factor on the lines' sds
   Rigidd T_obj_cam;
-  Vector6d to_depth;    // from there to the pose by depth alone
-  double shared_lines;  // that share one error
-  Vec3d middle_obj;     // of the surface, which a strain leaves where it is
+  Vector6d to_depth;    // from T_obj_cam to the pose by depth alone
+  double shared_lines;  // number of lines that share one error
+  Vec3d middle_obj;     // of the surface; a strain leaves it fixed
 };
 
 struct OutlineLook {
-  SizeLook size;  // of an object that has the model's form
+  SizeLook size;  // for an object that has the model's form
   StrainInformation form;
 };
 

@@ -25,7 +25,7 @@ Strain strains(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return s;
 }
 
-// Of a stretch by s along u the part of trace 0 is s (u u^T - I / 3), and u^T of that u is 2 s / 3.
+// Of a stretch by s along u, the part of trace 0 is s (u u^T - I / 3); u^T times that times u is 2 s / 3.
 Strain stretch_weights(const Eigen::Vector3d& axis) {
   Strain w;
   for (int k = 0; k < kStrainModes; ++k) w[k] = 1.5 * axis.dot(strain_matrix(Strain::Unit(k)) * axis);

@@ -13,19 +13,22 @@ namespace {
 
 constexpr int kMaxFrames = 30;  // the mean follows the last ones
 constexpr double kNewView_rad = 0.35;
-constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes are off by as much
-constexpr double kBand = 0.01;        // of the scale: as much as meshes are off
-constexpr double kSureAtOnce_sd = 7;  // by one frame, whose scatter nothing shows
+constexpr double kLeastSize = 0.002;  // log scale: volumes of meshes deviate by as much
+constexpr double kBand = 0.01;        // of the scale: as much as meshes deviate
+constexpr double kSureAtOnce_sd = 7;  // by one frame, whose scatter is unknown
 constexpr double kFormBand = 0.05;    // of a log stretch: smooth errors of a sensor may look like less
-// What the outline has of the strain that depth sees: a sensor that bends leaves it as it is.
+// Share of the strain by depth that the outline confirms: it does not follow the bending of a sensor.
 constexpr double kSeenByOutline = 0.25, kTellsForm = 1;  // a share; its information
-constexpr double kSure_sd = 4.5;  // as everywhere where one says that two things can be told apart
+// Residuals beside a strain, over the noise: 0.8 to 1.4 for another object, 2.2 to 3.1 for sensors that bend
+// depth, which may flatten or stretch an object by a third along the line of sight.
+constexpr double kBends = 1.7;
+constexpr double kSure_sd = 4.5;  // the level for any statement that two things differ
 constexpr double kAgree_sd = 3, kLikely_sd = 1.5;
 constexpr double kInterval_sd = 1.96, kInterval = 0.003;  // of the volume itself
 constexpr double kOutlineReaches = 0.1;  // log scale: lines are searched so near to the model's silhouette
-constexpr double kTellingSd = 0.032;     // an outline that says less is no witness
+constexpr double kTellingSd = 0.032;     // an outline with a larger sd is not used
 constexpr double kRescaleFrom = 0.002, kRescaleSd = 0.5;  // a smaller log scale is left; of its own sd
-constexpr double kCurved = 0.03;   // an estimate at a log scale farther away is of another problem
+constexpr double kCurved = 0.03;   // an estimate at a more distant log scale is no longer linear
 constexpr double kKnownSd = 0.05;  // of a free scale
 
 std::string shown(const char* format, double a, double b, double c) {
@@ -76,12 +79,13 @@ void StrainWitness::observe(const StrainLook& look, const Mat3d& R_cam_obj) {
   mean_.strain += rate * off;
   mean_.own_cov += rate * (look.own_cov - mean_.own_cov);
   mean_.shared_cov += rate * (look.shared_cov - mean_.shared_cov);
+  mean_.unexplained += rate * (look.unexplained - mean_.unexplained);
 }
 
 StrainLook StrainWitness::mean() const {
-  // Both of the first are estimates of what differs from frame to frame, the second of few frames.
+  // own_cov and scatter_ both estimate the variation from frame to frame, scatter_ from few frames.
   return {mean_.strain, (mean_.own_cov + scatter_) / std::min(frames_, kMaxFrames),
-          mean_.shared_cov / std::max(1, views_.count())};
+          mean_.shared_cov / std::max(1, views_.count()), mean_.unexplained};
 }
 
 void OutlineFormWitness::observe(const StrainInformation& look) {
@@ -98,12 +102,13 @@ std::optional<double> OutlineFormWitness::share_of(const Strain& strain) const {
 
 std::string SizeTest::other_form() const {
   const StrainLook by_depth = form.known() ? form.mean() : StrainLook{};
-  // No stretch is more than this; it spares most frames the axes.
+  // No stretch exceeds this bound, which spares the axes in most frames.
   if (!(1.5 * by_depth.strain.norm() > kFormBand)) return {};
   const StrainLook::Stretch most = by_depth.largest();
   const double sure_sd = form.of_one_frame() ? kSureAtOnce_sd : kSure_sd;
   if (!(std::abs(most.log_stretch) - kFormBand > sure_sd * most.sd)) return {};
-  if (form_outline.share_of(by_depth.strain).value_or(1) < kSeenByOutline) return {};
+  const double unseen = by_depth.unexplained < kBends ? 1 : 0;  // share where the outline does not tell
+  if (form_outline.share_of(by_depth.strain).value_or(unseen) < kSeenByOutline) return {};
   char text[256];
   std::snprintf(text, sizeof text,
                 "the object appears %.0f %% %s than the model along (%.2f, %.2f, %.2f), beside its size; "
@@ -113,7 +118,7 @@ std::string SizeTest::other_form() const {
   return text;
 }
 
-// Of what is farther away the outline finds other lines.
+// For a size farther away the outline finds other lines.
 bool SizeTest::outline_out_of_reach() const {
   return depth.known() && std::abs(depth.log_scale()) > kOutlineReaches && depth.unexplained() < kExplained;
 }
@@ -144,7 +149,7 @@ bool SizeTest::determines_scale() const { return free_scale().sd < kKnownSd; }
 Matrix6d SizeTest::free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {
   const double sd = std::min(1.0, free_scale().sd);
   Vector6d shift = sd * (optim::camera_by_increment(T_cam_obj, -shape.centre_obj) * depth.pull());
-  // The origin of a larger shape is farther from its centre.
+  // The origin of an enlarged shape is farther from its centre.
   const Vec3d origin = T_cam_obj.R * shape.centre_obj;
   shift.head<3>() -= sd * Eigen::Vector3d(origin.x, origin.y, origin.z);
   return shift * shift.transpose();

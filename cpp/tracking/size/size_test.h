@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the object has the size of its model: what depth and the outline in the colour image say of it over
+// Tests whether the object has the size of its model, from depth and the outline in the colour image over
 // many frames.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace sdftrack::tracking {
 
-// Views of an object: another one is turned by 20 degrees.
+// Counts the views of an object: a new view is turned by 20 degrees.
 class ViewCount {
  public:
   void observe(const Mat3d& R_cam_obj);
@@ -25,10 +25,10 @@ class ViewCount {
 
  private:
   int count_ = 0;
-  std::optional<Rigidd> last_;  // the last other one: a turn
+  std::optional<Rigidd> last_;  // the last new view: a turn
 };
 
-// Means over frames. Errors of one view do not average.
+// Means over frames. Errors of a single view do not average out.
 class SizeWitness {
  public:
   void observe(const SizeLook& look, const Mat3d& R_cam_obj);
@@ -37,7 +37,7 @@ class SizeWitness {
   double sd() const;
   const Vector6d& pull() const { return pull_; }
   double unexplained() const { return unexplained_; }
-  // The model has been enlarged by this log scale.
+  // Reports that the model has been enlarged by this log scale.
   void rescaled(double log_scale);
 
   template <class Archive, class Self>
@@ -54,19 +54,19 @@ class SizeWitness {
   double unexplained_ = 1;
 };
 
-// The same of the strain.
+// The same for the strain.
 class StrainWitness {
  public:
   void observe(const StrainLook& look, const Mat3d& R_cam_obj);
   bool known() const { return frames_ > 0; }
   bool of_one_frame() const { return frames_ == 1; }
-  // Of all frames; both covariances are those of the mean.
+  // Over all frames; both covariances are those of the mean.
   StrainLook mean() const;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [frames, views, mean, scatter] = self;
-    archive(frames, views, mean.strain, mean.own_cov, mean.shared_cov, scatter);
+    archive(frames, views, mean.strain, mean.own_cov, mean.shared_cov, mean.unexplained, scatter);
   }
 
  private:
@@ -76,11 +76,11 @@ class StrainWitness {
   StrainCovariance scatter_ = StrainCovariance::Zero();
 };
 
-// Means over frames of what the outline says of the strain.
+// Means over frames of the strain by the outline.
 class OutlineFormWitness {
  public:
   void observe(const StrainInformation& look);
-  // How much of a strain the outline shows: 1 is all of it. None where it cannot tell.
+  // The share of a strain that the outline shows: 1 is all of it. No result where this is not known.
   std::optional<double> share_of(const Strain& strain) const;
 
   template <class Archive, class Self>
@@ -107,24 +107,24 @@ struct SizeTest {
 
   // One sentence where depth surely shows another size and the outline does not contradict it; else empty.
   std::string other_size() const;
-  // The same of another form.
+  // The same for another form.
   std::string other_form() const;
-  // Whether the outline is that of an object of the model's size.
+  // Whether the outline agrees with an object of the model's size.
   bool outline_agrees() const;
-  // What a size that differs, surely or not, makes of the pose: to be added to its covariance in camera axes.
+  // Effect of a different size, sure or not, on the pose: to be added to its covariance in camera axes.
   Matrix6d covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
 
-  // Of a model whose scale is free, by both witnesses; the sd is infinite where neither has seen it.
+  // The scale of a model whose scale is free, from depth and outline; sd infinite: neither has measured it.
   struct LogScale {
     double mean = 0, sd = std::numeric_limits<double>::infinity();
   };
   LogScale free_scale() const;
-  // The log scale by which to enlarge the model; 0 where it is smaller than what is known of it.
+  // The log scale by which to enlarge the model; 0 where it is small compared with its uncertainty.
   double log_scale_to_add() const;
   void rescaled(double log_scale);
   bool determines_scale() const;
   bool outline_out_of_reach() const;
-  // What is not known of it makes of the pose.
+  // Effect of the uncertainty of a free scale on the pose.
   Matrix6d free_covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
 };
 

@@ -10,7 +10,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kBias_m = 0.02, kBias_rad = 0.2, kDelay_s = 0.1;  // sd of what may be expected
+constexpr double kBias_m = 0.02, kBias_rad = 0.2, kDelay_s = 0.1;  // prior sds
 constexpr double kDelayUnknowns = 6, kShared = 4;                  // neighbouring frames share their errors
 constexpr int kEnoughFrames = 8;
 

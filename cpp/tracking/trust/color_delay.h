@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// By how much the colour images are of a later moment than the depth images, from how an object moves.
+// How much later the colour images are taken than the depth images, estimated from an object's motion.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@
 
 namespace sdftrack::tracking {
 
-// What depth alone and the outline in the colour image alone say of one frame, in camera axes about the
-// object's centre: the way from the depth's pose to the outline's (m, rad) and its covariance.
+// The poses of one frame by depth alone and by the outline in the colour image alone, in camera axes about
+// the object's centre: the displacement from the depth's pose to the outline's (m, rad) and its covariance.
 struct PosesApart {
   Vector6d way = Vector6d::Zero();
   Matrix6d covariance = Matrix6d::Zero();
@@ -22,16 +22,16 @@ struct PosesApart {
   }
 };
 
-constexpr double kLag_frames = 0.5;  // sd of the lag of a depth camera of which nothing is stated
+constexpr double kLag_frames = 0.5;  // sd of the lag of a depth camera without a stated one
 
-// Over a sequence the two poses are apart by  way = bias + delay velocity + noise,  bias constant (the sensor
-// errs in the same way all the time): seven unknowns by weighted least squares, of which the delay is told as
-// soon as the velocity has changed. A frame that is far off counts less (Cauchy).
+// Over a sequence the two poses differ by  way = bias + delay velocity + noise,  with a constant bias (the
+// sensor's error stays the same): seven unknowns by weighted least squares. The delay can be told once the
+// velocity has changed. A frame that deviates much counts less (Cauchy).
 class ColorDelay {
  public:
   void forget() { *this = {}; }
-  // Of every sure frame in turn. velocity: since the frame before, in camera axes, per second; that at the
-  // frame itself is known with the next one. apart: where the outline was looked at.
+  // To be called for every sure frame in turn. velocity: since the frame before, in camera axes, per second;
+  // that at the frame itself is known with the next one. apart: in frames whose outline was evaluated.
   void observe(const std::optional<PosesApart>& apart, const Vector6d& velocity);
   void pass() { waiting_.reset(); }  // a frame that is not sure
 
@@ -41,8 +41,7 @@ class ColorDelay {
   };
   Estimate estimate() const;
   // Mean square of the lag of the depth images behind the colour images, in frames of frame_s each (0:
-  // unknown): of what the estimate and an expectation of kLag_frames leave open. Filters over time make depth
-  // late.
+  // unknown): by the estimate and a prior of sd kLag_frames. Temporal filters make depth late.
   double lag2_frames(double frame_s) const;
 
   template <class Archive, class Self>

@@ -12,12 +12,12 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kSightMargin_px = 12;  // what stands in front is shifted by parallax
-constexpr int kSightBudget = 6000;   // readings entered into the z-buffer
+constexpr int kSightBudget = 6000;   // measurements entered into the z-buffer
 constexpr int kEdge_px = 2;          // a colour this near a depth step may be that of the other side
 constexpr float kStep_m = 0.02f;
 constexpr float kBandVoxels = 3, kOffBands = 3;
-constexpr float kFrontBands = 1.5f, kInFront_m = 0.06f;  // of what hides the object
-constexpr float kBeside_m = 0.006f;  // fingers reach a little over the silhouette of what they hold
+constexpr float kFrontBands = 1.5f, kInFront_m = 0.06f;  // of an occluder
+constexpr float kBeside_m = 0.006f;  // fingers extend a little beyond the silhouette of the object they hold
 constexpr int kLooksBehind = 8;
 
 int stride_for(const frame::Rect& r, int budget) {
@@ -43,7 +43,7 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
     const Vec2f u = map.raw_pixel ? Vec2f{static_cast<float>(x), static_cast<float>(y)} : ideal(x, y);
     return map.find(u, z, cx, cy, depth);
   };
-  // The part of the colour image that the region's corners span between the nearest and the farthest depth.
+  // The part of the colour image spanned by the region's corners between the nearest and the farthest depth.
   int x0 = map.width, y0 = map.height, x1 = 0, y1 = 0, x, y;
   float depth;
   for (const double z : {std::max(0.02, range.near_m), range.far_m})
@@ -105,12 +105,12 @@ bool near_a_step(const ImageView<float>& depth_m, int x, int y) {
   const float z = depth_m(x, y);
   const auto off = [&](int u, int v) {
     if (u < 0 || v < 0 || u >= depth_m.width || v >= depth_m.height) return true;
-    return !(std::abs(depth_m(u, v) - z) < kStep_m);  // no reading too
+    return !(std::abs(depth_m(u, v) - z) < kStep_m);  // also where there is no depth
   };
   return off(x - kEdge_px, y) || off(x + kEdge_px, y) || off(x, y - kEdge_px) || off(x, y + kEdge_px);
 }
 
-// Whether the surface lies behind a point, on the ray of the camera through it or a little beside.
+// Whether the surface lies behind a point, on the camera's ray through it or slightly beside it.
 bool hides(const energies::SingleObject<float>& field, Vec3f p_cam, float phi, float voxel_m) {
   const Vec3f direction = (1 / norm(p_cam)) * p_cam;
   float way = phi;
@@ -147,7 +147,7 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
       const Vec3f p_cam = z * ray(K, u.x, u.y);
       field.value(p_cam, &phi, &unused);
       const bool on = std::abs(phi) <= band;
-      // On what is only guessed of a shape lies the object, or a hand.
+      // At guessed parts of a shape there is the object or a hand.
       if (on && shape.seen.amount && !shape.seen.below(shape.sdf, field.T_obj_cam * p_cam)) continue;
       const bool in_front = phi > kFrontBands * band && hides(field, p_cam, phi, shape.sdf.voxel_m);
       if (on ? near_a_step(frame.depth_m, x, y) : !in_front && !(phi > kOffBands * band)) continue;

@@ -11,22 +11,22 @@
 
 namespace sdftrack::tracking {
 
-// The colour of depth pixels in one region of one frame. `open` enters the region's readings into the colour
-// camera's z-buffer; the work is that of the region (of an even subset where it is large), not of the image.
+// The colour of depth pixels in one region of one frame. `open` enters the region's measurements into the
+// colour camera's z-buffer; the work is that of the region (an even subset of a large one), not of the image.
 class ColorReader {
  public:
-  // range: depths whose colours will be asked for.
+  // range: depths whose colours will be requested.
   void open(const frame::DepthFrame& frame, const Camera& camera, frame::Rect region,
             frame::DepthRange range);
-  // Bin of the colour of depth pixel `at` (index) with its ideal pixel and reading; -1: the colour camera
-  // does not see it.
+  // Histogram bin of the colour of depth pixel `at` (index) with its ideal pixel and depth; -1: the colour
+  // camera does not see it.
   int bin(int at, Vec2f ideal_px, float depth_m) const {
     if (color_->map.aligned) return appearance::color_bin(color_->rgb + 3 * static_cast<std::size_t>(at));
     int x, y;
     float depth;
     return find(at, ideal_px, depth_m, &x, &y, &depth) ? appearance::color_bin(color_->at(x, y)) : -1;
   }
-  // Its brightness, 0..1, between the pixels around it; -1: the colour camera does not see it.
+  // Interpolated brightness of a pixel, 0..1; -1: the colour camera does not see it.
   float grey(int at, Vec2f ideal_px, float depth_m) const;
 
  private:
@@ -43,23 +43,23 @@ class ColorReader {
   appearance::ColorSight sight_;
 };
 
-// About `wanted` of the pixels, evenly, with their brightness.
+// Fetches about `wanted` of the pixels, evenly, with their brightness.
 void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int wanted,
                 energies::GreyPixels* out);
 
-// Posterior of every pixel by an open reader; the prior where there is no colour.
+// Posterior of every pixel from an open reader; the prior where there is no colour.
 void fetch_foreground(const appearance::ColorModel& model, const ColorReader& reader,
                       energies::PixelSet* pixels);
 
-// Colours at a pose: the object's are those of readings on the surface, away from depth steps, weighed by
-// what is known so far; the background's those of readings clearly off it and off the others, around it and
-// in front. Visits about `budget` pixels, evenly.
+// Colours at a pose. The object's are those of measurements on the surface, away from depth steps, weighted
+// by what is known so far. The background's are those of measurements clearly off it and off the other
+// objects, around it and in front. Visits about `budget` pixels, evenly.
 void count_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                   const Rigidd& T_cam_obj, double padding_m, int budget, const appearance::ColorModel& known,
                   ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others = {});
 
 // Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
-// it, wide by 30 % of its box. std::invalid_argument where the mask is empty or no reading in it has a
+// it, as wide as 30 % of its box. std::invalid_argument where the mask is empty or no measurement in it has a
 // colour.
 void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, const unsigned char* mask,
                        ColorReader* reader, appearance::ColorCounts* counts);

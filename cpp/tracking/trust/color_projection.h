@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The way from a camera point to a colour pixel, of the map from depth pixels that a frame comes with.
+// Projection of a camera point to a colour pixel, from the depth-to-colour pixel map that a frame comes with.
 #pragma once
 
 #include "appearance/color_map.h"

@@ -15,7 +15,7 @@ namespace {
 Matrix6d seen_directions(const energies::EnergySummary& sums, const frame::Shape& shape) {
   const Vector6d unit = comparable_units(shape);
   const Matrix6d geometry = unit.asDiagonal() * sums.geometry * unit.asDiagonal();
-  // Mostly none is blind, which costs less to find than the directions.
+  // Usually no direction is blind, which is cheaper to find than the directions.
   const Matrix6d beyond = geometry - kBlindSlope * kBlindSlope * Matrix6d::Identity();
   if (Eigen::LLT<Matrix6d>(beyond).info() == Eigen::Success) return Matrix6d::Identity();
   const optim::Eigenpairs<6> directions = optim::eigenpairs(geometry);

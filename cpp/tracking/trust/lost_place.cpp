@@ -11,7 +11,7 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kFarthest_m = 30;     // beyond what depth cameras measure
-constexpr double kBeyond = 2;          // times the largest reading: not a matter of a few lost pixels
+constexpr double kBeyond = 2;          // times the largest measurement: not a matter of a few lost pixels
 constexpr double kOtherUnit_m = 10;    // from here on a distance is likely in another unit: in centimetres,
 constexpr double kMillimetres_m = 90;  // and from here on in millimetres
 
@@ -42,7 +42,7 @@ Reason lost_at(const Rigidd& T_cam_obj, const frame::Shape& shape, const Camera&
       reason.code != ReasonCode::kNoDepthImage)
     return reason;
   const double z = T_cam_obj.t.z;
-  if (norm(T_cam_obj.t) == 0) return reason;  // of an object that has never been anywhere
+  if (norm(T_cam_obj.t) == 0) return reason;  // of an object that never had a pose
   if (z <= 0) return {ReasonCode::kBehindCamera, 0, -1, number(z) + " m" + unit_of(-z)};
   const double largest = depth_m.data ? static_cast<double>(largest_reading(depth_m)) : 0;
   const double near = frame::depth_range(shape, T_cam_obj, 0).near_m;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Why there is no reading near a pose, where the pose itself says so.
+// Why there is no measurement near a pose, where the pose itself explains it.
 #pragma once
 
 #include "base/camera.h"
@@ -10,8 +10,8 @@
 
 namespace sdftrack::tracking {
 
-// The reason of an object that is lost at a pose (centred frame): `reason`, or, where that is only that
-// nothing was seen there, that no camera could see it there. depth_m.data: nullptr without a depth image.
+// The reason of an object lost at a pose (centred frame): `reason`, unless that only states that nothing was
+// seen where no camera could see the object. depth_m.data: nullptr without a depth image.
 Reason lost_at(const Rigidd& T_cam_obj, const frame::Shape& shape, const Camera& camera,
                const ImageView<float>& depth_m, Reason reason);
 

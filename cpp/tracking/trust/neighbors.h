@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Objects that are known to be near the one in hand: their readings say nothing against it.
+// Objects known to be near the current one: their measurements do not contradict it.
 #pragma once
 
 #include <vector>
@@ -15,14 +15,14 @@ inline energies::SingleObject<float> field_of(const frame::Shape& shape, const R
   return {shape.sdf, inverse(T_cam_obj).cast<float>()};
 }
 
-// Whether a point lies this near to the surface of one of them.
+// Whether a point is within tolerance_m of the surface of one of them.
 bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m);
-// How deep the deepest of a shape's points stands in one of them; 0: outside all.
+// Penetration of the deepest of a shape's points into one of them; 0: outside all.
 double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);
-// Whether its middle lies deep in another: they are in one place.
+// Whether its middle lies deep in another object: the two are in one place.
 bool middle_in(const energies::SingleObject<float>& other, const frame::Shape& shape,
                const Rigidd& T_cam_obj);
-// Whether it stands deeper in one than errors of the poses explain.
+// Whether it penetrates one of them more deeply than errors of the poses explain.
 bool stands_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);
 
 }  // namespace sdftrack::tracking

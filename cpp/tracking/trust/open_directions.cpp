@@ -15,10 +15,10 @@ namespace {
 constexpr double kSlope = 0.045, kSlopePerVoxel = 1.5;  // over half the diameter
 constexpr double kHalfPerSpread = 1.5;                  // of the root mean square distance from the middle
 constexpr double kOpenShare = 0.2;      // of the radius: sd above which a direction counts as open
-constexpr double kRest_m = 2e-4;        // what is not observed stays, but for so much per frame
+constexpr double kRest_m = 2e-4;        // an unobserved direction is fixed except for this per frame
 constexpr double kBlindShare = 1.0;     // of the radius: sd from which nothing at all is observed
 constexpr double kFollows = 0.5;        // of the sd, per frame, where a little is observed
-constexpr double kSmallTurn_rad = 0.1;  // a declared symmetry of so small a turn is one of a continuous set
+constexpr double kSmallTurn_rad = 0.1;  // a declared symmetry of a smaller turn is one of a continuous set
 constexpr double kAlong = 0.97;         // cosine of two axes that count as one
 
 Eigen::Vector3d to_eigen(const Vec3d& v) { return {v.x, v.y, v.z}; }
@@ -45,7 +45,7 @@ Eigen::Vector3d without_sign(const Eigen::Vector3d& axis) {
   return axis[largest] < 0 ? Eigen::Vector3d(-axis) : axis;
 }
 
-// turn: by which turns are multiplied.
+// turn: factor of the rotational part.
 Vector6d row_of(const Vec3f& normal, const Vec3d& p_obj, double turn) {
   const Vec3d n = normal.cast<double>(), m = turn * cross(p_obj, n);
   Vector6d J;
@@ -53,7 +53,7 @@ Vector6d row_of(const Vec3f& normal, const Vec3d& p_obj, double turn) {
   return J;
 }
 
-// Half a diameter of the seen part, about; that of the shape is as large as its volume may become.
+// About half a diameter of the seen part; that of the shape is as large as its volume may become.
 double seen_half(const frame::Moments& m) {
   const double square = m.square.r0.x + m.square.r1.y + m.square.r2.z - dot(m.mean, m.mean);
   return kHalfPerSpread * std::sqrt(std::max(square, 1e-12));
@@ -81,7 +81,7 @@ OpenDirections::OpenDirections(const Matrix6d& covariance, const Rigidd& T_cam_o
   const Matrix6d M = surface_metric(shape);
   radius_m_ = std::sqrt(0.5 * M.bottomRightCorner<3, 3>().trace());
   const double least_m = kOpenShare * radius_m_;
-  // Most frames determine all: then no direction moves the surface by more than all of them together.
+  // Most frames determine all directions: then none moves the surface by more than all of them together.
   const Matrix6d C =
       optim::inverse_symmetric<6>(increment_information(covariance, T_cam_obj, -shape.centre_obj));
   if (!((C * M).trace() > least_m * least_m)) return;

@@ -14,8 +14,8 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr int kDirections = 24;
-constexpr double kMargin_m = 0.006;     // beyond the silhouette; readings nearer to it mix both sides
-constexpr double kTolerance_m = 0.010;  // of a reading that goes on where the surface ends
+constexpr double kMargin_m = 0.006;     // beyond the silhouette; measurements nearer to it mix both sides
+constexpr double kTolerance_m = 0.010;  // of a measurement that continues where the surface ends
 constexpr double kTolerancePerNoise = 5;
 constexpr int kMaxSteps = 12;
 
@@ -67,7 +67,7 @@ bool step_outside(const Eye& eye, const frame::Shape& shape, const Rigidd& T_obj
   return false;
 }
 
-constexpr int kEnoughOutline = 6, kEnoughWithoutEnd = 4;  // directions; fewer say nothing
+constexpr int kEnoughOutline = 6, kEnoughWithoutEnd = 4;  // directions; fewer are not sufficient
 
 }  // namespace
 

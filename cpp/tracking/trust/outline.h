@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether an object ends where the pose says that it ends: what the camera reads just outside its silhouette.
+// Whether an object ends where its pose predicts: depth just outside its silhouette.
 #pragma once
 
 #include "frame/region.h"
@@ -9,21 +9,21 @@
 
 namespace sdftrack::tracking {
 
-// Directions around the silhouette, by what is read a few millimetres outside it. A flat face fits any wall
-// and a small object fits into any larger one; that its surface also ends at the right place tells them
+// Counts of directions around the silhouette, by the depth a few millimetres outside it. A flat face fits any
+// wall and a small object fits into any larger one; only a surface that ends at the right place tells them
 // apart.
 struct Outline {
-  int ends = 0;     // the reading lies behind: a step in depth
-  int runs_on = 0;  // the reading goes on where the object ends: it touches something, or is part of it
-  int unknown = 0;  // no reading, outside the image, or something stands in front
+  int ends = 0;     // the measurement lies behind: a step in depth
+  int runs_on = 0;  // the surface continues where the object ends: it touches something, or is part of it
+  int unknown = 0;  // no measurement, outside the image, or something stands in front
 };
 
 // A face in a wall, a small object in a larger one: all that is seen agrees, but hardly anything ends where
 // it should.
-constexpr double kMinEnds = 0.3;  // share of the directions that nothing hides
+constexpr double kMinEnds = 0.3;  // share of the unoccluded directions
 bool is_part_of_something(const Outline& outline, double min_ends = kMinEnds);
 
-// A reading on the surface of one of `others` may hide where this object ends: unknown.
+// Unknown: a measurement on the surface of one of `others`, which may hide where this object ends.
 Outline compare_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                         const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far a pose may be trusted, and why: codes that decisions read, and the sentences that people read.
+// How far a pose may be trusted, and why: codes for decisions, and sentences for people.
 #pragma once
 
 #include <string>
@@ -13,14 +13,14 @@ enum class ReasonCode {
   kNone,
   // The frame
   kNoDepthImage,
-  kUnreadable,  // text: what its reader says
+  kUnreadable,  // text: the error of the frame's reader
   kNoReading,
   kRepeatedDepth,
   kRepeatedTime,
   kBackwardTime,
   kTimeJump,
   kExposureJump,
-  // What the frame says of a pose
+  // The evidence about a pose
   kFewReadings,
   kBehindCamera,  // text: its z
   kFarAway,       // text: how far
@@ -40,7 +40,7 @@ enum class ReasonCode {
   kUnlikely,  // percent
   kNotFinite,
   kByOutline,      // no depth in this frame
-  kLittleOutline,  // likewise
+  kLittleOutline,  // no depth in this frame
   // A search
   kAmbiguous,
   kNothingFound,
@@ -56,7 +56,7 @@ enum class ReasonCode {
   kCount
 };
 
-// Whether it speaks against the frame, not against the pose.
+// Whether it concerns the frame, not the pose.
 constexpr bool is_frame_fault(ReasonCode code) {
   return code >= ReasonCode::kRepeatedDepth && code <= ReasonCode::kExposureJump;
 }
@@ -67,7 +67,7 @@ struct Reason {
   int percent = 0;
   int object = -1;
   std::string text = {};
-  ReasonCode frame = ReasonCode::kNone;  // what is wrong with the frame besides; said behind it
+  ReasonCode frame = ReasonCode::kNone;  // what is also wrong with the frame; appended to the sentence
 
   bool empty() const { return code == ReasonCode::kNone; }
 
@@ -82,7 +82,7 @@ struct Reason {
 inline Reason reason_with_percent(ReasonCode code, int percent) { return {code, percent}; }
 inline Reason reason_about(ReasonCode code, int object) { return {code, 0, object}; }
 
-// Empty, or one sentence. names: of the tracker's objects; without one "object 0", "object 1", ...
+// Empty, or one sentence. names: of the tracker's objects; without names "object 0", "object 1", ...
 std::string sentence(const Reason& reason, const std::vector<std::string>& names = {});
 
 }  // namespace sdftrack::tracking

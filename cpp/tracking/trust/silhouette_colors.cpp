@@ -14,11 +14,11 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kSilhouetteEdge_px = 3;  // of the silhouette: a pixel there may show both sides
-constexpr double kNearer_m = 0.008;       // nearer readings are those of what hides the object
+constexpr double kNearer_m = 0.008;       // nearer measurements are those of an occluder
 constexpr double kBehind_m = 0.03;        // and farther ones those of what is seen in its place
 
-// Whether what is read along the ray through p, a point of the surface, may be the object. No reading: it
-// may.
+// Whether the depth along the ray through p, a point of the surface, may be that of the object. True where
+// there is no depth.
 bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p) {
   const double z = frame::reading_at(frame, camera, p);
   return z == 0 || (z > p.z - kNearer_m && z < p.z + kBehind_m);

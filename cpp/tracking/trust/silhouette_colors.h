@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The colours inside and around an object's silhouette, at a pose or in a mask: measurements of depth are not
-// needed.
+// The colours inside and around an object's silhouette, at a pose or in a mask; no depth is needed.
 #pragma once
 
 #include <vector>
@@ -10,15 +9,15 @@
 
 namespace sdftrack::tracking {
 
-// The object's are those of pixels whose rays meet the shape, weighed by what is known so far; the
-// background's those of rays that pass it by three pixels and more, as far as `around_px`. What hides the
-// object is left out where depth shows it, and else taken for it. Visits about `budget` pixels, evenly. The
+// The object's colours are those of pixels whose rays meet the shape, weighted by what is known so far. The
+// background's are those of rays that pass it by three pixels or more, up to `around_px`. An occluder is left
+// out where depth shows it, otherwise it counts as the object. Visits about `budget` pixels, evenly. The
 // frame needs colours.
 void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                              const Rigidd& T_cam_obj, double around_px, int budget,
                              const appearance::ColorModel& known, appearance::ColorCounts* counts);
 
-// The same inside and around a mask of the depth image (0: not the object); where nothing is measured, the
+// The same inside and around a mask of the depth image (0: not the object); where depth is missing, the
 // object's distance is z_m.
 void count_mask_and_ring_colors(const frame::DepthFrame& frame, const Camera& camera,
                                 const std::vector<unsigned char>& mask, double z_m, double around_px,

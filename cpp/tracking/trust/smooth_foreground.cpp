@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kCell_m = 0.0065f;  // three of them are a finger's width
 constexpr int kMaxCell_px = 16;
-constexpr float kContinues_m = 0.012f;  // readings this far apart in depth are of two surfaces
+constexpr float kContinues_m = 0.012f;  // measurements this far apart in depth are of two surfaces
 constexpr float kForeground_m = 0.005f, kForegroundPerNoise = 3;
 constexpr float kInFrontLogOdds = -6;
 
@@ -47,7 +47,7 @@ void ForegroundSmoother::weigh(float in_front_m, const float* distance_m, const 
     if (distance_m[i] > in_front_m) log_odds_[i] += kInFrontLogOdds;
 }
 
-// Into cells of the image, with a border of empty ones.
+// Sorts the pixels into cells of the image, with a border of empty cells.
 void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet& pixels) {
   const std::size_t n = pixels.at.size();
   const int y0 = pixels.at.front() / width, rows = (pixels.at.back() / width - y0) / cell_px + 3;
@@ -62,7 +62,7 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
     Cell& cell = cells_[static_cast<std::size_t>(cell_of_[i])];
     const float z = pixels.depth_m[i];
     if (cell.count > 0 && std::abs(z - cell.depth_m) > kContinues_m) {
-      if (z > cell.depth_m) continue;  // of two surfaces the nearer one
+      if (z > cell.depth_m) continue;  // of two surfaces the nearer one counts
       cell = {};
     }
     if (cell.count == 0) cell.depth_m = z;
@@ -70,7 +70,7 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
   }
 }
 
-// Of the three by three cells around each one: all of them together, for readings that all of them continue.
+// Sums the three by three cells around each one, for measurements that all of these cells continue.
 void ForegroundSmoother::sum_around() {
   around_.resize(cells_.size());
   const auto columns = static_cast<std::size_t>(columns_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a reading is, said by the readings around it too: fingers are wider than a pixel, and next to one that
-// stands in front of the object, what lies on the object's surface may well be the finger's.
+// Colour evidence smoothed over neighbouring measurements: fingers are wider than a pixel, and next to a
+// pixel in front of the object, a pixel on its surface may well be the finger's.
 #pragma once
 
 #include <vector>
@@ -11,11 +11,11 @@ namespace sdftrack::tracking {
 
 class ForegroundSmoother {
  public:
-  // The log odds of every pixel's `foreground`, averaged over the readings around it, some 20 mm across, that
-  // continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the pixels
-  // come from, row by row. distance_m: of each reading from the surface at a pose that is nearly right, or
-  // nullptr; one in front by more than the noise is taken for another's. Readings farther than reach_m from
-  // the surface are those of others: their own `foreground` is not averaged.
+  // Averages the log odds of every pixel's `foreground` over the measurements around it, some 20 mm across,
+  // that continue its surface (docs/math/color.md, section 4). width, focal_px: of the depth image that the
+  // pixels come from, row by row. distance_m: of each measurement from the surface at a nearly correct pose,
+  // or nullptr; one in front by more than the noise counts as another object's. Measurements beyond reach_m
+  // from the surface belong to others: their own `foreground` is not averaged.
   void smooth(int width, float focal_px, float noise_m, const float* distance_m, float reach_m,
               energies::PixelSet* pixels);
 

@@ -59,7 +59,7 @@ BiasSums bias_sums(const frame::Shape& shape, const Camera& camera, const Rigidd
   const energies::SingleObject<float> field{shape.sdf, T_obj_cam.cast<float>()};
   const std::size_t n = pixels.gain.size(), stride = std::max<std::size_t>(1, n / kBudget);
   const ModeExtent x(pixels.u_px, pixels.gain, stride), y(pixels.v_px, pixels.gain, stride);
-  // One column for each pixel: the pull on the pose of an error of its depth, then the modes there.
+  // One column for each pixel: the effect of an error of its depth on the pose, then the modes there.
   Eigen::Matrix<double, 6 + kBiasModes, Eigen::Dynamic, 0, 6 + kBiasModes, 2 * kBudget> seen(6 + kBiasModes,
                                                                                              2 * kBudget);
   const Vector6d unit = comparable_units(shape);

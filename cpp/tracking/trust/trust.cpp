@@ -12,21 +12,21 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr double kFarPose_m = 0.020, kFarPose_rad = 10 * std::numbers::pi / 180;
-constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is read on the object
+constexpr double kRead = 0.25;  // weak: a smaller share of the visible surface is measured on the object
 constexpr double kReadWidth = 0.03;
 constexpr double kHardlyRead = 0.05;
 constexpr int kFewEnds = 3;  // directions in which the object is seen to end
 constexpr double kGoodGap_m = 0.001;
-constexpr int kEnough = 6;  // agreeing points; fewer say nothing
+constexpr int kEnough = 6;  // agreeing points; fewer are not sufficient
 
-// Logistic regression over poses with known error, true ones, disturbed ones and those where a fit went
-// astray or was made to another object (python -m experiments run trust.fit; docs/trust.md).
+// Logistic regression over poses with known error: true poses, disturbed ones, and those where a fit diverged
+// or was made to another object (python -m experiments run trust.fit; docs/trust.md).
 struct Weights {
   double constant = -25.97;
   double log_gap = -1.22;   // of the mean gap in mm, plus 0.5
   double unhidden = 29.29;  // agree / (agree + farther)
   double log_ends = 0.87;   // odds that the surface ends where the outline does
-  double missing = -4.22;   // share of the points without a reading
+  double missing = -4.22;   // share of the points without depth
   double log_rough = -1.55;
   double color = 8.0;
 };
@@ -43,7 +43,7 @@ double rise(double x) { return 1 / (1 + std::exp(-x)); }
 
 double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
 
-// The reason that weighs most against a pose without plain fault.
+// The reason that weighs most against a pose without a plain fault.
 Reason doubt(const PoseEvidence& e) {
   const Outline& o = e.outline;
   if (e.color_gain && *e.color_gain < 0) return {ReasonCode::kWrongColors};
@@ -103,7 +103,7 @@ Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const Trac
     trust.reason = {ReasonCode::kOpenPosition};
   }
   if (trust.status == Status::kLost) return trust;
-  // That this is the object at this pose, that enough of it is read to tell, that the error left is small.
+  // That this is the object at this pose, that enough of it is measured, that the remaining error is small.
   trust.confidence = belief * rise((read - kRead) / kReadWidth) *
                      within(kFarPose_m, covariance.diagonal().head<3>().maxCoeff()) *
                      within(kFarPose_rad, covariance.diagonal().tail<3>().maxCoeff());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the frame agrees with the pose: a status with its reason, and the chance that the pose is right.
+// Whether the frame agrees with the pose: a status, its reason, and the probability that the pose is right.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@
 
 namespace sdftrack::tracking {
 
-// What speaks for and against a pose; none of it is what the fit has minimised.
+// Evidence for and against a pose; the fit has minimised none of it.
 struct PoseEvidence {
   Visibility seen;
   Outline outline;
-  double roughness = 1;  // residuals of the fit over the noise that readings have among themselves
+  double roughness = 1;  // residuals of the fit over the noise of measurements among themselves
   double centre_sd = 0;  // of the object's centre along its least certain axis, over its radius
-  // Mean chance by colour that the visible surface is the object, less that of a colour that says nothing.
+  // Mean probability by colour that the visible surface is the object, less that of an uninformative colour.
   std::optional<double> color_gain;
 };
 
@@ -37,16 +37,16 @@ struct Trust {
   }
 };
 
-// 0..1: the chance that this is the object, about at this pose, for a pose that was expected
-// (prior_log_odds 0) or one of many places that a search has looked at (less).
+// 0..1: the probability that this is the object, about at this pose, for a pose that was expected
+// (prior_log_odds 0) or one of many places that a search has examined (lower prior).
 double evidence_share(const PoseEvidence& evidence, double prior_log_odds);
 
-// The evidence had the readings lain as near to the surface as those of a good sensor: what is left is where
-// the surface ends and where the sensor sees through it.
+// The evidence as if depth were as near to the surface as that of a good sensor: what is left is where the
+// surface ends and where the sensor sees through it.
 PoseEvidence but_for_residuals(PoseEvidence evidence);
 
-// vouched_log_odds: against loss, of an object that was there a moment ago, or that somebody vouches for.
-// That it is gone and something alike has taken its place has to be more likely than that the sensor errs.
+// vouched_log_odds: against loss, for an object that was there a moment ago or that the caller vouches for.
+// That it was replaced by something similar must be more likely than an error of the sensor.
 Trust judge(const PoseEvidence& evidence, const Matrix6d& covariance, const TrackerOptions& options,
             double prior_log_odds, double vouched_log_odds = 0);
 

@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kMisfit_m = 0.004;  // least distance that counts as disagreement
 constexpr double kMisfitPerNoise = 4;
-constexpr double kFinger_m = 0.025;  // nearer than this in front is not clearly another thing
+constexpr double kFinger_m = 0.025;  // nearer in front than this is not clearly another object
 constexpr double kMaxGap_m = 0.03;
-// Of a long thin object that is seen end on hardly a point of the surface faces the camera: with fewer than
-// these, the pixels that show it are judged in their place.
+// When a long thin object is seen end on, hardly any surface point faces the camera. With fewer points than
+// this, the pixels that show the object are judged instead.
 constexpr int kMinExpected = 40;
 constexpr double kMaxRays = 4000;
-// Depth is washed out this far from a step of it; between the step and there the surface may slope as it does
-// where it is seen under this cosine. What is seen to slope that much has to end at a step of this height.
+// Depth is blurred this far from a depth step; between, the surface may slope as where it is seen under this
+// cosine. A visible surface that slopes that much must end at a step of this height.
 constexpr int kStep_px = 3;
 constexpr double kMinFacing = 0.2, kDepthStep_m = 0.03;
 
@@ -37,8 +37,8 @@ bool is_on_ramp(const ImageView<float>& depth_m, int x, int y, double least_m) {
   return false;
 }
 
-// Whether the measurement z at p, a point of the surface that is seen under the cosine `facing`, lies between
-// the surface and what is beyond its edge, as those of time-of-flight cameras do at a step: it is of neither.
+// Whether the measurement z at p, a surface point seen under the cosine `facing`, lies between the surface
+// and the depth beyond its edge, as time-of-flight cameras measure at a step: it belongs to neither.
 bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, const Vec3d& p_cam, double facing,
                       double z, double margin_m) {
   const Vec2d px = camera.project_point(p_cam);
@@ -61,7 +61,7 @@ bool mixes_two_depths(const frame::DepthFrame& frame, const Camera& camera, cons
          (on_slope && farthest > p_cam.z + kDepthStep_m && is_on_ramp(frame.depth_m, u, v, margin_m));
 }
 
-// Counts what is read where the camera should see a point of the surface.
+// Counts the measurements where the camera should see a point of the surface.
 class Count {
  public:
   Count(const frame::DepthFrame& frame, const Camera& camera, const DepthError& error,
@@ -78,7 +78,7 @@ class Count {
     ++seen_.expected;
     const double z = p_cam.z > 1e-3 ? frame::reading_at(frame_, camera_, p_cam) : 0;
     const double beyond = (z - p_cam.z) * facing;  // about along the normal
-    // A reading that is nearer to another object's surface is that object's, and hides this one.
+    // A measurement nearer to another object's surface belongs to that object, which hides this one.
     const bool known = !others_.empty() && z > 0 && beyond < tolerance_m_ &&
                        on_one_of(others_, (z / p_cam.z) * p_cam, std::min(std::abs(beyond), tolerance_m_));
     if (excuse_steps_ && beyond > tolerance_m_ &&
@@ -164,7 +164,7 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
 
 Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                            const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others) {
-  // What is known of a growing shape ends anywhere, not at steps of the depth.
+  // The known part of a growing shape ends anywhere, not at depth steps.
   const Count count(frame, camera, error, others, !shape.seen.amount);
   const Visibility seen = compare_points(shape, T_cam_obj, kTrustPoints, count);
   if (seen.expected >= kMinExpected || shape.seen.amount || !(T_cam_obj.t.z > 0)) return seen;
