@@ -215,7 +215,9 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   observe(object->motion.predict(object->T_cam_obj, time_s), &object->errors.moving_m);
   observe(object->T_cam_obj, &object->errors.still_m);
   object->T_cam_obj = fitted.T_cam_obj;
-  object->open = OpenDirections(fitted.covariance, fitted.T_cam_obj, *object->shape);
+  // A direction along which the sensor's systematic error moves the pose is observed all the same.
+  object->open =
+      OpenDirections(fitted.covariance - fitted.systematic_errors, fitted.T_cam_obj, *object->shape);
   object->determined_frames = object->open.empty() ? object->determined_frames + 1 : 0;
   if (fitted.size_by_depth) object->size.depth.observe(*fitted.size_by_depth, fitted.T_cam_obj.R);
   if (fitted.form_by_depth) object->size.form.observe(*fitted.form_by_depth, fitted.T_cam_obj.R);

@@ -241,8 +241,9 @@ void FitView::add_systematic(double systematic_m, Fitted* fitted) const {
         bias_response(sums, measured_.sums, information, target_->shape)
             .moved(optim::camera_by_increment(inverse(measured_.T_obj_cam), -target_->shape.centre_obj));
   }
-  fitted->covariance += systematic_covariance(response, systematic_m,
-                                              options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
+  fitted->systematic_errors = systematic_covariance(
+      response, systematic_m, options_.lateral_px * fitted->T_cam_obj.t.z / camera_->K.fx);
+  fitted->covariance += fitted->systematic_errors;
   if (distance_m > 0) fitted->unseen_errors = distance_covariance(response, distance_m, fitted->T_cam_obj.t);
 }
 

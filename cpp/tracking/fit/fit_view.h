@@ -82,6 +82,8 @@ struct Fitted {
   // What errors of distance and time that no residual shows add to the reported covariance. No decision
   // depends on them.
   Matrix6d unseen_errors = Matrix6d::Zero();
+  // The part of the covariance due to errors that neighbouring measurements share.
+  Matrix6d systematic_errors = Matrix6d::Zero();
   double cost = 0;  // mean per pixel of the last stage; with colours that of depth on the object's pixels
   double foreground = -1;  // mean posterior of the colours on the surface; -1: no colours
   Visibility seen;
