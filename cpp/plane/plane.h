@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -47,6 +48,11 @@ std::optional<frame::Plane> find_plane(const frame::DepthFrame& frame, const Cam
 // Half the thickness of a measured plane at a depth: noise of a depth sensor grows with the depth squared.
 inline double plane_tolerance_m(double tolerance_m, double depth_m) {
   return tolerance_m * std::max(1.0, depth_m * depth_m);
+}
+
+// tolerance_m: at 1 m.
+inline bool on_plane(const frame::Plane& plane, Vec3d p_cam, double tolerance_m) {
+  return std::abs(dot(plane.normal_cam, p_cam) + plane.offset_m) < plane_tolerance_m(tolerance_m, p_cam.z);
 }
 
 // The plane that holds most of the points, if it holds `min_share` of them and is `extent_m` wide: the best

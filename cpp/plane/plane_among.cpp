@@ -32,10 +32,6 @@ bool refit(const std::vector<Vec3d>& points, double reach, frame::Plane* plane) 
   return true;
 }
 
-bool on_plane(const frame::Plane& plane, Vec3d p, double tolerance_m) {
-  return std::abs(distance(plane, p)) < plane_tolerance_m(tolerance_m, p.z);
-}
-
 // Variance along the second longest axis of some points.
 double middle_variance(const std::vector<Vec3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();

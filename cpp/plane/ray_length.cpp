@@ -23,9 +23,8 @@ double largest(const std::vector<Vec3d>& points) {
   const std::optional<frame::Plane> plane =
       plane_among(points, kTolerance_m, kRaySeeds, kHeld / kMoreThan, kExtent_m);
   if (!plane) return 0;
-  return static_cast<double>(std::count_if(points.begin(), points.end(), [&](const Vec3d& p) {
-    return std::abs(dot(plane->normal_cam, p) + plane->offset_m) < plane_tolerance_m(kTolerance_m, p.z);
-  }));
+  return static_cast<double>(std::count_if(
+      points.begin(), points.end(), [&](const Vec3d& p) { return on_plane(*plane, p, kTolerance_m); }));
 }
 
 }  // namespace
