@@ -55,6 +55,7 @@ struct TrackedObject {
   bool given = false;              // the caller vouches for its pose; until a frame has shown the object
   bool by_mask_alone = false;      // found in a mask or box although the residuals contradict it
   bool weak = false;               // in the last frame
+  bool unlikely = false;           // more likely wrong than right, lately: see doubt_unlikely
   int sure_frames = 0;             // since the start
   int weak_frames = 0;             // in a row
   double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
@@ -97,7 +98,7 @@ struct TrackedObject {
     memory.systematic_m = options.systematic_m;
     motion.reset(), errors = {}, open = {}, determined_frames = kDeterminedFrames, size = {}, unread = false,
                     sure_frames = unproven_frames = 0;
-    usual_share = usual_cost = prior_log_odds = 0, weak = given = by_mask_alone = false,
+    usual_share = usual_cost = prior_log_odds = 0, weak = unlikely = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
     prior.reset(), wanted.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
@@ -109,12 +110,12 @@ struct TrackedObject {
   static void visit(Archive& archive, Self& self) {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
            determined, unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure,
-           sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
-           twin, others, turns, before, trial_count, kind, solid] = self;
+           dubious, sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search,
+           doubtful_count, twin, others, turns, before, trial_count, kind, solid] = self;
     archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined,
-            unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, sure_count,
-            weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count, twin,
-            others, turns, before, trial_count, kind, solid);
+            unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, dubious,
+            sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
+            twin, others, turns, before, trial_count, kind, solid);
   }
 };
 

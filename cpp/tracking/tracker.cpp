@@ -145,7 +145,7 @@ void Tracker::answer_each(const Work& work) {
     doubt_size(object(served_[i]), &answers_[i]);
     doubt_open_directions(object(served_[i]), &answers_[i]);
     if (follower_.options().weak_evidence > 0)  // the thesis' tracker is not judged
-      doubt_unlikely(object(served_[i]), &answers_[i]);
+      doubt_unlikely(&object(served_[i]), &answers_[i]);
     doubt_unproven(&object(served_[i]), &answers_[i]);
   }
   for (ObjectResult& answer : answers_)

@@ -10,7 +10,7 @@ namespace sdftrack::tracking {
 
 namespace {
 
-constexpr double kLikely = 0.5;  // confidence
+constexpr double kLikely = 0.5, kClearlyLikely = 0.75;  // probabilities
 constexpr Vec3d kNowhere{kUnknown, kUnknown, kUnknown};
 constexpr Rigidd kNoPose{{kNowhere, kNowhere, kNowhere}, kNowhere};
 
@@ -67,9 +67,11 @@ void doubt_size(const TrackedObject& object, ObjectResult* result) {
   trust.confidence *= 0.5;
 }
 
-void doubt_unlikely(const TrackedObject& object, ObjectResult* result) {
+void doubt_unlikely(TrackedObject* object, ObjectResult* result) {
   Trust& trust = result->trust;
-  if (trust.status != Status::kOk || !object.open.empty() || trust.confidence >= kLikely) return;
+  object->unlikely = trust.evidence < (object->unlikely ? kClearlyLikely : kLikely);
+  if (trust.status != Status::kOk || !object->open.empty()) return;
+  if (!object->unlikely && trust.confidence >= kLikely) return;
   trust.status = Status::kWeak;
   trust.reason = reason_with_percent(ReasonCode::kUnlikely, to_int(std::round(100 * trust.confidence)));
 }

@@ -24,9 +24,10 @@ void doubt_open_directions(const TrackedObject& object, ObjectResult* result);
 // Reports a size that surely differs from that of the model.
 void doubt_size(const TrackedObject& object, ObjectResult* result);
 
-// A pose that is more likely wrong than right is not ok. Directions left open by a declared symmetry do not
-// count.
-void doubt_unlikely(const TrackedObject& object, ObjectResult* result);
+// A pose that is more likely wrong than right is not ok, nor are the poses after it until one is clearly
+// likely: the errors of successive frames are alike, so that two frames are hardly more evidence than one.
+// Directions left open by a declared symmetry do not count.
+void doubt_unlikely(TrackedObject* object, ObjectResult* result);
 
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s);
 

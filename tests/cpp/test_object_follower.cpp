@@ -38,5 +38,23 @@ TEST(ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
   EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, tracking::Status::kOk);
 }
 
+TEST(ObjectFollower, large_residuals_are_the_sensors_where_the_outline_fits_the_model) {
+  PartsFixture parts;
+  parts.add(kPose);
+  tracking::Fitted fitted;
+  fitted.seen = {80, 76, 1, 2, 1, 0.010};  // a mean gap of 10 mm
+  fitted.outline = {20, 1, 3};
+  fitted.roughness = 5;
+  fitted.foreground = -1;
+  fitted.covariance = 1e-6 * tracking::Matrix6d::Identity();
+  tracking::TrackedObject& object = parts.objects[0];
+  const double by_depth = parts.follower.judge_followed(fitted, object).evidence;
+  object.size.outline.observe({0.0, 0, 1e-4, {}}, kPose.R);
+  ASSERT_TRUE(object.size.outline_agrees());
+  const double with_outline = parts.follower.judge_followed(fitted, object).evidence;
+  EXPECT_LT(by_depth, 0.5);
+  EXPECT_GT(with_outline, 0.9);
+}
+
 }  // namespace
 }  // namespace sdftrack

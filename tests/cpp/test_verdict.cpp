@@ -47,6 +47,21 @@ TEST(Verdict, a_twist_needs_two_frames_in_a_row_with_a_pose_and_times_in_order) 
   EXPECT_NEAR(speed(0.06, 4.5), 0.02, 1e-12);
 }
 
+TEST(Verdict, a_pose_once_unlikely_must_become_clearly_likely) {
+  tracking::TrackedObject object;
+  const auto is_ok = [&](double evidence) {
+    tracking::ObjectResult result = answer(kPose);
+    result.trust.evidence = result.trust.confidence = evidence;
+    doubt_unlikely(&object, &result);
+    return result.trust.status == tracking::Status::kOk;
+  };
+  EXPECT_TRUE(is_ok(0.6));
+  EXPECT_FALSE(is_ok(0.4));
+  EXPECT_FALSE(is_ok(0.6));
+  EXPECT_TRUE(is_ok(0.8));
+  EXPECT_TRUE(is_ok(0.6));
+}
+
 TEST(Verdict, two_in_one_place_are_both_doubted_once) {
   Verdicts v;
   v.add(kPose), v.add(kPose), v.add(pose_at({0.3, 0, 0.5}));
