@@ -12,9 +12,10 @@
 #include "release_gil.h"
 #include "render/raycast_sdf.h"
 #include "sdf/crossings.h"
-#include "sdf/mesh_report.h"
+#include "sdf/mesh/mesh_report.h"
+#include "sdf/mesh/mesh_volume.h"
+#include "sdf/mesh/open_mesh.h"
 #include "sdf/mesh_to_sdf.h"
-#include "sdf/open_mesh.h"
 #include "sdf/redistance.h"
 #include "sdf/surface_samples.h"
 #include "sdf/sweep.h"
@@ -48,29 +49,32 @@ py::dict report_dict(const sdf::MeshReport& r) {
   d["flipped_faces"] = r.flipped_faces;
   d["open_edges"] = r.open_edges;
   d["non_manifold_edges"] = r.non_manifold_edges;
-  d["unbalanced_edges"] = r.unbalanced_edges;
+  d["watertight"] = r.watertight();
   d["parts"] = r.parts;
   d["volume"] = r.volume_m3;
+  d["thinnest"] = r.thinnest_m;
   return d;
 }
 
-py::tuple clean(const py::array& vertices, const py::array& faces, double fraction) {
-  const sdf::MeshView mesh = mesh_view(vertices, faces);
-  sdf::CleanMesh out;
-  double thin_m = std::numeric_limits<double>::infinity();
+py::tuple volume_of(const py::array& vertices, const py::array& faces,
+                    const sdf::MeshVolumeOptions& options) {
+  const sdf::MeshView mesh = mesh_view(vertices, faces, false);
+  sdf::MeshVolume out;
   {
-    const ReleaseGil release;
-    out = sdf::clean_mesh(mesh);
-    if (!out.faces.empty()) thin_m = sdf::thin_quantile(out.view(), sdf::Bvh(out.view()), fraction);
+    const ReleaseGilUntilSignal release;
+    out = sdf::mesh_volume(mesh, options);
   }
-  std::vector<double> v;
-  for (const Vec3d& p : out.vertices) v.insert(v.end(), {p.x, p.y, p.z});
-  std::vector<std::int32_t> f;
-  for (const sdf::Face& t : out.faces) f.insert(f.end(), {t.a, t.b, t.c});
-  py::dict report = report_dict(out.report);
-  report["thinnest"] = thin_m;
-  return py::make_tuple(to_numpy(std::move(v), {static_cast<py::ssize_t>(out.vertices.size()), 3}),
-                        to_numpy(std::move(f), {static_cast<py::ssize_t>(out.faces.size()), 3}), report);
+  const sdf::Grid& grid = out.grid;
+  const Origin origin{grid.origin_obj.x, grid.origin_obj.y, grid.origin_obj.z};
+  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), grid.voxel_m, origin,
+                        report_dict(out.report), out.warnings);
+}
+
+py::tuple grid_of(const Origin& low, const Origin& high, int voxels, std::optional<double> padding) {
+  const sdf::Grid grid =
+      sdf::grid_around({low[0], low[1], low[2]}, {high[0], high[1], high[2]}, voxels, padding);
+  const Origin origin{grid.origin_obj.x, grid.origin_obj.y, grid.origin_obj.z};
+  return py::make_tuple(grid.voxel_m, py::make_tuple(grid.nz, grid.ny, grid.nx), origin);
 }
 
 py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
@@ -227,10 +231,17 @@ py::tuple samples(const py::array& values, double voxel_size, Origin origin, int
 void bind_sdf(py::module_& m) {
   using namespace py::literals;
   m.attr("BAND_VOXELS") = sdf::kBandVoxels;
-  m.def("clean_mesh", &clean, "vertices"_a, "faces"_a, "fraction"_a = 0.02,
-        "Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) "
-        "below "
-        "which `fraction` of the surface lies.");
+  m.attr("MAX_VOXELS") = sdf::kMaxVoxels;
+  m.def(
+      "mesh_volume",
+      [](const py::array& vertices, const py::array& faces, int voxels, std::optional<double> padding,
+         std::optional<double> unit_m, bool close_holes, int threads) {
+        return volume_of(vertices, faces, {voxels, padding, unit_m, close_holes, threads});
+      },
+      "vertices"_a, "faces"_a, "voxels"_a, "padding"_a, "unit_m"_a, "close_holes"_a, "threads"_a,
+      "-> phi [z, y, x] float32 m, voxel size and origin (m), report, warnings (SDF.from_mesh).");
+  m.def("grid_around", &grid_of, "low"_a, "high"_a, "voxels"_a, "padding"_a,
+        "-> voxel size (m), shape [z, y, x] and origin (m) of the grid around a box.");
   m.def("mesh_to_sdf", &from_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
         "-> phi [z, y, x] float32 m, number of voxels inside an inside-out part.");

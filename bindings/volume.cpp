@@ -44,11 +44,11 @@ SdfView volume_view(const py::array& values, double voxel_m, const std::array<do
   return grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_m, origin).view(phi);
 }
 
-sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces) {
+sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces, bool finite) {
   const double* v = borrow<double>(vertices, "vertices", {-1, 3});
   const std::int32_t* f = borrow<std::int32_t>(faces, "faces", {-1, 3});
   for (py::ssize_t i = 0; i < vertices.size(); ++i)
-    if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
+    if (finite && !std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
   for (py::ssize_t i = 0; i < faces.size(); ++i)
     if (f[i] < 0 || f[i] >= vertices.shape(0))
       throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));

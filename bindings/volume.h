@@ -19,7 +19,8 @@ sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
 // float32 [z, y, x]; origin: object coordinates of voxel (0, 0, 0)'s centre, metres. The caller owns the
 // array.
 SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin);
-sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces);
+// finite: refuses vertices that are not.
+sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces, bool finite = true);
 // uint16 (z, y, x, 4) of a volume: red, green, blue times 256 and how much was seen.
 energies::ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.

@@ -1,4 +1,4 @@
-# What `cmake --install <build> --component development` puts down: the library, its headers, and the CMake package
+# What `cmake --install <build> --component development` puts down: the library, its public headers, and the CMake package
 # that find_package(sdftrack) reads. The Python package is the component `python` and has none of these.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -6,8 +6,8 @@ include(CMakePackageConfigHelpers)
 set_target_properties(sdftrack_core PROPERTIES EXPORT_NAME core)
 install(TARGETS sdftrack_core EXPORT sdftrackTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sdftrack COMPONENT development
-  FILES_MATCHING PATTERN "*.h" PATTERN "*.inc" PATTERN cmake EXCLUDE)
+install(FILES sdftrack/camera.h sdftrack/shape.h sdftrack/tracker.h
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sdftrack COMPONENT development)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/sdftrack)
 install(EXPORT sdftrackTargets NAMESPACE sdftrack:: DESTINATION ${package_folder} COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_SOURCE_DIR}/cmake/sdftrackConfig.cmake.in

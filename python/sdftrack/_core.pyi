@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'clean_mesh', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -1600,10 +1600,6 @@ class TrackerOptions:
     @weak_inliers.setter
     def weak_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-def clean_mesh(vertices: numpy.ndarray, faces: numpy.ndarray, fraction: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> tuple:
-    """
-    Merged vertices, faces without duplicates and turned one way, report; thinnest: the thickness (m) below which `fraction` of the surface lies.
-    """
 def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
@@ -1714,6 +1710,10 @@ def fit_plane(depth: numpy.ndarray, camera: Camera, rays: typing.Any, mask: typi
     """
     Normal, offset, bend and noise over the law's of a plane refitted to the readings in a mask; None on a line.
     """
+def grid_around(low: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], high: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], voxels: typing.SupportsInt | typing.SupportsIndex, padding: typing.SupportsFloat | typing.SupportsIndex | None) -> tuple:
+    """
+    -> voxel size (m), shape [z, y, x] and origin (m) of the grid around a box.
+    """
 def isa() -> str:
     """
     The one in use: the fastest, or the environment variable SDFTRACK_ISA.
@@ -1733,6 +1733,10 @@ def look_at_form(volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.Supp
 def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
+    """
+def mesh_volume(vertices: numpy.ndarray, faces: numpy.ndarray, voxels: typing.SupportsInt | typing.SupportsIndex, padding: typing.SupportsFloat | typing.SupportsIndex | None, unit_m: typing.SupportsFloat | typing.SupportsIndex | None, close_holes: bool, threads: typing.SupportsInt | typing.SupportsIndex) -> tuple:
+    """
+    -> phi [z, y, x] float32 m, voxel size and origin (m), report, warnings (SDF.from_mesh).
     """
 def moving_color(colors: collections.abc.Sequence[numpy.ndarray]) -> BallColor:
     """
@@ -1850,6 +1854,10 @@ def seen_form(volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.Support
     """
     Mean of J J^T where a fused shape is read, the least slope of a form; points and normals (n, 6).
     """
+def sensor_presets() -> list:
+    """
+    One dict of the values of each preset (SensorModel.preset).
+    """
 def slic(image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None, depth: numpy.ndarray | None, threads: typing.SupportsInt | typing.SupportsIndex, device: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     ...
 def slic_there(address: typing.SupportsInt | typing.SupportsIndex, stream: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, channels: typing.SupportsInt | typing.SupportsIndex, options: SlicOptions, device: typing.SupportsInt | typing.SupportsIndex) -> DeviceArray:
@@ -1887,6 +1895,7 @@ EVIDENCE_MOST_INSTABILITY: float = 0.2
 EVIDENCE_MOST_SHARED: float = 0.55
 EVIDENCE_SURE: float = 0.9
 EVIDENCE_WEIGHTS: list = [-2.21, -8.91, -4.23, -5.67]
+MAX_VOXELS: int = 1200
 MIN_BALL_RADIUS_PX: float = 5.0
 __version__: str = '0.1.0'
 build: dict = {'compiler': 'gcc 12.2.0', 'optimised': True}

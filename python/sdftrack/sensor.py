@@ -14,6 +14,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.files import write_text
 from sdftrack._internal.text_files import read_json, read_toml, reason
 from sdftrack._internal.unknown_option import refuse_unknown, refuses_unknown
@@ -208,38 +209,4 @@ def _tan(incidence_rad: ArrayLike) -> Array:
     return np.tan(angle)
 
 
-PRESETS = {
-    "kinect_v1": SensorModel(
-        "kinect_v1",
-        noise_m=0.0003,
-        noise_per_m=0.0014,
-        noise_incidence=0.0014,
-        systematic_per_m=0.001,
-        lateral_px=1.0,
-        source="along z 1.425e-3 Z^2: Khoshelham and Elberink, Sensors 12 (2012), who find no large bias in a "
-        "calibrated sensor; lateral noise 0.8 px at 585 px focal length: Nguyen, Izadi and Lovell, 3DIMPVT 2012; "
-        "the systematic part (1 mm at 1 m, 1 px) is not published: set on recordings of this project",
-    ),
-    "realsense_d400": SensorModel(
-        "realsense_d400",
-        noise_m=0.0003,
-        noise_per_m=0.0038,
-        noise_incidence=0.001,
-        correlation_px=2.0,
-        systematic_m=0.002,
-        systematic_per_m=0.004,
-        lateral_px=1.0,
-        source="along z 0.08 px of disparity at a baseline of 50 mm and a focal length of 420 px (a D435 at 848 x "
-        "480); that it grows with Z^2 and with incidence: Ahn et al., Ubiquitous Robots 2019; the systematic part: "
-        "2 % at 2 m, taken as two sd (the maker's data sheet), and 3 mm at 0.5 m in a recording of this project, on "
-        "which the correlation is set too",
-    ),
-    "azure_kinect": SensorModel(
-        "azure_kinect",
-        noise_m=0.0015,
-        systematic_m=0.005,
-        lateral_px=1.0,
-        source="distance error below 11 mm up to 3.5 m, taken as two sd: the maker's data sheet, confirmed by "
-        "Tolgyessy et al., Sensors 21 (2021); the lateral part is set, not published",
-    ),
-}
+PRESETS = {sensor["name"]: SensorModel(**sensor) for sensor in _core.sensor_presets()}

@@ -191,10 +191,10 @@ def drawn() -> dict[str, set[str]]:
 
 
 def test_the_diagram_shows_every_folder_of_the_core() -> None:
-    assert set(drawn()) == set(includes()) - {"cmake"}
+    assert set(drawn()) == set(includes()) - {"cmake", "examples"}
 
 
-@pytest.mark.parametrize("folder", sorted(includes()))
+@pytest.mark.parametrize("folder", sorted(set(includes()) - {"examples"}))
 def test_a_folder_includes_only_what_the_diagram_lets_it_use(folder: str) -> None:
     assert includes()[folder] - drawn().get(folder, set()) == set()
 
@@ -202,7 +202,7 @@ def test_a_folder_includes_only_what_the_diagram_lets_it_use(folder: str) -> Non
 def test_each_folder_of_the_core_has_its_namespace() -> None:
     for path in (ROOT / "cpp").rglob("*.h"):
         top = path.relative_to(ROOT / "cpp").parts[0]
-        expected = "sdftrack" if top == "base" else f"sdftrack::{top}"
+        expected = "sdftrack" if top in ("base", "sdftrack") else f"sdftrack::{top}"
         found = re.findall(r"^namespace (sdftrack[\w:]*) ", path.read_text(), re.M)
         assert set(found) <= {expected, f"{expected}::{path.parent.name}"}, path
 
@@ -211,7 +211,7 @@ def test_the_core_has_no_streams() -> None:
     """With libstdc++ linked statically, a stream of numbers crashes once numpy has loaded the system's."""
     stream = re.compile(r"#\s*include <(\w*stream|iomanip|locale|regex|format)>")
     sources = (p for folder in ("cpp", "bindings") for p in (ROOT / folder).rglob("*.[ch]*"))
-    assert [p.name for p in sources if stream.search(p.read_text())] == []
+    assert [p.name for p in sources if "examples" not in p.parts and stream.search(p.read_text())] == []
 
 
 def test_floats_become_ints_through_one_function() -> None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.array_archive import may_hold
 from sdftrack._internal.validation import number, shown
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
 
-MIN_PADDING = 0.025  # m; a hand at 1 m/s moves 33 mm between two frames
-MAX_VOXELS = 1200  # along one side
+MAX_VOXELS = _core.MAX_VOXELS  # along one side
 FLOAT_BYTES = 4  # of a voxel
 MIN_VOXEL, MAX_VOXEL, MAX_ORIGIN = 1e-12, 1e12, 1e15  # m; the core measures in float32
 
@@ -45,22 +45,23 @@ def voxels_between(
     return n.astype(np.int64)
 
 
-def grid_round(
-    low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
-) -> tuple[float, Shape3, NDArray[np.float64]]:
-    """Voxel size, shape [z, y, x] and origin of the grid around a box."""
+def check_voxels(voxels: int, padding: float | None) -> None:
+    """ValueError, or TypeError, where no grid has so many voxels or such a padding."""
     if not (8 <= number(voxels, "voxels") <= MAX_VOXELS and voxels == int(voxels)):
         raise ValueError(
             f"voxels: expected a whole number from 8 to {MAX_VOXELS} along the longest side, got {shown(voxels)}"
         )
     if padding is not None and not (np.isfinite(number(padding, "padding")) and padding >= 0):
         raise ValueError(f"padding: expected a fraction of the longest side, 0 or more, got {padding}")
-    longest = float((high - low).max())
-    pad = max(0.1 * longest, MIN_PADDING) if padding is None else padding * longest
-    pad = max(pad, 2 * longest / (voxels - 5))  # at least 2 voxels: (voxels - 1) h = longest + 4 h
-    voxel_size = (longest + 2 * pad) / (voxels - 1)
-    n = np.minimum(np.ceil((high - low + 2 * pad) / voxel_size - 1e-6).astype(int) + 1, voxels)
-    return voxel_size, shape_zyx(n), (low + high) / 2 - (n - 1) * voxel_size / 2
+
+
+def grid_round(
+    low: NDArray[np.float64], high: NDArray[np.float64], voxels: int, padding: float | None
+) -> tuple[float, Shape3, NDArray[np.float64]]:
+    """Voxel size, shape [z, y, x] and origin of the grid around a box."""
+    check_voxels(voxels, padding)
+    voxel_size, shape, origin = _core.grid_around(list(low), list(high), int(voxels), padding)
+    return voxel_size, shape, np.array(origin)
 
 
 def resample(

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "sdf/mesh_report.h"
+#include "sdf/mesh/mesh_report.h"
 
 namespace sdftrack::sdf {
 

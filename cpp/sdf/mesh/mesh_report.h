@@ -3,6 +3,7 @@
 // dropped, flipped faces and inside-out parts turned.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sdf/mesh.h"
@@ -21,6 +22,10 @@ struct MeshReport {
   std::size_t unbalanced_edges = 0;    // more often in one direction: inside is undefined
   std::size_t parts = 0;               // connected by shared vertices
   double volume_m3 = 0;                // negative: inside out
+  // Of the material behind all but the thinnest 2 % of the surface, where it was measured.
+  double thinnest_m = std::numeric_limits<double>::infinity();
+
+  bool watertight() const { return unbalanced_edges == 0; }
 };
 
 struct CleanMesh {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/mesh_report.h"
+#include "sdf/mesh/mesh_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include <tuple>
 
 #include "sdf/bvh.h"
-#include "sdf/mesh_duplicates.h"
-#include "sdf/mesh_edges.h"
-#include "sdf/mesh_orient.h"
+#include "sdf/mesh/mesh_duplicates.h"
+#include "sdf/mesh/mesh_edges.h"
+#include "sdf/mesh/mesh_orient.h"
 
 namespace sdftrack::sdf {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/mesh_orient.h"
+#include "sdf/mesh/mesh_orient.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "sdf/mesh_edges.h"
-#include "sdf/winding.h"
+#include "sdf/mesh/mesh_edges.h"
+#include "sdf/mesh/winding.h"
 
 namespace sdftrack::sdf {
 

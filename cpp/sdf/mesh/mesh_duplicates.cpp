@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/mesh_duplicates.h"
+#include "sdf/mesh/mesh_duplicates.h"
 
 #include <algorithm>
 #include <array>
 #include <tuple>
 
-#include "sdf/mesh_edges.h"
+#include "sdf/mesh/mesh_edges.h"
 
 namespace sdftrack::sdf {
 

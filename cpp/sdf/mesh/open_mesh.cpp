@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/open_mesh.h"
+#include "sdf/mesh/open_mesh.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "base/parallel.h"
+#include "sdf/mesh/winding_grid.h"
 #include "sdf/mesh_to_sdf.h"
 #include "sdf/sweep.h"
-#include "sdf/winding_grid.h"
 
 namespace sdftrack::sdf {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/winding.h"
+#include "sdf/mesh/winding.h"
 
 #include <algorithm>
 #include <array>

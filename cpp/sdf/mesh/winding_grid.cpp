@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sdf/winding_grid.h"
+#include "sdf/mesh/winding_grid.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 #include "base/parallel.h"
 #include "sdf/bvh.h"
 #include "sdf/crossings.h"
-#include "sdf/mesh_edges.h"
-#include "sdf/winding.h"
+#include "sdf/mesh/mesh_edges.h"
+#include "sdf/mesh/winding.h"
 
 namespace sdftrack::sdf {
 

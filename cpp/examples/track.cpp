@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// Tracks an object of known shape in depth images of 16 bits, in millimetres, one after the other in a file:
+//   track MESH IMAGES WIDTH HEIGHT FX FY CX CY
+#include <sdftrack/tracker.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <vector>
+
+int main(int argc, char** argv) try {
+  if (argc != 9) return std::puts("track MESH IMAGES WIDTH HEIGHT FX FY CX CY"), 2;
+  const auto number = [&](int i) { return std::atof(argv[i]); };
+  const sdftrack::DepthCamera camera{static_cast<int>(number(3)),
+                                     static_cast<int>(number(4)),
+                                     number(5),
+                                     number(6),
+                                     number(7),
+                                     number(8),
+                                     {}};
+  sdftrack::Tracker tracker(sdftrack::Shape::from_mesh_file(argv[1]), camera);
+
+  std::ifstream images(argv[2], std::ios::binary);
+  std::vector<std::uint16_t> depth(static_cast<std::size_t>(camera.width) * camera.height);
+  const auto bytes = static_cast<std::streamsize>(2 * depth.size());
+  for (int i = 0; images.read(reinterpret_cast<char*>(depth.data()), bytes); ++i) {
+    sdftrack::Frame frame;
+    frame.depth = depth.data(), frame.depth_unit_m = 0.001;
+    const sdftrack::TrackedPose& pose =
+        (i == 0 ? tracker.start(frame) : tracker.track(frame)).objects.front();
+    const Eigen::Vector3d t = pose.T_cam_obj.translation();
+    const Eigen::Quaterniond q(pose.T_cam_obj.linear());
+    std::printf("%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %s\n", i,
+                static_cast<int>(pose.status), pose.confidence, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(),
+                q.z(), pose.reason.c_str());
+  }
+  return 0;
+} catch (const std::exception& error) {
+  return std::fprintf(stderr, "%s\n", error.what()), 1;
+}
