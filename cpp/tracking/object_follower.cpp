@@ -173,7 +173,7 @@ Trust ObjectFollower::judge_followed(const Fitted& fitted, const TrackedObject& 
     vouched = kFollowedOdds * std::pow(kDoubtFades, object.weak_frames);
   PoseEvidence evidence = evidence_of(fitted, options_);
   // Where the outline fits the model, large residuals of the depth are the sensor's own error.
-  if (object.size.outline_agrees()) evidence = but_for_residuals(evidence);
+  if (object.by_mask_alone && object.size.outline_agrees()) evidence = but_for_residuals(evidence);
   return judge(evidence, fitted.covariance, options_, object.prior_log_odds, vouched);
 }
 

@@ -38,7 +38,7 @@ TEST(ObjectFollower, a_lost_object_does_not_take_the_readings_of_its_neighbor) {
   EXPECT_EQ(parts.follower.follow(&parts.context, &parts.objects[1]).trust.status, tracking::Status::kOk);
 }
 
-TEST(ObjectFollower, large_residuals_are_the_sensors_where_the_outline_fits_the_model) {
+TEST(ObjectFollower, large_residuals_in_a_mask_are_the_sensors_where_the_outline_fits_the_model) {
   PartsFixture parts;
   parts.add(kPose);
   tracking::Fitted fitted;
@@ -48,12 +48,15 @@ TEST(ObjectFollower, large_residuals_are_the_sensors_where_the_outline_fits_the_
   fitted.foreground = -1;
   fitted.covariance = 1e-6 * tracking::Matrix6d::Identity();
   tracking::TrackedObject& object = parts.objects[0];
+  object.by_mask_alone = true;
   const double by_depth = parts.follower.judge_followed(fitted, object).evidence;
   object.size.outline.observe({0.0, 0, 1e-4, {}}, kPose.R);
   ASSERT_TRUE(object.size.outline_agrees());
   const double with_outline = parts.follower.judge_followed(fitted, object).evidence;
   EXPECT_LT(by_depth, 0.5);
   EXPECT_GT(with_outline, 0.9);
+  object.by_mask_alone = false;
+  EXPECT_EQ(parts.follower.judge_followed(fitted, object).evidence, by_depth);
 }
 
 }  // namespace
