@@ -32,6 +32,22 @@ ENDS = (0.05, 0.95)  # of a mask's measurements: those behind the object's edge 
 
 def size_of(sdf: Any) -> float:
     """Diagonal of the bounding box of the surface, m; from a subset of the voxels."""
+    return _measured_once(sdf, "size", _size_of)
+
+
+def diameter_of(sdf: Any) -> float:
+    """Largest extent of the surface in any direction, m; from a subset of the voxels."""
+    return _measured_once(sdf, "diameter", _diameter_of)
+
+
+def _measured_once(sdf: Any, name: str, measure: Callable[[Any], float]) -> float:
+    if name not in sdf._lengths:
+        sdf._lengths[name] = measure(sdf)
+    length: float = sdf._lengths[name]
+    return length
+
+
+def _size_of(sdf: Any) -> float:
     every = max(1, min(sdf.values.shape) // COARSE)
     inside = sdf.values[::every, ::every, ::every] < 0.5 * every * sdf.voxel_size
     sides = [np.flatnonzero(inside.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
@@ -49,8 +65,7 @@ def extent_of(camera: Any, depth: NDArray[np.float32], mask: NDArray[np.bool_]) 
     return float((high - low) / (ENDS[1] - ENDS[0]))
 
 
-def diameter_of(sdf: Any) -> float:
-    """Largest extent of the surface in any direction, m; from a subset of the voxels."""
+def _diameter_of(sdf: Any) -> float:
     every = max(1, min(sdf.values.shape) // COARSE_DIAMETER)
     inside = sdf.values[::every, ::every, ::every] < 0.5 * every * sdf.voxel_size
     points = np.argwhere(inside)[:, ::-1].astype(np.float32)
