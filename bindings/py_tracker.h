@@ -59,7 +59,7 @@ class PyTracker {
   void paint(int k, const py::array& colors);
   void set_camera(const Camera& camera);
   void set_pose(int k, const py::array& T, const std::optional<tracking::Matrix6d>& covariance);
-  void set_symmetries(int k, const py::array& motions);
+  void set_symmetry(int k, const py::array& discrete, const py::array& axes);
   void mark_unfound(int k, const std::string& kind);
   // For a model with estimated scale (tracker.h).
   void free_scale(int k);

@@ -8,6 +8,7 @@
 #include "busy.h"
 #include "py_tracker.h"
 #include "release_gil.h"
+#include "symmetry.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
@@ -142,14 +143,11 @@ void PyTracker::set_pose(int k, const py::array& T, const std::optional<tracking
   tracker_->set_pose(k, T_cam_obj, covariance);
 }
 
-void PyTracker::set_symmetries(int k, const py::array& motions) {
+void PyTracker::set_symmetry(int k, const py::array& discrete, const py::array& axes) {
   check_object(k);
-  const py::ssize_t count = motions.ndim() > 0 ? motions.shape(0) : 0;
-  const double* const m = borrow<double>(motions, "motions", {count, 4, 4});
-  std::vector<Rigidd> all;
-  for (py::ssize_t i = 0; i < count; ++i) all.push_back(read_matrix(m + 16 * i));
+  const frame::Symmetry symmetry = symmetry_from(discrete, axes);
   const Busy busy(&busy_, "tracker");
-  tracker_->set_symmetries(k, all);
+  tracker_->set_symmetry(k, symmetry);
 }
 
 void PyTracker::mark_unfound(int k, const std::string& kind) {

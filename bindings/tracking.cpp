@@ -27,7 +27,7 @@ void bind_tracking(py::module_& m) {
       .def("add", &PyTracker::add, py::arg("shape"), py::arg("place"))
       .def("remove", &PyTracker::remove, py::arg("k"))
       .def("replace_shapes", &PyTracker::replace_shapes, py::arg("shapes"), py::arg("poses"))
-      .def("set_symmetries", &PyTracker::set_symmetries, py::arg("k"), py::arg("motions"))
+      .def("set_symmetry", &PyTracker::set_symmetry, py::arg("k"), py::arg("discrete"), py::arg("axes"))
       .def("mark_unfound", &PyTracker::mark_unfound, py::arg("k"), py::arg("kind"))
       .def("free_scale", &PyTracker::free_scale, py::arg("k"))
       .def("log_scale_to_add", &PyTracker::log_scale_to_add, py::arg("k"))

@@ -16,11 +16,11 @@ namespace {
 
 constexpr double kRotationError = 1e-2;  // what is more is a scale or a mirror
 
-Rigidd rigid_of(const Eigen::Isometry3d& T) {
+Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name) {
   const Eigen::Matrix3d R = T.linear();
   if (!T.matrix().allFinite() || R.determinant() < 0 ||
       (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kRotationError)
-    throw std::invalid_argument("T_cam_obj: expected a rotation and a translation in metres");
+    throw std::invalid_argument(std::string(name) + ": expected a rotation and a translation in metres");
   const auto row = [&](int i) { return Vec3d{R(i, 0), R(i, 1), R(i, 2)}; };
   return {nearest_rotation(Mat3d{row(0), row(1), row(2)}), {T(0, 3), T(1, 3), T(2, 3)}};
 }
@@ -106,6 +106,20 @@ class Tracker::Session {
       : shapes_(std::move(shapes)),
         core_(views_of(shapes_), camera_of(camera), options_of(setup), {setup.threads, setup.recover}) {}
 
+  void declare_symmetry(int k, const ShapeSymmetry& symmetry) {
+    if (k < 0 || k >= core_.object_count())
+      throw std::invalid_argument("k: expected 0.." + std::to_string(core_.object_count() - 1));
+    const auto vector_of = [](const Eigen::Vector3d& v) { return Vec3d{v.x(), v.y(), v.z()}; };
+    frame::Symmetry out;
+    for (const Eigen::Isometry3d& S : symmetry.discrete) out.discrete.push_back(rigid_of(S, "discrete"));
+    for (const ShapeSymmetry::Axis& about : symmetry.axes) {
+      if (!about.point.allFinite() || !about.direction.allFinite() || about.direction.isZero())
+        throw std::invalid_argument("axes: expected directions that are not 0, and finite points");
+      out.axes.push_back({vector_of(about.direction.normalized()), vector_of(about.point)});
+    }
+    core_.set_symmetry(k, out);
+  }
+
   const TrackResult& start(const Frame& frame, const std::vector<Place>& places) {
     if (places.size() != shapes_.size())
       throw std::invalid_argument("places: expected one per shape (" + std::to_string(shapes_.size()) +
@@ -130,7 +144,7 @@ class Tracker::Session {
 
   tracking::PoseHint hint_of(const Place& place) const {
     tracking::PoseHint out;
-    if (place.T_cam_obj) out.T_cam_obj = rigid_of(*place.T_cam_obj);
+    if (place.T_cam_obj) out.T_cam_obj = rigid_of(*place.T_cam_obj, "T_cam_obj");
     if (place.mask) {
       out.mask.assign(place.mask, place.mask + pixels());
       if (std::all_of(out.mask.begin(), out.mask.end(), [](unsigned char m) { return m == 0; }))
@@ -192,6 +206,9 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 Tracker::~Tracker() = default;
 
+void Tracker::declare_symmetry(int k, const ShapeSymmetry& symmetry) {
+  session_->declare_symmetry(k, symmetry);
+}
 const TrackResult& Tracker::start(const Frame& frame, const std::vector<Place>& places) {
   return session_->start(frame, places);
 }

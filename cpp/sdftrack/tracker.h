@@ -54,6 +54,15 @@ struct Place {
   std::optional<Box> box;
 };
 
+// The rigid motions that map a shape onto itself, in its object frame.
+struct ShapeSymmetry {
+  struct Axis {
+    Eigen::Vector3d direction, point;  // metres
+  };
+  std::vector<Eigen::Isometry3d> discrete;  // without the identity
+  std::vector<Axis> axes;                   // of continuous symmetry
+};
+
 using OptionSetting = std::variant<bool, int, double, std::string>;
 
 struct TrackerSetup {
@@ -73,6 +82,10 @@ class Tracker {
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
   ~Tracker();
+
+  // Poses of object k that differ by one of these motions are equivalent: a result has the one nearest to the
+  // last result, at a start to the given pose, else to the camera's axes.
+  void declare_symmetry(int k, const ShapeSymmetry& symmetry);
 
   // Forgets the past and starts at these places, one for each shape. A result is valid until the next call.
   const TrackResult& start(const Frame& frame, const std::vector<Place>& places);

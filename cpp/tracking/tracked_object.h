@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "frame/symmetry.h"
 #include "tracking/fit/fit.h"
 #include "tracking/motion.h"
 #include "tracking/pose_hint.h"
@@ -67,7 +68,9 @@ struct TrackedObject {
   int doubtful_frames = 0;         // remaining frames in which it is unclear which of two look-alikes this is
   int double_of = -1;              // the other look-alike
   std::vector<Alternative> alternatives;  // to its pose, not yet refuted
-  std::vector<Rigidd> symmetries;         // declared: motions in the centred frame that leave it unchanged
+  frame::Symmetry symmetry;               // declared, in the caller's object frame
+  std::vector<Rigidd> symmetries;         // its motions in the centred frame, but for the identity
+  std::optional<Rigidd> reported;         // the last pose, of equivalent ones, in the caller's object frame
   // The pose to return to while a recovery has not been confirmed by a later frame.
   std::optional<Rigidd> before_found;
   int trial_frames = 0;  // since the recovery
@@ -111,11 +114,11 @@ struct TrackedObject {
     auto& [surface, pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined,
            determined, unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure,
            dubious, sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search,
-           doubtful_count, twin, others, turns, before, trial_count, kind, solid] = self;
+           doubtful_count, twin, others, declared, turns, told, before, trial_count, kind, solid] = self;
     archive(pose, fit, moves, whole, outline, by_outline, share, cost, delay, undetermined, determined,
             unproven, scale, is_free, log_scale, without_depth, off, vouched, by_mask, unsure, dubious,
             sure_count, weak_count, odds, lost_count, hidden_count, information, hint, search, doubtful_count,
-            twin, others, turns, before, trial_count, kind, solid);
+            twin, others, declared, turns, told, before, trial_count, kind, solid);
   }
 };
 

@@ -53,6 +53,7 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the search for the plane leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
     objects_[k].wanted = hints[k];
+    objects_[k].reported = pose;
     best.push_back(pose);
   }
   verdict_.start(std::move(best));
@@ -89,7 +90,7 @@ const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::v
 }
 
 const FrameResult& Tracker::concluded(const frame::DepthFrame& frame) {
-  verdict_.conclude(objects_, served_, frame.time_s, &answers_);
+  verdict_.conclude(&objects_, served_, frame.time_s, &answers_);
   return verdict_.result();
 }
 

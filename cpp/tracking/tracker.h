@@ -84,8 +84,9 @@ class Tracker {
   // How much later the colour images are than the depth images, from all objects since the start.
   ColorDelay::Estimate color_delay() const;
   const frame::Shape& shape(int k) const { return *object(k).shape; }
-  // Motions in object k's frame that leave it unchanged; poses that differ by one of them are equivalent.
-  void set_symmetries(int k, const std::vector<Rigidd>& motions);
+  // Poses of object k that differ by one of these motions are equivalent: results have the one nearest to the
+  // last result, at a start to the given pose, else to the camera's axes.
+  void set_symmetry(int k, const frame::Symmetry& symmetry);
   // Object k is a placeholder for a primitive of this kind, not found yet; empty: it is found.
   void mark_unfound(int k, const std::string& kind) { object(k).unfound = kind, object(k).primitive = true; }
 

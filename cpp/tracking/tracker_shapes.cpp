@@ -34,7 +34,8 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       objects_.push_back(new_object(shapes[k]));
       objects_.back().unfound = before[k].unfound, objects_.back().primitive = before[k].primitive;
-      objects_.back().symmetries = before[k].symmetries;
+      objects_.back().symmetry = before[k].symmetry, objects_.back().symmetries = before[k].symmetries;
+      objects_.back().reported = before[k].reported;
       objects_.back().free_scale = before[k].free_scale, objects_.back().log_scale = before[k].log_scale;
     }
   } catch (...) {
@@ -45,11 +46,13 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   context_.forget_plane();
 }
 
-void Tracker::set_symmetries(int k, const std::vector<Rigidd>& motions) {
+void Tracker::set_symmetry(int k, const frame::Symmetry& symmetry) {
   Object& one = object(k);
   const Vec3d c = one.shape->centre_obj;
+  one.symmetry = symmetry;
   one.symmetries.clear();
-  for (const Rigidd& S : motions) one.symmetries.push_back({S.R, S * c - c});
+  for (const Rigidd& S : symmetry.motions(frame::kSymmetrySteps)) one.symmetries.push_back({S.R, S * c - c});
+  one.symmetries.erase(one.symmetries.begin());  // the identity
 }
 
 void Tracker::reshape(int k, frame::PartialShape known) {
@@ -73,6 +76,7 @@ void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
   const Rigidd T_obj_cam =
       increment(Vec3d{by[0], by[1], by[2]}, Vec3d{by[3], by[4], by[5]}) * inverse(one.T_cam_obj);
   const double factor = std::exp(log_scale);
+  one.symmetry.enlarge(factor);
   for (Rigidd& S : one.symmetries) S.t = factor * S.t;
   for (Alternative& other : one.alternatives) other.motion.t = factor * other.motion.t;
   one.shape = std::move(shape);
@@ -120,6 +124,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
   Object& moved = object(k);
   place(T_cam_obj, &moved);
   moved.alternatives.clear();
+  moved.reported = T_cam_obj;
   if (covariance_cam)
     moved.prior = increment_information(*covariance_cam, moved.T_cam_obj, -moved.shape->centre_obj);
   else
@@ -145,6 +150,7 @@ void Tracker::remove(int k) {
 void Tracker::resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best) {
   go_on_from(best);
   context_.forget_sequence();
+  for (std::size_t k = 0; k < objects_.size(); ++k) objects_[k].reported = best[k];
   verdict_.resume(index, time_s, followed, best);
 }
 

@@ -88,6 +88,26 @@ void doubt_open_directions(const TrackedObject& object, ObjectResult* result) {
   result->trust.reason = {ReasonCode::kOpenDirections, 0, -1, std::move(which)};
 }
 
+void report_nearest(TrackedObject* object, ObjectResult* result) {
+  if (object->symmetry.empty()) return;
+  if (!is_followed(result->trust.status)) {
+    if (object->reported) result->T_cam_obj = *object->reported;
+    return;
+  }
+  const Mat3d R_near = object->reported ? object->reported->R : Mat3d::identity();
+  const Rigidd told = object->symmetry.canonical(result->T_cam_obj, R_near);
+  const Vec3d d = told.t - result->T_cam_obj.t;
+  // To the other origin: its velocity is v + w x d.
+  Matrix6d to_origin = Matrix6d::Identity();
+  to_origin.topRightCorner<3, 3>() << 0, d.z, -d.y, -d.z, 0, d.x, d.y, -d.x, 0;
+  for (Matrix6d* covariance : {&result->covariance, &result->unstated})
+    *covariance = (to_origin * *covariance * to_origin.transpose()).eval();
+  Eigen::Map<Eigen::Matrix<double, 6, 1>> twist(result->twist.data());
+  twist = (to_origin * twist).eval();
+  result->T_cam_obj = told;
+  object->reported = told;
+}
+
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s) {
   const Vec3d v = (1 / elapsed_s) * (now.t - before.t);
   const Vec3d w = (1 / elapsed_s) * rotation_log(now.R * transpose(before.R));
@@ -117,8 +137,9 @@ void Verdict::remove(std::size_t k) {
   interrupt();
 }
 
-void Verdict::conclude(const std::vector<TrackedObject>& objects, const std::vector<int>& served,
-                       double time_s, std::vector<ObjectResult>* answers) {
+void Verdict::conclude(std::vector<TrackedObject>* all, const std::vector<int>& served, double time_s,
+                       std::vector<ObjectResult>* answers) {
+  std::vector<TrackedObject>& objects = *all;
   std::vector<ObjectResult>& results = result_.objects;
   const double elapsed_s = last_ == Last::kNone ? kUnknown : time_s - result_.time_s;
   if (last_ == Last::kNone) followed_.assign(objects.size(), false);
@@ -127,15 +148,17 @@ void Verdict::conclude(const std::vector<TrackedObject>& objects, const std::vec
     std::swap(results[static_cast<std::size_t>(served[i])], (*answers)[i]);
   for (std::size_t k = 0; k < objects.size(); ++k) mark_unfound(objects[k], &results[k]);
   doubt_overlaps(objects, &results);
-  for (std::size_t k = 0; k < objects.size(); ++k) {
+  for (ObjectResult& result : results) result.twist.fill(kUnknown);
+  for (const int index : served) {
+    const auto k = static_cast<std::size_t>(index);
     ObjectResult& result = results[k];
     const bool followed = is_followed(result.trust.status);
     if (!followed) result.T_cam_obj = best_[k] ? *best_[k] : kNoPose;
-    result.twist.fill(kUnknown);
     if (elapsed_s > 0 && followed && followed_[k] && best_[k])
       result.twist = twist_between(*best_[k], result.T_cam_obj, elapsed_s);
     if (followed) best_[k] = result.T_cam_obj;
     followed_[k] = followed;
+    report_nearest(&objects[k], &result);
   }
   result_.time_s = time_s;
   last_ = Last::kKnown;

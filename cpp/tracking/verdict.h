@@ -29,6 +29,10 @@ void doubt_size(const TrackedObject& object, ObjectResult* result);
 // Directions left open by a declared symmetry do not count.
 void doubt_unlikely(TrackedObject* object, ObjectResult* result);
 
+// Of the poses equivalent by the object's symmetry, the result gets the one nearest to the last reported one,
+// with its covariances and twist about the origin there.
+void report_nearest(TrackedObject* object, ObjectResult* result);
+
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s);
 
 class Verdict {
@@ -48,7 +52,7 @@ class Verdict {
 
   // Swaps the results of the served objects into the frame's result, where the others keep those of the last
   // frame. `answers` then holds the previous results.
-  void conclude(const std::vector<TrackedObject>& objects, const std::vector<int>& served, double time_s,
+  void conclude(std::vector<TrackedObject>* objects, const std::vector<int>& served, double time_s,
                 std::vector<ObjectResult>* answers);
   const FrameResult& result() const { return result_; }
   FrameResult& result() { return result_; }

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -1301,7 +1301,7 @@ class Tracker:
         """
         Goes on from such a state; False, and nothing changed, where it is one of another version.
         """
-    def set_symmetries(self, k: typing.SupportsInt | typing.SupportsIndex, motions: numpy.ndarray) -> None:
+    def set_symmetry(self, k: typing.SupportsInt | typing.SupportsIndex, discrete: numpy.ndarray, axes: numpy.ndarray) -> None:
         ...
     def start(self, frame: TrackerFrame, places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
@@ -1600,6 +1600,10 @@ class TrackerOptions:
     @weak_inliers.setter
     def weak_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+def canonical_pose(discrete: numpy.ndarray, axes: numpy.ndarray, T: numpy.ndarray, near: numpy.ndarray) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Symmetry.canonical: (4, 4).
+    """
 def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
@@ -1874,6 +1878,10 @@ def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | ty
     """
     -> points (N, 3) float32 m, normals (N, 3) float32.
     """
+def symmetry_motions(discrete: numpy.ndarray, axes: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Symmetry.motions: (n, 4, 4).
+    """
 def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> int:
     """
     Threads used when `requested` are asked for.
@@ -1897,6 +1905,7 @@ EVIDENCE_SURE: float = 0.9
 EVIDENCE_WEIGHTS: list = [-2.21, -8.91, -4.23, -5.67]
 MAX_VOXELS: int = 1200
 MIN_BALL_RADIUS_PX: float = 5.0
+SYMMETRY_STEPS: int = 315
 __version__: str = '0.1.0'
 build: dict = {'compiler': 'gcc 12.2.0', 'optimised': True}
 cuda_build: bool = False

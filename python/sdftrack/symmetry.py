@@ -16,8 +16,6 @@ from sdftrack.geometry import rigid
 
 Array = NDArray[np.float64]
 M_PER_MM = 1e-3
-# Of the diameter: how far the farthest point moves between two turns of a continuous symmetry (BOP).
-STEP = 0.01
 
 
 def _none() -> Array:
@@ -109,37 +107,24 @@ class Symmetry:
 
         None: as many as needed for the farthest point to move by at most 1 % of the diameter per step, as in BOP.
         """
-        count = int(np.ceil(np.pi / STEP)) if steps is None else int(steps)
+        count = _core.SYMMETRY_STEPS if steps is None else int(steps)
         if count < 1:
             raise ValueError(f"steps: expected at least 1, got {steps}")
-        motions = np.concatenate([np.eye(4)[None], self.discrete])
-        for axis, point in self.continuous[:2]:
-            turns = np.array([_turn(axis, point, 2 * np.pi * i / count) for i in range(count)])
-            motions = np.einsum("aij,bjk->abik", motions, turns).reshape(-1, 4, 4)
-        return motions
+        return _core.symmetry_motions(*self._core_args, count)
 
     def canonical(self, T: ArrayLike, near: ArrayLike | None = None) -> Array:
         """Among all poses equivalent to `T`, the one whose rotation is nearest to that of `near` (None: the identity).
 
         Exact for a continuous symmetry about one axis; about several axes (a ball), the rotation of `near`.
         """
-        M = rigid(T)
-        wanted = np.eye(3) if near is None else rigid(near, "near")[:3, :3]
-        if len(self.continuous) > 1:
-            point = self.continuous[0][1]
-            out = np.eye(4)
-            out[:3, :3] = wanted
-            out[:3, 3] = M[:3, :3] @ point + M[:3, 3] - wanted @ point
-            return out
-        best, best_trace = M, -np.inf
-        for S in np.concatenate([np.eye(4)[None], self.discrete]):
-            moved = M @ S
-            for axis, point in self.continuous:
-                moved = moved @ _turn(axis, point, _best_angle(wanted.T @ moved[:3, :3], axis))
-            trace = float(np.trace(wanted.T @ moved[:3, :3]))
-            if trace > best_trace + 1e-12:
-                best, best_trace = moved, trace
-        return best
+        return _core.canonical_pose(
+            *self._core_args, rigid(T), np.eye(4) if near is None else rigid(near, "near")
+        )
+
+    @property
+    def _core_args(self) -> tuple[Array, Array]:
+        """(n, 4, 4) motions without the identity, (m, 2, 3) axes."""
+        return np.ascontiguousarray(self.discrete), np.reshape(self.continuous, (-1, 2, 3)).astype(np.float64)
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to an entry of ``models_info.json`` (mm)."""
@@ -157,12 +142,6 @@ def _turn(axis: Array, point: Array, angle: float) -> Array:
     S: Array = np.array(_core.rotation_exp((angle * np.asarray(axis)).tolist()))
     S[:3, 3] = point - S[:3, :3] @ point
     return S
-
-
-def _best_angle(R: Array, axis: Array) -> float:
-    """The angle about `axis` that makes the trace of R times the turn the largest: trace = a + b cos + c sin."""
-    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return float(np.arctan2(np.trace(R @ K), np.trace(R) - axis @ R @ axis))
 
 
 def find_symmetries(sdf: Any, tolerance: float = 1.5) -> Symmetry:

@@ -198,6 +198,43 @@ TEST(Face, millimetres_and_metres_give_the_same_pose_which_is_right) {
   EXPECT_EQ(one.track(steps).index, 1);
 }
 
+TEST(Face, of_equivalent_poses_the_one_nearest_to_the_cameras_axes_is_found) {
+  Shape::Vertices corners(3, 8);
+  for (int i = 0; i < 8; ++i)
+    corners.col(i) << (i & 1 ? 0.06 : -0.06), (i & 2 ? 0.03 : -0.03), (i & 4 ? 0.02 : -0.02);
+  Shape::Faces sides(3, 12);
+  sides << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
+      2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,       //
+      3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
+  const Shape box = Shape::from_mesh(corners, sides, coarse());
+  Eigen::Isometry3d T(Eigen::Translation3d(0.01, 0, 0.5));
+  T.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 0.4, 0).normalized()) *
+           Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()));
+  sdftrack::ShapeSymmetry halves;
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1)})
+    halves.discrete.emplace_back(Eigen::AngleAxisd(M_PI, axis));
+  sdftrack::Tracker tracker(box, kCamera);
+  EXPECT_NE(refusal_of([&] { tracker.declare_symmetry(1, halves); }).find("0..0"), std::string::npos);
+  EXPECT_NE(refusal_of([&] {
+              tracker.declare_symmetry(0, {{}, {{{0, 0, 0}, {0, 0, 0}}}});
+            }).find("axes"),
+            std::string::npos);
+  tracker.declare_symmetry(0, halves);
+  const std::vector<std::uint16_t> image = image_mm(box, T);
+  sdftrack::Frame frame;
+  frame.depth = image.data();
+  std::vector<std::uint8_t> mask;
+  for (const std::uint16_t z : image) mask.push_back(z != 0);
+  sdftrack::Place place;
+  place.mask = mask.data();
+  const sdftrack::TrackedPose found = tracker.start(frame, place).objects.front();
+  ASSERT_NE(found.status, sdftrack::Status::kLost) << found.reason;
+  for (const Eigen::Isometry3d& S : halves.discrete)
+    EXPECT_GT(found.T_cam_obj.linear().trace(), (found.T_cam_obj * S).linear().trace());
+  EXPECT_LT((found.T_cam_obj.translation() - T.translation()).norm(), 0.002);
+}
+
 TEST(Face, what_cannot_be_meant_is_refused_and_changes_nothing) {
   const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
   const std::vector<std::uint16_t> image = image_mm(shape, pose());

@@ -21,7 +21,7 @@ struct Verdicts : PartsFixture {
 
   const tracking::FrameResult& conclude(std::vector<tracking::ObjectResult> answers, double time_s,
                                         const std::vector<int>& served = {0}) {
-    verdict.conclude(objects, served, time_s, &answers);
+    verdict.conclude(&objects, served, time_s, &answers);
     return verdict.result();
   }
 };
@@ -60,6 +60,36 @@ TEST(Verdict, a_pose_once_unlikely_must_become_clearly_likely) {
   EXPECT_FALSE(is_ok(0.6));
   EXPECT_TRUE(is_ok(0.8));
   EXPECT_TRUE(is_ok(0.6));
+}
+
+// The origin is not on the axis of the half turn, so that it moves: velocities and covariances move with it.
+TEST(Verdict, of_equivalent_poses_the_one_nearest_to_the_last_is_reported) {
+  const Rigidd half{rotation_exp(Vec3d{0, 0, M_PI}), {0.04, -0.02, 0}};
+  tracking::TrackedObject object;
+  object.symmetry.discrete = {half};
+  const Rigidd found = {rotation_exp(Vec3d{0.3, -0.2, 0.5}), {0.1, 0.2, 0.6}};
+  object.reported = found * half;
+  tracking::ObjectResult result = answer(found);
+  const auto random = tracking::Matrix6d::Random().eval();
+  result.covariance = random * random.transpose();
+  result.twist = {0.1, -0.2, 0.3, 1, 2, -3};
+  const tracking::ObjectResult before = result;
+  report_nearest(&object, &result);
+  EXPECT_NEAR(norm(result.T_cam_obj.t - (found * half).t), 0, 1e-12);
+  const Vec3d d = result.T_cam_obj.t - found.t;
+  const auto of_origin = [&](const tracking::Vector6d& x) {
+    const Vec3d moved = cross(Vec3d{x[3], x[4], x[5]}, d);
+    return tracking::Vector6d{{x[0] + moved.x, x[1] + moved.y, x[2] + moved.z, x[3], x[4], x[5]}};
+  };
+  tracking::Matrix6d J;
+  for (int i = 0; i < 6; ++i) J.col(i) = of_origin(tracking::Vector6d::Unit(i));
+  EXPECT_LT((result.covariance - J * before.covariance * J.transpose()).cwiseAbs().maxCoeff(), 1e-12);
+  const tracking::Vector6d twist = of_origin(Eigen::Map<const tracking::Vector6d>(before.twist.data()));
+  EXPECT_LT((Eigen::Map<tracking::Vector6d>(result.twist.data()) - twist).cwiseAbs().maxCoeff(), 1e-12);
+  // What is lost keeps the pose that was reported.
+  tracking::ObjectResult lost = answer(found, tracking::Status::kLost);
+  report_nearest(&object, &lost);
+  EXPECT_EQ(lost.T_cam_obj.t.x, result.T_cam_obj.t.x);
 }
 
 TEST(Verdict, two_in_one_place_are_both_doubted_once) {

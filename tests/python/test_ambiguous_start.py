@@ -7,7 +7,6 @@ from tracking_scene import CAMERA, NOISE_M, WALL_M
 
 import sdftrack as st
 from sdftrack import geometry
-from sdftrack.tracking.canonical_poses import moved_covariance
 
 SIZE = (0.08, 0.08, 0.08)
 POSE = geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5])
@@ -84,7 +83,8 @@ def test_results_of_a_declared_symmetry_do_not_jump_when_the_object_is_found_ane
     (frame,) = frames(sdf, [POSE])
     begun = tracker.start(frame, poses=POSE).pose
     for S in turns:
-        tracker._core.set_pose(0, np.ascontiguousarray(POSE @ S), None)  # as a search might have found it
+        # As a search might have found it.
+        tracker._core.replace_shapes([sdf._core_args], np.ascontiguousarray(POSE @ S)[None])
         told = tracker.track(frame).pose
         assert st.metrics.pose_error(told, begun)[1] < np.deg2rad(1.0)
 
@@ -122,17 +122,6 @@ def test_colours_win_over_a_declared_symmetry():
     rgbd = st.Tracker(painted, CAMERA, threads=1, symmetry=symmetry)
     for tracker, stays in ((depth, True), (rgbd, False)):
         begun = tracker.start(frame, poses=POSE).pose
-        tracker._core.set_pose(0, np.ascontiguousarray(turned), None)
+        tracker._core.replace_shapes([sdf._core_args], np.ascontiguousarray(turned)[None])
         near = st.metrics.pose_error(tracker.track(frame).pose, begun)[1] < np.deg2rad(1.0)
         assert near == stays
-
-
-def test_a_covariance_follows_the_origin():
-    rng = np.random.default_rng(0)
-    A = rng.normal(size=(6, 6))
-    offset = np.array([0.02, -0.01, 0.03])
-    draws = rng.multivariate_normal(np.zeros(6), A @ A.T * 1e-6, 200_000)
-    about = np.column_stack([draws[:, :3] + np.cross(draws[:, 3:], offset), draws[:, 3:]])
-    np.testing.assert_allclose(
-        moved_covariance(A @ A.T * 1e-6, offset), np.cov(about.T), rtol=0.05, atol=2e-7
-    )

@@ -83,7 +83,7 @@ def test_a_declared_symmetry_grows_with_the_shape():
     followed(tracker, sequence, masks=sequence.masks(0)[0])
     assert tracker.scales[0].scale == pytest.approx(1.2, rel=0.02)
     np.testing.assert_allclose(
-        tracker._canonical.symmetries[0].continuous[0][1],
+        tracker._symmetries[0].continuous[0][1],
         np.array([0.05, 0.02, 0]) * tracker.shapes[0].voxel_size / moved.voxel_size,
         rtol=1e-6,
     )

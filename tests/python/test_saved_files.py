@@ -119,7 +119,7 @@ def test_a_file_of_version_1_continues_from_its_poses_and_says_so(
 ) -> None:
     one = tracker()
     content = content_of_tracker(one.__getstate__())
-    for name in ("core", "frame_camera", "reported", "modes"):
+    for name in ("core", "frame_camera", "modes"):
         del content[name]
     saved_file.write(tmp_path / "file", FileKind("sdftrack.Tracker", 1, "Tracker.save"), content)
     loaded = st.Tracker.load(tmp_path / "file")

@@ -69,7 +69,7 @@ void add_fan(const std::vector<double>& corners, CleanMesh* mesh) {
   for (const double c : corners)
     if (!(c >= 0 && c < static_cast<double>(mesh->vertices.size())))
       refuse_file("a face has the vertex " + std::to_string(static_cast<long long>(c)) + ", the file holds " +
-             std::to_string(mesh->vertices.size()));
+                  std::to_string(mesh->vertices.size()));
   const auto at = [&](std::size_t i) { return static_cast<std::int32_t>(corners[i]); };
   for (std::size_t i = 2; i < corners.size(); ++i) mesh->faces.push_back({at(0), at(i - 1), at(i)});
 }

@@ -181,8 +181,8 @@ MeshVolume mesh_volume(const MeshView& given, const MeshVolumeOptions& options) 
   const Bvh bvh(mesh.view());
   mesh.report.thinnest_m = thin_quantile(mesh.view(), bvh, kThinShare);
   out.report = mesh.report;
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  Vec3d low{kInf, kInf, kInf}, high = -low;
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Vec3d low{kFar, kFar, kFar}, high = -low;
   for (const Face& f : mesh.faces)
     for (const std::int32_t v : {f.a, f.b, f.c}) {
       const Vec3d& p = mesh.vertices[static_cast<std::size_t>(v)];

@@ -51,7 +51,8 @@ def resize(tracker: Any, k: int, log_scale: float) -> None:
     volume = rescaled(tracker.shapes[k], math.exp(log_scale))
     tracker._core.rescale(k, volume._core_args, log_scale)
     tracker.shapes[k] = volume
-    tracker._canonical.resize(k, math.exp(log_scale))
+    symmetry = tracker._symmetries[k]
+    tracker._symmetries[k] = symmetry and symmetry.enlarged(math.exp(log_scale))
 
 
 def start(
@@ -65,7 +66,6 @@ def start(
     result, _ = _converged(tracker, run, places, free, FITS)
     if sizes == [tracker.shapes[k].voxel_size for k in free]:
         return result
-    tracker._canonical.begin(places)  # the poses on the way here were not given by the caller
     return cast("TrackResult", run(places))
 
 

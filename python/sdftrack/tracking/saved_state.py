@@ -19,7 +19,7 @@ from sdftrack.sdf import SDF
 from sdftrack.sensor import SensorModel
 from sdftrack.symmetry import Symmetry
 
-KIND = FileKind("sdftrack.Tracker", 5, "Tracker.save")
+KIND = FileKind("sdftrack.Tracker", 6, "Tracker.save")
 # Of a result of M objects: name, dtype and shape after M.
 ARRAYS = {
     "poses": (4, 4), "confidence": (), "covariances": (6, 6), "twists": (6,), "inliers": (), "runner_up": (),
@@ -64,17 +64,14 @@ def state_from(content: dict[str, Any]) -> dict[str, Any]:
     camera = camera_from(content["camera"])
     sizes = FreeSizes.from_record(content["sizes"], count)
     if "core" in content:
-        reported = [None if T is None else _poses_of(T[None], "reported", 1)[0] for T in content["reported"]]
         modes, frame_camera = [str(mode) for mode in content["modes"]], Camera(**content["frame_camera"])
     else:  # version 1
-        poses = best if last is None else last.poses
-        reported = [T if np.isfinite(T).all() else None for T in poses]
         modes, frame_camera = ["depth"] * count, depth_camera(camera)
-    if len(reported) != count or len(modes) != count:
-        raise ValueError(f"reported, modes: expected {count} of each")
+    if len(modes) != count:
+        raise ValueError(f"modes: expected {count}")
     progress = {
         "core": content.get("core", b""), "index": int(content["index"]), "last": last, "best": best, "sizes": sizes,
-        "frame_camera": frame_camera, "reported": reported, "modes": modes,
+        "frame_camera": frame_camera, "modes": modes,
     }  # fmt: skip
     return {"shapes": shapes, "camera": camera, "arguments": arguments, "progress": progress}
 

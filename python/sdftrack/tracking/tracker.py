@@ -40,13 +40,13 @@ from sdftrack.tracking.arguments import (
     options_of,
     pose_covariance,
 )
-from sdftrack.tracking.canonical_poses import CanonicalPoses
 from sdftrack.tracking.core_conversion import assembled, core_frame, rgb_seen
 from sdftrack.tracking.free_scale import adjust, estimate, free_scales
 from sdftrack.tracking.free_scale import start as start_scaled
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.scale import check_scale, with_scale_doubts
 from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
+from sdftrack.tracking.symmetries import declare, symmetry_list
 
 LOG = logging.getLogger("sdftrack")
 COLOR_DELAY_KNOWN_S = 0.05  # sd above which it is not told
@@ -201,8 +201,8 @@ class Tracker:
         )
         self._paint_all()
         self._free_sizes.mark_unfound(TrackerInterface(self))
-        self._canonical = CanonicalPoses(symmetry, self.shapes, mode)
-        self._canonical.declare(self._core)
+        self._symmetries = symmetry_list(symmetry, len(self.shapes))
+        declare(self._core, self._symmetries, self.shapes, mode)
         self._free_scales = free_scales(scale, self.shapes, self._free_sizes.shapes_unknown)
         if mode == "rgb" and any(self._free_scales):
             raise ValueError(
@@ -302,7 +302,6 @@ class Tracker:
             places = clicked_places(self, clicks, frame, camera)
         elif given:
             places = place_list(*given[0], count, camera)
-        self._canonical.begin(places)
         result = self._start_at(frame, camera, colors, places)
         return result if given else found_anywhere(self, frame, camera, colors, result)
 
@@ -449,7 +448,6 @@ class Tracker:
         prior = None if covariance is None else pose_covariance(covariance)
         with self._alone():
             self._core.set_pose(index, pose, prior)
-            self._canonical.set_pose(index, pose)
             self._free_sizes.look_at(index, pose)
 
     def add(
@@ -479,7 +477,7 @@ class Tracker:
             self.shapes = [*self.shapes, volume]
             self.names = [*self.names, f"object {k}" if name is None else str(name)]
             self.mode_used = [*self.mode_used, "depth"]
-            self._canonical.add()
+            self._symmetries.append(None)
             self._free_scales.append(False)
             self._free_sizes.mark_unfound(TrackerInterface(self))
             self._last = None
@@ -493,8 +491,7 @@ class Tracker:
         with self._alone():
             self._core.remove(index)
             self._free_sizes.remove(index)
-            self._canonical.remove(index)
-            for values in (self.shapes, self.names, self.mode_used, self._free_scales):
+            for values in (self.shapes, self.names, self.mode_used, self._symmetries, self._free_scales):
                 del values[index]
             self._drop_unused_paint()
             self._last = None
@@ -553,7 +550,7 @@ class Tracker:
                     "motion": self.motion,
                     "membership": self.membership,
                     "collision": self.collision,
-                    "symmetry": list(self._canonical.symmetries),
+                    "symmetry": list(self._symmetries),
                     "scale": ["free" if free else None for free in self._free_scales],
                 },
                 # Nothing of it changes with this tracker. Other versions cannot read `core`: they go on from the rest.
@@ -564,7 +561,6 @@ class Tracker:
                     "best": self._core.best,
                     "sizes": self._free_sizes.copy(),
                     "frame_camera": self._frame_camera,
-                    "reported": list(self._canonical.last),
                     "modes": list(self.mode_used),
                 },
             }
@@ -576,7 +572,6 @@ class Tracker:
         progress = state["progress"]
         self._free_sizes, last = progress["sizes"].copy(), progress["last"]
         self._last = last
-        self._canonical.last = list(progress["reported"])
         self.mode_used = list(progress["modes"])
         self._use_camera(progress["frame_camera"])
         if progress["core"] and self._core.set_state(progress["core"]):
@@ -675,7 +670,7 @@ class Tracker:
         self._note_modes(found["index"], [colored if used else "depth" for used in found["color_used"]])
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
-            self._canonical.applied(found),
+            found,
             seconds=time.perf_counter() - begin,
             timestamp=frame.timestamp,
             membership=weights,
