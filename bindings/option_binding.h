@@ -44,20 +44,20 @@ void from_attribute(const std::string& value, Choices<Value> choices, const char
 
 // Calls `use` with the member of `o` that has this name, and its range, as listed in visit_options.
 template <class Options, class Member, class Kind, class Use>
-void with_member(Options& o, const std::string& wanted, const Use& use) {
+void with_member(Options& o, const std::string& requested, const Use& use) {
   const auto visit = [&](const char* name, auto& member, const auto& kind, const char*, const char*) {
     if constexpr (std::is_same_v<std::decay_t<decltype(member)>, Member> &&
                   std::is_same_v<std::decay_t<decltype(kind)>, Kind>)
-      if (wanted == name) use(member, kind);
+      if (requested == name) use(member, kind);
   };
   visit_options(o, visit);
 }
 
 template <class Options>
-OptionDescription described(const Options& o, const std::string& wanted) {
+OptionDescription described(const Options& o, const std::string& requested) {
   for (OptionDescription& option : describe_options(o))
-    if (option.name == wanted) return option;
-  throw std::logic_error(wanted + ": no such option");
+    if (option.name == requested) return option;
+  throw std::logic_error(requested + ": no such option");
 }
 
 // Setting an option checks its bounds. Relations between options are checked where the struct is used.

@@ -65,7 +65,7 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
                             const py::object& mask, const std::array<double, 3>& normal, double offset_m,
                             double tolerance_m, const std::array<double, 3>& noise, bool bent) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
-  const unsigned char* wanted = mask_view(mask, camera);
+  const unsigned char* requested = mask_view(mask, camera);
   const plane::DepthNoise law{noise[0], noise[1], noise[2]};
   plane::InversePlane plane;
   plane.g = (-1 / offset_m) * Vec3d{normal[0], normal[1], normal[2]};
@@ -76,7 +76,7 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
     std::vector<plane::PlaneReading> readings;
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)
-        if (!wanted || wanted[static_cast<std::ptrdiff_t>(y) * camera.width + x]) {
+        if (!requested || requested[static_cast<std::ptrdiff_t>(y) * camera.width + x]) {
           const plane::PlaneReading p = plane::plane_reading(frame, camera, x, y);
           if (p.depth_m > 0) readings.push_back(p);
         }

@@ -44,15 +44,15 @@ std::vector<Isa> detect() {
 }
 
 Isa choose() {
-  const char* wanted = std::getenv("SDFTRACK_ISA");
-  if (!wanted || !*wanted) return supported_isas().back();
+  const char* requested = std::getenv("SDFTRACK_ISA");
+  if (!requested || !*requested) return supported_isas().back();
   std::string names;
   for (const Isa isa : supported_isas()) {
-    if (isa_name(isa) == wanted) return isa;
+    if (isa_name(isa) == requested) return isa;
     names += (names.empty() ? "" : ", ") + isa_name(isa);
   }
   throw std::runtime_error("SDFTRACK_ISA: this build on this processor has " + names + ", got '" +
-                           std::string(wanted) + "'");
+                           std::string(requested) + "'");
 }
 
 }  // namespace

@@ -22,13 +22,13 @@ ThreadPool* shared_pool();
 // and the exception is rethrown here. May be called by several threads at once, and within a chunk.
 template <class Body>
 void parallel_for(std::size_t chunks, int threads, const Body& body) {
-  const int wanted = thread_count(threads);
-  ThreadPool* const pool = wanted > 1 && chunks > 1 ? shared_pool() : nullptr;
+  const int requested = thread_count(threads);
+  ThreadPool* const pool = requested > 1 && chunks > 1 ? shared_pool() : nullptr;
   if (!pool) {
     for (std::size_t i = 0; i < chunks; ++i) body(i);
     return;
   }
-  pool->run(chunks, wanted - 1, ChunkBody(body));
+  pool->run(chunks, requested - 1, ChunkBody(body));
 }
 
 }  // namespace sdftrack

@@ -57,10 +57,10 @@ struct PixelSet {
     std::copy(depth_m.begin(), depth_m.end(), hit_m.begin());
     std::fill(gain.begin(), gain.end(), 1.0f);
   }
-  // `wanted` pixels of `other` (all if it has fewer), spread evenly over its order; their hits start at the
-  // measured depths.
-  void assign_subset(const PixelSet& other, int wanted) {
-    const int n = other.count(), m = std::clamp(wanted, 0, n);
+  // `requested` pixels of `other` (all if it has fewer), spread evenly over its order; their hits start at
+  // the measured depths.
+  void assign_subset(const PixelSet& other, int requested) {
+    const int n = other.count(), m = std::clamp(requested, 0, n);
     resize(m);
     const double stride = m > 0 ? static_cast<double>(n) / m : 1;
     for (int k = 0; k < m; ++k) copy(other, static_cast<int>(k * stride), k);

@@ -135,8 +135,9 @@ class Batch {
   }
 
   void launch_all(int rounds) {
-    const int all = static_cast<int>(n_), wanted = static_cast<int>(blocks_of(most_pixels_, kBlockThreads));
-    const int blocks = std::clamp(kAllBlocks / all, 1, std::min(wanted, kMostBlocks));
+    const int all = static_cast<int>(n_),
+              requested = static_cast<int>(blocks_of(most_pixels_, kBlockThreads));
+    const int blocks = std::clamp(kAllBlocks / all, 1, std::min(requested, kMostBlocks));
     const std::size_t sums = n_ * static_cast<std::size_t>(blocks) * kLookSums<Field::P>;
     if (w_.search_partial.size() < sums) w_.search_partial.room(sums);
     LookAndGoOn<Field, Penalty> kernel{there<Problem>(problems_at_), there<Fit>(fits_at_),

@@ -100,8 +100,8 @@ struct PointLoops {
     const auto term = given.template cast<L>();
     int found = 0;
     each_pack<L>(x0, x1, [&](int x, int n) SDFTRACK_INLINE {
-      const auto wanted = term.wants(x, y, n);
-      if (any(wanted)) found += keep(wanted, y * term.width + x, at + found);
+      const auto requested = term.wants(x, y, n);
+      if (any(requested)) found += keep(requested, y * term.width + x, at + found);
     });
     return found;
   }

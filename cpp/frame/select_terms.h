@@ -17,20 +17,20 @@ HD Vec2f ideal_pixel(const float* rays, const Intrinsics<float>& K, int width, i
   return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
 }
 
-// Selects `wanted` of `count` candidates, evenly spread over their order.
+// Selects `requested` of `count` candidates, evenly spread over their order.
 struct Spread {
-  int wanted;
+  int requested;
   double stride;
 
-  HD static Spread of(int wanted, int count) {
-    const int n = wanted < 0 ? 0 : (wanted < count ? wanted : count);
+  HD static Spread of(int requested, int count) {
+    const int n = requested < 0 ? 0 : (requested < count ? requested : count);
     return {n, n > 0 ? static_cast<double>(count) / n : 1.0};
   }
   HD int candidate(int k) const { return static_cast<int>(k * stride); }
   // The k whose candidate this is; -1: it is not selected.
   HD int place_of(int candidate_) const {
     const int about = static_cast<int>(candidate_ / stride);
-    for (int k = about > 0 ? about - 1 : 0; k <= about + 1 && k < wanted; ++k)
+    for (int k = about > 0 ? about - 1 : 0; k <= about + 1 && k < requested; ++k)
       if (candidate(k) == candidate_) return k;
     return -1;
   }
@@ -81,12 +81,13 @@ struct SelectTerm {
     const T z = load<T>(depth_m + at, n);
     prefetch(depth_m + at +
              kRowsAhead * width);  // rows are far apart: the hardware does not prefetch the next one
-    auto wanted = (z > near_m) & (z < far_m);  // NaN fails
-    if (!any(wanted)) return wanted;
+    auto requested = (z > near_m) & (z < far_m);  // NaN fails
+    if (!any(requested)) return requested;
     const Vec3<T> p_cam = z * ray_of(x, y, n);
     const Vec3<T> p = T_obj_cam * p_cam;
-    wanted = wanted & (abs(p.x) <= half_box_m.x) & (abs(p.y) <= half_box_m.y) & (abs(p.z) <= half_box_m.z);
-    return wanted & (abs(dot(plane_normal_cam, p_cam) + plane_offset_m) > plane_tolerance_m);
+    requested =
+        requested & (abs(p.x) <= half_box_m.x) & (abs(p.y) <= half_box_m.y) & (abs(p.z) <= half_box_m.z);
+    return requested & (abs(dot(plane_normal_cam, p_cam) + plane_offset_m) > plane_tolerance_m);
   }
 
  private:

@@ -54,9 +54,9 @@ void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const
   }
 }
 
-void PixelSelection::pack(int wanted, energies::PixelSet* out) const {
-  const Spread spread = Spread::of(wanted, count_);
-  const int n = spread.wanted;
+void PixelSelection::pack(int requested, energies::PixelSet* out) const {
+  const Spread spread = Spread::of(requested, count_);
+  const int n = spread.requested;
   out->resize(n);
   const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
   const int width = frame_.depth_m.width;

@@ -27,9 +27,9 @@ class PixelSelection {
   void choose(const DepthFrame& frame, const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj,
               const DepthNoiseLaw& noise, double padding_m, const Plane* plane);
   int count() const { return count_; }
-  // Packs `wanted` of the chosen pixels (all, if fewer), evenly spread in image order. Their noise is
+  // Packs `requested` of the chosen pixels (all, if fewer), evenly spread in image order. Their noise is
   // relative to the noise at the object's centre.
-  void pack(int wanted, energies::PixelSet* out) const;
+  void pack(int requested, energies::PixelSet* out) const;
 
  private:
   std::vector<int> at_;  // index in the depth image; the first count_ entries

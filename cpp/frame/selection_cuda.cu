@@ -64,7 +64,7 @@ struct PackRows {
   static constexpr const char* kName = "pack pixels";
   static constexpr int kThreads = kThreads_;
   Rows rows;
-  int wanted;
+  int requested;
   int* packed;  // number for each object
   energies::PixelsView<float> out;
   float *u_px, *v_px, *depth_m, *per_noise, *foreground;
@@ -83,8 +83,8 @@ struct PackRows {
       before += __shfl_xor_sync(0xffffffffu, before, half);
       all += __shfl_xor_sync(0xffffffffu, all, half);
     }
-    const Spread spread = Spread::of(wanted, all);
-    if (mine == 0 && threadIdx.x % 32 == 0) packed[object] = spread.wanted;
+    const Spread spread = Spread::of(requested, all);
+    if (mine == 0 && threadIdx.x % 32 == 0) packed[object] = spread.requested;
     const int y = place.lookout.rect.y0 + mine;
     rows.each_candidate(place, y, [&](int x, int left) {
       const int k = spread.place_of(before + left);
@@ -128,7 +128,7 @@ void send(const DeviceStream& stream, const T* image, int width, int channels, B
 }  // namespace
 
 PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& frame,
-                                const std::vector<Lookout>& lookouts, int wanted) {
+                                const std::vector<Lookout>& lookouts, int requested) {
   energies::CudaWork::Impl& w = work->impl();
   const DeviceScope scope(w.device);
   const std::size_t n = lookouts.size();
@@ -136,7 +136,7 @@ PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& fram
   int all = 0, most = 1;
   for (const Lookout& l : lookouts) {
     const int area = l.rect.empty() ? 0 : (l.rect.x1 - l.rect.x0) * (l.rect.y1 - l.rect.y0);
-    out.first.push_back(all), out.room.push_back(std::clamp(wanted, 0, area));
+    out.first.push_back(all), out.room.push_back(std::clamp(requested, 0, area));
     all += out.room.back();
     if (area > 0) most = std::max(most, l.rect.y1 - l.rect.y0);
   }
@@ -170,8 +170,8 @@ PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& fram
   const unsigned blocks = blocks_of(static_cast<std::int64_t>(n) * most, kWarps);
   launch(w.stream, blocks, CountRows{rows});
   launch(w.stream, blocks,
-         PackRows{rows, wanted, w.chosen.data(), out.all, w.column(0), w.column(1), w.column(2), w.column(3),
-                  w.column(4)});
+         PackRows{rows, requested, w.chosen.data(), out.all, w.column(0), w.column(1), w.column(2),
+                  w.column(3), w.column(4)});
   return out;
 }
 

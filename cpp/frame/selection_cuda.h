@@ -26,6 +26,6 @@ struct PixelsOnDevice {
 
 // For each lookout, the same pixels as PixelSelection would pack. They replace what was uploaded before.
 PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& frame,
-                                const std::vector<Lookout>& lookouts, int wanted);
+                                const std::vector<Lookout>& lookouts, int requested);
 
 }  // namespace sdftrack::frame

@@ -60,8 +60,8 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
   for (int a = 0; a < axes_; ++a) {
     const Extent e = extent_of(axis_[a], reaches);
     const double spare = kSpare * (e.high - e.low), length = e.high - e.low + 2 * spare;
-    const double wanted = std::ceil(length / (kCellReach * e.reach));
-    cells_[a] = to_int_within(wanted, 1, kMaxCells[axes_ - 1]);
+    const double requested = std::ceil(length / (kCellReach * e.reach));
+    cells_[a] = to_int_within(requested, 1, kMaxCells[axes_ - 1]);
     origin_[a] = e.low - spare;
     per_cell_[a] = cells_[a] / length;
     cells *= static_cast<std::size_t>(cells_[a]);

@@ -16,8 +16,8 @@ constexpr int kSearchFrom = 48;  // number of fields from which on a grid is fas
 // matrices.
 double* learn_scratch(const FieldLayout& at) {
   thread_local std::vector<double> room;
-  const auto wanted = static_cast<std::size_t>(scratch_size(at));
-  if (room.size() < wanted) room.resize(wanted);
+  const auto requested = static_cast<std::size_t>(scratch_size(at));
+  if (room.size() < requested) room.resize(requested);
   return room.data();
 }
 
@@ -56,13 +56,13 @@ void LwprUnit::update(const double* x, double y) {
 
 // The first `active` fields of own_ learn a sample.
 void LwprUnit::learn(const double* x, double y, int active) {
-  const bool wanted = ops_->learn(at_, settings_.field, blocks_.data(), records_.data(), record_stride_,
-                                  learn_scratch(at_), x, y, {own_.index.data(), own_.w.data()}, active);
+  const bool requested = ops_->learn(at_, settings_.field, blocks_.data(), records_.data(), record_stride_,
+                                     learn_scratch(at_), x, y, {own_.index.data(), own_.w.data()}, active);
   for (int i = 0; i < active; ++i) {
     const int k = own_.index[static_cast<std::size_t>(i)];
     changed_[static_cast<std::size_t>(k)] = 1;
     if (search_.ready() && settings_.field.update_D) follow(k);
-    if (wanted && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
+    if (requested && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
   }
 }
 
@@ -126,13 +126,13 @@ void LwprUnit::reserve_fields(int fields) {
 
 // Reserves room for this number of projections in each field.
 void LwprUnit::reserve_projections(int count) {
-  const std::ptrdiff_t wanted = at_.record_size(count);
-  if (wanted <= record_stride_) return;
-  std::vector<double> wider(static_cast<std::size_t>(size() * wanted), 0.0);
+  const std::ptrdiff_t requested = at_.record_size(count);
+  if (requested <= record_stride_) return;
+  std::vector<double> wider(static_cast<std::size_t>(size() * requested), 0.0);
   for (int k = 0; k < size(); ++k)
-    std::copy(record(k), record(k) + record_stride_, wider.data() + k * wanted);
+    std::copy(record(k), record(k) + record_stride_, wider.data() + k * requested);
   records_ = std::move(wider);
-  record_stride_ = wanted;
+  record_stride_ = requested;
 }
 
 void LwprUnit::settle() {

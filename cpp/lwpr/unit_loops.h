@@ -101,14 +101,14 @@ struct UnitLoops {
                     long stride, double* scratch, const double* x, double y, const ActiveFields& active,
                     int count) {
     double small[N > 0 ? 5 * N : 1];
-    bool wanted = false;
+    bool requested = false;
     for (int i = 0; i < count; ++i) {
       const int k = active.index[i];
       double* const lane = const_cast<double*>(lane_of(at, blocks, k));
-      wanted |=
+      requested |=
           FieldUpdate<N>(at, o, lane, records + k * stride, N > 0 ? small : scratch).learn(x, y, active.w[i]);
     }
-    return wanted;
+    return requested;
   }
 };
 

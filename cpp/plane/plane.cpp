@@ -31,9 +31,9 @@ constexpr double kBehind_m = 0.3;      // a box's top is not farther than this f
 constexpr double kBehindShare = 0.25;  // of the measurements of the plane in front of it
 const double kParallel = std::cos(8 * 3.14159265358979 / 180);
 
-// Every n-th measurement, about `wanted` of them.
-std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std::size_t wanted) {
-  const std::size_t stride = std::max<std::size_t>(1, readings.size() / wanted);
+// Every n-th measurement, about `requested` of them.
+std::vector<PlaneReading> thinned(const std::vector<PlaneReading>& readings, std::size_t requested) {
+  const std::size_t stride = std::max<std::size_t>(1, readings.size() / requested);
   std::vector<PlaneReading> few;
   for (std::size_t i = stride / 2; i < readings.size(); i += stride) few.push_back(readings[i]);
   return few;

@@ -164,9 +164,9 @@ PlaneReading reading_near(const frame::DepthFrame& frame, const Camera& camera, 
 }  // namespace
 
 void fill_grid(const frame::DepthFrame& frame, const Camera& camera,
-               const std::vector<frame::Rect>& leave_out, int wanted, PlaneGrid* grid) {
+               const std::vector<frame::Rect>& leave_out, int requested, PlaneGrid* grid) {
   const double pixels = static_cast<double>(camera.width) * camera.height;
-  const int step = std::max(1, to_int(std::sqrt(pixels / wanted)));
+  const int step = std::max(1, to_int(std::sqrt(pixels / requested)));
   grid->step = step, grid->nodes.clear(), grid->read.clear();
   grid->columns = (camera.width - step / 2 + step - 1) / step;
   grid->rows = (camera.height - step / 2 + step - 1) / step;

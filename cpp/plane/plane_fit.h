@@ -44,7 +44,7 @@ struct PlaneReading {
   double u, v;           // position in the image, as for the bend
 };
 
-// Measurements on a regular grid, at most about `wanted`.
+// Measurements on a regular grid, at most about `requested`.
 struct PlaneGrid {
   std::vector<PlaneReading> nodes;  // all, row by row
   std::vector<PlaneReading> read;   // nodes with a measurement
@@ -55,7 +55,7 @@ struct PlaneGrid {
 };
 PlaneReading plane_reading(const frame::DepthFrame& frame, const Camera& camera, int x, int y);
 void fill_grid(const frame::DepthFrame& frame, const Camera& camera,
-               const std::vector<frame::Rect>& leave_out, int wanted, PlaneGrid* grid);
+               const std::vector<frame::Rect>& leave_out, int requested, PlaneGrid* grid);
 
 // What residuals and their variance depend on.
 struct PlaneRuler {

@@ -92,7 +92,7 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
 }
 
 std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
-                                       const std::function<bool(std::size_t voxel)>& wanted, int count) {
+                                       const std::function<bool(std::size_t voxel)>& requested, int count) {
   struct Near {
     std::uint32_t order;
     int x, y, z;
@@ -106,7 +106,7 @@ std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<Vox
         const std::size_t at = static_cast<std::size_t>(z) * slice + static_cast<std::size_t>(y) * row;
         for (int x = box.x0; x < box.x1; ++x) {
           const std::size_t i = at + static_cast<std::size_t>(x);
-          if (std::abs(sdf.phi[i]) < half && wanted(i))
+          if (std::abs(sdf.phi[i]) < half && requested(i))
             found.push_back({scrambled(static_cast<std::uint32_t>(i)), x, y, z});
         }
       }

@@ -36,9 +36,9 @@ struct VoxelBox {
 };
 
 // At most `count` points of the zero set, each from a voxel of the boxes within half a voxel of the surface
-// for which `wanted(index)` is true. Nearly uniform density, in scrambled order: any part of them is spread
-// as evenly. Faster than ZeroSurface, for a volume that keeps changing.
+// for which `requested(index)` is true. Nearly uniform density, in scrambled order: any part of them is
+// spread as evenly. Faster than ZeroSurface, for a volume that keeps changing.
 std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<VoxelBox>& boxes,
-                                       const std::function<bool(std::size_t voxel)>& wanted, int count);
+                                       const std::function<bool(std::size_t voxel)>& requested, int count);
 
 }  // namespace sdftrack::sdf

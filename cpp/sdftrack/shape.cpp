@@ -11,11 +11,11 @@ namespace sdftrack {
 namespace {
 
 sdf::MeshVolume volume_of(const sdf::MeshView& mesh, const ShapeOptions& options) {
-  sdf::MeshVolumeOptions wanted;
-  wanted.voxels = options.voxels;
-  if (options.unit_m != 0) wanted.unit_m = options.unit_m;
-  wanted.close_holes = options.close_holes, wanted.threads = options.threads;
-  return sdf::mesh_volume(mesh, wanted);
+  sdf::MeshVolumeOptions requested;
+  requested.voxels = options.voxels;
+  if (options.unit_m != 0) requested.unit_m = options.unit_m;
+  requested.close_holes = options.close_holes, requested.threads = options.threads;
+  return sdf::mesh_volume(mesh, requested);
 }
 
 }  // namespace

@@ -35,16 +35,16 @@ CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, d
   g.width = width, g.height = height;
   const double all = static_cast<double>(width) * height;
   // With a mask the cells are as small as for a division of the whole image.
-  const double wanted = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
-  const double step = std::sqrt(all / wanted);
+  const double requested = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
+  const double step = std::sqrt(all / requested);
   // The shorter side first: rounding changes its few cells the most.
   const auto cells = [](double wanted_cells, int length) {
     return to_int(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
   };
   if (height <= width)
-    g.ny = cells(height / step, height), g.nx = cells(wanted / g.ny, width);
+    g.ny = cells(height / step, height), g.nx = cells(requested / g.ny, width);
   else
-    g.nx = cells(width / step, width), g.ny = cells(wanted / g.nx, height);
+    g.nx = cells(width / step, width), g.ny = cells(requested / g.nx, height);
   g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
   while (compactness * g.scale > kMaxReach) g.scale /= 2;
   g.unit = compactness * g.scale / g.side_px;

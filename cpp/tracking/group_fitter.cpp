@@ -26,8 +26,8 @@ void GroupFitter::fit(FrameContext* context, const Objects& objects) {
 void GroupFitter::find_groups(const Objects& objects, double time_s) {
   group_count_ = 0, expected_.clear();
   for (const TrackedObject& object : objects) {
-    const bool placed = object.wanted && object.wanted->T_cam_obj;
-    expected_.push_back(placed ? centred(*object.wanted->T_cam_obj, *object.shape)
+    const bool placed = object.requested && object.requested->T_cam_obj;
+    expected_.push_back(placed ? centred(*object.requested->T_cam_obj, *object.shape)
                                : follower_->expected_pose(object, time_s));
   }
   visited_.assign(objects.size(), 0);
@@ -69,7 +69,7 @@ void GroupFitter::refuse_doubles(FrameContext* context, const Objects& objects, 
     const auto i = static_cast<std::size_t>(k);
     const Rigidd& T_cam_obj = expected_[i];
     int inside = -1;
-    for (std::size_t j = 0; objects[i].wanted && j < kept; ++j)
+    for (std::size_t j = 0; objects[i].requested && j < kept; ++j)
       if (middle_in(places_[j], *objects[i].shape, T_cam_obj)) inside = (*members)[j];
     if (inside >= 0) {
       JointFitted& refused = context->together(i).emplace();

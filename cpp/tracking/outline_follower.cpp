@@ -71,11 +71,11 @@ std::optional<Fitted> ObjectFollower::fit_outline(const FrameContext& context, c
 }
 
 std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context, TrackedObject* object) {
-  const bool at_start = object->wanted && object->wanted->T_cam_obj;
+  const bool at_start = object->requested && object->requested->T_cam_obj;
   if (!options_.outline || !context->frame().color || !object->placed()) return std::nullopt;
   if (at_start) {
-    object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape);
-    object->wanted.reset();
+    object->T_cam_obj = centred(*object->requested->T_cam_obj, *object->shape);
+    object->requested.reset();
     if (!object->colors.known()) object->colors_by_outline = true, learn_silhouette(*context, object);
   }
   if (!object->colors.known()) return std::nullopt;

@@ -47,26 +47,26 @@ struct TrackedObject {
   // Consecutive frames with nothing open: a growing shape sometimes shows by chance a direction that it did
   // not show just before.
   int determined_frames = kDeterminedFrames;
-  int unproven_frames = 0;         // consecutive sure frames needed before a turn after a loss is accepted
-  SizeTest size;                   // since the start
-  bool free_scale = false;         // the model has the object's form, not its size
-  double log_scale = 0;            // of shape over the model as it was given
-  bool unread = false;             // by the depth sensor, in the last frame: followed by its outline
-  PredictionErrors errors;         // 0 for a given pose, which is assumed to be right
-  bool given = false;              // the caller vouches for its pose; until a frame has shown the object
-  bool by_mask_alone = false;      // found in a mask or box although the residuals contradict it
-  bool weak = false;               // in the last frame
-  bool unlikely = false;           // more likely wrong than right, lately: see doubt_unlikely
-  int sure_frames = 0;             // since the start
-  int weak_frames = 0;             // in a row
-  double prior_log_odds = 0;       // see evidence_share; until a frame has shown that it is the object
-  int lost_frames = 0;             // in a row, up to the last frame
-  int hidden_frames = 0;           // in a row: placed by its neighbours and its motion alone
-  std::optional<Matrix6d> prior;   // information about T_cam_obj, for the next frame alone
-  std::optional<PoseHint> wanted;  // to be searched for in the next frame
-  bool to_search = false;          // in this frame, once all others have been followed
-  int doubtful_frames = 0;         // remaining frames in which it is unclear which of two look-alikes this is
-  int double_of = -1;              // the other look-alike
+  int unproven_frames = 0;            // consecutive sure frames needed before a turn after a loss is accepted
+  SizeTest size;                      // since the start
+  bool free_scale = false;            // the model has the object's form, not its size
+  double log_scale = 0;               // of shape over the model as it was given
+  bool unread = false;                // by the depth sensor, in the last frame: followed by its outline
+  PredictionErrors errors;            // 0 for a given pose, which is assumed to be right
+  bool given = false;                 // the caller vouches for its pose; until a frame has shown the object
+  bool by_mask_alone = false;         // found in a mask or box although the residuals contradict it
+  bool weak = false;                  // in the last frame
+  bool unlikely = false;              // more likely wrong than right, lately: see doubt_unlikely
+  int sure_frames = 0;                // since the start
+  int weak_frames = 0;                // in a row
+  double prior_log_odds = 0;          // see evidence_share; until a frame has shown that it is the object
+  int lost_frames = 0;                // in a row, up to the last frame
+  int hidden_frames = 0;              // in a row: placed by its neighbours and its motion alone
+  std::optional<Matrix6d> prior;      // information about T_cam_obj, for the next frame alone
+  std::optional<PoseHint> requested;  // to be searched for in the next frame
+  bool to_search = false;             // in this frame, once all others have been followed
+  int doubtful_frames = 0;  // remaining frames in which it is unclear which of two look-alikes this is
+  int double_of = -1;       // the other look-alike
   std::vector<Alternative> alternatives;  // to its pose, not yet refuted
   frame::Symmetry symmetry;               // declared, in the caller's object frame
   std::vector<Rigidd> symmetries;         // its motions in the centred frame, but for the identity
@@ -88,13 +88,13 @@ struct TrackedObject {
   bool holds_open_directions() const { return !open.empty() && !shape->seen.amount; }
 
   // Whether T_cam_obj is the pose in the last frame.
-  bool followed() const { return lost_frames == 0 && !wanted; }
+  bool followed() const { return lost_frames == 0 && !requested; }
 
   // Whether it is reliable enough to keep other objects off its measurements.
   bool holds_its_place() const { return followed() && (!weak || before_found); }
 
   // Whether this frame need not search the image for it.
-  bool placed() const { return wanted ? wanted->T_cam_obj.has_value() : lost_frames == 0; }
+  bool placed() const { return requested ? requested->T_cam_obj.has_value() : lost_frames == 0; }
 
   void forget(const TrackerOptions& options) {
     memory = {};
@@ -103,7 +103,7 @@ struct TrackedObject {
                     sure_frames = unproven_frames = 0;
     usual_share = usual_cost = prior_log_odds = 0, weak = unlikely = given = by_mask_alone = false,
     lost_frames = hidden_frames = weak_frames = 0;
-    prior.reset(), wanted.reset(), before_found.reset();
+    prior.reset(), requested.reset(), before_found.reset();
     doubtful_frames = 0, double_of = -1;
     alternatives.clear();
   }

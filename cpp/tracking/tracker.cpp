@@ -52,27 +52,27 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
     objects_[k].colors_by_outline = false, objects_[k].color_delay.forget();
     const std::optional<Rigidd>& pose = hints[k].T_cam_obj;  // the search for the plane leaves its region out
     objects_[k].T_cam_obj = pose ? centred(*pose, *objects_[k].shape) : Rigidd{};
-    objects_[k].wanted = hints[k];
+    objects_[k].requested = hints[k];
     objects_[k].reported = pose;
     best.push_back(pose);
   }
   verdict_.start(std::move(best));
   context_.open_next(frame, objects_);
-  answer_all();
-  return concluded(frame);
+  process_all();
+  return finish_frame(frame);
 }
 
 const FrameResult& Tracker::track(const frame::DepthFrame& frame) {
   verdict_.next_frame();
   context_.open_next(frame, objects_);
-  answer_all();
-  return concluded(frame);
+  process_all();
+  return finish_frame(frame);
 }
 
 const std::vector<ObjectResult>& Tracker::revisit(const frame::DepthFrame& frame) {
   context_.open(frame, objects_);
-  answer_all();
-  return answers_;
+  process_all();
+  return results_;
 }
 
 const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::vector<int>& objects,
@@ -80,76 +80,76 @@ const FrameResult& Tracker::recover(const frame::DepthFrame& frame, const std::v
   if (!verdict_.has_result() && objects.size() < objects_.size())
     throw std::runtime_error(
         "recover: call track(frame) first; the poses of the other objects in the last frame are unknown");
-  served_ = objects;
+  requested_ = objects;
   context_.open(frame, objects_);
-  answer_each([&](std::size_t i, Object* object) {
+  process_each([&](std::size_t i, Object* object) {
     object->forget(options_);
     return begin_at(object, hints.at(i));
   });
-  return concluded(frame);
+  return finish_frame(frame);
 }
 
-const FrameResult& Tracker::concluded(const frame::DepthFrame& frame) {
-  verdict_.conclude(&objects_, served_, frame.time_s, &answers_);
+const FrameResult& Tracker::finish_frame(const frame::DepthFrame& frame) {
+  verdict_.conclude(&objects_, requested_, frame.time_s, &results_);
   return verdict_.result();
 }
 
 // Follows or searches for all objects; groups are fitted jointly.
-void Tracker::answer_all() {
-  served_.resize(objects_.size());
-  std::iota(served_.begin(), served_.end(), 0);
+void Tracker::process_all() {
+  requested_.resize(objects_.size());
+  std::iota(requested_.begin(), requested_.end(), 0);
   if (objects_.size() > 1) groups_.fit(&context_, objects_);
-  answer_each([&](std::size_t, Object* object) { return track_one(object); });
+  process_each([&](std::size_t, Object* object) { return track_one(object); });
 }
 
 template <class Work>
-void Tracker::answer_each(const Work& work) {
+void Tracker::process_each(const Work& work) {
   const bool readable = context_.readable();
   if (readable && options_.drop_plane) context_.follow_plane();
-  for (ObjectResult& old : answers_) follower_.give_back(std::move(old.steps));
-  answers_.resize(served_.size());
+  for (ObjectResult& old : results_) follower_.give_back(std::move(old.steps));
+  results_.resize(requested_.size());
   // First the objects at known places, so that a search for the others leaves their measurements out.
   order_.clear();
   for (const bool placed : {true, false})
-    for (std::size_t i = 0; i < served_.size(); ++i)
-      if (object(served_[i]).placed() == placed) order_.push_back(i);
+    for (std::size_t i = 0; i < requested_.size(); ++i)
+      if (object(requested_[i]).placed() == placed) order_.push_back(i);
   for (const std::size_t i : order_) {
-    Object& one = object(served_[i]);
+    Object& one = object(requested_[i]);
     const Rigidd before = one.T_cam_obj;
     if (!readable) {
       std::optional<ObjectResult> seen = follower_.follow_outline(&context_, &one);
-      answers_[i] = seen ? std::move(*seen) : unread(&one);
-      explain_loss(one, &answers_[i]);
-      refuse_if_not_finite(before, &one, &answers_[i]);
+      results_[i] = seen ? std::move(*seen) : unread(&one);
+      explain_loss(one, &results_[i]);
+      refuse_if_not_finite(before, &one, &results_[i]);
       continue;
     }
     const bool color_used = context_.colors_of(one) != nullptr;
-    answers_[i] = work(i, &one);
-    explain_loss(one, &answers_[i]);
-    refuse_if_not_finite(before, &one, &answers_[i]);
-    answers_[i].color_used = color_used;
-    if (answers_[i].trust.status == Status::kOk) follower_.learn_colors(&context_, &one);
+    results_[i] = work(i, &one);
+    explain_loss(one, &results_[i]);
+    refuse_if_not_finite(before, &one, &results_[i]);
+    results_[i].color_used = color_used;
+    if (results_[i].trust.status == Status::kOk) follower_.learn_colors(&context_, &one);
   }
   // Then the searches, once all followed objects have their poses.
   for (const std::size_t i : order_) {
-    Object& one = object(served_[i]);
+    Object& one = object(requested_[i]);
     if (!std::exchange(one.to_search, false)) continue;
     const Rigidd before = one.T_cam_obj;
-    answers_[i] = recovery_.find_lost(&context_, &one, std::move(answers_[i]));
-    refuse_if_not_finite(before, &one, &answers_[i]);
+    results_[i] = recovery_.find_lost(&context_, &one, std::move(results_[i]));
+    refuse_if_not_finite(before, &one, &results_[i]);
   }
-  if (readable && objects_.size() > 1) assign_finds(served_, &objects_, &answers_);
-  for (std::size_t i = 0; i < served_.size(); ++i)
-    if (object(served_[i]).doubtful_frames > 0) doubt_identity(&object(served_[i]), &answers_[i]);
-  for (std::size_t i = 0; i < served_.size(); ++i) {
-    doubt_ambiguous(object(served_[i]), &answers_[i]);
-    doubt_size(object(served_[i]), &answers_[i]);
-    doubt_open_directions(object(served_[i]), &answers_[i]);
+  if (readable && objects_.size() > 1) assign_finds(requested_, &objects_, &results_);
+  for (std::size_t i = 0; i < requested_.size(); ++i)
+    if (object(requested_[i]).doubtful_frames > 0) doubt_identity(&object(requested_[i]), &results_[i]);
+  for (std::size_t i = 0; i < requested_.size(); ++i) {
+    doubt_ambiguous(object(requested_[i]), &results_[i]);
+    doubt_size(object(requested_[i]), &results_[i]);
+    doubt_open_directions(object(requested_[i]), &results_[i]);
     if (follower_.options().weak_evidence > 0)  // the thesis' tracker is not judged
-      doubt_unlikely(&object(served_[i]), &answers_[i]);
-    doubt_unproven(&object(served_[i]), &answers_[i]);
+      doubt_unlikely(&object(requested_[i]), &results_[i]);
+    doubt_unproven(&object(requested_[i]), &results_[i]);
   }
-  for (ObjectResult& answer : answers_)
+  for (ObjectResult& answer : results_)
     doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
 }
 
@@ -171,8 +171,8 @@ void Tracker::explain_loss(const TrackedObject& object, ObjectResult* answer) co
 
 ObjectResult Tracker::unread(Object* object) const {
   // A place to start at is kept for the next frame; a pose is already a start.
-  if (object->wanted && object->wanted->T_cam_obj)
-    object->T_cam_obj = centred(*object->wanted->T_cam_obj, *object->shape), object->wanted.reset();
+  if (object->requested && object->requested->T_cam_obj)
+    object->T_cam_obj = centred(*object->requested->T_cam_obj, *object->shape), object->requested.reset();
   const frame::DepthFrame& frame = context_.frame();
   Reason reason{ReasonCode::kNoReading};
   if (!frame.depth_m.data && frame.error.empty()) reason = {ReasonCode::kNoDepthImage};
@@ -182,9 +182,9 @@ ObjectResult Tracker::unread(Object* object) const {
 }
 
 ObjectResult Tracker::track_one(Object* object) {
-  if (object->wanted) {
-    const PoseHint hint = std::move(*object->wanted);
-    object->wanted.reset();
+  if (object->requested) {
+    const PoseHint hint = std::move(*object->requested);
+    object->requested.reset();
     return begin_at(object, hint);
   }
   const int away = object->lost_frames;

@@ -104,8 +104,8 @@ class Tracker {
     archive(context, verdict);
     archive.check(verdict.last_good().size() == objects.size());
     for (auto& object : objects)
-      archive.check(!object.wanted || object.wanted->mask.empty() ||
-                    object.wanted->mask.size() == context.pixels());
+      archive.check(!object.requested || object.requested->mask.empty() ||
+                    object.requested->mask.size() == context.pixels());
   }
 
  private:
@@ -118,10 +118,10 @@ class Tracker {
   void place(const Rigidd& T_cam_obj, Object* object) const;
   void go_on_from(const Poses& poses);
 
-  const FrameResult& concluded(const frame::DepthFrame& frame);
-  void answer_all();
+  const FrameResult& finish_frame(const frame::DepthFrame& frame);
+  void process_all();
   template <class Work>
-  void answer_each(const Work& work);
+  void process_each(const Work& work);
   ObjectResult track_one(Object* object);
   ObjectResult begin_at(Object* object, const PoseHint& hint);
   ObjectResult begin_at_pose(Object* object, const Rigidd& T_cam_obj);  // centred
@@ -141,9 +141,9 @@ class Tracker {
   Membership membership_;
   Verdict verdict_;
   // Of the current call: the objects that it serves, their order, and the result of each.
-  std::vector<int> served_;
+  std::vector<int> requested_;
   std::vector<std::size_t> order_;
-  std::vector<ObjectResult> answers_;
+  std::vector<ObjectResult> results_;
 };
 
 }  // namespace sdftrack::tracking

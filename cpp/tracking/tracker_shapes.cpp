@@ -112,7 +112,7 @@ void Tracker::place(const Rigidd& T_cam_obj, Object* object) const {
   object->T_cam_obj = centred(T_cam_obj, *object->shape);
   object->motion.reset();
   object->lost_frames = 0;
-  object->wanted.reset(), object->before_found.reset(), object->prior.reset();
+  object->requested.reset(), object->before_found.reset(), object->prior.reset();
 }
 
 void Tracker::go_on_from(const Poses& poses) {
@@ -135,7 +135,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
 int Tracker::add(const SdfView& shape, const PoseHint& hint) {
   Object added = new_object(shape);
   if (hint.T_cam_obj) added.T_cam_obj = centred(*hint.T_cam_obj, *added.shape);
-  added.wanted = hint;
+  added.requested = hint;
   objects_.push_back(std::move(added));
   verdict_.add(hint.T_cam_obj);
   return object_count() - 1;

@@ -119,9 +119,9 @@ class JointScene {
         z += 0.9f * least;
       }
       if (!(z < 0.8f)) continue;
-      const int wanted =
+      const int requested =
           n % 3 == 0 ? nearest : (n % 3 == 1 && count_ > 2 ? count_ + std::min(nearest, count_ - 2) : all);
-      parts_[static_cast<std::size_t>(wanted)].pixels.push(at.x, at.y, z + error, 1, n++, p);
+      parts_[static_cast<std::size_t>(requested)].pixels.push(at.x, at.y, z + error, 1, n++, p);
     }
   }
 

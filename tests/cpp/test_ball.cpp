@@ -36,16 +36,16 @@ TEST(Cone, the_axis_of_the_tangent_cone_is_the_image_of_the_centre) {
     for (const Vec3d center : {Vec3d{0.3, -0.2, 0.7}, Vec3d{0, 0, 1}, Vec3d{-0.4, 0.25, 0.8}}) {
       const auto cone = fit_cone(unit_rays(outline_of_sphere(camera, center, 0.04, 360), camera), camera);
       ASSERT_TRUE(cone);
-      const Vec2d wanted = camera.project_point(center);
-      EXPECT_NEAR(cone->center_px.x, wanted.x, 1e-6);
-      EXPECT_NEAR(cone->center_px.y, wanted.y, 1e-6);
+      const Vec2d requested = camera.project_point(center);
+      EXPECT_NEAR(cone->center_px.x, requested.x, 1e-6);
+      EXPECT_NEAR(cone->center_px.y, requested.y, 1e-6);
       EXPECT_NEAR(cone->half_angle_rad, std::asin(0.04 / norm(center)), 1e-8);
     }
 }
 
 TEST(Cone, the_stated_spread_of_a_centre_is_the_one_found) {
   const Vec3d center{0.2, 0.1, 0.8};
-  const Vec2d wanted = kPinhole.project_point(center);
+  const Vec2d requested = kPinhole.project_point(center);
   const std::vector<Vec2d> outline = outline_of_sphere(kPinhole, center, 0.04, 160);  // one edge a pixel
   std::mt19937_64 random(1);
   Normal normal;
@@ -54,7 +54,7 @@ TEST(Cone, the_stated_spread_of_a_centre_is_the_one_found) {
     std::vector<Vec2d> edges = outline;
     for (Vec2d& e : edges) e.x += 0.1 * normal(random), e.y += 0.1 * normal(random);
     const auto cone = fit_cone(unit_rays(edges, kPinhole), kPinhole);
-    const Eigen::Vector2d off(cone->center_px.x - wanted.x, cone->center_px.y - wanted.y);
+    const Eigen::Vector2d off(cone->center_px.x - requested.x, cone->center_px.y - requested.y);
     chi2 += off.dot(cone->covariance_px.inverse() * off) / 300;
   }
   EXPECT_GT(chi2, 1.6);  // chi-square of two: 2; 300 runs and the robust scale leave 15 %

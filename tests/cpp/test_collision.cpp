@@ -114,13 +114,13 @@ TEST(GroupEnergy, is_the_sum_of_its_terms_over_their_own_objects) {
 
 // 20 objects are solved by a sparse factorisation: each goes where its own prior says.
 TEST(GroupEnergy, many_objects_find_their_own_minima) {
-  optim::State x, wanted;
+  optim::State x, requested;
   std::vector<optim::PosePrior> priors;
   for (int k = 0; k < 20; ++k) {
     x.T_obj_cam.push_back(inverse(Rigidd{rotation_exp(Vec3d{0, 0, 0}), {0.1 * k, 0, 0.5}}));
-    wanted.T_obj_cam.push_back(
+    requested.T_obj_cam.push_back(
         inverse(Rigidd{rotation_exp(Vec3d{0.1, 0, 0.02 * k}), {0.1 * k + 0.01, 0.02, 0.5}}));
-    priors.emplace_back(optim::Unknowns{1, false, false}, 0, wanted.T_obj_cam.back(),
+    priors.emplace_back(optim::Unknowns{1, false, false}, 0, requested.T_obj_cam.back(),
                         optim::PosePrior::isotropic(0.01, 0.1));
   }
   optim::GroupEnergy group;
@@ -130,7 +130,7 @@ TEST(GroupEnergy, many_objects_find_their_own_minima) {
   lm.max_steps = 50;
   const optim::State found = optim::minimize(group, x, lm).x;
   for (std::size_t k = 0; k < 20; ++k)
-    EXPECT_LT(norm(found.T_obj_cam[k].t - wanted.T_obj_cam[k].t), 1e-6) << k;
+    EXPECT_LT(norm(found.T_obj_cam[k].t - requested.T_obj_cam[k].t), 1e-6) << k;
 }
 
 }  // namespace

@@ -343,20 +343,20 @@ std::uint64_t orders() {
 
 TEST_P(CudaFaults, every_order_gives_the_same_bits) {
   cuda_on_cpu::reset(with_seed(0));
-  const Numbers wanted = GetParam().run(0);
+  const Numbers requested = GetParam().run(0);
   for (std::uint64_t seed = 1; seed < orders(); ++seed) {
     cuda_on_cpu::reset(with_seed(seed));
-    ASSERT_EQ(GetParam().run(0), wanted) << "seed " << seed;
+    ASSERT_EQ(GetParam().run(0), requested) << "seed " << seed;
   }
 }
 
 TEST_P(CudaFaults, a_second_device_gives_the_same_bits) {
   cuda_on_cpu::reset(with_seed(0, 2));
-  const Numbers wanted = GetParam().run(0);
+  const Numbers requested = GetParam().run(0);
   for (std::uint64_t seed = 1; seed < 20; ++seed) {
     cuda_on_cpu::reset(with_seed(seed, 2));
-    ASSERT_EQ(GetParam().run(1), wanted) << "seed " << seed;
-    ASSERT_EQ(GetParam().run(0), wanted) << "seed " << seed;
+    ASSERT_EQ(GetParam().run(1), requested) << "seed " << seed;
+    ASSERT_EQ(GetParam().run(0), requested) << "seed " << seed;
   }
   EXPECT_THROW(GetParam().run(2), CudaError);
 }
@@ -364,14 +364,14 @@ TEST_P(CudaFaults, a_second_device_gives_the_same_bits) {
 TEST_P(CudaFaults, each_call_may_fail_and_the_next_run_is_right) {
   for (const cudaError_t error : {cudaErrorMemoryAllocation, cudaErrorLaunchOutOfResources}) {
     cuda_on_cpu::reset(with_seed(3));
-    const Numbers wanted = GetParam().run(0);
+    const Numbers requested = GetParam().run(0);
     cuda_on_cpu::reset(with_seed(3));
     static_cast<void>(GetParam().run(0));
     const std::int64_t calls = cuda_on_cpu::calls();
     for (std::int64_t k = 0; k < calls; ++k) {
       cuda_on_cpu::fail_call(k, error);
       try {
-        ASSERT_EQ(GetParam().run(0), wanted);
+        ASSERT_EQ(GetParam().run(0), requested);
         // Memory that was full was made free; or the wait at the end of a scope failed, where all is done.
         const std::string call = cuda_on_cpu::failed_call();
         EXPECT_TRUE(call == "cudaMalloc" || call == "cudaStreamSynchronize")
@@ -381,7 +381,7 @@ TEST_P(CudaFaults, each_call_may_fail_and_the_next_run_is_right) {
         EXPECT_EQ(std::string(e.what()).find("CUDA: "), 0u) << e.what();
       }
       cuda_on_cpu::fail_call(-1, error);
-      ASSERT_EQ(GetParam().run(0), wanted) << "after call " << k;
+      ASSERT_EQ(GetParam().run(0), requested) << "after call " << k;
     }
   }
 }
@@ -396,12 +396,12 @@ TEST_P(CudaFaults, nothing_is_left_behind) {
 
 TEST_P(CudaFaults, several_host_threads_get_the_same_bits) {
   cuda_on_cpu::reset(with_seed(1));
-  const Numbers wanted = GetParam().run(0);
+  const Numbers requested = GetParam().run(0);
   std::vector<Numbers> got(4);
   std::vector<std::thread> threads;
   for (Numbers& one : got) threads.emplace_back([&one] { one = GetParam().run(0); });
   for (std::thread& thread : threads) thread.join();
-  for (const Numbers& one : got) EXPECT_EQ(one, wanted);
+  for (const Numbers& one : got) EXPECT_EQ(one, requested);
 }
 
 INSTANTIATE_TEST_SUITE_P(Users, CudaFaults,
@@ -425,16 +425,16 @@ using DeviceVolumeFaults = OneUser;
 // One CudaWork goes on after each failure, as a tracker's does.
 TEST_F(CudaWorkFaults, the_frame_after_a_failure_is_right) {
   energies::CudaWork fresh;
-  const Numbers wanted = sums_of_frames(&fresh);
+  const Numbers requested = sums_of_frames(&fresh);
   for (std::int64_t k = 0; k < 60; ++k) {
     energies::CudaWork work;
     cuda_on_cpu::fail_call(k, cudaErrorMemoryAllocation);
     try {
-      ASSERT_EQ(sums_of_frames(&work), wanted);
+      ASSERT_EQ(sums_of_frames(&work), requested);
     } catch (const CudaError&) {
     }
     cuda_on_cpu::fail_call(-1, cudaSuccess);
-    ASSERT_EQ(sums_of_frames(&work), wanted) << "after call " << k;
+    ASSERT_EQ(sums_of_frames(&work), requested) << "after call " << k;
   }
 }
 

@@ -65,11 +65,11 @@ std::vector<float> reversed(bool synced) {
 }
 
 TEST_F(CudaOnCpu, a_barrier_that_is_missing_shows_in_the_result) {
-  std::vector<float> wanted = counted();
-  std::reverse(wanted.begin(), wanted.end());
-  EXPECT_EQ(reversed(true), wanted);
+  std::vector<float> requested = counted();
+  std::reverse(requested.begin(), requested.end());
+  EXPECT_EQ(reversed(true), requested);
   const std::vector<float> got = reversed(false);
-  EXPECT_NE(got, wanted);
+  EXPECT_NE(got, requested);
 }
 
 struct HalfWaits {

@@ -15,17 +15,17 @@ using namespace energies;  // compiled.inc names its pairs so
 constexpr double kRelative = 1e-4;  // the GPU contracts a * b + c, and sums in another order
 
 template <int P>
-void expect_near(const energies::Sums<double, P>& got, const energies::Sums<double, P>& wanted) {
-  EXPECT_EQ(got.count, wanted.count);
-  EXPECT_NEAR(got.cost, wanted.cost, kRelative * wanted.cost);
+void expect_near(const energies::Sums<double, P>& got, const energies::Sums<double, P>& requested) {
+  EXPECT_EQ(got.count, requested.count);
+  EXPECT_NEAR(got.cost, requested.cost, kRelative * requested.cost);
   double most = 0;
-  for (const double g : wanted.gradient) most = std::max(most, std::abs(g));
-  for (int a = 0; a < P; ++a) EXPECT_NEAR(got.gradient[a], wanted.gradient[a], kRelative * most) << a;
+  for (const double g : requested.gradient) most = std::max(most, std::abs(g));
+  for (int a = 0; a < P; ++a) EXPECT_NEAR(got.gradient[a], requested.gradient[a], kRelative * most) << a;
   for (int a = 0, k = 0; a < P; ++a)
     for (int b = 0; b <= a; ++b, ++k) {
       const double size =
-          std::sqrt(wanted.hessian[a * (a + 1) / 2 + a] * wanted.hessian[b * (b + 1) / 2 + b]);
-      EXPECT_NEAR(got.hessian[k], wanted.hessian[k], kRelative * (size + 1e-6)) << a << ' ' << b;
+          std::sqrt(requested.hessian[a * (a + 1) / 2 + a] * requested.hessian[b * (b + 1) / 2 + b]);
+      EXPECT_NEAR(got.hessian[k], requested.hessian[k], kRelative * (size + 1e-6)) << a << ' ' << b;
     }
 }
 

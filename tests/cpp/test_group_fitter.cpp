@@ -24,7 +24,7 @@ TEST(GroupFitter, of_two_that_start_in_one_place_the_second_is_refused) {
   Groups parts;
   for (int k = 0; k < 2; ++k) {
     parts.add(kFirst);
-    parts.objects.back().wanted = at_pose(kFirst);
+    parts.objects.back().requested = at_pose(kFirst);
   }
   parts.fit({kFirst}, 0);
   EXPECT_EQ(parts.accept(0).trust.status, tracking::Status::kOk);

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kSamePose = 1e-5;  // m and rad
 
-void expect_same_pose(const Rigidd& got, const Rigidd& wanted, int k) {
-  EXPECT_LT(norm(got.t - wanted.t), kSamePose) << k;
-  EXPECT_LT(rotation_angle(got.R * transpose(wanted.R)), kSamePose) << k;
+void expect_same_pose(const Rigidd& got, const Rigidd& requested, int k) {
+  EXPECT_LT(norm(got.t - requested.t), kSamePose) << k;
+  EXPECT_LT(rotation_angle(got.R * transpose(requested.R)), kSamePose) << k;
 }
 
 void expect_the_minimum_of_the_cpu(int objects, const energies::SdfEnergyOptions& options, bool contact) {
@@ -25,13 +25,13 @@ void expect_the_minimum_of_the_cpu(int objects, const energies::SdfEnergyOptions
   energies::CudaWork device(cuda_devices().front());
   energies::JointFound got;
   energies::fit_together(&device, scene.task(), &got);
-  const optim::LmResult wanted = scene.minimum();
-  ASSERT_GT(wanted.steps.size(), 2u);
+  const optim::LmResult requested = scene.minimum();
+  ASSERT_GT(requested.steps.size(), 2u);
   for (int k = 0; k < objects; ++k)
-    expect_same_pose(got.T_obj_cam[k], wanted.x.T_obj_cam[static_cast<std::size_t>(k)], k);
-  EXPECT_NEAR(got.cost, wanted.cost, 1e-4 * wanted.cost);
-  EXPECT_EQ(got.count, wanted.count);
-  EXPECT_NEAR(got.steps[0].cost, wanted.steps[0].cost, 1e-4 * wanted.steps[0].cost);
+    expect_same_pose(got.T_obj_cam[k], requested.x.T_obj_cam[static_cast<std::size_t>(k)], k);
+  EXPECT_NEAR(got.cost, requested.cost, 1e-4 * requested.cost);
+  EXPECT_EQ(got.count, requested.count);
+  EXPECT_NEAR(got.steps[0].cost, requested.steps[0].cost, 1e-4 * requested.steps[0].cost);
 }
 
 class JointFits : public testing::TestWithParam<int> {

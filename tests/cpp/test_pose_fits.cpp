@@ -27,9 +27,9 @@ namespace {
 
 constexpr double kSamePose = 1e-5;  // m and rad
 
-void expect_same_pose(const Rigidd& got, const Rigidd& wanted) {
-  EXPECT_LT(norm(got.t - wanted.t), kSamePose);
-  EXPECT_LT(rotation_angle(got.R * transpose(wanted.R)), kSamePose);
+void expect_same_pose(const Rigidd& got, const Rigidd& requested) {
+  EXPECT_LT(norm(got.t - requested.t), kSamePose);
+  EXPECT_LT(rotation_angle(got.R * transpose(requested.R)), kSamePose);
 }
 
 class PoseFits : public testing::Test {
@@ -112,8 +112,8 @@ enum Others { kNothing = 0, kFreeSpace = 1, kBrightness = 2, kLines = 4, kLens =
 void expect_the_minimum_of_the_cpu(energies::SdfEnergyOptions options, int others, int count = 1500) {
   energies::PixelSet here = box_pixels(count), there = here;
   energies::SdfEnergy cpu(kBox.view(), &here, options), gpu(kBox.view(), &there, options);
-  optim::LmResult wanted, got;
-  wanted.x = got.x = start_of(options.scale);
+  optim::LmResult requested, got;
+  requested.x = got.x = start_of(options.scale);
   Beside beside;
   tracking::FreeSpaceEnergy free_space(&beside.points, &beside.grid, {});
   Painted painted(here), painted_there(here);
@@ -138,20 +138,20 @@ void expect_the_minimum_of_the_cpu(energies::SdfEnergyOptions options, int other
   }
   optim::LmOptions lm;
   lm.cost_gain = 1e-3;
-  cpu.settle(wanted.x, 2);
+  cpu.settle(requested.x, 2);
   optim::LmWork work;
-  optim::minimize(sum, lm, &work, &wanted);
+  optim::minimize(sum, lm, &work, &requested);
   energies::CudaWork device(cuda_devices().front());
   ASSERT_TRUE(gpu.can_search());
   gpu.search(&device, 2, lm, sent, &got);
-  expect_same_pose(got.x.T_obj_cam[0], wanted.x.T_obj_cam[0]);
-  if (options.scale) EXPECT_NEAR(got.x.log_scale[0], wanted.x.log_scale[0], 1e-4);
-  EXPECT_NEAR(got.cost, wanted.cost, 1e-4 * wanted.cost);
-  EXPECT_EQ(got.count, wanted.count);
-  EXPECT_EQ(got.stop, wanted.stop);
-  ASSERT_GT(wanted.steps.size(), 1u);
-  EXPECT_NEAR(static_cast<double>(got.steps.size()), static_cast<double>(wanted.steps.size()), 1);
-  EXPECT_NEAR(got.steps[0].cost, wanted.steps[0].cost, 1e-4 * wanted.steps[0].cost);
+  expect_same_pose(got.x.T_obj_cam[0], requested.x.T_obj_cam[0]);
+  if (options.scale) EXPECT_NEAR(got.x.log_scale[0], requested.x.log_scale[0], 1e-4);
+  EXPECT_NEAR(got.cost, requested.cost, 1e-4 * requested.cost);
+  EXPECT_EQ(got.count, requested.count);
+  EXPECT_EQ(got.stop, requested.stop);
+  ASSERT_GT(requested.steps.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(got.steps.size()), static_cast<double>(requested.steps.size()), 1);
+  EXPECT_NEAR(got.steps[0].cost, requested.steps[0].cost, 1e-4 * requested.steps[0].cost);
   int apart = 0;
   for (std::size_t i = 0; i < here.gain.size(); ++i) apart += std::abs(there.gain[i] - here.gain[i]) > 0.05f;
   EXPECT_LE(apart, count / 300);
@@ -265,13 +265,13 @@ std::vector<Rigidd> places() {
           pose_at({0, 0.02, 0.02})};
 }
 
-void expect_the_cpus_pixels(const frame::DepthFrame& frame, const Camera& camera, int wanted) {
+void expect_the_cpus_pixels(const frame::DepthFrame& frame, const Camera& camera, int requested) {
   const frame::Shape shape = frame::make_shape(box_volume().view(), 1, 1);
   std::vector<frame::Lookout> lookouts;
   for (const Rigidd& T : places())
     lookouts.push_back(frame::lookout_for(frame, camera, shape, T, {0.001, 0.002}, 0.04, nullptr));
   energies::CudaWork device(cuda_devices().front());
-  const frame::PixelsOnDevice chosen = frame::choose_on_device(&device, frame, lookouts, wanted);
+  const frame::PixelsOnDevice chosen = frame::choose_on_device(&device, frame, lookouts, requested);
   cudaDeviceSynchronize();
   std::vector<int> counts(lookouts.size());
   {
@@ -284,7 +284,7 @@ void expect_the_cpus_pixels(const frame::DepthFrame& frame, const Camera& camera
     frame::PixelSelection selection;
     energies::PixelSet set;
     selection.choose(frame, camera, shape, places()[k], {0.001, 0.002}, 0.04, nullptr);
-    selection.pack(wanted, &set);
+    selection.pack(requested, &set);
     ASSERT_EQ(counts[k], set.count()) << k;
     found += set.count();
     const energies::PixelsView<float> view = chosen.of(k);
@@ -297,7 +297,7 @@ void expect_the_cpus_pixels(const frame::DepthFrame& frame, const Camera& camera
     EXPECT_EQ(column(view.hit_m, set.count()), set.hit_m);
     EXPECT_EQ(column(view.gain, set.count()), set.gain);
   }
-  EXPECT_EQ(found > 0, wanted > 0);
+  EXPECT_EQ(found > 0, requested > 0);
 }
 
 TEST_F(PoseFits, the_pixels_are_the_cpus) {
@@ -306,7 +306,7 @@ TEST_F(PoseFits, the_pixels_are_the_cpus) {
   std::vector<unsigned char> mask(image.depth_m.size());
   for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 7 > 1;
   frame::DepthFrame frame{{image.depth_m.data(), camera.width, camera.height}, nullptr, nullptr};
-  for (const int wanted : {0, 1, 50, 777, 1'000'000}) expect_the_cpus_pixels(frame, camera, wanted);
+  for (const int requested : {0, 1, 50, 777, 1'000'000}) expect_the_cpus_pixels(frame, camera, requested);
   frame.mask = mask.data();
   expect_the_cpus_pixels(frame, camera, 200);
   camera.distortion = {0.1, -0.05, 0.001, 0.002};

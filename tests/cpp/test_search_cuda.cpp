@@ -38,9 +38,9 @@ TEST_F(SearchCuda, sums_and_costs_have_the_cpus_bits) {
     for (std::size_t k = 0; k < poses.size(); ++k) {
       frame::QuickTerms here = terms[k % 2];
       here.move_to(poses[k].T_obj_cam);
-      const energies::Sums<double, 6> wanted = cpu.linearize(here);
-      for (int i = 0; i < 6; ++i) EXPECT_EQ(sums[k].gradient[i], wanted.gradient[i]) << count << ' ' << k;
-      for (int i = 0; i < 21; ++i) EXPECT_EQ(sums[k].hessian[i], wanted.hessian[i]) << count << ' ' << k;
+      const energies::Sums<double, 6> requested = cpu.linearize(here);
+      for (int i = 0; i < 6; ++i) EXPECT_EQ(sums[k].gradient[i], requested.gradient[i]) << count << ' ' << k;
+      for (int i = 0; i < 21; ++i) EXPECT_EQ(sums[k].hessian[i], requested.hessian[i]) << count << ' ' << k;
       const frame::QuickCost cost = cpu.cost(here);
       EXPECT_EQ(costs[k].readings, cost.readings) << count << ' ' << k;
       EXPECT_EQ(costs[k].surface, cost.surface) << count << ' ' << k;

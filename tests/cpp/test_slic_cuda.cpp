@@ -49,10 +49,10 @@ TEST_P(SlicOnDevice, has_the_labels_of_the_cpu) {
   superpixels::SlicOptions options;
   options.n_segments = way.segments, options.max_iterations = way.rounds;
   options.distance = way.distance, options.connected = way.connected;
-  std::vector<int> wanted(mask.size()), got(mask.size());
-  const auto cpu = superpixels::Slic().run(image, options, false, 1, wanted.data());
+  std::vector<int> requested(mask.size()), got(mask.size());
+  const auto cpu = superpixels::Slic().run(image, options, false, 1, requested.data());
   const auto gpu = superpixels::slic_cuda(image, options, cuda_devices().front(), got.data());
-  EXPECT_EQ(got, wanted);
+  EXPECT_EQ(got, requested);
   EXPECT_EQ(gpu.iterations, cpu.iterations);
   EXPECT_EQ(gpu.segments, cpu.segments);
   EXPECT_NEAR(gpu.residual, cpu.residual, 1e-9 * (1 + cpu.residual));

@@ -42,25 +42,26 @@ Rigidd looking_from(Vec3d eye) {
 }  // namespace
 
 const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const frame::Shape& shape,
-                                                           double focal_px, int wanted, double thickness_px) {
+                                                           double focal_px, int requested,
+                                                           double thickness_px) {
   Vec3d direction;
   const int cell = direction_cell(eye_obj, &direction);
   const int distance = to_int(std::round(std::log(norm(eye_obj)) / std::log(kDistanceRatio)));
   const bool keep = !shape.seen.amount;  // a partially known shape still grows
   if (entries_.empty()) {                // only once, so that no later frame allocates
     entries_.resize(kMaxEntries);
-    for (Entry& e : entries_) e.points.reserve(static_cast<std::size_t>(2 * wanted));
+    for (Entry& e : entries_) e.points.reserve(static_cast<std::size_t>(2 * requested));
   }
   for (const Entry& e : entries_)
-    if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.wanted == wanted &&
+    if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.requested == requested &&
         e.focal_px == focal_px && e.thickness_px == thickness_px)
       return e.points;
   Entry& made = entries_[next_];
   next_ = (next_ + 1) % kMaxEntries;
-  made.shape = keep ? shape.id : 0, made.cell = cell, made.distance = distance, made.wanted = wanted;
+  made.shape = keep ? shape.id : 0, made.cell = cell, made.distance = distance, made.requested = requested;
   made.focal_px = focal_px, made.thickness_px = thickness_px;
   const Vec3d eye = (std::pow(kDistanceRatio, distance) / norm(direction)) * direction;
-  find_contour({focal_px, focal_px, 0, 0}, shape, looking_from(eye), wanted, thickness_px, &scratch_,
+  find_contour({focal_px, focal_px, 0, 0}, shape, looking_from(eye), requested, thickness_px, &scratch_,
                &made.points);
   return made.points;
 }

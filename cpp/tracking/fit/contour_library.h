@@ -17,12 +17,12 @@ class ContourLibrary {
  public:
   // Valid until the next call.
   const std::vector<ContourPoint>& seen_from(Vec3d eye_obj, const frame::Shape& shape, double focal_px,
-                                             int wanted, double thickness_px);
+                                             int requested, double thickness_px);
 
  private:
   struct Entry {
     std::uint64_t shape = 0;
-    int cell = -1, distance = 0, wanted = 0;
+    int cell = -1, distance = 0, requested = 0;
     double focal_px = 0, thickness_px = 0;
     std::vector<ContourPoint> points;
   };

@@ -164,10 +164,11 @@ void find_hull(std::vector<Vec2d>* points, std::vector<Vec2d>* hull) {
 
 }  // namespace
 
-void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj, int wanted,
-                  double thickness_px, ContourScratch* scratch, std::vector<ContourPoint>* out) {
+void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj,
+                  int requested, double thickness_px, ContourScratch* scratch,
+                  std::vector<ContourPoint>* out) {
   out->clear();
-  if (wanted < 3 || !(T_cam_obj.t.z > shape.diameter_m / 2)) return;  // the eye may be inside its ball
+  if (requested < 3 || !(T_cam_obj.t.z > shape.diameter_m / 2)) return;  // the eye may be inside its ball
   find_rim(K, shape, T_cam_obj, &scratch->rim);
   if (scratch->rim.size() < 3) return;
   find_hull(&scratch->rim, &scratch->hull);
@@ -181,7 +182,7 @@ void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const 
   };
   double around = 0;
   for (std::size_t i = 0; i < hull.size(); ++i) around += std::hypot(edge(i).x, edge(i).y);
-  const double apart = around / wanted;
+  const double apart = around / requested;
   double left = 0.5 * apart;  // until the next point
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Vec2d e = edge(i);

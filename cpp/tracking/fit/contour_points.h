@@ -20,12 +20,13 @@ struct ContourScratch {
   std::vector<Vec2d> rim, hull;
 };
 
-// About `wanted` points of the outer contour, in its order, from the origin of a pinhole camera. Rays start
-// on the convex hull of the projected surface points, a little outside, and move towards the surface until
-// they pass it within a few voxels. There the distance field is exact even at edges, which the volume itself
-// rounds; the foot point is the contour's point. thickness_px: points where the object is thinner than this,
-// or begins again within this distance outside, are left out.
-void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj, int wanted,
-                  double thickness_px, ContourScratch* scratch, std::vector<ContourPoint>* out);
+// About `requested` points of the outer contour, in its order, from the origin of a pinhole camera. Rays
+// start on the convex hull of the projected surface points, a little outside, and move towards the surface
+// until they pass it within a few voxels. There the distance field is exact even at edges, which the volume
+// itself rounds; the foot point is the contour's point. thickness_px: points where the object is thinner than
+// this, or begins again within this distance outside, are left out.
+void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const Rigidd& T_cam_obj,
+                  int requested, double thickness_px, ContourScratch* scratch,
+                  std::vector<ContourPoint>* out);
 
 }  // namespace sdftrack::tracking

@@ -49,7 +49,7 @@ bool is_turn_for_size(int* turns) {
 
 int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const FitTarget& target,
                   double padding_m, const frame::Plane* plane) {
-  frame_ = &frame, camera_ = &camera, target_ = &target, beside_ = target.neighbors;
+  frame_ = &frame, camera_ = &camera, target_ = &target, neighbors_ = target.neighbors;
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   free_grid_.distance_px.clear();
   selection_.choose(frame, camera, target.shape, target.expected, sensor_noise(options_), padding_m, plane);
@@ -68,15 +68,15 @@ int FitView::open(const frame::DepthFrame& frame, const Camera& camera, const Fi
 
 void FitView::open_without_depth(const frame::DepthFrame& frame, const Camera& camera,
                                  const FitTarget& target) {
-  frame_ = &frame, camera_ = &camera, target_ = &target, beside_ = target.neighbors;
+  frame_ = &frame, camera_ = &camera, target_ = &target, neighbors_ = target.neighbors;
   stated_noise_m_ = sensor_noise(options_).at(target.expected.t.z);
   coarse_.clear(), pixels_.clear();
   outline_lines_.lines.clear();
   measured_.known = false;
 }
 
-void FitView::pack(int wanted, energies::PixelSet* out) {
-  selection_.pack(wanted, out);
+void FitView::pack(int requested, energies::PixelSet* out) {
+  selection_.pack(requested, out);
   if (target_->colors) fetch_foreground(*target_->colors, color_reader_, out);
 }
 
@@ -140,10 +140,10 @@ void FitView::read_free_space(double padding_m) {
 double FitView::fine_reach_m(double scale_m) { return std::max(kFineReach_m, kFineReachPerScale * scale_m); }
 
 int FitView::budget_for(double reach_m, const optim::State& x) {
-  const int wanted = options_.max_pixels;
-  if (!(options_.outlier_floor > 0) || selection_.count() <= wanted) return wanted;
+  const int requested = options_.max_pixels;
+  if (!(options_.outlier_floor > 0) || selection_.count() <= requested) return requested;
   const int near = energies::SdfEnergy(target_->shape.sdf, &coarse_, {}).count_near(x, reach_m);
-  return to_int(wanted * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
+  return to_int(requested * std::min(kMaxSpread, coarse_.count() / std::max(1.0, 1.0 * near)));
 }
 
 void FitView::pack_for_budget(double reach_m, const optim::State& x) {

@@ -114,7 +114,7 @@ class FitView {
   // Measurements far from the surface at x have no weight at this scale: packs the others, as many as the
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
-  void pack(int wanted, energies::PixelSet* out);
+  void pack(int requested, energies::PixelSet* out);
   // distance_m: from the surface at a nearly correct pose, or nullptr; measurements beyond reach_m are not
   // smoothed.
   void smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels);
@@ -143,7 +143,7 @@ class FitView {
   // exclude it. Valid until the next call. Returns the number of places evaluated.
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
   // Neighbours next to which an outline is not used, from now on; kept by address. Initially the target's.
-  void stand_beside(const Neighbors* neighbors) { beside_ = neighbors; }
+  void set_neighbors(const Neighbors* neighbors) { neighbors_ = neighbors; }
   // Learns the colours on both sides of the outline at T_cam_obj, which must be reliable.
   void learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                      const appearance::ColorModel& whole, const Rigidd& T_cam_obj, const FitMemory& memory,
@@ -204,7 +204,7 @@ class FitView {
   const frame::DepthFrame* frame_ = nullptr;
   const Camera* camera_ = nullptr;
   const FitTarget* target_ = nullptr;
-  const Neighbors* beside_ = nullptr;
+  const Neighbors* neighbors_ = nullptr;
   double stated_noise_m_ = 0;
 
   // What the covariance of the last measured pose was made of.

@@ -34,8 +34,8 @@ int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
   if (!reads_outline()) return 0;
   return find_outline_lines(
       *frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
-      {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), beside_}, &contours_,
-      &outline_lines_);
+      {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), neighbors_},
+      &contours_, &outline_lines_);
 }
 
 void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,

@@ -39,10 +39,10 @@ bool among_its_like(const SearchScene& scene, int i, int j) {
   return 5 * like >= 2 * all;
 }
 
-void take(const SearchScene& scene, const Camera& camera, const std::vector<int>& nodes, int wanted,
+void take(const SearchScene& scene, const Camera& camera, const std::vector<int>& nodes, int requested,
           std::vector<Vec3f>* out) {
   const Intrinsics<float> K = camera.K.cast<float>();
-  const std::size_t n = nodes.size(), m = std::min(n, static_cast<std::size_t>(wanted));
+  const std::size_t n = nodes.size(), m = std::min(n, static_cast<std::size_t>(requested));
   out->clear();
   for (std::size_t k = 0; k < m; ++k) out->push_back(scene.point(K, nodes[k * n / m]));
 }
@@ -125,7 +125,7 @@ bool propose_window(const SearchScene& scene, const Camera& camera, const frame:
 
 // Nodes as far apart as possible, the first nearest to a point: farthest-point sampling.
 void spread_centres(const SearchScene& scene, const Camera& camera, const std::vector<int>& nodes,
-                    Vec3f first, double spacing_m, int wanted, ProposalScratch* scratch) {
+                    Vec3f first, double spacing_m, int requested, ProposalScratch* scratch) {
   const Intrinsics<float> K = camera.K.cast<float>();
   std::vector<float>& apart = scratch->apart;
   scratch->centres.clear();
@@ -134,7 +134,8 @@ void spread_centres(const SearchScene& scene, const Camera& camera, const std::v
   for (const int k : nodes) apart.push_back(norm(scene.point(K, k) - first));
   std::size_t next = static_cast<std::size_t>(std::min_element(apart.begin(), apart.end()) - apart.begin());
   apart.assign(nodes.size(), 1e9f);
-  while (static_cast<int>(scratch->centres.size()) < wanted && apart[next] > static_cast<float>(spacing_m)) {
+  while (static_cast<int>(scratch->centres.size()) < requested &&
+         apart[next] > static_cast<float>(spacing_m)) {
     scratch->centres.push_back(nodes[next]);
     const Vec3f p = scene.point(K, nodes[next]);
     for (std::size_t k = 0; k < nodes.size(); ++k)
@@ -193,11 +194,11 @@ void settle_centres(const SearchScene& scene, const Camera& camera, const frame:
 
 }  // namespace
 
-void all_candidates(const SearchScene& scene, const Camera& camera, int wanted, std::vector<Vec3f>* out) {
+void all_candidates(const SearchScene& scene, const Camera& camera, int requested, std::vector<Vec3f>* out) {
   std::vector<int> nodes;
   for (int k = 0; k < static_cast<int>(scene.node.size()); ++k)
     if (scene.node[static_cast<std::size_t>(k)] == Node::kCandidate) nodes.push_back(k);
-  take(scene, camera, nodes, wanted, out);
+  take(scene, camera, nodes, requested, out);
 }
 
 void make_proposals(const SearchScene& scene, const Camera& camera, const frame::Shape& shape,

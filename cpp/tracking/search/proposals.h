@@ -35,6 +35,6 @@ void make_proposals(const SearchScene& scene, const Camera& camera, const frame:
                     const SearchQuery& query, ProposalScratch* scratch, std::vector<Proposal>* out);
 
 // An even subset of all measurements that may be the object's, on which the poses of one scene are compared.
-void all_candidates(const SearchScene& scene, const Camera& camera, int wanted, std::vector<Vec3f>* out);
+void all_candidates(const SearchScene& scene, const Camera& camera, int requested, std::vector<Vec3f>* out);
 
 }  // namespace sdftrack::tracking

@@ -118,7 +118,7 @@ bool JointFitter::read_outlines(const optim::State& x) {
   for (std::size_t m = 0; m < targets_->size(); ++m) {
     FitView& view = *views_[m];
     if (view.candidates() == 0 || !view.outline_helps()) continue;
-    view.stand_beside(&neighbors_at(x, m));
+    view.set_neighbors(&neighbors_at(x, m));
     view.read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px);
     any |= view.outline_weight((*targets_)[m].memory) > 0;
   }
@@ -284,7 +284,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   const energies::EnergySummary summary = energy.summarize(one_, kSummaryPixels, &view.summary_scratch());
   view.measure_noise(summary, &fitted.memory);
   if (!last) return;
-  view.stand_beside(&neighbors_at(x, m));
+  view.set_neighbors(&neighbors_at(x, m));
   view.measure_pose(options, one_, summary, &energy, &fitted);
 }
 

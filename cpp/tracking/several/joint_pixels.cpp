@@ -107,9 +107,9 @@ void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim
       nearest = phi_m_[k][at] > own || (phi_m_[k][at] == own && near_[k] >= m);
     if (nearest) kept_.push_back(i);
   }
-  const int wanted = std::min(most, static_cast<int>(kept_.size()));
-  const double stride = wanted > 0 ? static_cast<double>(kept_.size()) / wanted : 1;
-  for (int i = 0; i < wanted; ++i) {
+  const int requested = std::min(most, static_cast<int>(kept_.size()));
+  const double stride = requested > 0 ? static_cast<double>(kept_.size()) / requested : 1;
+  for (int i = 0; i < requested; ++i) {
     const int taken = kept_[static_cast<std::size_t>(i * stride)];
     const auto at = static_cast<std::size_t>(taken);
     const float limit = phi_m_[own_][at] + static_cast<float>(margin_m);
@@ -122,8 +122,8 @@ void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim
     to.per_noise.back() *= noise_ratio;
     if (i != taken) from->copy(*from, taken, i);
   }
-  from->resize(wanted);
-  counts_[static_cast<std::size_t>(m)] += wanted;
+  from->resize(requested);
+  counts_[static_cast<std::size_t>(m)] += requested;
 }
 
 void JointPixels::assign_share(const JointPixels& other, double share) {
@@ -131,12 +131,12 @@ void JointPixels::assign_share(const JointPixels& other, double share) {
   for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k] = to_int(std::round(share * other.counts_[k]));
   for (std::size_t k = 0; k < other.used_; ++k) {
     const SharedPixels& from = *other.parts_[k];
-    const int wanted = to_int(std::round(share * from.pixels.count()));
-    if (wanted == 0) continue;
+    const int requested = to_int(std::round(share * from.pixels.count()));
+    if (requested == 0) continue;
     if (used_ == parts_.size()) parts_.push_back(std::make_unique<SharedPixels>());
     SharedPixels& to = *parts_[used_++];
     to.of = from.of, to.objects = from.objects;
-    to.pixels.assign_subset(from.pixels, wanted);
+    to.pixels.assign_subset(from.pixels, requested);
   }
 }
 

@@ -80,10 +80,10 @@ float ColorReader::grey(int at, Vec2f ideal_px, float depth_m) const {
   return top + y.fraction * (bottom - top);
 }
 
-void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int wanted,
+void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int requested,
                 energies::GreyPixels* out) {
   out->clear();
-  const int n = pixels.count(), m = std::clamp(wanted, 0, n);
+  const int n = pixels.count(), m = std::clamp(requested, 0, n);
   for (int k = 0; k < m; ++k) {
     const auto i = static_cast<std::size_t>(static_cast<std::int64_t>(k) * n / m);
     const float g = reader.grey(pixels.at[i], {pixels.u_px[i], pixels.v_px[i]}, pixels.depth_m[i]);

@@ -43,8 +43,8 @@ class ColorReader {
   appearance::ColorSight sight_;
 };
 
-// Fetches about `wanted` of the pixels, evenly, with their brightness.
-void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int wanted,
+// Fetches about `requested` of the pixels, evenly, with their brightness.
+void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int requested,
                 energies::GreyPixels* out);
 
 // Posterior of every pixel from an open reader; the prior where there is no colour.
