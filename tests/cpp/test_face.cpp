@@ -163,6 +163,11 @@ TEST(Face, a_damaged_mesh_file_is_refused_with_its_name_and_the_fault) {
   EXPECT_NE(fault("cut.stl", stl(true).substr(0, 300)).find("truncated"), std::string::npos);
   EXPECT_NE(fault("head.ply", ply(true).substr(0, 60)).find("truncated"), std::string::npos);
   EXPECT_NE(fault("far.obj", obj() + "f 1 2 9\n").find("vertex 8"), std::string::npos);
+  EXPECT_NE(fault("nan.obj", obj() + "f 1 nan 2\n").find("vertex nan"), std::string::npos);
+  EXPECT_NE(fault("part.obj", obj() + "f 1 2.5 2\n").find("vertex 1.5"), std::string::npos);
+  std::string endless = ply(false);
+  endless.insert(endless.find("element face"), "element nothing 1e18\n");
+  EXPECT_GT(Shape::from_mesh_file(written("endless.ply", endless), coarse()).voxel_m(), 0);
   EXPECT_NE(fault("word.obj", "v 1 2 x\n").find("got 'x'"), std::string::npos);
   EXPECT_NE(fault("a.xyz", "1 2 3").find(".ply, .obj or .stl"), std::string::npos);
   EXPECT_NE(refusal_of([] { Shape::from_mesh_file("/no/such.ply"); }).find("no such file"),

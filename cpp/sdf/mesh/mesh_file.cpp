@@ -5,11 +5,14 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
+
+#include "base/short_text.h"
 
 namespace sdftrack::sdf {
 
@@ -67,8 +70,8 @@ std::string_view next_line(std::string_view text, std::size_t* at) {
 
 void add_fan(const std::vector<double>& corners, CleanMesh* mesh) {
   for (const double c : corners)
-    if (!(c >= 0 && c < static_cast<double>(mesh->vertices.size())))
-      refuse_file("a face has the vertex " + std::to_string(static_cast<long long>(c)) + ", the file holds " +
+    if (!(c >= 0 && c < static_cast<double>(mesh->vertices.size()) && c == std::floor(c)))
+      refuse_file("a face has the vertex " + short_text(c) + ", the file holds " +
                   std::to_string(mesh->vertices.size()));
   const auto at = [&](std::size_t i) { return static_cast<std::int32_t>(corners[i]); };
   for (std::size_t i = 2; i < corners.size(); ++i) mesh->faces.push_back({at(0), at(i - 1), at(i)});
@@ -172,7 +175,8 @@ void read_ply(std::string_view text, CleanMesh* mesh) {
   const std::vector<Element> elements = ply_header(text, &at, &binary);
   PlyValues values(text.substr(std::min(at, text.size())), binary);
   for (const Element& element : elements)
-    for (double i = 0; i < element.count; ++i) read_item(element, &values, mesh);
+    for (double i = 0; !element.properties.empty() && i < element.count; ++i)
+      read_item(element, &values, mesh);
 }
 
 // -- OBJ and STL
