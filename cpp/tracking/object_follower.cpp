@@ -224,6 +224,7 @@ void ObjectFollower::keep(const Fitted& fitted, const Trust& trust, double time_
   if (fitted.by_outline) {
     object->size.outline.observe(fitted.by_outline->size, fitted.T_cam_obj.R);
     object->size.form_outline.observe(fitted.by_outline->form);
+    object->size.outline_has_agreed |= object->size.outline_agrees();
   }
   object->memory = fitted.memory;
   object->memory.learns_systematic = false;

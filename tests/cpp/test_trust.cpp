@@ -234,6 +234,21 @@ TEST(SizeTest, an_outline_of_the_right_size_contradicts_depth) {
   EXPECT_TRUE(small.other_size().empty());
 }
 
+// An outline with an sd of 1 %: 2.7 % off is too much at first, not after it has agreed; 4.5 % is at any
+// time.
+TEST(SizeTest, an_outline_that_has_agreed_is_contradicted_by_more) {
+  const Mat3d R{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const auto agrees = [&](double log_scale, bool before) {
+    tracking::SizeTest size;
+    size.outline_has_agreed = before;
+    size.outline.observe({log_scale, 0, 1e-4, {}}, R);
+    return size.outline_agrees();
+  };
+  EXPECT_FALSE(agrees(0.027, false));
+  EXPECT_TRUE(agrees(0.027, true));
+  EXPECT_FALSE(agrees(0.045, true));
+}
+
 // Depth sees a stretch by 20 % along x; the outline knows that direction only.
 TEST(SizeTest, an_outline_of_the_models_form_contradicts_depth_that_bends) {
   const tracking::Strain along_x{{0.2 * std::sqrt(0.5), 0.2 * std::sqrt(1 / 6.0), 0, 0, 0}};

@@ -174,8 +174,9 @@ std::string SizeTest::other_size() const {
 }
 
 bool SizeTest::outline_agrees() const {
-  return outline.known() && outline.sd() < kTellingSd &&
-         std::abs(outline.log_scale()) < kBand + kLikely_sd * outline.sd();
+  if (!outline.known() || !(outline.sd() < kTellingSd)) return false;
+  const double bound_sd = outline_has_agreed ? kAgree_sd : kLikely_sd;
+  return std::abs(outline.log_scale()) < kBand + bound_sd * outline.sd();
 }
 
 Matrix6d SizeTest::covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const {

@@ -98,18 +98,19 @@ struct SizeTest {
   SizeWitness depth, outline;
   StrainWitness form;  // by depth
   OutlineFormWitness form_outline;
+  bool outline_has_agreed = false;  // in one of the frames so far
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [by_depth, by_outline, strain, strain_by_outline] = self;
-    archive(by_depth, by_outline, strain, strain_by_outline);
+    auto& [by_depth, by_outline, strain, strain_by_outline, agreed] = self;
+    archive(by_depth, by_outline, strain, strain_by_outline, agreed);
   }
 
   // One sentence where depth surely shows another size and the outline does not contradict it; else empty.
   std::string other_size() const;
   // The same for another form.
   std::string other_form() const;
-  // Whether the outline agrees with an object of the model's size.
+  // Whether the outline agrees with an object of the model's size; once it has, it takes more to contradict.
   bool outline_agrees() const;
   // Effect of a different size, sure or not, on the pose: to be added to its covariance in camera axes.
   Matrix6d covariance(const Rigidd& T_cam_obj, const frame::Shape& shape) const;
