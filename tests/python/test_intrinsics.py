@@ -344,7 +344,7 @@ def test_estimates_are_weighed_by_their_information_and_the_stated_covariance_is
 def test_a_temporal_filter_of_the_camera_is_told(frames, swept, box, found):
     assert found.status == "ok"
     last, filtered = frames[0].depth, []
-    for frame in frames[:40]:
+    for frame in frames[:60]:
         near = (frame.depth > 0) & (np.abs(frame.depth - last) < 0.02)
         last = np.where(near, 0.4 * frame.depth + 0.6 * last, frame.depth).astype(np.float32)
         filtered.append(frame.replace(depth=last))
