@@ -126,12 +126,12 @@ class Tracker::Session {
                                   "), got " + std::to_string(places.size()));
     std::vector<tracking::PoseHint> hints;
     for (const Place& place : places) hints.push_back(hint_of(place));
-    return said(core_.start(frame_of(frame), hints));
+    return converted(core_.start(frame_of(frame), hints));
   }
 
   const TrackResult& track(const Frame& frame) {
     if (core_.last_result().index < 0) throw std::logic_error("track: call start first");
-    return said(core_.track(frame_of(frame)));
+    return converted(core_.track(frame_of(frame)));
   }
 
  private:
@@ -180,7 +180,7 @@ class Tracker::Session {
     return core_.make_frame({depth_m, camera.width, camera.height}, nullptr, frame.time_s, color);
   }
 
-  const TrackResult& said(const tracking::FrameResult& found) {
+  const TrackResult& converted(const tracking::FrameResult& found) {
     result_.objects.clear();
     for (const tracking::ObjectResult& one : found.objects) result_.objects.push_back(pose_of(one));
     result_.index = found.index, result_.time_s = found.time_s;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/to_int.h"
+#include "optim/camera_increment.h"
 
 namespace sdftrack::tracking {
 
@@ -95,17 +96,16 @@ void report_nearest(TrackedObject* object, ObjectResult* result) {
     return;
   }
   const Mat3d R_near = object->reported ? object->reported->R : Mat3d::identity();
-  const Rigidd told = object->symmetry.canonical(result->T_cam_obj, R_near);
-  const Vec3d d = told.t - result->T_cam_obj.t;
+  const Rigidd nearest = object->symmetry.canonical(result->T_cam_obj, R_near);
+  const Vec3d d = nearest.t - result->T_cam_obj.t;
   // To the other origin: its velocity is v + w x d.
-  Matrix6d to_origin = Matrix6d::Identity();
-  to_origin.topRightCorner<3, 3>() << 0, d.z, -d.y, -d.z, 0, d.x, d.y, -d.x, 0;
+  const Matrix6d to_origin = -optim::camera_by_increment(Rigidd{}, d);
   for (Matrix6d* covariance : {&result->covariance, &result->unstated})
     *covariance = (to_origin * *covariance * to_origin.transpose()).eval();
   Eigen::Map<Eigen::Matrix<double, 6, 1>> twist(result->twist.data());
   twist = (to_origin * twist).eval();
-  result->T_cam_obj = told;
-  object->reported = told;
+  result->T_cam_obj = nearest;
+  object->reported = nearest;
 }
 
 Twist twist_between(const Rigidd& before, const Rigidd& now, double elapsed_s) {

@@ -57,7 +57,9 @@ inline constexpr SensorPreset kSensorPresets[] = {
 // The options that state such a camera's errors; those about other things are unchanged. Throws
 // std::invalid_argument for an unknown name.
 inline void state_sensor(const std::string& name, TrackerOptions* options) {
+  std::string known;
   for (const SensorPreset& sensor : kSensorPresets) {
+    known += (known.empty() ? "'" : ", '") + std::string(sensor.name) + "'";
     if (name != sensor.name) continue;
     options->noise_m = std::max(sensor.noise_m, 1e-6), options->noise_per_m = sensor.noise_per_m;
     options->systematic_m = sensor.systematic_m, options->systematic_per_m = sensor.systematic_per_m;
@@ -65,8 +67,7 @@ inline void state_sensor(const std::string& name, TrackerOptions* options) {
     options->min_correlation_area_px = 2 * std::numbers::pi * sensor.correlation_px * sensor.correlation_px;
     return;
   }
-  throw std::invalid_argument("sensor: expected 'kinect_v1', 'realsense_d400' or 'azure_kinect', got '" +
-                              name + "'");
+  throw std::invalid_argument("sensor: expected one of " + known + ", got '" + name + "'");
 }
 
 }  // namespace sdftrack::tracking
