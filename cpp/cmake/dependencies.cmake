@@ -48,6 +48,10 @@ endif()
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 sdftrack_keep_headers(Eigen3::Eigen Eigen)
 
+if(SDFTRACK_IO)
+  find_package(OpenCV 4 REQUIRED COMPONENTS core imgproc imgcodecs)
+endif()
+
 if(SDFTRACK_TESTS)
   find_package(GTest REQUIRED)
 endif()

@@ -14,7 +14,9 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kRotationError = 1e-2;  // what is more is a scale or a mirror
+constexpr double kMostUnitsPerMetre = 1 << 24;  // floats hold whole numbers up to this one
+constexpr double kSameUnit = 1e-7;              // drivers state units as floats
+constexpr double kRotationError = 1e-2;         // what is more is a scale or a mirror
 
 Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name) {
   const Eigen::Matrix3d R = T.linear();
@@ -86,6 +88,24 @@ tracking::TrackerOptions options_of(const TrackerSetup& setup) {
   }
   return check_options(options);
 }
+
+// The nearest float to the distance, so that it does not depend on the unit of the file: units of sensors are
+// 1 m / n, and a product with the rounded 1 / n would be up to 1 bit off.
+class MetresOf {
+ public:
+  explicit MetresOf(double unit_m) : unit_m_(static_cast<float>(unit_m)) {
+    const double per_m = std::nearbyint(std::min(1 / unit_m, kMostUnitsPerMetre));
+    if (per_m < kMostUnitsPerMetre && std::abs(unit_m * per_m - 1) < kSameUnit)
+      units_per_m_ = static_cast<float>(per_m);
+  }
+  float operator()(std::uint16_t units) const {
+    const auto value = static_cast<float>(units);
+    return units_per_m_ > 0 ? value / units_per_m_ : value * unit_m_;
+  }
+
+ private:
+  float unit_m_, units_per_m_ = 0;
+};
 
 TrackedPose pose_of(const tracking::ObjectResult& result) {
   TrackedPose out;
@@ -169,9 +189,7 @@ class Tracker::Session {
     if (frame.depth) {
       if (!(frame.depth_unit_m > 0)) throw std::invalid_argument("depth_unit_m: expected a number above 0");
       depth_m_.resize(pixels());
-      const auto unit_m = static_cast<float>(frame.depth_unit_m);
-      std::transform(frame.depth, frame.depth + pixels(), depth_m_.begin(),
-                     [&](std::uint16_t steps) { return static_cast<float>(steps) * unit_m; });
+      std::transform(frame.depth, frame.depth + pixels(), depth_m_.begin(), MetresOf(frame.depth_unit_m));
       depth_m = depth_m_.data();
     }
     color_ = {frame.rgb, appearance::aligned_map(camera.width, camera.height)};

@@ -1,4 +1,4 @@
-# Installs the build at hand, builds the examples against that alone, runs one, and compares the other with Python
+# Installs the build at hand, builds the examples against that alone, runs one, and compares the others with Python
 # (PYTHON, where it has the package).
 # cmake -DBUILD=folder -DSOURCE=folder -DWORK=folder -DEIGEN_DIR=folder -DCOMPILER=name
 # -DPYTHON=path -P find_package.cmake
@@ -11,6 +11,6 @@ foreach(step
   execute_process(COMMAND ${step} COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
 if(PYTHON)
-  execute_process(COMMAND ${PYTHON} ${CMAKE_CURRENT_LIST_DIR}/same_answers.py ${WORK}/build/track ${WORK}
+  execute_process(COMMAND ${PYTHON} ${CMAKE_CURRENT_LIST_DIR}/same_answers.py ${WORK}/build ${WORK}
     COMMAND_ERROR_IS_FATAL ANY)
 endif()

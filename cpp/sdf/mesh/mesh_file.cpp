@@ -25,15 +25,6 @@ constexpr double kMostCorners = 1000;                // of a face; more is a dam
 
 [[noreturn]] void refuse_file(const std::string& text) { throw std::invalid_argument(text); }
 
-std::string bytes_of(const std::string& file) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
-  if (!stream) refuse_file("no such file, or it may not be read");
-  std::string out;
-  char part[1 << 16];
-  for (std::size_t n; (n = std::fread(part, 1, sizeof part, stream.get())) > 0;) out.append(part, n);
-  return out;
-}
-
 // Words and numbers of a text, one after the other.
 class Words {
  public:
@@ -228,6 +219,15 @@ void read_stl(std::string_view text, CleanMesh* mesh) {
 }
 
 }  // namespace
+
+std::string bytes_of(const std::string& file) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
+  if (!stream) refuse_file("no such file, or it may not be read");
+  std::string out;
+  char part[1 << 16];
+  for (std::size_t n; (n = std::fread(part, 1, sizeof part, stream.get())) > 0;) out.append(part, n);
+  return out;
+}
 
 CleanMesh read_mesh_file(const std::string& file) {
   CleanMesh mesh;

@@ -12,4 +12,7 @@ namespace sdftrack::sdf {
 // Throws std::invalid_argument "mesh: cannot read FILE: ..." for what is none of these, or ends early.
 CleanMesh read_mesh_file(const std::string& file);
 
+// All bytes of a file. Throws std::invalid_argument where it is not there, or may not be read.
+std::string bytes_of(const std::string& file);
+
 }  // namespace sdftrack::sdf
