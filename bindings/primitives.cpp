@@ -101,11 +101,13 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
   primitives::SeedCloud cloud;
   {
     const ReleaseGil release;
-    cloud = primitives::seed_cloud(self.view);
+    const primitives::PrimitiveView dense = primitives::without_strays(self.view);
+    cloud = primitives::seed_cloud(dense);
     parallel_for(kinds.size(), threads, [&](std::size_t k) {
-      fits[k] = primitives::fit_primitive(kinds[k], self.view, cloud, options, initial ? &*initial : nullptr);
+      fits[k] = primitives::fit_primitive(kinds[k], dense, cloud, options, initial ? &*initial : nullptr);
+      primitives::count_inliers(self.view, options, &fits[k]);
     });
-    if (fits.size() > 1) evidence = primitives::compare_kinds(fits, self.view, options, threads);
+    if (fits.size() > 1) evidence = primitives::compare_kinds(fits, dense, options, threads);
   }
   py::list out;
   for (std::size_t k = 0; k < fits.size(); ++k) {

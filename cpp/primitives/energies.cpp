@@ -23,7 +23,7 @@ constexpr double kMinSay = 0.1;
 constexpr double kLostBeside = 0.65;
 // Nats per measurement. 1 would be the density of an even cloud of points, where all become outliers; at 0.1
 // the rim stops 0.6 s inside the cloud's, and a haze of 4 % of its density stays out.
-constexpr double kCrowd = 0.1;
+constexpr double kCrowd = 0.1, kCrowdedSolid = 0.02;
 constexpr double kMaxLeverage = 0.9;  // of one measurement: more is rounding
 // Twice the nats that a length e times above its limit costs; measurements with a common error would gain
 // hundreds by it.
@@ -140,7 +140,9 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
     const double log_size = x.log_size[static_cast<std::size_t>(i)];
     const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
     const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
-    const double spread = o.crowded ? kCrowd * static_cast<double>(points()) : 0.0;
+    const bool open = o.crowded && size_of(kind_, i).has_end && !has_apex(kind_);
+    const double crowd = has_inside(kind_) ? kCrowdedSolid : kCrowd;
+    const double spread = open ? crowd * static_cast<double>(points()) : 0.0;
     const double pull = o.shrink + spread;
     // The pull is linear; a curvature of the same size keeps a step below an e-fold.
     add(

@@ -60,7 +60,8 @@ class Fitter {
         first_m_(std::max(kFirstScale_m, kFirstScale * cloud.diameter_m)),
         tried_(cloud.sparse ? kMoreOfFew * kTried : kTried),
         refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined),
-        few_(cloud.sparse) {}
+        few_(cloud.sparse),
+        crowded_(!has_inside(kind)) {}
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
@@ -69,7 +70,7 @@ class Fitter {
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = has_inside(kind_) ? kThinPart * diameter_m_ : 0;  // a narrow strip is a valid patch
     e.far_m = kFarthest * diameter_m_;
-    e.crowded = !has_inside(kind_) && !view_.along_rays;
+    e.crowded = crowded_ && !view_.along_rays;
     if (!per_noise_.empty()) e.per_noise = per_noise_.data();
     e.standing_sigma_m = std::max(kStanding_m, kStanding * scale_m);
     return e;
@@ -151,6 +152,7 @@ class Fitter {
 
   // Energy options of the last steps.
   PrimitiveEnergyOptions fine(Candidate* best) {
+    crowded_ = true;  // a solid may need to grow until then
     double s = own_scale(best->x, 700);
     PrimitiveEnergy(kind_, &view_, energy(1, 1, options_.max_points, 0)).slants(best->x, &per_noise_);
     improve(energy(s, 0.7, 1500, 600), 10, false, best, false);
@@ -195,12 +197,14 @@ class Fitter {
   const PrimitiveFitOptions& options_;
   double diameter_m_, first_m_;
   std::size_t tried_, refined_;
-  bool few_;
+  bool few_, crowded_;
   std::vector<float> per_noise_;
   optim::LmWork work_;
   optim::LmResult result_;
   int steps_ = 0;
 };
+
+}  // namespace
 
 void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
   PrimitiveEnergyOptions e;
@@ -219,8 +223,6 @@ void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options
   fit->inliers = inside / static_cast<double>(std::max<std::size_t>(1, r.size()));
   fit->rms_m = inside > 0 ? std::sqrt(squares / inside) : std::numeric_limits<double>::quiet_NaN();
 }
-
-}  // namespace
 
 PrimitiveSize PrimitiveFit::size() const {
   PrimitiveSize out{1, 1, 1};

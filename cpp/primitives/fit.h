@@ -44,4 +44,7 @@ struct PrimitiveFit {
 PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const SeedCloud& cloud,
                            const PrimitiveFitOptions& options, const PrimitiveGuess* initial);
 
+// The share of measurements within the tolerance, and their rms, of all in the view.
+void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit);
+
 }  // namespace sdftrack::primitives

@@ -70,4 +70,8 @@ struct PrimitiveView {
   void pack() { packed = FloatPoints(points, along_rays), packed_outline = FloatRays(outline); }
 };
 
+// Without the points of a cloud that lie by themselves, far from others; the view itself where there are few
+// of them, or where the measurements are those of an image.
+PrimitiveView without_strays(const PrimitiveView& view);
+
 }  // namespace sdftrack::primitives

@@ -320,6 +320,17 @@ def test_auto_names_the_kind_of_noisy_points_with_outliers(kind):
     np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), rtol=0.01)
 
 
+@pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", "box"])
+def test_stray_points_change_no_length(kind):
+    """Three in ten, in a cube of 0.3 m: without leaving them out, cones and boxes grow to it."""
+    rng = np.random.default_rng(8)
+    surface = moved(cloud(kind, noise=NOISE_M), POSE)[:1500]
+    strays = POSE[:3, 3] + rng.uniform(-0.15, 0.15, (640, 3))
+    fit = st.fit_primitive(np.concatenate([surface, strays]), kind)
+    np.testing.assert_allclose(sorted(fit.size.values()), sorted(SIZES[kind].values()), atol=0.002)
+    assert 0.65 < fit.inliers < 0.75  # they are counted
+
+
 def test_the_end_of_a_can_that_is_out_of_sight_has_no_variance_to_trust():
     points = cloud("cylinder", noise=NOISE_M)
     seen = points[(points[:, 0] < -0.01) & (np.abs(points[:, 2]) < 0.04)]  # of its side alone, without an end
