@@ -331,6 +331,16 @@ def test_stray_points_change_no_length(kind):
     assert 0.65 < fit.inliers < 0.75  # they are counted
 
 
+def test_a_shape_of_another_kind_is_not_ok():
+    """A bar that ends in a ball: most of what is seen lies on the ball."""
+    bar, ball = st.SDF.box((0.12, 0.03, 0.03), voxels=100), st.SDF.sphere(0.04, voxels=80)
+    shape = st.union(bar, ball.transformed(st.geometry.pose([0, 0, 0], [0.06, 0, 0])))
+    scene = st.synth.sequence(shape.to_mesh(), 1, noise=NOISE_M, clutter="table", seed=0)
+    fit = st.fit_primitive(scene[0], camera=scene.camera, mask=scene.masks(0)[0])
+    assert fit.status == "weak"
+    assert "none of these solids" in fit.reason
+
+
 def test_the_end_of_a_can_that_is_out_of_sight_has_no_variance_to_trust():
     points = cloud("cylinder", noise=NOISE_M)
     seen = points[(points[:, 0] < -0.01) & (np.abs(points[:, 2]) < 0.04)]  # of its side alone, without an end

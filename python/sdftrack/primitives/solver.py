@@ -16,6 +16,9 @@ from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.results import Status
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
+# Share of the measurements times that of the outline, below which a solid is another shape: recorded boxes and
+# cylinders have 0.73 or more, other recorded objects 0.40 to 0.74 (docs/results/primitives.md).
+LIKE_IT = 0.72
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
 FARTHEST = 2  # a length is at most so many extents of the measurements (the core's kFarthest)
@@ -143,6 +146,12 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     elif inliers < WEAK_INLIERS:
         status = Status.LOST if inliers < LOST_INLIERS else Status.WEAK
         reason = f"only {100 * inliers:.0f} % of the depth measurements are on its surface"
+    elif kind in SOLIDS and inliers * answer["outline"] < LIKE_IT:
+        status = Status.WEAK
+        reason = (
+            f"it may be none of these solids: {100 * inliers:.0f} % of the depth measurements are on the surface of "
+            f"this {kind}, and {100 * answer['outline']:.0f} % of the outline is its own"
+        )
     elif answer["freedom"] <= UNTOLD:
         status = Status.WEAK
         reason = (
