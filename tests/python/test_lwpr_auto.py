@@ -61,14 +61,28 @@ def test_samples_that_say_nothing_of_a_scale_give_a_model_or_one_clear_error(x):
 
 
 # Samples that come one after another
-def test_a_stream_settles_on_what_a_batch_of_its_first_samples_gives():
-    x, y, ask, _, _ = drawn("peaks, 2 inputs", count=600)
+@pytest.mark.parametrize("call", [1, 7, 100])
+def test_samples_one_by_one_give_the_bits_of_one_call(call):
+    """The cross is learnt to the same error; settings follow from the samples, not from the sizes of the calls."""
+    x, y, ask, truth, _ = drawn("cross, 2 inputs", count=20_000)
+    stream, at_once = st.LWPR(), st.LWPR().update(x, y)
+    for i in range(0, len(x), call):
+        stream.update(*((x[i], y[i]) if call == 1 else (x[i : i + call], y[i : i + call])))
+    assert stream == at_once
+    np.testing.assert_array_equal(stream.predict(ask), at_once.predict(ask))
+    assert np.mean((stream.predict(ask) - truth) ** 2) < 0.015 * truth.var()
+
+
+def test_settings_stay_from_the_last_of_the_first_samples_on(monkeypatch):
+    monkeypatch.setattr(lwpr_data, "FIRST", 256)
+    monkeypatch.setattr(st.contour.lwpr, "FIRST", 256)
+    x, y, ask, _, _ = drawn("peaks, 2 inputs", count=700)
     stream = st.LWPR()
     for xi, yi in zip(x, y, strict=True):
         stream.update(xi, yi)
-    first = lwpr_data.FIRST
-    batch = st.LWPR().update(x[:first], y[:first]).update(x[first:], y[first:])
-    assert stream.n_samples == 600
+    batch = st.LWPR().update(x[:256], y[:256]).update(x[256:], y[256:])
+    assert stream == batch
+    assert "first" not in stream.__getstate__()
     np.testing.assert_array_equal(stream.predict(ask), batch.predict(ask))
 
 

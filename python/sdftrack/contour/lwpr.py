@@ -18,6 +18,7 @@ from sdftrack.contour.lwpr_data import (
     AUTO,
     FIRST,
     KIND,
+    FirstSamples,
     Samples,
     check_norm,
     content_of,
@@ -27,6 +28,7 @@ from sdftrack.contour.lwpr_data import (
     norms,
     plain,
     samples,
+    settled_by,
     state_from,
     warn_of_many_fields,
     without_auto,
@@ -99,7 +101,7 @@ class LWPR(SklearnParts):
     # On the class: scikit-learn wants nothing but parameters from __init__.
     _model: _core.LwprModel | None = None
     _flat = False
-    _first: Samples | None = None  # while the settings follow from them
+    _first: FirstSamples | None = None  # while the settings follow from them
 
     def __init__(
         self,
@@ -309,7 +311,8 @@ class LWPR(SklearnParts):
         core = b"" if self._model is None else self._model.to_bytes()
         state = {"parameters": self.get_params(), "flat": self._flat, "core": core}
         if self._first is not None:
-            state["first"] = {"x": self._first.x, "y": self._first.y}
+            kept = self._first.first(len(self._first))
+            state["first"] = {"x": kept.x, "y": kept.y}
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -318,7 +321,7 @@ class LWPR(SklearnParts):
         self._flat = bool(state["flat"])
         self._model = _core.LwprModel.from_bytes(state["core"]) if state["core"] else None
         first = state.get("first")
-        self._first = None if first is None else Samples(first["x"], first["y"], self._flat)
+        self._first = None if first is None else FirstSamples(Samples(first["x"], first["y"], self._flat))
         self._check_parameters()
 
     def __eq__(self, other: object) -> bool:
@@ -373,28 +376,36 @@ class LWPR(SklearnParts):
         data = samples(x, y, self.n_in, self.n_out)
         if not len(data.x):
             return  # nothing to take inputs, outputs and scales from
-        model = self._new_model(data)
+        kept = FirstSamples(data) if is_auto(self.init_D) else None
+        model = self._new_model(data if kept is None else kept.first(settled_by(len(kept))))
         model.update(data.x, data.y, self.threads, device)
         if self._model is not before:
             raise RuntimeError(
                 "this LWPR is in use by another thread, which initialised it concurrently; take turns"
             )
         self._model, self._flat = model, data.flat
-        self._first = data if is_auto(self.init_D) and len(data.x) < FIRST else None
+        self._first = kept if kept is not None and len(kept) < FIRST else None
         if device == CPU:
             warn_of_many_fields(0, len(data.x), model.field_counts)
 
-    def _learn_first(self, before: Samples, data: Samples, device: int) -> None:
+    def _learn_first(self, kept: FirstSamples, data: Samples, device: int) -> None:
         """Keep the first samples; where their number has doubled, learn them anew with the settings that follow."""
-        first = Samples(np.vstack([before.x, data.x]), np.vstack([before.y, data.y]), self._flat)
-        model = self._model
-        if len(before.x).bit_length() < min(len(first.x), FIRST).bit_length():
-            model = self._new_model(first)
-            model.update(first.x, first.y, self.threads, device)
-        elif model is not None:
-            model.update(data.x, data.y, self.threads, device)
+        before = len(kept)
+        if settled_by(before) == settled_by(before + len(data.x)):
+            model = self._learnt("update")
+            try:
+                model.update(data.x, data.y, self.threads, device)
+            finally:  # Ctrl-C may leave some unlearned
+                learned = model.samples - before
+                kept.add(Samples(data.x[:learned], data.y[:learned], data.flat))
+            return
+        now = FirstSamples(kept.first(before))  # the model is unchanged where learning is refused
+        now.add(data)
+        every = now.first(len(now))
+        model = self._new_model(now.first(settled_by(len(now))))
+        model.update(every.x, every.y, self.threads, device)
         self._model = model
-        self._first = first if len(first.x) < FIRST else None
+        self._first = now if len(now) < FIRST else None
 
     def _new_model(self, data: Samples) -> _core.LwprModel:
         fit = fitted(self._options(), self.norm_in, data.x)

@@ -132,7 +132,7 @@ def warn_of_many_fields(before: int, now: int, field_counts: Callable[[], list[i
 
 AUTO = ("w_cutoff", "init_D", "update_D")  # options that may be "auto"
 GIVEN = {"w_cutoff": 0.01, "init_D": 25.0, "update_D": True}  # in its place, with an init_D of one's own
-FIRST = 256  # samples, after which settings are fixed
+FIRST = 1 << 15  # samples, after which settings are fixed
 # Part of the data that a field covers, for 4,000 samples; with more of them fields may be smaller, and a stream is
 # taken for at least 1,000.
 SHARE, SAMPLES, FEWEST = 0.015, 4000, 1000
@@ -140,6 +140,37 @@ LOOKED_AT = 300  # samples, of which all pairs are
 # Far from a field's centre lie more samples the more inputs there are: they weigh less there.
 CUTOFF, LEAST_INPUTS, MOST_CUTOFF = 0.01, 3, 0.05
 D_RANGE = (1e-6, 1e8)
+
+
+class FirstSamples:
+    """The samples so far, in the order in which they came; the memory for them grows by doubling."""
+
+    def __init__(self, first: Samples) -> None:
+        self._x, self._y, self.flat = first.x.copy(), first.y.copy(), first.flat
+        self._count = len(first.x)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, more: Samples) -> None:
+        """Keep more samples, behind the others."""
+        count = self._count + len(more.x)
+        if count > len(self._x):
+            self._x, self._y = (
+                np.concatenate([kept[: self._count], np.empty((2 * count - self._count, kept.shape[1]))])
+                for kept in (self._x, self._y)
+            )
+        self._x[self._count : count], self._y[self._count : count] = more.x, more.y
+        self._count = count
+
+    def first(self, count: int) -> Samples:
+        """The first of them, as views."""
+        return Samples(self._x[: min(count, self._count)], self._y[: min(count, self._count)], self.flat)
+
+
+def settled_by(count: int) -> int:
+    """How many of the first samples give the settings: a power of 2, so that the sizes of calls do not matter."""
+    return 1 << (min(count, FIRST).bit_length() - 1)
 
 
 class Fitted(NamedTuple):
@@ -171,7 +202,8 @@ def fitted(options: dict[str, Any], norm_in: Any, x: Array) -> Fitted:
         norm = norms(norm_in, x, "norm_in")
     out = dict(options)
     with np.errstate(over="ignore", invalid="ignore"):
-        out["init_D"] = metric(x / norm, share(len(x)))
+        # The settings are for up to twice as many samples: for those in between.
+        out["init_D"] = metric(x / norm, share(3 * len(x) // 2))
     if is_auto(out["w_cutoff"]):
         cutoff = min(CUTOFF * max(x.shape[1] - LEAST_INPUTS, 1), MOST_CUTOFF)
         out["w_cutoff"] = min(cutoff, out["w_gen"] / 2)
