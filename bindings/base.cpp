@@ -6,6 +6,8 @@
 #include "array.h"
 #include "base/camera.h"
 #include "base/parallel.h"
+#include "frame/depth_metres.h"
+#include "release_gil.h"
 
 namespace sdftrack::bindings {
 
@@ -31,11 +33,38 @@ py::array_t<double> project_points(const Camera& camera, const py::array& points
   return to_numpy(std::move(px), {static_cast<py::ssize_t>(n), 2});
 }
 
+py::array_t<float> depth_metres(const py::array& units, double unit_m) {
+  const auto* from = borrow<std::uint16_t>(units, "depth", {-1, -1});
+  py::array_t<float> out({units.shape(0), units.shape(1)});
+  float* const to = out.mutable_data();
+  const ReleaseGil release;
+  frame::metres_of(from, static_cast<std::size_t>(units.size()), unit_m, to);
+  return out;
+}
+
+py::array without_lattice(const py::array& depth_m) {
+  const auto* from = borrow<float>(depth_m, "depth", {-1, -1});
+  const auto height = static_cast<int>(depth_m.shape(0)), width = static_cast<int>(depth_m.shape(1));
+  std::vector<float> out;
+  {
+    const ReleaseGil release;
+    if (frame::has_lattice({from, width, height})) {
+      out.assign(from, from + depth_m.size());
+      frame::fill_lattice(width, height, out.data());
+    }
+  }
+  return out.empty() ? depth_m : to_numpy(std::move(out), {depth_m.shape(0), depth_m.shape(1)});
+}
+
 }  // namespace
 
 void bind_base(py::module_& m) {
   m.def("thread_count", &thread_count, py::arg("requested") = 0,
         "Threads used when `requested` are asked for.");
+  m.def("depth_metres", &depth_metres, py::arg("units"), py::arg("unit_m"),
+        "Depth of 16 bits as metres, the nearest float32.");
+  m.def("without_lattice", &without_lattice, py::arg("depth_m"),
+        "The depth with the holes of a registration filled; the same array without such holes.");
   py::class_<Camera>(m, "Camera", "Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.")
       .def(py::init(&make_camera), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
            py::arg("width"), py::arg("height"), py::arg("distortion") = std::vector<double>{})

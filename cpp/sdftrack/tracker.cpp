@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "frame/depth_metres.h"
 #include "sdftrack/shape_volume.h"
 #include "tracking/options/option_schema.h"
 #include "tracking/options/sensor_presets.h"
@@ -14,9 +15,7 @@ namespace sdftrack {
 
 namespace {
 
-constexpr double kMostUnitsPerMetre = 1 << 24;  // floats hold whole numbers up to this one
-constexpr double kSameUnit = 1e-7;              // drivers state units as floats
-constexpr double kRotationError = 1e-2;         // what is more is a scale or a mirror
+constexpr double kRotationError = 1e-2;  // what is more is a scale or a mirror
 
 Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name) {
   const Eigen::Matrix3d R = T.linear();
@@ -88,24 +87,6 @@ tracking::TrackerOptions options_of(const TrackerSetup& setup) {
   }
   return check_options(options);
 }
-
-// The nearest float to the distance, so that it does not depend on the unit of the file: units of sensors are
-// 1 m / n, and a product with the rounded 1 / n would be up to 1 bit off.
-class MetresOf {
- public:
-  explicit MetresOf(double unit_m) : unit_m_(static_cast<float>(unit_m)) {
-    const double per_m = std::nearbyint(std::min(1 / unit_m, kMostUnitsPerMetre));
-    if (per_m < kMostUnitsPerMetre && std::abs(unit_m * per_m - 1) < kSameUnit)
-      units_per_m_ = static_cast<float>(per_m);
-  }
-  float operator()(std::uint16_t units) const {
-    const auto value = static_cast<float>(units);
-    return units_per_m_ > 0 ? value / units_per_m_ : value * unit_m_;
-  }
-
- private:
-  float unit_m_, units_per_m_ = 0;
-};
 
 TrackedPose pose_of(const tracking::ObjectResult& result) {
   TrackedPose out;
@@ -189,7 +170,12 @@ class Tracker::Session {
     if (frame.depth) {
       if (!(frame.depth_unit_m > 0)) throw std::invalid_argument("depth_unit_m: expected a number above 0");
       depth_m_.resize(pixels());
-      std::transform(frame.depth, frame.depth + pixels(), depth_m_.begin(), MetresOf(frame.depth_unit_m));
+      frame::metres_of(frame.depth, pixels(), frame.depth_unit_m, depth_m_.data());
+      depth_m = depth_m_.data();
+    }
+    if (depth_m && frame::has_lattice({depth_m, camera.width, camera.height})) {
+      if (!frame.depth) depth_m_.assign(depth_m, depth_m + pixels());
+      frame::fill_lattice(camera.width, camera.height, depth_m_.data());
       depth_m = depth_m_.data();
     }
     color_ = {frame.rgb, appearance::aligned_map(camera.width, camera.height)};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A build without CUDA has this in place of points_cuda.cu: an error.
+// A build without CUDA has this in place of points_cuda.cu and selection_cuda.cu: errors.
 #include "base/no_cuda.h"
 #include "frame/points_cuda.h"
+#include "frame/selection_cuda.h"
 
 namespace sdftrack::frame {
 
@@ -16,6 +17,10 @@ void PointsOnDevice::linearize(const std::vector<QuickTerms>&, const std::vector
 }
 void PointsOnDevice::cost(const std::vector<QuickTerms>&, const std::vector<PoseOf>&,
                           std::vector<QuickCost>*) {
+  no_cuda();
+}
+
+PixelsOnDevice choose_on_device(energies::CudaWork*, const DepthFrame&, const std::vector<Lookout>&, int) {
   no_cuda();
 }
 
