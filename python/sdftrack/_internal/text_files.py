@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import json
 import os
@@ -57,17 +58,23 @@ def reason_of(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def read_text(path: str | os.PathLike[str], encoding: str = "utf-8") -> str:
-    """The text of a file; ValueError if it is none."""
+def read_text(path: str | os.PathLike[str]) -> str:
+    """The text of a file, UTF-8, or UTF-16 with its mark, with line ends as "\\n"; ValueError if it is none."""
     try:
-        return Path(path).read_text(encoding=encoding)
+        return decoded(Path(path).read_bytes()).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
         raise ValueError(f"{os.fspath(path)}: expected text, got a binary file") from None
 
 
+def decoded(data: bytes) -> str:
+    """The text of bytes without the byte order mark, with which editors of Windows begin a file."""
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return data.decode("utf-16" if wide else "utf-8-sig")
+
+
 def read_json(path: str | os.PathLike[str]) -> Any:
     """The value in a JSON file."""
-    return parsed_json(read_text(path), path)
+    return parsed_json(Path(path).read_bytes(), path)
 
 
 def parsed_json(text: str | bytes, path: str | os.PathLike[str]) -> Any:
@@ -79,12 +86,12 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The tables of a TOML file."""
     import tomllib
 
-    return _parsed(lambda data: tomllib.loads(data.decode()), Path(path).read_bytes(), path, "TOML")
+    return _parsed(tomllib.loads, Path(path).read_bytes(), path, "TOML")
 
 
 def _parsed(parse: Callable[[Any], Any], text: str | bytes, path: str | os.PathLike[str], kind: str) -> Any:
     try:
-        return parse(text)
+        return parse(decoded(text) if isinstance(text, bytes) else text)
     except UnicodeDecodeError:
         raise ValueError(f"{os.fspath(path)}: not a {kind} file: expected text, got a binary file") from None
     except (ValueError, RecursionError) as error:

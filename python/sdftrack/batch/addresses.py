@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from sdftrack._internal.extras import need
+from sdftrack._internal.natural_order import natural
 from sdftrack._internal.text_files import reason_of
 
 ADDRESS = re.compile(r"^[a-zA-Z][a-zA-Z0-9+.-]+(?:://|::)")  # two letters and more: C:\ is a drive
@@ -50,7 +51,7 @@ def expanded(pattern: str, base: Path) -> list[str]:
     else:
         whole = str(base / Path(pattern).expanduser())
         # Some file that lies beside the recordings starts with a dot; it is none.
-        found = sorted(glob.glob(whole, recursive=True)) if glob.has_magic(pattern) else [whole]
+        found = sorted(glob.glob(whole, recursive=True), key=natural) if glob.has_magic(pattern) else [whole]
         found = [str(Path(path)) for path in found if os.path.exists(path)]
     if not found:
         raise FileNotFoundError(f"sequences: nothing matches {pattern}")
@@ -61,7 +62,7 @@ def _listed(pattern: str) -> list[str]:
     fs, path = _opened(pattern)
     with _service(f"{pattern}: cannot list it"):
         if glob.has_magic(path):
-            found = [_with_protocol(fs, pattern, name) for name in sorted(fs.glob(path))]
+            found = [_with_protocol(fs, pattern, name) for name in sorted(fs.glob(path), key=natural)]
         else:
             found = [pattern] if fs.exists(path) else []
     return found

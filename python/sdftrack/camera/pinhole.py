@@ -269,9 +269,10 @@ class Camera:
     def load(
         cls, path: str | os.PathLike[str], width: int | None = None, height: int | None = None
     ) -> Camera:
-        """Read a camera: our JSON, Open3D's intrinsic.json, BOP's camera.json, a ROS yaml or cam_K.txt.
+        """Read a camera of our JSON, Open3D, BOP, RealSense, nerfstudio, ROS, Kalibr, OpenCV, or from cam_K.txt.
 
-        `width` and `height` are required for cam_K.txt, which does not contain them; if the file does, they must agree.
+        The contents tell which; docs/data.md has the fields. `width` and `height` are required for a file that does not
+        contain them; if it does, they must agree.
         FileNotFoundError, or ValueError stating what the file lacks. A warning where the intrinsics are likely those of
         an image of another size.
         """

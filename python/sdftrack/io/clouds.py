@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.array_archive import read_array
+from sdftrack._internal.text_files import read_text
 from sdftrack.mesh.files import check_ply_is_whole
 
 FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
@@ -47,7 +48,7 @@ def read_cloud(file: Path) -> NDArray[Any]:
 def _read_text(file: Path) -> NDArray[np.float64]:
     """Read x y z from the first columns, separated by blanks, tabs, commas or semicolons."""
     rows: list[list[float]] = []
-    for i, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    for i, line in enumerate(read_text(file).splitlines(), 1):
         words = re.split(r"[\s,;]+", line.split("#")[0].strip())
         if words == [""]:
             continue

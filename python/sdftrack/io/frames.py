@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Depth, colour and mask images as files. Depth is 16 bit; the unit of a file is defined by its layout."""
+"""Depth, colour and mask images as files; the unit of 16-bit depth is defined by its layout."""
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import re
@@ -14,10 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold
+from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold, read_array
 from sdftrack._internal.files import replacing
+from sdftrack._internal.text_files import reason_of
+from sdftrack.io.exr import EXR_START, decode_exr
 
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
+_NPY_START = b"\x93NUMPY"
+HEADER_BYTES = 65536
 _TAIL = 1024  # writers may put a few bytes after the end mark
 _COPIES = 2.1  # of the pixels: OpenCV decodes into one and returns another; the rest is for the decoder
 PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 4, 6: 4}  # of the colour types; OpenCV makes BGRA of grey with alpha
@@ -49,25 +54,58 @@ def size_text(shape: tuple[int, ...]) -> str:
 
 def read_depth_units(
     path: str | os.PathLike[str], name: str | None = None, expected: Expected | None = None
-) -> NDArray[np.uint16]:
-    """(H, W) uint16 raw units of a depth image; `name` identifies the file in messages.
+) -> NDArray[np.uint16] | NDArray[np.float32]:
+    """(H, W) raw units of a depth image; `name` identifies the file in messages.
 
-    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, not 16 bit, or not of the
-    `expected` size, which is compared with the header before anything is decoded.
+    uint16, or float32 of a file of floating-point numbers (TIFF, NPY, EXR), in whatever unit it has.
+    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, of 8 bit or of several
+    channels, or not of the `expected` size, which is compared with the header before anything is decoded.
     """
     return decode_depth_units(_content(Path(path), name), name or str(path), expected)
 
 
-def decode_depth_units(data: bytes, name: str, expected: Expected | None = None) -> NDArray[np.uint16]:
+def decode_depth_units(data: bytes, name: str, expected: Expected | None = None) -> NDArray[Any]:
     """The same from the content of an image file."""
-    image = _decode(data, name, expected)
+    if data.startswith(_NPY_START):
+        image = _npy(data, name)
+    elif data.startswith(EXR_START):
+        image = decode_exr(data, name)
+    else:
+        image = _decode(data, name, expected)
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[..., 0]
+    if expected is not None:
+        expected.check(image.shape, name)
+    if image.ndim == 2 and image.dtype.kind == "f":
+        return np.ascontiguousarray(image, dtype=np.float32)
+    if image.ndim == 2 and image.dtype.kind in "iu" and image.itemsize > 2 and image.size:
+        if 0 <= image.min() and image.max() <= np.iinfo(np.uint16).max:
+            return image.astype(np.uint16)
     if image.dtype != np.uint16 or image.ndim != 2:
-        channels = "one channel" if image.ndim == 2 else f"{image.shape[2]} channels"
+        channels = "one channel" if image.ndim == 2 else f"shape {image.shape}"
+        why = "; 8-bit depth images do not contain the distances" if image.dtype.itemsize == 1 else ""
         raise ValueError(
-            f"{name}: expected 16-bit depth in one channel, got {image.dtype} with {channels}; "
-            "8-bit depth images do not contain the distances"
+            f"{name}: expected depth as 16-bit units or floating-point numbers in one channel, got {image.dtype} with "
+            f"{channels}{why}"
         )
     return image
+
+
+def _npy(data: bytes, name: str) -> NDArray[Any]:
+    try:
+        return np.asarray(read_array(io.BytesIO(data), len(data)))
+    except (ValueError, EOFError, OSError, SyntaxError, MemoryError) as error:
+        raise ValueError(f"{name}: not a readable .npy file ({reason_of(error)})") from None
+
+
+def header_size(path: Path) -> tuple[int, int] | None:
+    """(height, width) of an image file by its first bytes, without decoding; None where they do not tell."""
+    try:
+        with path.open("rb") as file:
+            header = image_header(file.read(HEADER_BYTES))
+    except OSError:
+        return None
+    return None if header is None else header.shape
 
 
 def read_color(

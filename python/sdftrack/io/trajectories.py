@@ -26,7 +26,7 @@ def tum_line(time_s: float, T: Array, digits: str = ".12g") -> str:
 def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
     """Line numbers, from 1, and the (N, 8) numbers `timestamp tx ty tz qx qy qz qw` of a TUM file, as they are."""
     lines, rows = [], []
-    for number, line in enumerate(read_text(path, "utf-8-sig").splitlines(), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:

@@ -180,7 +180,7 @@ def read_spans(path: Path) -> Spans:
     if not path.is_file():
         raise FileNotFoundError(f"--repetitions: no such file: {path}")
     try:
-        content = path.read_text(encoding="utf-8-sig")
+        content = read_text(path)
         spans = _spans_of_csv(content) if path.suffix.lower() == ".csv" else _spans_of_json(content)
     except WRONG:
         raise ValueError(f"--repetitions {path}: expected {FORM}") from None

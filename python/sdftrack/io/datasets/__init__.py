@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from sdftrack._internal.natural_order import in_order
 from sdftrack._internal.text_files import named
 from sdftrack.camera.plausible import warn_if_doubtful
 from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
@@ -84,7 +85,7 @@ def _detected(root: Path) -> Layout:
         if kind.detect(root):
             return kind
     known = "; ".join(f"{kind.name} ({kind.marks})" for kind in LAYOUTS.values())
-    for inside in sorted(root.iterdir())[:MAX_LISTED] if root.is_dir() else []:
+    for inside in in_order(root.iterdir())[:MAX_LISTED] if root.is_dir() else []:
         for kind in LAYOUTS.values():
             if kind.detect(inside):
                 raise ValueError(

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,15 @@ from sdftrack._internal.rotations import RotationErrors, rigid_pose
 from sdftrack._internal.text_files import contents, read_json
 from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, image_size, numbered
+from sdftrack.io.datasets.images import (
+    DEPTH_SUFFIXES,
+    Entry,
+    ImageFrames,
+    by_number,
+    color_files,
+    image_files,
+    image_size,
+)
 from sdftrack.io.datasets.layouts import register
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.datasets.video_images import VideoImage, VideoImages
@@ -33,30 +43,39 @@ def open_bop(root: Path) -> Sequence:
     if not cameras:
         raise ValueError(f"{root / 'scene_camera.json'}: expected at least one image, got none")
     ids = sorted(cameras)
-    depth = numbered(image_files(root / "depth"))
-    color = numbered(image_files(root / "rgb") or image_files(root / "gray"))
+    depth_images, color_images = image_files(root / "depth", DEPTH_SUFFIXES), color_files(root)
+    depth, color = by_number(depth_images), by_number(color_images)
     video = None if color else VideoImages.of(root)
-    width, height = image_size(root, depth.values())
+    width, height = image_size(root, depth_images)
     intrinsics = [_camera(root, i, cameras[i], width, height) for i in ids]
     entries = [
         Entry(
-            depth.get(f"{i:06d}", root / "depth" / f"{i:06d}.png"),
-            VideoImage(video, i) if video else color.get(f"{i:06d}"),
+            depth.get(i, root / "depth" / f"{i:06d}.png"),
+            VideoImage(video, i) if video else color.get(i),
             *_scale_and_time(root, i, cameras[i]),
             camera=None if intrinsics[0] == K else K,
         )
         for i, K in zip(ids, intrinsics, strict=True)
     ]
+    unused = len(color_images) - len(color.keys() & set(ids))
     camera = RGBDCamera(intrinsics[0])
     objects, places, truth = _ground_truth(root, ids)
+
+    @functools.cache
+    def mask_files() -> dict[tuple[int, int], Path]:
+        """By image and place, however many digits their names have; of what is visible before the whole."""
+        files = [*image_files(root / "mask"), *image_files(root / "mask_visib")]
+        names = ((re.fullmatch(r"(\d+)_(\d+)", p.stem), p) for p in files)
+        return {(int(name[1]), int(name[2])): p for name, p in names if name}
+
     return Sequence(
-        ImageFrames(root, entries, camera),
+        ImageFrames(root, entries, camera, unused and len(color_images)),
         camera,
         truth,
         LazyModels(_model_files(root), unit="mm"),
         objects=objects,
         ids=ids,
-        masks=lambda i: _masks(root, ids[i], places.get(i, {})),
+        masks=lambda i: _masks(mask_files(), ids[i], places.get(i, {})),
         symmetries=_symmetries(root),
         layout="bop",
         name=root.name,
@@ -150,15 +169,11 @@ def _is_number(value: Any) -> bool:
     )
 
 
-def _masks(root: Path, im_id: int, places: dict[int, int]) -> dict[int, NDArray[np.bool_]]:
-    masks = {}
-    for k, place in places.items():
-        for folder in ("mask_visib", "mask"):
-            file = root / folder / f"{im_id:06d}_{place:06d}.png"
-            if file.is_file():
-                masks[k] = read_mask(file, f"{folder}/{file.name}")
-                break
-    return masks
+def _masks(
+    files: Mapping[tuple[int, int], Path], im_id: int, places: dict[int, int]
+) -> dict[int, NDArray[np.bool_]]:
+    found = {k: files[im_id, place] for k, place in places.items() if (im_id, place) in files}
+    return {k: read_mask(file, f"{file.parent.name}/{file.name}") for k, file in found.items()}
 
 
 def _model_folders(root: Path) -> tuple[Path, ...]:

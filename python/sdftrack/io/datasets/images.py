@@ -5,19 +5,44 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.natural_order import in_order
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.frame import Frame
+from sdftrack.camera.files import read_camera
+from sdftrack.frame import PLAUSIBLE_DEPTH_M, Frame
+from sdftrack.io.datasets.pairing import frame_numbers, tell_numbers
 from sdftrack.io.datasets.video_images import VideoImage
-from sdftrack.io.frames import Expected, read_color, read_depth_units, size_text
+from sdftrack.io.frames import Expected, header_size, read_color, read_depth_units, size_text
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+DEPTH_SUFFIXES = (*IMAGE_SUFFIXES, ".pgm", ".npy", ".exr")
+COLOR_FOLDERS = ("rgb", "color", "colour", "image", "images", "gray", "grey", "rgb_images", "color_images")
+NO_COLOR = (
+    "depth",
+    "mask",
+    "label",
+    "seg",
+    "mesh",
+    "model",
+    "annot",
+    "pose",
+    "ir",
+    "infra",
+    "normal",
+    "conf",
+    ".",
+)
+FIRST = 10  # images that are looked at, of the first ones
+CAMERA_FILES = (
+    "camera.json", "intrinsic.json", "camera_intrinsic.json", "intrinsics.json", "camera_primesense.json", "cam_K.txt",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -31,12 +56,36 @@ class Entry:
     camera: Camera | None = None
 
 
-def image_files(folder: Path) -> list[Path]:
-    """The images in a folder, sorted by number if all names are numbers, else by name."""
+def image_files(folder: Path, suffixes: tuple[str, ...] = IMAGE_SUFFIXES) -> list[Path]:
+    """The images in a folder in the order of the numbers in their names."""
     if not folder.is_dir():
         return []
-    files = [p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and not p.name.startswith(".")]
-    return sorted(files, key=lambda p: (int(p.stem), p.name)) if numbers_of(files) else sorted(files)
+    return in_order(
+        p for p in folder.iterdir() if p.suffix.lower() in suffixes and not p.name.startswith(".")
+    )
+
+
+def depth_files(root: Path) -> list[Path]:
+    """The depth images of a layout, with a warning for numbers that are missing or there twice."""
+    files = image_files(root / "depth", DEPTH_SUFFIXES)
+    tell_numbers(files)
+    return files
+
+
+def color_files(root: Path) -> list[Path]:
+    """The colour images of a layout, in the first of `COLOR_FOLDERS` that has some."""
+    folders = {p.name.lower(): p for p in sorted(root.iterdir(), reverse=True) if p.is_dir()}
+    for name in COLOR_FOLDERS:
+        if name in folders and (files := image_files(folders[name])):
+            return files
+    others = [p.name for p in folders.values() if not p.name.startswith(NO_COLOR) and image_files(p)]
+    if others:
+        warnings.warn(
+            f"{root}: no colour: the images in {', '.join(others)} are not read; expected one of "
+            f"{', '.join(COLOR_FOLDERS)}",
+            stacklevel=6,
+        )
+    return []
 
 
 def numbers_of(files: Iterable[Path]) -> list[int] | None:
@@ -45,34 +94,52 @@ def numbers_of(files: Iterable[Path]) -> list[int] | None:
     return [int(name) for name in names] if all(name.isdecimal() for name in names) else None
 
 
-def numbered(files: Iterable[Path]) -> dict[str, Path]:
-    """Files by stem."""
-    return {p.stem: p for p in files}
+def by_number(files: Sequence[Path]) -> dict[int, Path]:
+    """Files by the number in their names."""
+    numbers = frame_numbers(files) or numbers_of(files)
+    return {} if numbers is None else dict(zip(reversed(numbers), reversed(files), strict=True))
 
 
 def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
-    """(width, height) of the first readable depth image; ValueError if there is none."""
+    """(width, height) of most depth images, of which one can be read; ValueError if there is none."""
     files, reasons = list(files), []
     if not files:
         raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
-    for file in files[:10]:
+    for file in files[:FIRST]:
         try:
             units = read_depth_units(file, _name(file, root))
-            return units.shape[1], units.shape[0]
         except (ValueError, FileNotFoundError) as error:
             reasons.append(str(error))
+            continue
+        height, width = _usual_size(files) or units.shape
+        return width, height
     raise ValueError(f"{root}: none of the first {len(reasons)} depth images can be read: {reasons[0][:400]}")
+
+
+def camera_beside(root: Path, size: tuple[int, int], names: Sequence[str] = CAMERA_FILES) -> Camera | None:
+    """The camera in the first of these files that is there; of images of that size, if the file has none."""
+    file = next((root / name for name in names if (root / name).is_file()), None)
+    return None if file is None else read_camera(Camera, file, *size)
+
+
+def _usual_size(files: Sequence[Path]) -> tuple[int, int] | None:
+    """(height, width) of most images, by their headers: the first ones and others throughout."""
+    chosen = dict.fromkeys([*files[:FIRST], *files[:: max(1, len(files) // FIRST)]])
+    sizes = Counter(size for file in chosen if (size := header_size(file)) is not None)
+    return sizes.most_common(1)[0][0] if sizes else None
 
 
 class ImageFrames:
     """Reads frames on access; unreadable ones are returned as `Frame.unreadable` with the reason."""
 
-    def __init__(self, root: Path, entries: list[Entry], camera: RGBDCamera) -> None:
+    def __init__(self, root: Path, entries: list[Entry], camera: RGBDCamera, colors: int = 0) -> None:
         if not entries:
             raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
         self._root, self._entries, self._camera = root, entries, camera
+        self._float_scale = 1.0
         self._color_size = self._usable_color_size()
         self._check_first()
+        self._tell(colors)
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -88,6 +155,8 @@ class ImageFrames:
         name = _name(entry.depth, self._root)
         camera = entry.camera or self._camera.depth
         units = read_depth_units(entry.depth, name, Expected("the camera", camera.shape))
+        if units.dtype == np.float32:
+            units *= np.float32(self._float_scale)
         color = None
         if self._color_size is not None and entry.color is not None and entry.color.is_file():
             name = _name(entry.color, self._root)
@@ -96,7 +165,7 @@ class ImageFrames:
             units,
             color,
             entry.timestamp,
-            depth_scale=entry.depth_scale,
+            depth_scale=None if units.dtype == np.float32 else entry.depth_scale,
             camera=entry.camera,
             index=i,
             check_units=check_units,
@@ -104,22 +173,56 @@ class ImageFrames:
 
     def _check_first(self) -> None:
         """Check the first frame: raise an error for a wrong unit or camera instead of returning bad frames."""
-        for i, entry in enumerate(self._entries[:10]):
+        other = None
+        for i, entry in enumerate(self._entries[:FIRST]):
             try:
                 units = read_depth_units(entry.depth)
             except (ValueError, FileNotFoundError):
                 continue
             camera = entry.camera or self._camera.depth
             if units.shape != camera.shape:
-                raise ValueError(
-                    f"{self._root}: depth images of {size_text(units.shape)} pixels with a camera of "
-                    f"{size_text(camera.shape)}; is this the depth image's camera?"
-                )
+                other = other or (units.shape, camera.shape)
+                continue
             try:
-                Frame(units, depth_scale=entry.depth_scale, index=i)
+                if units.dtype == np.float32:
+                    self._float_scale = self._scale_of(units)
+                    Frame(units * np.float32(self._float_scale), index=i)
+                else:
+                    Frame(units, depth_scale=entry.depth_scale, index=i)
             except ValueError as error:
                 raise ValueError(f"{_name(entry.depth, self._root)}: {error}") from None
             return
+        if other is not None:
+            raise ValueError(
+                f"{self._root}: depth images of {size_text(other[0])} pixels with a camera of "
+                f"{size_text(other[1])}; is this the depth image's camera?"
+            )
+
+    def _scale_of(self, depth: NDArray[np.float32]) -> float:
+        """Metres per unit of files of floating-point numbers, by their range; told."""
+        valid = depth[np.isfinite(depth) & (depth > 0)]
+        millimetres = bool(valid.size) and float(np.median(valid)) > PLAUSIBLE_DEPTH_M[1]
+        unit = "millimetres" if millimetres else "metres"
+        warnings.warn(f"{self._root}: depth in floating-point numbers is read as {unit}", stacklevel=6)
+        return 1e-3 if millimetres else 1.0
+
+    def _tell(self, colors: int) -> None:
+        """A warning for colour that lies there and is not used, or for frames without it, and for times that go back."""
+        count = len(self._entries)
+        used = sum(isinstance(e.color, Path) and e.color.is_file() for e in self._entries) if colors else 0
+        if colors != used or 0 < colors < count:
+            warnings.warn(
+                f"{self._root}: {used} of {count} frames have colour, by names, numbers or times; there are {colors} "
+                "colour images",
+                stacklevel=5,
+            )
+        times = [e.timestamp for e in self._entries if e.timestamp is not None]
+        back = [i for i in range(1, len(times)) if times[i] < times[i - 1]]
+        if back:
+            warnings.warn(
+                f"{self._root}: the time goes back {len(back)} times, at first in frame {back[0]}",
+                stacklevel=5,
+            )
 
     def take_color_of_any_size(self) -> None:
         """Also read colour images without a mapping to depth, for estimating that mapping."""
@@ -139,12 +242,12 @@ class ImageFrames:
         return None
 
     def _first_color_size(self) -> tuple[int, int] | None:
-        """That of the first colour image that can be read."""
-        for entry in self._entries[:10]:
-            if entry.color is not None and entry.color.is_file():
-                with contextlib.suppress(ValueError):
-                    height, width = _read(entry.color).shape[:2]
-                    return height, width
+        """That of most colour images of which one can be read."""
+        images = [e.color for e in self._entries if e.color is not None and e.color.is_file()]
+        for image in images[:FIRST]:
+            with contextlib.suppress(ValueError):
+                height, width = _read(image).shape[:2]
+                return _usual_size([f for f in images if isinstance(f, Path)]) or (height, width)
         return None
 
 

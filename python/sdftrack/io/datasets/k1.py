@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.text_files import contents, read_json
+from sdftrack._internal.text_files import contents, read_json, read_text
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_files, numbered, numbers_of
+from sdftrack.io.datasets.images import Entry, ImageFrames, color_files, depth_files, image_files, numbers_of
 from sdftrack.io.datasets.layouts import register
+from sdftrack.io.datasets.pairing import paired
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.frames import read_mask
 
@@ -21,7 +22,7 @@ SMALLEST_COMPONENT_PX = 1000
 
 def _detect(root: Path) -> bool:
     path = root / "camera.json"
-    return path.is_file() and '"K_depth"' in path.read_text(encoding="utf-8", errors="replace")
+    return path.is_file() and '"K_depth"' in read_text(path)
 
 
 @register("k1", "camera.json with K_depth, depth/", _detect)
@@ -32,20 +33,20 @@ def open_k1(root: Path) -> Sequence:
     values = read_json(path)
     with contents(path, "a camera.json of the k1 layout"):
         camera, scale = _camera(values), float(values["depth_scale_m"])
-    color, masks = numbered(image_files(root / "rgb")), numbered(image_files(root / "mask"))
-    depth = image_files(root / "depth")
+    depth, color = depth_files(root), color_files(root)
+    masks = paired(depth, image_files(root / "mask"), "masks")
     ids = numbers_of(depth) or list(range(len(depth)))
-    entries = [Entry(p, color.get(p.stem), scale) for p in depth]
+    entries = [Entry(p, image, scale) for p, image in zip(depth, paired(depth, color), strict=True)]
     meshes = sorted(root.glob("*.ply"))
     truth = _ground_truth(root / "poses_init.json", ids)
     instances = 1 + max((k for poses in truth.values() for k in poses), default=-1)
 
     def read_masks(i: int) -> dict[int, NDArray[np.bool_]]:
-        file = masks.get(depth[i].stem)
+        file = masks[i]
         return {} if file is None else components(read_mask(file, f"mask/{file.name}"))
 
     return Sequence(
-        ImageFrames(root, entries, camera),
+        ImageFrames(root, entries, camera, len(color)),
         camera,
         truth,
         LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),

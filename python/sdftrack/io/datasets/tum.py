@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack._internal.text_files import read_text
+from sdftrack._internal.time_units import in_seconds
 from sdftrack._internal.validation import shown
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.camera.files import load_camera
-from sdftrack.io.datasets.images import Entry, ImageFrames, image_size
+from sdftrack.io.datasets.images import Entry, ImageFrames, camera_beside, image_size
 from sdftrack.io.datasets.layouts import register
+from sdftrack.io.datasets.pairing import paired
 from sdftrack.io.datasets.sequence import LazyModels, Sequence
 from sdftrack.io.datasets.video_images import VideoImage, VideoImages, is_part
 from sdftrack.io.trajectories import read_tum
@@ -63,20 +64,28 @@ def open_tum(root: Path) -> Sequence:
             VideoImage(video, n) if is_part(p.name) else p for p, n in zip(color_files, numbers, strict=True)
         ]
     camera = _camera(root, image_size(root, depth_files))
-    color = _nearest(color_times, depth_times)
+    color = [None if j is None else images[j] for j in _nearest(color_times, depth_times)]
+    if color_files and video is None and not any(color):
+        warnings.warn(
+            f"{root}: no colour image within {1e3 * LONGEST_GAP_S:g} ms of a depth image; other clocks? paired by the "
+            "names of the files",
+            stacklevel=4,
+        )
+        color = [*paired(depth_files, color_files)]
     entries = [
-        Entry(file, None if j is None else images[j], DEPTH_SCALE, float(time))
-        for file, time, j in zip(depth_files, depth_times, color, strict=True)
+        Entry(file, image, DEPTH_SCALE, float(time))
+        for file, time, image in zip(depth_files, depth_times, color, strict=True)
     ]
     truth = {}
     if (root / "groundtruth.txt").is_file():
         pose_times, T_world_cam = read_tum(root / "groundtruth.txt")
+        pose_times = in_seconds(pose_times, str(root / "groundtruth.txt"))
         for i, j in enumerate(_nearest(pose_times, depth_times)):
             if j is not None:
                 truth[i] = {0: geometry.inverse(T_world_cam[j])}  # the still world is the one object
     meshes = sorted(root.glob("*.ply"))
     return Sequence(
-        ImageFrames(root, entries, RGBDCamera(camera)),
+        ImageFrames(root, entries, RGBDCamera(camera), 0 if any(color) else len(color_files)),
         camera,
         truth,
         LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
@@ -88,9 +97,9 @@ def open_tum(root: Path) -> Sequence:
 
 
 def _camera(root: Path, size: tuple[int, int]) -> Camera:
-    for name in ("camera.json", "intrinsic.json", "cam_K.txt"):
-        if (root / name).is_file():
-            return load_camera(Camera, root / name, *size)
+    camera = camera_beside(root, size)
+    if camera is not None:
+        return camera
     if size == (DEFAULT.width, DEFAULT.height):
         for key, camera in PUBLISHED.items():
             if key in root.resolve().name:
@@ -104,16 +113,17 @@ def _camera(root: Path, size: tuple[int, int]) -> Camera:
 
 def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
     """Times, files, and the third word of lines whose file is a video: the number of the image there."""
-    times, files, numbers = [], [], []
+    times: list[int | float] = []
+    files, numbers = [], []
     if path.is_file():
         for number, line in enumerate(read_text(path).splitlines(), 1):
             words = line.split()
             if not words or words[0].startswith("#"):
                 continue
             try:
-                times.append(float(words[0]))
+                times.append(int(words[0]) if words[0].isdecimal() else float(words[0]))
                 longest = max(map(len, os.fsencode(words[1]).split(b"/")))
-                if not math.isfinite(times[-1]) or longest > NAME_BYTES:
+                if not math.isfinite(float(times[-1])) or longest > NAME_BYTES:
                     raise ValueError
                 files.append(path.parent / words[1])
                 numbers.append(int(words[2]) if is_part(words[1]) else -1)
@@ -121,7 +131,7 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
                 raise ValueError(
                     f"{path}, line {number}: expected 'timestamp file', got {shown(line)}"
                 ) from None
-    return np.array(times), files, numbers
+    return in_seconds(times, str(path)), files, numbers
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:

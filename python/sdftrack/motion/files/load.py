@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sdftrack._internal.text_files import contents
+from sdftrack._internal.text_files import contents, decoded
 from sdftrack._internal.validation import number, shown
 from sdftrack.io.report_file import BOP_HEADER, read_results, result_of
 from sdftrack.io.trajectories import read_tum_rows
@@ -113,7 +113,7 @@ def _read(path: Path, fps: float | None, unit: str | None) -> tuple[list[Record]
         records, own = read_c3d(path, fps, unit)
         return records, own, True
     try:
-        text = path.read_bytes().decode("utf-8-sig")  # line breaks as they are: names may have some
+        text = decoded(path.read_bytes())  # line breaks as they are: names may have some
     except UnicodeDecodeError:
         raise ValueError(f"{path}: expected text, got a binary file") from None
     if suffix != ".csv":

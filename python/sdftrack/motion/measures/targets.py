@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_closing, binary_opening
 
+from sdftrack._internal.text_files import read_text
 from sdftrack._internal.validation import number, numbers
 from sdftrack.motion.definitions import Compute, Context, Definition, on_repetition
 from sdftrack.motion.samples import MotionSamples
@@ -180,7 +181,7 @@ def _read_points(path: FilePath) -> Array:
     if not path.is_file():
         raise ValueError(f"{path}: no such file")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path).splitlines()
         if not any(line.partition("#")[0].strip() for line in lines):
             raise ValueError("no points")
         return np.loadtxt(lines, delimiter=",", comments="#", ndmin=2, dtype=np.float64)

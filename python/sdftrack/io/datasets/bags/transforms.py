@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.natural_order import in_order
 from sdftrack._internal.rotations import rotation
 from sdftrack.io.datasets.bags.bag import Bag
 from sdftrack.io.datasets.bags.decoding import TRANSFORM_TYPES, Transform
@@ -94,7 +95,7 @@ def models_of(path: Path) -> dict[int, Any]:
     """{obj_id: Mesh} of the attachments of an .mcap file, or of those in a folder; {} without any."""
     from sdftrack.mesh import Mesh
 
-    files = [path] if path.is_file() else sorted(path.glob("*.mcap"))
+    files = [path] if path.is_file() else in_order(path.glob("*.mcap"))
     models: dict[int, Any] = {}
     for file in files:
         for name, data in _attachments(file):
