@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.array_equality import same
+from sdftrack._internal.lattice import without_lattice
 from sdftrack._internal.validation import INT_MAX, mask_of, number, one_of, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import host_array
@@ -28,7 +29,8 @@ class Frame:
     depth : (H, W) array or None
         On the host; with a CUDA build also on a GPU (DLPack or ``__cuda_array_interface__``), from which it is copied.
         float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16 with
-        `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only.
+        `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only. A lattice of
+        holes of one or two pixels, as depth has that was warped into a larger image, is filled between its neighbours.
     color : (h, w, 3) uint8, optional
         Any strides; its size may differ from that of `depth` if the camera holds the mapping between them.
     timestamp : float, optional
@@ -202,7 +204,7 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
         metres = np.where(np.isfinite(metres) & (metres > 0), metres, np.float32(0))
     if check_units:
         _check_unit(metres, depth.dtype)
-    return _read_only(metres)
+    return _read_only(without_lattice(metres))
 
 
 def _metres(units: NDArray[np.uint16], scale: float) -> NDArray[np.float32]:

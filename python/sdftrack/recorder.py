@@ -36,10 +36,10 @@ WAITING = 3  # frames that may wait to be drawn
 class Recorder(ClosedByWith):
     """Write the files of ``sdftrack track`` from your own tracking loop.
 
-    ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj), ``ground_truth_<k>.txt``
-    if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is closed, even if the loop
-    raises an exception, whose message is then ``stopped`` in ``report.json``. Until then they have temporary names; if
-    the disk is full, none of them is left behind.
+    ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj) of frames with times,
+    ``ground_truth_<k>.txt`` if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is
+    closed, even if the loop raises an exception, whose message is then ``stopped`` in ``report.json``. Until then they
+    have temporary names; if the disk is full, none of them is left behind.
     Rows go to disk as they come, and the video is drawn and encoded by another thread, so that a recorder neither
     slows the loop nor grows; its errors are raised by the next `add`, or by `close`.
 
@@ -171,17 +171,19 @@ class Recorder(ClosedByWith):
     def _add_rows(
         self, result: TrackResult, im_id: int, stamp: float | None, truth: Mapping[int, ArrayLike]
     ) -> None:
-        time = float(stamp) if stamp is not None else float(im_id)
         objects = []
         for k in range(len(result.poses)):
             name = self._names[k] if self._names is not None else f"object_{k}"
             objects.append(object_entry(result, k, self._obj_id(k), name))
-            track = self._track(f"trajectory_{k}.txt")
+            track = None if stamp is None else self._track(f"trajectory_{k}.txt")
             if str(result.status[k]) in ("ok", "weak"):
                 self._rows.add(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
-                track.add(tum_line(time, result.poses[k], ".9f"))
+                if track is not None and stamp is not None:
+                    track.add(tum_line(float(stamp), result.poses[k], ".9f"))
         for k, T in truth.items():
-            self._track(f"ground_truth_{int(k)}.txt").add(tum_line(time, np.asarray(T, np.float64), ".9f"))
+            if stamp is None:
+                break
+            self._track(f"ground_truth_{int(k)}.txt").add(tum_line(stamp, np.asarray(T, np.float64), ".9f"))
         entry = {
             "im_id": im_id,
             "timestamp": number_or_none(stamp),

@@ -8,7 +8,7 @@ import os
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 from xml.etree import ElementTree
 
 import numpy as np
@@ -185,7 +185,7 @@ def _from_fields(make: type[Camera], d: dict[str, Any], width: int | None, heigh
         )
     roi, binning = d.get("roi"), (d.get("binning_x", 0), d.get("binning_y", 0))
     _check_whole(tuple(roi.get(f"{a}_offset", 0) for a in "xy") if isinstance(roi, dict) else (), binning)
-    return make._from_K(_matrix(d, w, h), w, h, _lens(d, model))
+    return make._from_K(_matrix(d, w, h), cast(Any, w), cast(Any, h), _lens(d, model))
 
 
 def _matrix(d: dict[str, Any], w: float, h: float) -> NDArray[np.float64]:

@@ -98,7 +98,7 @@ class Followed:
     ) -> None:
         """Track and record all frames; the result of the first one is there. `note`: on a result, for the progress."""
         frame, label = self.frame, self.folder.name or str(self.folder)
-        further = read_ahead(fitting(self.seq[i], self.seq.camera) for i in self.numbers[1:])
+        further = read_ahead(fitting(self.seq[i], self.seq.camera, self.job.fps) for i in self.numbers[1:])
         with contextlib.closing(further) as frames:
             for n, i in enumerate(self.numbers):
                 if n:

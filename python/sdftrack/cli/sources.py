@@ -67,8 +67,21 @@ class Frames:
         return numbers
 
 
-def fitting(frame: Any, camera: Any) -> Any:
-    """The frame, or an unreadable one if its size differs from the camera's."""
+@dataclass(frozen=True, kw_only=True)
+class Rate:
+    """--fps, of commands that write times."""
+
+    fps: float | None = option(
+        None,
+        "Frames per second of a recording that has no times; without it, there are no trajectory files (TUM).",
+        check=above_zero("frames per second"),
+    )
+
+
+def fitting(frame: Any, camera: Any, fps: float | None = None) -> Any:
+    """The frame, or an unreadable one if its size differs from the camera's; `fps`: of frames without times."""
+    if fps is not None and frame.timestamp is None and frame.index is not None:
+        frame = frame.replace(timestamp=frame.index / fps)
     lens = frame.camera if frame.camera is not None else camera
     shape = getattr(lens, "depth", lens).shape
     if frame.depth is None or frame.depth.shape == shape:

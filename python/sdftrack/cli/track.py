@@ -27,11 +27,11 @@ from sdftrack.cli.init import (
 from sdftrack.cli.objects import Target, check_symmetry, give_symmetries, load_mesh, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
-from sdftrack.cli.sources import Frames, Layout, each_sequence, fitting
+from sdftrack.cli.sources import Frames, Layout, Rate, each_sequence, fitting
 
 
 @dataclass(frozen=True, kw_only=True)
-class Track(Meshes, Frames, Layout, Sensor, Common):
+class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
     """Track known shapes in recorded sequences.
 
     Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
@@ -146,7 +146,7 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
             **options,
         )
         meshes = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay_mesh]
-        frame = fitting(seq[numbers[0]], seq.camera)
+        frame = fitting(seq[numbers[0]], seq.camera, job.fps)
         run = Followed(job, folder, out, seq, numbers, frame)
         camera, counts = seq.camera if frame.camera is None else frame.camera, StatusCounts()
         # Before the folder is made: a start that cannot be leaves nothing behind.

@@ -78,14 +78,14 @@ def decode_depth_units(data: bytes, name: str, expected: Expected | None = None)
         expected.check(image.shape, name)
     if image.ndim == 2 and image.dtype.kind == "f":
         return np.ascontiguousarray(image, dtype=np.float32)
-    if image.ndim == 2 and image.dtype.kind in "iu" and image.itemsize > 2 and image.size:
-        if 0 <= image.min() and image.max() <= np.iinfo(np.uint16).max:
-            return image.astype(np.uint16)
+    wide = image.ndim == 2 and image.dtype.kind in "iu" and image.itemsize > 2 and image.size > 0
+    if wide and image.min() >= 0 and image.max() <= np.iinfo(np.uint16).max:
+        return image.astype(np.uint16)
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = "one channel" if image.ndim == 2 else f"shape {image.shape}"
         why = "; 8-bit depth images do not contain the distances" if image.dtype.itemsize == 1 else ""
         raise ValueError(
-            f"{name}: expected depth as 16-bit units or floating-point numbers in one channel, got {image.dtype} with "
+            f"{name}: expected 16-bit depth in one channel, or floating-point numbers, got {image.dtype} with "
             f"{channels}{why}"
         )
     return image

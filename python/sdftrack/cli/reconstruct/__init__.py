@@ -14,7 +14,7 @@ from sdftrack.cli.common import Common, Unit, above_zero, reconstructor_settings
 from sdftrack.cli.init import Init
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.reconstruct.place import INIT, SHAPE, known_shape, parse_place
-from sdftrack.cli.sources import Frames, Layout, each_sequence
+from sdftrack.cli.sources import Frames, Layout, Rate, each_sequence
 
 __all__ = ["Reconstruct", "reconstruct"]
 
@@ -23,7 +23,7 @@ THEN_INIT = "box:x,y,w,h|mask.png|mask"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reconstruct(Frames, Layout, Common):
+class Reconstruct(Rate, Frames, Layout, Common):
     """Reconstruct an unknown rigid object from recorded sequences while tracking it.
 
     Writes into DIR the mesh (mesh.ply, metres), the shape (shape.npz), and

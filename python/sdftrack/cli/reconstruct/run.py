@@ -71,7 +71,7 @@ class Recording(Followed):
     def of(cls, folder: Path, out: Path, seq: Any, job: Reconstruct, init: Init | None) -> Recording:
         """With the location of the object in its first frame."""
         numbers = job.numbers(seq, folder)
-        frame = fitting(seq[numbers[0]], seq.camera)
+        frame = fitting(seq[numbers[0]], seq.camera, job.fps)
         place = find_place(init, job.object_, seq, numbers[0], frame, folder)
         return cls(job, folder, out, seq, numbers, frame, init, place)
 
@@ -90,10 +90,9 @@ class Recording(Followed):
 
     def write_poses(self, recorder: Any, poses: dict[int, Any]) -> None:
         """refined_0.txt: poses of its own frames that belong to the refined mesh, as in trajectory_0.txt."""
-        times = {
-            n: float(i if r.timestamp is None else r.timestamp)
-            for n, (i, r) in enumerate(zip(self.ids, self.results, strict=False))
-        }
+        times = [r.timestamp for r in self.results]
+        if None in times:
+            return
         rows = [tum_line(times[n], T, ".9f") + "\n" for n, T in self.poses_of(poses).items()]
         write_text(self.out / "refined_0.txt", "".join(rows) or "\n")
         recorder.wrote("refined_0.txt")

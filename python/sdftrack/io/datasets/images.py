@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,7 +199,7 @@ class ImageFrames:
                 f"{size_text(other[1])}; is this the depth image's camera?"
             )
 
-    def _scale_of(self, depth: NDArray[np.float32]) -> float:
+    def _scale_of(self, depth: NDArray[Any]) -> float:
         """Metres per unit of files of floating-point numbers, by their range; told."""
         valid = depth[np.isfinite(depth) & (depth > 0)]
         millimetres = bool(valid.size) and float(np.median(valid)) > PLAUSIBLE_DEPTH_M[1]
@@ -207,7 +208,7 @@ class ImageFrames:
         return 1e-3 if millimetres else 1.0
 
     def _tell(self, colors: int) -> None:
-        """A warning for colour that lies there and is not used, or for frames without it, and for times that go back."""
+        """A warning for colour that is not used or is missing, and one for times that go back."""
         count = len(self._entries)
         used = sum(isinstance(e.color, Path) and e.color.is_file() for e in self._entries) if colors else 0
         if colors != used or 0 < colors < count:

@@ -79,7 +79,7 @@ def paired(depth: Sequence[Path], others: Sequence[Path], what: str = "colour im
             take([others[j] if j >= 0 else None for j in nearest.tolist()])
     if len(depth) == len(others) and not any(best) and depth:
         warnings.warn(
-            f"{others[0].parent}: neither names nor numbers of the {what} are those of the depth images; paired in order",
+            f"{others[0].parent}: {what} have neither names nor numbers of the depth images; paired in order",
             stacklevel=6,
         )
         return list(others)
