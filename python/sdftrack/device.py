@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.files import write_json
+from sdftrack._internal.validation import detached
 
 CPU = -1  # in place of the number of a GPU
 _DEVICES = ("cpu", "cuda", "cuda:N", "auto")
@@ -96,6 +97,7 @@ def host_array(value: Any, name: str) -> NDArray[Any]:
     """
     if isinstance(value, np.ndarray):
         return value
+    value = detached(value)
     interface = getattr(value, "__cuda_array_interface__", None)
     if interface is not None:
         return _copied_from_cuda(interface, name)

@@ -26,5 +26,5 @@ def natural(name: str) -> tuple[Any, ...]:
 
 
 def in_order(files: Iterable[Path]) -> list[Path]:
-    """Files in the order of their names without the suffix."""
-    return sorted(files, key=lambda file: (natural(file.stem), file.suffix))
+    """Files in the order of their folders, then of their names without the suffix."""
+    return sorted(files, key=lambda file: (natural(str(file.parent)), natural(file.stem), file.suffix))

@@ -55,14 +55,19 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
+def detached(value: Any) -> Any:
+    """`value`, or of a tensor with a gradient the numbers alone, which numpy refuses to take otherwise."""
+    return value.detach() if getattr(value, "requires_grad", False) and hasattr(value, "detach") else value
+
+
 def numbers(values: Any, name: str) -> NDArray[np.float64]:
     """`values` as a float64 array in C order; TypeError naming the argument."""
     try:
-        given = np.asarray(values)
+        given = np.asarray(detached(values))
         if given.dtype.kind not in "biuf":
             raise TypeError
         return np.ascontiguousarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):  # torch raises the last, of tensors in a list
         text = repr(values)
         shown = text if len(text) < 60 else type(values).__name__
         raise TypeError(f"{name}: expected an array of numbers, got {shown}{_kind(values)}") from None
@@ -130,7 +135,7 @@ def one_of(value: Any, words: Iterable[str], name: str) -> str:
 
 def mask_of(mask: Any, shape: tuple[int, ...] | None, name: str = "mask") -> NDArray[np.bool_]:
     """A mask (H, W) of bool or uint8, nonzero inside, as bool, of this shape, if any; errors name the argument."""
-    given = np.asarray(mask)
+    given = np.asarray(detached(mask))
     if given.dtype not in (np.bool_, np.uint8):
         raise TypeError(f"{name}: expected bool or uint8, got {given.dtype}; compare first, as in mask > 0")
     if shape is not None and given.shape != shape:

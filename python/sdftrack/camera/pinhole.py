@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import INT_MAX, number, numbers, shown
+from sdftrack._internal.validation import INT_MAX, detached, number, numbers, shown
 
 _DISTORTION_LENGTHS = (0, 4, 5, 8)
 NORMALISED, PICTURE = 4.0, 32  # all intrinsics below this are no pixels of an image with sides above that
@@ -215,7 +215,7 @@ class Camera:
         -------
         (..., 2) float64 pixels (u, v); NaN where z is not positive. May lie outside the image.
         """
-        p = np.asarray(points, dtype=np.float64)
+        p = np.asarray(detached(points), dtype=np.float64)
         if p.ndim == 0 or p.shape[-1] != 3:
             raise ValueError(f"points: expected shape (..., 3) in metres, got {p.shape}")
         flat = np.ascontiguousarray(p.reshape(-1, 3))
@@ -249,7 +249,7 @@ class Camera:
         ValueError
             The size differs from the camera's.
         """
-        d = np.asarray(depth)
+        d = np.asarray(detached(depth))
         if d.dtype.kind != "f":
             raise TypeError(f"depth: expected float metres, got {d.dtype}; multiply by the depth scale first")
         if d.shape != self.shape:

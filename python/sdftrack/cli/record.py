@@ -14,7 +14,7 @@ from typing import Any
 
 import sdftrack as st
 from sdftrack.cli.common import above_zero
-from sdftrack.cli.options import argument, option
+from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress
 from sdftrack.cli.recording import Item, Recording, items_of, write_all
 from sdftrack.cli.sources import CameraSize, Frames, Layout
@@ -73,6 +73,23 @@ class Convert(Frames, Layout, Recording):
     """
 
     seq: Path = argument("Recorded sequence.", "SEQ")
+    depth_glob: str | None = option(
+        None, "Depth images below SEQ of no known layout, in millimetres; quote it.", metavar="PATTERN"
+    )
+    color_glob: str | None = option(None, "Colour images below SEQ, likewise.", metavar="PATTERN")
+    camera: Path | None = option(
+        None, "Camera of those images. Default: a camera file in SEQ.", metavar="FILE"
+    )
+
+    @property
+    def opening(self) -> dict[str, Any]:
+        """Keyword arguments of `open_sequence`."""
+        globs = {"depth_glob": self.depth_glob, "color_glob": self.color_glob, "camera": self.camera}
+        if self.depth_glob is not None:
+            return {"layout": "folders", **globs}
+        if self.color_glob is not None or self.camera is not None:
+            raise Usage("expected --depth-glob with --color-glob and --camera", "--depth-glob")
+        return super().opening
 
 
 def convert(job: Convert) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.rotations import rigid_pose
-from sdftrack._internal.validation import numbers
+from sdftrack._internal.validation import detached, numbers
 from sdftrack.camera import Camera
 
 # A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
@@ -25,7 +25,7 @@ def is_mask(place: Place) -> bool:
 
 def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
     """(H, W) bool or uint8 of the depth image's size, nonzero on the object."""
-    given = np.asarray(mask)
+    given = np.asarray(detached(mask))
     if given.dtype != bool and given.dtype != np.uint8:
         raise TypeError(f"{name}: expected (H, W) bool or uint8, got {given.dtype} {given.shape}")
     if given.shape != (camera.height, camera.width):
@@ -98,8 +98,8 @@ def place_list(kind: str, given: Any, count: int, camera: Camera) -> list[Place]
 
 
 def _is_single(given: Any, ndim: int) -> bool:
-    if isinstance(given, np.ndarray):
-        return given.ndim == ndim
+    if hasattr(given, "ndim"):
+        return bool(given.ndim == ndim)
     for _ in range(ndim):
         if not isinstance(given, (list, tuple)) or not given:
             return False

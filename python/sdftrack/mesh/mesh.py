@@ -15,7 +15,7 @@ from sdftrack import _core
 from sdftrack._internal.array_equality import same
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.text_files import named
-from sdftrack._internal.validation import numbers, of_kind, whole
+from sdftrack._internal.validation import detached, numbers, of_kind, whole
 from sdftrack.device import device_number
 from sdftrack.mesh.files import read_mesh, unit_scale
 
@@ -69,8 +69,8 @@ class Mesh:
         *,
         seen: ArrayLike | None = None,
     ) -> None:
-        v = _rows(np.array(vertices, dtype=np.float64), "vertices")
-        f = np.asarray(faces)
+        v = _rows(np.array(detached(vertices), dtype=np.float64), "vertices")
+        f = np.asarray(detached(faces))
         if f.size and not np.issubdtype(f.dtype, np.integer):
             raise TypeError(f"faces: expected integers, got {f.dtype}; convert with faces.astype(np.int32)")
         f = _rows(f, "faces")

@@ -133,9 +133,19 @@ def _are_frames(value: Any) -> bool:
     return hasattr(value, "__iter__") and not hasattr(value, "__array__")
 
 
+def _cloud(points: Any) -> Any:
+    """The points of an Open3D cloud, of its tensor form, or of a trimesh.PointCloud; others as they are."""
+    if isinstance(points, np.ndarray):
+        return points
+    if hasattr(points, "point") and "positions" in points.point:
+        return points.point["positions"].cpu().numpy()
+    inner = getattr(points, "points", getattr(points, "vertices", None))
+    return points if inner is None else np.asarray(inner)
+
+
 def points_view(points: Any, unit: str | None, least: int, flat: bool = False) -> Any:
     """The core's view of points without a camera, (N, 3). `flat`: they may all lie in one plane."""
-    p: NDArray[np.float64] = numbers(points, "points") * unit_scale(unit)
+    p: NDArray[np.float64] = numbers(_cloud(points), "points") * unit_scale(unit)
     if p.ndim != 2 or p.shape[1] != 3:
         raise ValueError(f"points: expected shape (N, 3), got {p.shape}")
     bad = int(np.count_nonzero(~np.isfinite(p).all(axis=1)))

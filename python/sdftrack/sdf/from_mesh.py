@@ -22,13 +22,30 @@ def mesh_of(mesh: Any) -> Mesh:
         mesh = Mesh.load(mesh)
     elif isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         mesh = Mesh(mesh[0], mesh[1])
+    elif not hasattr(mesh, "faces") and (hasattr(mesh, "triangles") or hasattr(mesh, "triangle")):
+        mesh = _of_open3d(mesh)
     elif not isinstance(mesh, Mesh):
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise TypeError(
-                f"mesh: expected a path, Mesh, trimesh.Trimesh or (vertices, faces), got {type(mesh).__name__}"
+                "mesh: expected a path, Mesh, trimesh.Trimesh, Open3D mesh or (vertices, faces), got "
+                f"{type(mesh).__name__}"
             )
         mesh = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), vertex_colors(mesh))
     return mesh
+
+
+def _of_open3d(mesh: Any) -> Mesh:
+    """Open3D's TriangleMesh, whose colours are 0..1, or its tensor form, in which they may be uint8."""
+    if hasattr(mesh, "triangles"):
+        vertices, faces, colors = mesh.vertices, mesh.triangles, mesh.vertex_colors
+    else:
+        vertices, faces = (t.cpu().numpy() for t in (mesh.vertex["positions"], mesh.triangle["indices"]))
+        has_colors = "colors" in mesh.vertex
+        colors = mesh.vertex["colors"].cpu().numpy() if has_colors else ()
+    rgb = np.asarray(colors)
+    if rgb.size and rgb.dtype.kind == "f":
+        rgb = np.round(255 * np.clip(rgb, 0, 1)).astype(np.uint8)
+    return Mesh(np.asarray(vertices), np.asarray(faces), rgb if rgb.size else None)
 
 
 def distances_of_mesh(

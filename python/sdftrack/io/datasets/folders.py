@@ -14,10 +14,12 @@ from sdftrack.camera.files import read_camera
 from sdftrack.io.datasets.images import (
     Entry,
     ImageFrames,
+    camera_beside,
     color_files,
     depth_files,
     image_files,
     image_size,
+    matching,
     numbers_of,
 )
 from sdftrack.io.datasets.layouts import register
@@ -28,13 +30,26 @@ from sdftrack.io.frames import read_mask
 DEPTH_SCALE = 1e-3
 
 
-@register("folders", "cam_K.txt, depth/, rgb/, masks/", lambda root: (root / "cam_K.txt").is_file())
-def open_folders(root: Path) -> Sequence:
-    if not (root / "cam_K.txt").is_file():
-        raise FileNotFoundError(f"{root / 'cam_K.txt'}: this layout needs the camera's 3 x 3 matrix there")
-    depth, color = depth_files(root), color_files(root)
+@register(
+    "folders",
+    "cam_K.txt, depth/, rgb/, masks/",
+    lambda root: (root / "cam_K.txt").is_file(),
+    ("depth_glob", "color_glob", "camera"),
+)
+def open_folders(
+    root: Path, depth_glob: str | None = None, color_glob: str | None = None, camera: Path | None = None
+) -> Sequence:
+    """`depth_glob`, `color_glob`: patterns of the files below the folder; `camera`: its file, if not beside them."""
+    depth = depth_files(root) if depth_glob is None else matching(root, depth_glob, "depth_glob")
+    color = color_files(root) if color_glob is None else matching(root, color_glob, "color_glob")
+    file = root / "cam_K.txt" if camera is None and depth_glob is None else camera
+    if file is not None and not file.is_file():
+        raise FileNotFoundError(f"{file}: this layout needs the camera's 3 x 3 matrix there")
     masks = paired(depth, image_files(root / "masks"), "masks")
-    camera = read_camera(Camera, root / "cam_K.txt", *image_size(root, depth))
+    size = image_size(root, depth)
+    lens = camera_beside(root, size) if file is None else read_camera(Camera, file, *size)
+    if lens is None:
+        raise FileNotFoundError(f"camera: no file of the camera in {root}; pass one")
     times = times_of(depth, str(root / "depth"))
     entries = [
         Entry(p, image, DEPTH_SCALE, None if times is None else float(times[i]))
@@ -52,8 +67,8 @@ def open_folders(root: Path) -> Sequence:
         return {} if file is None else {0: read_mask(file, f"masks/{file.name}")}
 
     return Sequence(
-        ImageFrames(root, entries, RGBDCamera(camera), len(color)),
-        camera,
+        ImageFrames(root, entries, RGBDCamera(lens), len(color)),
+        lens,
         poses,
         LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
         objects=[1] if poses or masks or len(meshes) == 1 else [],

@@ -73,6 +73,14 @@ def depth_files(root: Path) -> list[Path]:
     return files
 
 
+def matching(root: Path, pattern: str, name: str) -> list[Path]:
+    """The files below a folder that match a pattern with *, ? or **, in their order; ValueError for none."""
+    found = in_order(p for p in root.glob(pattern) if p.is_file())
+    if not found:
+        raise ValueError(f"{name}: nothing in {root} matches {pattern!r}")
+    return found
+
+
 def color_files(root: Path) -> list[Path]:
     """The colour images of a layout, in the first of `COLOR_FOLDERS` that has some."""
     folders = {p.name.lower(): p for p in sorted(root.iterdir(), reverse=True) if p.is_dir()}

@@ -23,9 +23,19 @@ _TIME = re.compile(r"\D*(\d+\.\d+)")
 _REDWOOD = re.compile(r"\d+-(\d+)")  # number-microseconds
 
 
+def labels(files: Sequence[Path]) -> list[str]:
+    """The names of images without the suffix; with that of their folder, where each has a folder of its own."""
+    stems = [file.stem for file in files]
+    return (
+        stems
+        if len(set(stems)) > 1 or len(stems) < 2
+        else [f"{file.parent.name}/{file.stem}" for file in files]
+    )
+
+
 def frame_numbers(files: Sequence[Path]) -> list[int] | None:
     """The number that counts the images, of their names; None if no number tells them apart, or it is a time."""
-    found = [re.findall(r"\d+", file.stem) for file in files]
+    found = [re.findall(r"\d+", label) for label in labels(files)]
     if not found or len({len(numbers) for numbers in found}) != 1 or times_in_names(files) is not None:
         return None
     columns = [[int(number) for number in column] for column in zip(*found, strict=True)]
@@ -66,7 +76,7 @@ def paired(depth: Sequence[Path], others: Sequence[Path], what: str = "colour im
         if sum(f is not None for f in found) > sum(f is not None for f in best):
             best = found
 
-    take(_equal([p.stem for p in depth], [p.stem for p in others], others))
+    take(_equal(labels(depth), labels(others), others))
     ours, theirs = frame_numbers(depth), frame_numbers(others)
     if ours and theirs:
         take(_equal(ours, theirs, others))
