@@ -131,11 +131,12 @@ def _items(
     if not name or Path(name).name != name or name.startswith("."):
         raise ValueError(f"name: expected a word that can name a folder, got {name!r}")
     threads = job.get("threads", 1)
-    rows = list(_matrix(given, options, base))
     sources = _sources(job, base, earlier)
     before = {item.name: item for own in earlier.values() for item in own}
+    same = None if _is_of_recording(given) else list(_matrix(given, options, base))
     out = []
     for (source, after), label in zip(sources, _names(sources), strict=True):
+        rows = list(_matrix(_filled(given, source, label), options, base)) if same is None else same
         for matrix, words, files in rows:
             folder = "/".join([name, label, *([_folder(matrix)] if len(rows) > 1 else [])])
             varied = {**(before[after].matrix if after else {}), **matrix}
@@ -154,6 +155,24 @@ def _items(
             raise
         raise ValueError(" ".join(error.format_message().split())) from None
     return out
+
+
+def _is_of_recording(value: Any) -> bool:
+    """Whether a value, or one in a list or table, differs between recordings: it holds {recording} or {name}."""
+    if isinstance(value, Mapping):
+        return any(map(_is_of_recording, value.values()))
+    if isinstance(value, list):
+        return any(map(_is_of_recording, value))
+    return isinstance(value, str) and ("{recording}" in value or "{name}" in value)
+
+
+def _filled(value: Any, source: str, name: str) -> Any:
+    """The value for one recording: {recording} is its path or address, {name} its name."""
+    if isinstance(value, Mapping):
+        return {key: _filled(v, source, name) for key, v in value.items()}
+    if isinstance(value, list):
+        return [_filled(v, source, name) for v in value]
+    return value.replace("{recording}", source).replace("{name}", name) if isinstance(value, str) else value
 
 
 def _check_types(job: Mapping[str, Any]) -> None:

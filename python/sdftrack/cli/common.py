@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import typer
+
 import sdftrack as st
 from sdftrack.cli.options import Usage, option
 
@@ -37,6 +39,14 @@ def above_zero(what: str, limit: float = math.inf) -> Any:
         return value
 
     return check
+
+
+def exit_if_lost(lines: list[str]) -> None:
+    """Exit code 3 after lines of advice, one for each object that is lost in all frames."""
+    for line in lines:
+        print(f"sdftrack: {line}", file=sys.stderr)
+    if lines:
+        raise typer.Exit(ALL_LOST)
 
 
 @dataclass(frozen=True, kw_only=True)

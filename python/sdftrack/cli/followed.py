@@ -21,7 +21,31 @@ from sdftrack.cli.sources import fitting
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
 EVENTS = 5  # lines about trouble after the table
 UNITS = "the units of --model (--unit) and of the depth"
+# What fits a reason: a part of it, the option that helps, if the command has it and it is not given, and the advice.
+REMEDIES = (
+    (
+        "ambiguous",
+        "symmetry",
+        "--symmetry auto, if the poses look alike; --colored, if colours tell them apart",
+    ),
+    (
+        "undetermined",
+        "symmetry",
+        "--symmetry auto, if the object is round; --colored, if colours show how it turns",
+    ),
+    ("undetermined", "mask", "colour images show how a round object turns: --mode rgbd"),
+    ("another size", "scale", "--scale free, if the size is not known; check --unit"),
+    ("continues where", "scale", "--scale free, if the size is not known; check --unit"),
+    ("free space at", "scale", "--scale free, if the size is not known; check --unit"),
+    ("colours do not match", "mode", "--mode depth, which does not use colours"),
+    ("no depth measurement", "symmetry", "--mode rgb, if the object is black, shiny or transparent"),
+    ("too few depth", "symmetry", "--mode rgb, if the object is black, shiny or transparent"),
+    ("do not fit the shape", "sensor", "--sensor NAME or FILE, with the errors of the depth camera"),
+    ("probability of only", "sensor", "--sensor NAME or FILE, with the errors of the depth camera"),
+)
+MOSTLY = 0.5  # of the frames: an object that is weak or lost in more is told
 NEXT = {
+    "own": f"check that the masks of the recording show the object, and {UNITS}",
     "gt": "check that --model is the object of the ground truth, in its unit (--unit) and its frame",
     "poses": "check the poses' unit (m) and direction (T_cam_obj), and the unit of --model (--unit)",
     "auto": "give its location: --init box:x,y,w,h, --init click:x,y or --init mask.png",
@@ -133,14 +157,39 @@ class Followed:
         if len(events) > EVENTS:
             print(f"and {len(events) - EVENTS} more, see report.json")
 
-    def lost_throughout(self, names: list[str], inits: list[str]) -> Iterator[str]:
-        """One line for each object without any pose: since when, why, and what to try next."""
+    def _remedy(self, reasons: list[str], otherwise: str) -> str:
+        """The advice that fits the most frequent reason."""
+        for reason, _ in Counter(reasons).most_common(1):
+            for part, option, advice in REMEDIES:
+                if part in reason and getattr(self.job, option, "given") in (None, "auto", "none", "known"):
+                    return advice if option == "mask" or not otherwise else f"{advice}; or {otherwise}"
+        return otherwise
+
+    def tell_remedies(self, names: list[str], inits: list[str]) -> None:
+        """Print a line for each object that was followed but not well: how often, why, and what to try next."""
         for k, name in enumerate(names):
-            if any(str(r.status[k]) in ("ok", "weak") for r in self.results):
+            status = [str(r.status[k]) for r in self.results]
+            reasons = [
+                r.reason[k] for r, s in zip(self.results, status, strict=True) if s in ("weak", "lost")
+            ]
+            if any(s in ("ok", "weak") for s in status) and len(reasons) > MOSTLY * len(status):
+                counts = ", ".join(f"{status.count(s)} {s}" for s in ("weak", "lost") if s in status)
+                reason = Counter(reasons).most_common(1)[0][0]
+                step = self._remedy(reasons, "" if "ok" in status else NEXT[inits[min(k, len(inits) - 1)]])
+                following = f"; next: {step}" if step else ""
+                print(f"{name}: {counts} of {len(status)} frames, mostly because {reason}{following}")
+
+    def lost_throughout(self, names: list[str], inits: list[str], after: int = 0) -> Iterator[str]:
+        """A line for each object without any pose in the frames from `after` on: since when, why, what to try next."""
+        results = self.results[after:] or self.results
+        for k, name in enumerate(names):
+            if any(str(r.status[k]) in ("ok", "weak") for r in results):
                 continue
-            step = NEXT[inits[min(k, len(inits) - 1)]]
-            first = next((r for r in self.results if str(r.status[k]) == "lost"), self.results[0])
-            count = "the only frame" if len(self.results) == 1 else f"all {len(self.results)} frames"
+            reasons = [r.reason[k] for r in results if str(r.status[k]) == "lost"]
+            step = self._remedy(reasons, NEXT[inits[min(k, len(inits) - 1)]])
+            first = next((r for r in results if str(r.status[k]) == "lost"), results[0])
+            count = "the only frame" if len(results) == 1 else f"all {len(results)} frames"
+            count += " after the first" if len(results) < len(self.results) else ""
             yield f"{self.folder}: {name} is lost in {count} ({first.reason[k]}); next: {step}"
 
 

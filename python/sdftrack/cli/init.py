@@ -20,12 +20,12 @@ if TYPE_CHECKING:  # `--help` needs no numpy
     from numpy.typing import NDArray
 
 FARTHEST_M = 50.0  # beyond the depth cameras there are
-INIT = "gt|auto|poses.json|mask.png|box:x,y,w,h|click:x,y"
+INIT = "gt|auto|mask|poses.json|mask.png|box:x,y,w,h|click:x,y"
 
 
 @dataclass(frozen=True)
 class Init:
-    """One --init: "gt", "auto", "poses", "mask", "box" or "click", its text and numbers (pixels)."""
+    """One --init: "gt", "auto", "own" (the recording's masks), "poses", "mask", "box" or "click"; numbers are px."""
 
     kind: str
     text: str
@@ -38,10 +38,10 @@ class Init:
 
 
 def parse_inits(texts: Sequence[str], models: int) -> list[Init]:
-    """Parse --init options; gt, auto and a poses.json apply to all models, others to one each, in order."""
+    """Parse --init options; gt, auto, mask and a poses.json apply to all models, others to one each, in order."""
     inits = [parse_init(text) for text in texts]
     kinds = {i.kind for i in inits}
-    if kinds & {"gt", "auto", "poses"}:
+    if kinds & {"gt", "auto", "own", "poses"}:
         if len(inits) > 1:
             raise Usage(f"expected only {inits[0].text}, or a mask, box or click per --model", "--init")
         return inits
@@ -59,6 +59,8 @@ def parse_init(text: str, known: str = INIT, option: str = "--init", image: str 
     """
     if text in ("gt", "auto"):
         return Init(text, text)
+    if text == "mask" and "mask" in known.split("|"):
+        return Init("own", text)
     kind, colon, values = text.partition(":")
     for name, wanted in (("box", "x,y,w,h"), ("click", "x,y")):
         if colon and kind == name:
@@ -124,8 +126,14 @@ def places(
         return {"poses": _truth(targets, folder, first, seq)}
     if kind == "poses":
         return {"poses": read_poses(Path(inits[0].text), len(targets))}
-    if kind == "auto":
-        return {"masks": _known_masks(targets, first, seq)}
+    if kind in ("auto", "own"):
+        masks = _known_masks(targets, first, seq)
+        if masks is None and kind == "own":
+            raise ValueError(
+                f"--init mask: {folder} has no masks of the {len(targets)} objects in image {seq.ids[first]}; pass a "
+                "mask.png, box:x,y,w,h or click:x,y"
+            )
+        return {"masks": masks}
     shape = shape_of(frame, seq)
     if kind == "box":
         return {"boxes": [box_inside(i, shape) for i in inits]}

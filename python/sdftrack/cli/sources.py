@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,6 +93,22 @@ def fitting(frame: Any, camera: Any, fps: float | None = None) -> Any:
     )
 
 
+def first_readable(numbers: range, seq: Any, folder: Path, fps: float | None = None) -> tuple[range, Any]:
+    """The frames from the first one on that can be read, and that one; a warning names what was passed over.
+
+    ValueError with the reason if none of the first frames can be read.
+    """
+    passed: list[str] = []
+    for n, i in enumerate(numbers[:MOST_UNREADABLE]):
+        frame = fitting(seq[i], seq.camera, fps)
+        if not frame.error:
+            if passed:
+                warnings.warn(f"{folder}: {passed[0]}; the start is in image {seq.ids[i]}", stacklevel=2)
+            return numbers[n:], frame
+        passed.append(f"image {seq.ids[i]} cannot be used ({frame.error})")
+    raise ValueError(f"{folder}: {passed[0]}, nor can the {len(passed) - 1} after it")
+
+
 class Selected:
     """The frames of a sequence with these numbers, each as `changed(frame, number)` makes it when it is asked for."""
 
@@ -142,6 +159,7 @@ def each_sequence(
         raise RuntimeError(f"{len(failed)} of {len(folders)} sequences failed: " + "; ".join(failed))
 
 
+MOST_UNREADABLE = 10
 SIZED = (".json", ".yaml", ".yml")  # camera files that may hold the size of the image
 
 
@@ -154,7 +172,13 @@ class CameraSize:
     fps: float | None = option(None, "Frames per second.", check=above_zero("frames per second"))
 
     def opened(
-        self, address: str, waiting: int, *, color_alone: bool = False, camera: Path | None = None
+        self,
+        address: str,
+        waiting: int,
+        *,
+        color_alone: bool = False,
+        camera: Path | None = None,
+        **more: Any,
     ) -> Any:
         """`open_camera` with the options that were given. `color_alone`: a camera without depth is enough."""
         if is_webcam(address) and not color_alone:
@@ -162,7 +186,7 @@ class CameraSize:
                 "expected a camera with depth, got a webcam; sdftrack live --camera webcam:0 follows an outline "
                 "(--contour) or a known shape (--mode rgb)"
             )
-        given = {"width": self.width, "height": self.height, "fps": self.fps, "camera": camera}
+        given = {"width": self.width, "height": self.height, "fps": self.fps, "camera": camera, **more}
         return st.open_camera(address, waiting=waiting, **{k: v for k, v in given.items() if v is not None})
 
 

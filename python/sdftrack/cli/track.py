@@ -5,15 +5,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import typer
-
 import sdftrack as st
-from sdftrack.cli.common import ALL_LOST, Common, Holes, Meshes, Sensor, tracker_settings
+from sdftrack.cli.common import Common, Holes, Meshes, Sensor, exit_if_lost, tracker_settings
 from sdftrack.cli.init import (
     INIT,
     NAME,
@@ -27,7 +24,7 @@ from sdftrack.cli.init import (
 from sdftrack.cli.objects import Target, check_symmetry, give_symmetries, load_mesh, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
-from sdftrack.cli.sources import Frames, Layout, Rate, each_sequence, fitting
+from sdftrack.cli.sources import Frames, Layout, Rate, each_sequence, first_readable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +42,9 @@ class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
     )
     init: tuple[str, ...] = option(
         (),
-        "Location of the objects in the first image: ground truth (default); automatic search; a file; "
-        "a mask, box or click in the depth image, repeated for every --model.",
+        "Location of the objects in the first image: ground truth (default); the recording's own masks (default "
+        "where it has no poses); automatic search; a file; a mask, box or click in the depth image, repeated for every "
+        "--model.",
         metavar=INIT,
     )
     mode: Literal["auto", "depth", "rgbd", "rgb"] = option(
@@ -82,8 +80,16 @@ class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
             raise Usage(f"expected one per --model ({len(self.model)}), got {len(counts)}", "--count")
         return [path for path, count in zip(self.model, counts, strict=True) for _ in range(count)]
 
-    def inits(self) -> list[Init]:
-        inits = parse_inits(self.init or ["gt"], len(self.models()))
+    def inits(self, seq: Any = None, first: int = 0) -> list[Init]:
+        """--init; its default for a sequence is its masks, where it has no poses but masks in the first frame."""
+        own = (
+            not self.init
+            and seq is not None
+            and not seq.ground_truth
+            and self.mode != "rgb"
+            and seq.masks(first)
+        )
+        inits = parse_inits(self.init or (["mask"] if own else ["gt"]), len(self.models()))
         if self.mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
             raise Usage(
                 "expected gt or a file of poses: --mode rgb uses no depth, so it cannot search for an object",
@@ -121,10 +127,7 @@ def track(job: Track) -> None:
         options["outline"] = job.outline
     lost: list[str] = []
     each_sequence(job.seq, job.folder, lambda folder, out: lost.extend(_track_one(folder, out, job, options)))
-    if lost:
-        for line in lost:
-            print(f"sdftrack: {line}", file=sys.stderr)
-        raise typer.Exit(ALL_LOST)
+    exit_if_lost(lost)
 
 
 def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> list[str]:
@@ -132,7 +135,8 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
     from sdftrack.cli.followed import Followed, StatusCounts
 
     with st.open_sequence(folder, **job.opening) as seq:
-        numbers = job.numbers(seq, folder)
+        numbers, frame = first_readable(job.numbers(seq, folder), seq, folder, job.fps)
+        inits = job.inits(seq, numbers[0])
         targets = load_targets(job.models(), seq, job.unit, job.voxels, job.holes, job.colored)
         give_symmetries(targets, seq, job.symmetry, job.colored)
         names = [t.name for t in targets]
@@ -146,12 +150,11 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
             **options,
         )
         meshes = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay_mesh]
-        frame = fitting(seq[numbers[0]], seq.camera, job.fps)
         run = Followed(job, folder, out, seq, numbers, frame)
         camera, counts = seq.camera if frame.camera is None else frame.camera, StatusCounts()
         # Before the folder is made: a start that cannot be leaves nothing behind.
         try:
-            first, selection = begin(tracker, job.inits(), targets, frame, folder, numbers[0], seq)
+            first, selection = begin(tracker, inits, targets, frame, folder, numbers[0], seq)
         except StartError as error:
             raise error_with_picture(error, out, job.overwrite, frame, camera) from None
         run.results = [first]
@@ -162,7 +165,7 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
 
         recorder = run.recorder(
             tracker.shapes,
-            _settings(job, targets, tracker),
+            _settings(job, inits, targets, tracker),
             obj_ids=[t.obj_id for t in targets],
             names=names,
             meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
@@ -181,11 +184,13 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
             _tell(tracker, names)
             if selection and "lost" in map(str, first.status):
                 print(f"the regions selected as objects in the first frame: {out / NAME}")
-        return list(run.lost_throughout(names, [i.kind for i in job.inits()]))
+        kinds = [i.kind for i in inits]
+        if not job.quiet:
+            run.tell_remedies(names, kinds)
+        return list(run.lost_throughout(names, kinds))
 
 
-def _settings(job: Track, targets: list[Target], tracker: Any) -> dict[str, Any]:
-    inits = job.inits()
+def _settings(job: Track, inits: list[Init], targets: list[Target], tracker: Any) -> dict[str, Any]:
     symmetries = [t.symmetry.to_dict() if t.symmetry else None for t in targets]
     return {
         "command": "track",

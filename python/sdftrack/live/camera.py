@@ -143,6 +143,12 @@ class LiveCamera(ClosedByWith):
         """
         return self._clock.age_s(frame.timestamp, time.time())
 
+    def resume(self) -> None:
+        """Let a recording that was held at its first frame play on; nothing for a camera."""
+        resume = getattr(self._source, "resume", None)
+        if resume is not None:
+            resume()
+
     def close(self) -> None:
         """Stop the camera and release it; a second call does nothing."""
         with self._changed:

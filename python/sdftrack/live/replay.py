@@ -14,15 +14,18 @@ from sdftrack.live.sources import register_camera
 class Replay:
     """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back.
 
-    `fps`: by default that of the sequence's timestamps, else 30; ``inf``: as fast as frames are taken.
+    `fps`: by default that of the sequence's timestamps, else 30; ``inf``: as fast as frames are taken. `hold`: the
+    first frame is repeated until `resume`.
     """
 
-    def __init__(self, sequence: Any, fps: float | None = None, loop: bool = False) -> None:
+    def __init__(
+        self, sequence: Any, fps: float | None = None, loop: bool = False, hold: bool = False
+    ) -> None:
         if fps is not None and not fps > 0:
             raise ValueError(f"fps: expected frames per second above 0, got {fps!r}")
         self.camera = sequence.camera
         self.name = f"replay of {sequence.name or sequence.layout}"
-        self._sequence, self._loop = sequence, loop
+        self._sequence, self._loop, self._hold = sequence, loop, hold
         self._step_s = 1 / fps if fps else _step_s(sequence)
         self._next, self._due = 0, 0.0
         self._today = time.time() - time.monotonic()
@@ -33,12 +36,16 @@ class Replay:
                 return None
             self._next = 0
         frame = self._sequence[self._next]
-        self._next += 1
+        self._next += not self._hold
         now = time.monotonic()
         # Frames that reading has made late are not hurried after: a camera would have had them at their time.
         self._due = max(self._due + self._step_s, now) if self._due else now
         time.sleep(max(0.0, self._due - now))
         return frame.replace(timestamp=self._today + self._due)
+
+    def resume(self) -> None:
+        """Play on from the frame that was held."""
+        self._hold = False
 
     def reopen(self) -> None:
         pass
@@ -60,6 +67,7 @@ def open_replay(
     *,
     fps: float | None = None,
     loop: bool = False,
+    hold: bool = False,
     width: int | None = None,
     height: int | None = None,
     **layout: Any,
@@ -71,4 +79,4 @@ def open_replay(
         raise ValueError(
             f"width, height: the recording {address} has {depth.width} x {depth.height}, got {width} x {height}"
         )
-    return Replay(sequence, fps, loop)
+    return Replay(sequence, fps, loop, hold)

@@ -39,6 +39,24 @@ def name_list(names: Any, count: int) -> list[str]:
     return many
 
 
+def one_hint(several: dict[str, Any], single: dict[str, Any], count: int) -> tuple[str, Any] | None:
+    """The one of `several` ("masks", ...) or `single` ("mask", ...) that is given, as one of `several`; None: none.
+
+    Both are in the same order. ValueError for more than one, and for a single one of several shapes.
+    """
+    given = {name: value for name, value in (several | single).items() if value is not None}
+    if len(given) > 1:
+        raise ValueError(f"expected one of {', '.join(several)}, got {' and '.join(given)}")
+    for name, value in given.items():
+        if name in several:
+            return name, value
+        many = list(several)[list(single).index(name)]
+        if count > 1:
+            raise ValueError(f"{name}: expected {many} with one per shape ({count}), got a single one")
+        return many, [value]
+    return None
+
+
 def check_switches(collision: Any, membership: Any, threads: Any) -> None:
     """Check the types; the error names the argument."""
     if collision not in COLLISIONS:

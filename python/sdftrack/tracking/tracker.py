@@ -37,6 +37,7 @@ from sdftrack.tracking.arguments import (
     check_switches,
     name_list,
     object_number,
+    one_hint,
     options_of,
     pose_covariance,
 )
@@ -248,6 +249,10 @@ class Tracker:
         masks: Any = None,
         boxes: Any = None,
         clicks: Any = None,
+        pose: Any = None,
+        mask: Any = None,
+        box: Any = None,
+        click: Any = None,
     ) -> TrackResult:
         """Start or restart from poses, masks, boxes or clicks, or by searching the whole image.
 
@@ -263,6 +268,8 @@ class Tracker:
         clicks : sequence of (x, y), one per shape, or the two numbers for a single shape
             A depth pixel on each object. The connected region there, without tables and walls, and its segmentation by
             colour are searched; the pose that best explains the image there is used.
+        pose, mask, box, click : optional
+            The same of the only shape, as in :meth:`recover`.
 
         Returns
         -------
@@ -283,25 +290,21 @@ class Tracker:
             mesh or the depth, that may be wrong).
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        if self.mode == "rgb" and poses is None:
+        if self.mode == "rgb" and poses is None and pose is None:
             raise ValueError(
                 "poses: expected one per shape with mode='rgb', got none; without depth there is no search: "
                 "start(frame, poses=[...])"
             )
-        hints = {"poses": poses, "masks": masks, "boxes": boxes, "clicks": clicks}
-        given = [(name, value) for name, value in hints.items() if value is not None]
-        if len(given) > 1:
-            raise ValueError(
-                f"expected one of {', '.join(hints)}, got {' and '.join(name for name, _ in given)}"
-            )
+        count = len(self.shapes)
+        several = {"poses": poses, "masks": masks, "boxes": boxes, "clicks": clicks}
+        given = one_hint(several, {"pose": pose, "mask": mask, "box": box, "click": click}, count)
         camera = self._camera_of(frame)
         colors = self._colors_of(frame)
-        count = len(self.shapes)
         places: list[Place] = [None] * count
-        if clicks is not None:
-            places = clicked_places(self, clicks, frame, camera)
-        elif given:
-            places = place_list(*given[0], count, camera)
+        if given is not None and given[0] == "clicks":
+            places = clicked_places(self, given[1], frame, camera)
+        elif given is not None:
+            places = place_list(*given, count, camera)
         result = self._start_at(frame, camera, colors, places)
         return result if given else found_anywhere(self, frame, camera, colors, result)
 

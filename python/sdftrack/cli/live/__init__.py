@@ -83,6 +83,7 @@ class Live(CameraSize, Meshes, Sensor, Common):
         None, "Stop after this time; default: Ctrl-C.", check=above_zero("a time in seconds")
     )
     motion: bool = option(False, "Speed, path and repetitions so far, on the page and in ws:// streams.")
+    loop: bool = option(False, "Play a recording, --camera replay:..., again and again.")
     mode: Literal["auto", "depth", "rgbd", "rgb"] = option(
         "auto", "Depth only, with colour if available, or colour alone."
     )
@@ -92,6 +93,10 @@ class Live(CameraSize, Meshes, Sensor, Common):
     def by_color(self) -> bool:
         """Whether a known shape is followed by colour alone."""
         return not self.contour and (self.mode == "rgb" or is_webcam(self.address))
+
+    @property
+    def replays(self) -> bool:
+        return self.address.partition(":")[0] == "replay"
 
     def check(self) -> None:
         """Usage error for options that exclude each other."""
@@ -109,6 +114,8 @@ class Live(CameraSize, Meshes, Sensor, Common):
             raise Usage(
                 "expected --camera webcam:... with it: other cameras know their intrinsics", "--intrinsics"
             )
+        if self.loop and not self.replays:
+            raise Usage("expected --camera replay:RECORDING with it", "--loop")
         self.inits()
         if not self.model:
             refuse_cuda(self.device)
@@ -221,7 +228,9 @@ def _camera(job: Live) -> Any:
         if job.contour:  # an outline needs no intrinsics, so that guessed ones are as good
             warnings.filterwarnings("ignore", "webcam .*: its intrinsics are not known", UserWarning)
         enough = job.contour or job.by_color
-        return job.opened(job.address, WAITING, color_alone=enough, camera=job.camera)
+        # A recording waits for the user to show the object, as the scene before a camera does.
+        more = {"loop": job.loop, "hold": job.inits() is None} if job.replays else {}
+        return job.opened(job.address, WAITING, color_alone=enough, camera=job.camera, **more)
 
 
 def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Follower, list[Any]]:

@@ -35,6 +35,9 @@ class ColorAlone:
     def dropped(self) -> int:
         return int(self._camera.dropped)
 
+    def resume(self) -> None:
+        self._camera.resume()
+
     def age_s(self, frame: Any) -> float:
         return float(self._camera.age_s(frame))
 

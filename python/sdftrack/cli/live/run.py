@@ -93,6 +93,8 @@ class Run:
                 for part in (self._meshes, self.recorder, self.files):
                     if part is not None:
                         stack.callback(part.close)
+                if isinstance(self.follower, ReconstructorFollower) and self.recorder is not None:
+                    self._tell(self._save())
 
     @property
     def lost(self) -> list[str]:
@@ -121,6 +123,8 @@ class Run:
         age_s = self.camera.age_s(frame)
         self._tell(self.files.add(frame))
         if result is not None:
+            if not self.statistics.frames:
+                self.camera.resume()
             self.statistics.add(result, age_s)
             moved = self._move(frame, result)
             for stream in self.streams:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import typer
 
 from sdftrack._internal.extras import need
-from sdftrack.cli.common import Common, Unit, above_zero, reconstructor_settings
+from sdftrack.cli.common import Common, Unit, above_zero, exit_if_lost, reconstructor_settings
 from sdftrack.cli.init import Init
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.reconstruct.place import INIT, SHAPE, known_shape, parse_place
@@ -34,15 +34,19 @@ class Reconstruct(Rate, Frames, Layout, Common):
     refined_0.txt has the poses that belong to the refined mesh.
 
     Ctrl-C ends a sequence early and keeps the results so far. Several sequences get a folder each; recordings of --then
-    continue the shape of the first, and their poses go to DIR/recording_2, and so on.
+    continue the shape of the first, and their poses go to DIR/recording_2, and so on. The exit code is 3 where the
+    object is lost in all frames after the first.
     """
 
     seq: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ")
     init: str | None = option(
         None,
         "Location of the object in the first image: a box or a mask in the depth image, or the true pose of "
-        "--shape. Default: the sequence's own mask.",
+        "--shape. Default, and mask: the sequence's own mask.",
         metavar=INIT,
+    )
+    mask: Path | None = option(
+        None, "Mask of the object in the first depth image; the same as --init mask.png.", metavar="mask.png"
     )
     then: tuple[Path, ...] = option(
         (),
@@ -104,7 +108,10 @@ class Reconstruct(Rate, Frames, Layout, Common):
 
     def place(self) -> Init | None:
         """Where the object is in the first image; None: in the sequence's own mask."""
-        place = None if self.init is None else parse_place(self.init, "--init", INIT)
+        if self.mask is not None and self.init is not None:
+            raise Usage("expected one of --init and --mask, got both", "--mask")
+        init = self.init or "mask" if self.mask is None else str(self.mask)
+        place = None if init == "mask" else parse_place(init, "--init", INIT)
         if place is not None and place.kind == "gt" and self.shape is None:
             raise Usage(
                 "gt: requires --shape with a known true pose in the sequence; otherwise omit --init", "--init"
@@ -160,11 +167,13 @@ def reconstruct(job: Reconstruct) -> None:
         need("xatlas", "export")
     job.place(), job.further(), job.voxel_count(), job.formats()
     options = job.options()
+    lost: list[str] = []
 
     def work(folder: Path, target: Path) -> None:
         from sdftrack.cli.reconstruct.run import reconstruct_one
 
-        reconstruct_one(folder, target, job, options)
+        lost.extend(reconstruct_one(folder, target, job, options))
 
     # What a sequence's own masks or truths do not have is a usage error of that sequence alone.
     each_sequence(job.seq, out, work, typer.BadParameter)
+    exit_if_lost(lost)

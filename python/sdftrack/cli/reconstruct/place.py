@@ -13,7 +13,7 @@ from sdftrack.cli.init import Init, parse_init, place_of, shape_of
 from sdftrack.cli.objects import about_file, load_mesh
 from sdftrack.cli.options import Usage
 
-INIT = "box:x,y,w,h|mask.png|gt"
+INIT = "box:x,y,w,h|mask.png|mask|gt"
 SHAPE = "sphere:RADIUS|FILE.ply|FILE.npz"
 MESHES = (".ply", ".obj", ".glb", ".stl")
 LARGEST_BALL_M = 5.0

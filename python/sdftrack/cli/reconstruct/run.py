@@ -17,7 +17,7 @@ from sdftrack.cli.followed import Followed
 from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, counted, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
-from sdftrack.cli.sources import fitting
+from sdftrack.cli.sources import first_readable
 from sdftrack.io.trajectories import tum_line
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ REFINE_STEPS = 100
 TURN_PICTURES, TURN_FPS = 90, 30.0
 
 
-def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> None:
-    """Reconstruct from one sequence; `options` are those of `Reconstructor`."""
+def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str, Any]) -> list[str]:
+    """Reconstruct from one sequence; `options` are those of `Reconstructor`. One line of advice if all is lost."""
     with st.open_sequence(folder, **job.opening) as seq:
         recording = Recording.of(folder, out, seq, job, job.place())
         for further, place in job.further():
@@ -47,6 +47,10 @@ def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str
         # Before the folder is made: a start that cannot be leaves nothing behind.
         recording.results = [star.start(recording.frame, **recording.place.arguments)]
         Run(job, star, recording).go()
+        kind = "own" if recording.init is None else recording.init.kind
+        if not job.quiet:
+            recording.tell_remedies([NAME], [kind])
+        return list(recording.lost_throughout([NAME], [kind], after=1))
 
 
 def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: Any) -> None:
@@ -70,8 +74,7 @@ class Recording(Followed):
     @classmethod
     def of(cls, folder: Path, out: Path, seq: Any, job: Reconstruct, init: Init | None) -> Recording:
         """With the location of the object in its first frame."""
-        numbers = job.numbers(seq, folder)
-        frame = fitting(seq[numbers[0]], seq.camera, job.fps)
+        numbers, frame = first_readable(job.numbers(seq, folder), seq, folder, job.fps)
         place = find_place(init, job.object_, seq, numbers[0], frame, folder)
         return cls(job, folder, out, seq, numbers, frame, init, place)
 
