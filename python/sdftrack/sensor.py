@@ -138,6 +138,11 @@ class SensorModel:
             "min_correlation_area_px": self.correlation_area_px,
         }
 
+    def quantized(self, sd_m: float, sd_per_m: float) -> SensorModel:
+        """Return the model of depth that was also stored in few bits, with the sd ``sd_m + sd_per_m Z^2``."""
+        noise = math.hypot(self.noise_m, sd_m), math.hypot(self.noise_per_m, sd_per_m)
+        return self.replace(noise_m=noise[0], noise_per_m=noise[1])
+
     def replace(self, **changes: Any) -> SensorModel:
         """Return a copy with some values changed."""
         return SensorModel.from_dict({**dataclasses.asdict(self), **changes})

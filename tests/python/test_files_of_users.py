@@ -397,7 +397,7 @@ KALIBR = """cam0:
   resolution: [64, 48]
   rostopic: /cam0/image_raw
 """
-LENS = (0.1, -0.05, 0.001, 0.002)
+LENS, NAMED = (0.1, -0.05, 0.001, 0.002), ("k1", "k2", "p1", "p2")
 REALSENSE = {"width": 64, "height": 48, "ppx": 31.0, "ppy": 23.5, "fx": 60.0, "fy": 61.0}
 NERF = {"fl_x": 60.0, "fl_y": 61.0, "cx": 31.0, "cy": 23.5, "w": 64, "h": 48, "frames": []}
 CAMERAS = {
@@ -406,7 +406,7 @@ CAMERAS = {
     "FileStorage": (STORAGE, True),
     "FileStorage XML": (XML, True),
     "Kalibr": (KALIBR, True),
-    "nerfstudio": (json.dumps({**NERF, "camera_model": "OPENCV", "k1": 0.1, "k2": -0.05, "p1": 1e-3, "p2": 2e-3}), True),
+    "nerfstudio": (json.dumps({**NERF, "camera_model": "OPENCV", **dict(zip(NAMED, LENS, strict=True))}), True),
     "nerfstudio pinhole": (json.dumps({**NERF, "camera_model": "PINHOLE"}), False),
     "RealSense": (json.dumps({**REALSENSE, "model": "distortion.brown_conrady", "coeffs": [*LENS, 0]}), True),
     "RealSense by number": (json.dumps({**REALSENSE, "model": 4, "coeffs": [*LENS, 0]}), True),

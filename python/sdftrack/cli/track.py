@@ -137,6 +137,8 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
     with st.open_sequence(folder, **job.opening) as seq:
         numbers, frame = first_readable(job.numbers(seq, folder), seq, folder, job.fps)
         inits = job.inits(seq, numbers[0])
+        if seq.quantization is not None and options.get("sensor") is not None:
+            options = {**options, "sensor": options["sensor"].quantized(*seq.quantization)}
         targets = load_targets(job.models(), seq, job.unit, job.voxels, job.holes, job.colored)
         give_symmetries(targets, seq, job.symmetry, job.colored)
         names = [t.name for t in targets]

@@ -28,8 +28,8 @@ def open_sequence(path: str | os.PathLike[str], layout: str = "auto", **options:
     path : folder or file
         docs/data.md describes the layouts.
     layout : str
-        "auto", or the name of a layout: "bop", "k1", "tum", "folders", "open3d", "realsense", "azure", "ros1", "ros2"
-        or "mcap".
+        "auto", or the name of a layout: "bop", "k1", "tum", "folders", "open3d", "lerobot", "realsense", "azure",
+        "ros1", "ros2" or "mcap".
     **options
         Those of the layout; None counts as not given.
 
@@ -95,5 +95,5 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d, realsense, azure  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, open3d, lerobot, realsense, azure  # noqa: E402, F401, I001
 from sdftrack.io.datasets.bags import opening  # noqa: E402, F401

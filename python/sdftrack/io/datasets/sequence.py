@@ -44,6 +44,11 @@ class Sequence(ClosedByWith):
     close : function, optional
         Closes the files that `frames` reads from; called once.
 
+    Attributes
+    ----------
+    quantization : (m, 1/m) or None
+        Sd of the depth by its storage in few bits: the first, and the second times the square of the distance.
+
     Examples
     --------
     >>> import numpy as np
@@ -93,6 +98,7 @@ class Sequence(ClosedByWith):
         self.layout = layout
         self.name = name
         self._close = close
+        self.quantization: tuple[float, float] | None = None
         self._again: tuple[Callable[..., Sequence], tuple[Any, ...]] | None = None
 
     def can_be_opened_again(self, opening: Callable[..., Sequence], *arguments: Any) -> Sequence:
