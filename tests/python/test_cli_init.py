@@ -132,3 +132,90 @@ def test_a_click_on_nothing_says_what_is_there():
     ):
         with pytest.raises(ValueError, match=words):
             connected_region(frame, CAMERA, (5, 5), 0.1)
+
+
+def masked(folder, mask):
+    """The recording of `scene` as a folder with masks, without poses, times and colour."""
+    (folder / "rec/masks").mkdir(parents=True)
+    np.savetxt(folder / "rec/cam_K.txt", CAMERA.K)
+    (folder / "rec/depth").mkdir()
+    write_mask(folder / "rec/masks/frame_0.png", mask)
+    return folder / "rec"
+
+
+@pytest.mark.parametrize("init", [(), ("--init", "mask")], ids=["default", "asked for"])
+@pytest.mark.parametrize("fps", [(), ("--fps", "20")], ids=["without times", "fps"])
+def test_the_masks_of_a_recording_are_where_its_objects_are(scene, tmp_path, init, fps):
+    from sdftrack.io.frames import write_depth_units
+
+    folder, seq, mask = scene
+    own = masked(tmp_path, mask)
+    for i in range(FRAMES):
+        write_depth_units(own / f"depth/d_{i}.png", np.round(1000 * seq[i].depth).astype(np.uint16))
+    model = str(folder / "duck.ply")
+    out = tmp_path / "out"
+    assert (
+        run(
+            ["track", str(own), "--model", model, "--out", str(out), "--no-video", "-q", *VOXELS, *init, *fps]
+        )
+        == 0
+    )
+    report = json.loads((out / "report.json").read_text())
+    assert report["settings"]["init"] == "mask"
+    for i, entry in enumerate(report["frames"]):
+        assert (
+            st.metrics.pose_error(np.array(entry["objects"][0]["pose"]), seq.ground_truth[i][0])[0]
+            < MAX_ERROR_M
+        )
+    assert (out / "trajectory_0.txt").exists() == bool(fps)
+    if fps:
+        assert np.allclose(np.loadtxt(out / "trajectory_0.txt")[:, 0], np.arange(FRAMES) / 20)
+
+
+@pytest.mark.parametrize("damage", ["cut", "gone"])
+@pytest.mark.parametrize("kind", ["mask", "box", "click"])
+@pytest.mark.filterwarnings("ignore:.*the start is in image 1")
+def test_a_first_image_that_cannot_be_read_is_passed_over(scene, tmp_path, kind, damage):
+    folder, _, mask = scene
+    shutil.copytree(folder, tmp_path / "copy")
+    first = sorted((tmp_path / "copy/seq/depth").iterdir())[0]
+    first.write_bytes(first.read_bytes()[:900]) if damage == "cut" else first.unlink()
+    text = {
+        "mask": str(folder / "mask.png"),
+        "box": "box:" + ",".join(map(str, box_of(mask))),
+        "click": "click:" + ",".join(map(str, middle_of(mask))),
+    }[kind]
+    report = track(tmp_path / "copy", tmp_path / "out", "--init", text)
+    assert [entry["im_id"] for entry in report["frames"]] == list(range(1, FRAMES))
+    assert all(entry["objects"][0]["status"] == "ok" for entry in report["frames"])
+
+
+@pytest.mark.parametrize(
+    ("reason", "given", "words"),
+    [
+        ("ambiguous: another pose explains the view nearly as well", {}, "--symmetry auto"),
+        ("another size: 1.3", {}, "--scale free"),
+        ("the observed colours do not match those of the object", {}, "--mode depth"),
+        ("the depth measurements do not fit the shape well", {}, "--sensor NAME"),
+        ("most of the surface that should be visible has no depth measurement", {}, "--mode rgb"),
+        ("the depth measurements do not fit the shape well", {"sensor": "kinect_v1"}, None),
+        ("the frame has no depth image", {}, None),
+    ],
+)
+@pytest.mark.parametrize("status", ["weak", "lost"])
+def test_the_last_line_names_the_option_that_fits_the_reason(reason, given, words, status, capsys):
+    from types import SimpleNamespace as Object
+
+    from sdftrack.cli.followed import NEXT, Followed
+
+    job = Object(**({"symmetry": "none", "scale": "known", "mode": "auto", "sensor": None} | given))
+    result = Object(status=[status], reason=[reason])
+    run_ = Followed(job, "rec", "out", None, range(4), None, results=[result] * 4)
+    lines = list(run_.lost_throughout(["cup"], ["mask"]))
+    run_.tell_remedies(["cup"], ["mask"])
+    lines += capsys.readouterr().out.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith(
+        "rec: cup is lost in all 4 frames" if status == "lost" else "cup: 4 weak of 4 frames"
+    )
+    assert (words or NEXT["mask"]) in lines[0].partition("next: ")[2]

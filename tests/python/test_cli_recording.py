@@ -275,3 +275,30 @@ def test_colour_with_a_mapping_that_ros_cannot_state_is_kept_without_it(tmp_path
             assert frame.color is None
         seq.take_unregistered_color()
         np.testing.assert_array_equal(seq[2].color, images[2].color)
+
+
+def test_images_of_no_layout_are_converted_by_patterns(tmp_path):
+    import cv2
+
+    for i in range(12):
+        (tmp_path / f"in/f{i}").mkdir(parents=True)
+        cv2.imwrite(str(tmp_path / f"in/f{i}/depth.png"), np.full((48, 64), 1000 + i, np.uint16))
+        cv2.imwrite(str(tmp_path / f"in/f{i}/color.png"), np.full((48, 64, 3), i, np.uint8))
+    np.savetxt(tmp_path / "K.txt", [[60, 0, 31.5], [0, 60, 23.5], [0, 0, 1]])
+    call = [
+        "convert",
+        str(tmp_path / "in"),
+        "--out",
+        str(tmp_path / "out"),
+        "-q",
+        "--color-glob",
+        "*/color.png",
+    ]
+    assert run([*call, "--camera", str(tmp_path / "K.txt")]) == 2  # --depth-glob is missing
+    assert run([*call, "--depth-glob", "*/nothing.png"]) == 1
+    assert run([*call, "--camera", str(tmp_path / "K.txt"), "--depth-glob", "*/depth.png"]) == 0
+    frames = [
+        (round(1000 * float(f.depth[0, 0])), int(f.color[0, 0, 0]))
+        for f in st.open_sequence(tmp_path / "out")
+    ]
+    assert frames == [(1000 + i, i) for i in range(12)]

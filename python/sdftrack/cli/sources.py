@@ -160,7 +160,6 @@ def each_sequence(
 
 
 MOST_UNREADABLE = 10
-SIZED = (".json", ".yaml", ".yml")  # camera files that may hold the size of the image
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,9 +204,13 @@ def parse_intrinsics(text: str, name: str) -> tuple[float, float, float, float]:
 
 def load_camera(file: Path, shape: tuple[int, int], what: str) -> Any:
     """The pinhole camera of a file, for images of that shape (rows, columns); `what`: "the depth image"."""
+    from sdftrack.camera.files import read_camera
+    from sdftrack.camera.plausible import warn_if_doubtful
+
     height, width = shape
     with about_file("--camera", file):
-        camera = st.Camera.load(file, *(() if file.suffix.lower() in SIZED else (width, height)))
+        camera = read_camera(st.Camera, file, width, height)
+    warn_if_doubtful(camera, str(file))
     if camera.shape != (height, width):
         raise ValueError(
             f"--camera {file}: expected the size of {what} {width} x {height}, got {camera.width} x {camera.height}"
