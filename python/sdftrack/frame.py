@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.array_equality import same
-from sdftrack._internal.lattice import without_lattice
 from sdftrack._internal.validation import INT_MAX, mask_of, number, one_of, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import host_array
 
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 _GRID_PIXELS = 1000
-MOST_UNITS_PER_M = 1 << 24  # whole numbers that float32 holds
-SAME_UNIT = 1e-7  # drivers state units as float32: 0.001f is 1 mm
 
 
 class Frame:
@@ -183,8 +181,11 @@ def _restore(*values: Any) -> Frame:
 
 
 def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) -> NDArray[np.float32]:
+    metres: NDArray[np.float32]
+    if depth.ndim != 2 or depth.size == 0:
+        raise ValueError(f"depth: expected shape (H, W), got {depth.shape}; select a single channel")
     if depth.dtype.kind == "u" and depth.dtype.itemsize == 2:
-        metres = _metres(depth, _checked_scale(depth_scale))
+        metres = _core.depth_metres(np.ascontiguousarray(depth, np.uint16), _checked_scale(depth_scale))
     elif depth.dtype.kind == "f" and depth.dtype.itemsize in (4, 8):
         if depth_scale is not None:
             raise ValueError(
@@ -197,28 +198,12 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
             f"depth: expected float32 or float64 metres, or uint16 with depth_scale, got {depth.dtype}; "
             "convert with depth.astype(np.uint16) if these are sensor units, or to float metres"
         )
-    if metres.ndim != 2 or metres.size == 0:
-        raise ValueError(f"depth: expected shape (H, W), got {depth.shape}; select a single channel")
     # One pass each and no temporary: NaN makes both comparisons false.
     if not (metres.min() >= 0 and metres.max() < np.inf):
         metres = np.where(np.isfinite(metres) & (metres > 0), metres, np.float32(0))
     if check_units:
         _check_unit(metres, depth.dtype)
-    return _read_only(without_lattice(metres))
-
-
-def _metres(units: NDArray[np.uint16], scale: float) -> NDArray[np.float32]:
-    """The nearest float32 to the distance in metres, so that it does not depend on the unit of the file.
-
-    Sensors' units are 1 m / n; a product with the rounded 1 / n would be up to 1 bit off.
-    """
-    metres: NDArray[np.float32] = units.astype(np.float32)
-    units_per_m = round(min(1 / scale, MOST_UNITS_PER_M))
-    if abs(scale * units_per_m - 1) < SAME_UNIT and units_per_m < MOST_UNITS_PER_M:
-        metres /= np.float32(units_per_m)
-    else:
-        metres *= np.float32(scale)
-    return metres
+    return _read_only(_core.without_lattice(metres))
 
 
 def _checked_scale(depth_scale: float | None) -> float:

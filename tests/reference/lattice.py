@@ -1,18 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Depth that was warped into a larger image: a lattice of holes, which are no borders of surfaces.
-
-Registration to a colour camera of more pixels leaves lines of one or two pixels without a measurement, a third of a
-row apart or more. A normal, an outline or a connected region would end at each of them.
-"""
+"""The numpy twin of cpp/frame/depth_metres.cpp: the holes of depth that was warped into a larger image."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-LEAST_HOLES = (
-    0.05  # of the measurements: 0.118 with every fifth row missing, at most 0.015 in what sensors deliver
-)
+LEAST_HOLES = 0.05  # of the measurements
 STEP_PX = 11  # between rows that are looked at; a prime, so that they are not those of the lattice
 WIDEST_PX = 2
 SAME_SURFACE = 0.02  # of the distance, across a hole
