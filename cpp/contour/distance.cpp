@@ -76,12 +76,14 @@ void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
     float *const out = work->least.data(), *const in = out + width;
     ops.min_square(work->to_outside.data() + first(y), nx, above, below, count, out);
     ops.min_square(work->to_inside.data() + first(y), nx, above, below, count, in);
+    const float* const kept = work->kept.data() + first(y);
+    float* const to = grid->phi.data() + first(y);
     for (int k = 0; k < count; ++k) {
-      const auto i = first(y) + static_cast<std::size_t>(k);
-      const bool inside = work->kept[i] < 0;
-      const float d = std::min(std::sqrt(inside ? out[k] : in[k]) - 0.5f, far);
-      grid->phi[i] = d < kBeside ? beside(work->kept.data(), nx, ny, box.x0 + k, y) : inside ? -d : d;
+      const float d = std::min(std::sqrt(kept[k] < 0 ? out[k] : in[k]) - 0.5f, far);
+      to[k] = kept[k] < 0 ? -d : d;
     }
+    for (int k = 0; k < count; ++k)
+      if (std::abs(to[k]) < kBeside) to[k] = beside(work->kept.data(), nx, ny, box.x0 + k, y);
   }
 }
 

@@ -21,8 +21,8 @@ std::size_t cells_of(const ContourGrid& grid) {
 // Bilinear sample; one half where a corner lies beyond the rectangle.
 float sample_at(const PosteriorImage& image, double u, double v) {
   const ImagePart& r = image.rect;
-  const int x = to_int(std::floor(u)), y = to_int(std::floor(v));
-  if (x < r.x0 || y < r.y0 || x >= r.x1 - 1 || y >= r.y1 - 1) return 0.5f;
+  if (!(u >= r.x0 && v >= r.y0 && u < r.x1 - 1 && v < r.y1 - 1)) return 0.5f;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
   const auto fx = static_cast<float>(u - x), fy = static_cast<float>(v - y);
   const float *const a = image.row(y) + (x - r.x0), *const b = a + r.width();
   const float top = a[0] + fx * (a[1] - a[0]), bottom = b[0] + fx * (b[1] - b[0]);

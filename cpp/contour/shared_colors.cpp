@@ -40,27 +40,34 @@ void add_color(const unsigned char* rgb, float* histogram) {
 
 // Sum of sqrt(p q), q of the colours just outside the outline in a square, p of the object's colours around
 // it; negative: too few cells on a side.
-double overlap_at(const SharedColorsWork& work, int columns, int rows, int column, int row) {
+double overlap_at(int columns, int rows, int column, int row, SharedColorsWork* work) {
   const auto square = static_cast<std::size_t>(row * columns + column);
   const CellBox near = CellBox{column, row, column, row}.grown(kObjectReach, columns, rows);
   int own = 0;
   for (int j = near.y0; j <= near.y1; ++j)
     for (int i = near.x0; i <= near.x1; ++i)
-      own += work.object_cells[static_cast<std::size_t>(j * columns + i)];
-  const int others = work.beside_cells[square];
+      own += work->object_cells[static_cast<std::size_t>(j * columns + i)];
+  const int others = work->beside_cells[square];
   if (own < kMinCells || others < kMinCells) return -1;
+  // Few of the colours occur beside the outline. They are looked up histogram by histogram, since each has
+  // the size of a cache of the processor.
+  const float* const beside = work->beside.data() + square * kColors;
+  auto& colors = work->colors;
+  auto& shares = work->shares;
+  colors.resize(kColors);
+  std::size_t count = 0;
+  for (int k = 0; k < kColors; ++k) colors[count] = k, count += beside[k] > 0;
+  shares.assign(count, 0.0f);
+  for (int j = near.y0; j <= near.y1; ++j)
+    for (int i = near.x0; i <= near.x1; ++i) {
+      const auto from = static_cast<std::size_t>(j * columns + i);
+      if (work->object_cells[from] == 0) continue;
+      const float* const object = work->object.data() + from * kColors;
+      for (std::size_t k = 0; k < count; ++k) shares[k] += object[colors[k]];
+    }
   double overlap = 0;
-  for (std::size_t k = 0; k < kColors; ++k) {
-    const float q = work.beside[square * kColors + k];
-    if (!(q > 0)) continue;
-    float p = 0;
-    for (int j = near.y0; j <= near.y1; ++j)
-      for (int i = near.x0; i <= near.x1; ++i) {
-        const auto from = static_cast<std::size_t>(j * columns + i);
-        if (work.object_cells[from] > 0) p += work.object[from * kColors + k];
-      }
-    overlap += std::sqrt(static_cast<double>(p) * static_cast<double>(q));
-  }
+  for (std::size_t k = 0; k < count; ++k)
+    overlap += std::sqrt(static_cast<double>(shares[k]) * static_cast<double>(beside[colors[k]]));
   return overlap / std::sqrt(static_cast<double>(own) * others);
 }
 
@@ -105,7 +112,7 @@ double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColor
     for (int column = 0; column < columns; ++column) {
       const int length = work->length[static_cast<std::size_t>(row * columns + column)];
       if (length == 0) continue;
-      const double overlap = overlap_at(*work, columns, rows, column, row);
+      const double overlap = overlap_at(columns, rows, column, row, work);
       if (overlap < 0) continue;
       work->parts.push_back({column, row, length, overlap});
       judged += length, shared += overlap > kAlike ? length : 0;

@@ -20,6 +20,8 @@ struct SharedColorsWork {
   std::vector<float> object, beside;  // histograms of each square, where it has cells
   std::vector<int> object_cells, beside_cells, length;
   std::vector<OutlinePart> parts;
+  std::vector<int> colors;    // of a square, beside the outline
+  std::vector<float> shares;  // of the object, of each of them
 };
 
 // The share of the outline, 0 to 1, that has the object's colours next to it, so that nothing holds it there.

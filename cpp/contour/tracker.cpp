@@ -229,8 +229,8 @@ ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned cha
 void ContourTracker::recentre() {
   ContourGrid& g = grid_;
   int x0 = g.nx, y0 = g.ny, x1 = 0, y1 = 0, inside = 0;
-  for (int y = 0; y < g.ny; ++y)
-    for (int x = 0; x < g.nx; ++x)
+  for (int y = g.inside.y0; y <= g.inside.y1; ++y)
+    for (int x = g.inside.x0; x <= g.inside.x1; ++x)
       if (g.phi[static_cast<std::size_t>(y * g.nx + x)] < 0)
         x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x), y1 = std::max(y1, y), ++inside;
   if (inside < kMinPixels) return;

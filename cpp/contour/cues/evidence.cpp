@@ -102,19 +102,25 @@ std::vector<double> colors_inside(const RgbView& image, const unsigned char* mas
 
 Mask moved_mask(const Mask& mask, const FlowView& flow) {
   const ImagePart& part = flow.part;
+  const auto left = static_cast<float>(part.x0), above = static_cast<float>(part.y0);
+  const float most_x = part.x1 - 1.0f, most_y = part.y1 - 1.0f;
   Mask out = mask;
   for (int y = part.y0; y < part.y1; ++y)
     for (int x = part.x0; x < part.x1; ++x) {
       const float* const back = flow.at(x, y);
-      const float u =
-          std::clamp(static_cast<float>(x) + back[0], static_cast<float>(part.x0), part.x1 - 1.0f);
-      const float v =
-          std::clamp(static_cast<float>(y) + back[1], static_cast<float>(part.y0), part.y1 - 1.0f);
-      const int ix = to_int(u), iy = to_int(v);
-      const int right = std::min(ix + 1, part.x1 - 1), below = std::min(iy + 1, part.y1 - 1);
+      // NaN becomes the first pixel of the part: no read outside.
+      const float u = std::min(std::max(left, static_cast<float>(x) + back[0]), most_x);
+      const float v = std::min(std::max(above, static_cast<float>(y) + back[1]), most_y);
+      const int ix = static_cast<int>(u), iy = static_cast<int>(v);
+      const int right = ix + 1 < part.x1 ? 1 : 0, below = iy + 1 < part.y1 ? mask.width : 0;
+      const unsigned char *a = mask.row(iy) + ix, *b = a + below;
+      const int corners = a[0] + a[right] + b[0] + b[right];
+      if (corners == 0 || corners == 4) {
+        out.row(y)[x] = corners != 0;
+        continue;
+      }
       const float fx = u - static_cast<float>(ix), fy = v - static_cast<float>(iy);
-      const unsigned char *a = mask.row(iy), *b = mask.row(below);
-      const float top = (1 - fx) * a[ix] + fx * a[right], bottom = (1 - fx) * b[ix] + fx * b[right];
+      const float top = (1 - fx) * a[0] + fx * a[right], bottom = (1 - fx) * b[0] + fx * b[right];
       out.row(y)[x] = (1 - fy) * top + fy * bottom >= 0.5f;
     }
   return out;
