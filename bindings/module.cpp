@@ -31,6 +31,7 @@ void bind_levelset(py::module_& m);
 void bind_lwpr(py::module_& m);
 void bind_outline(py::module_& m);
 void bind_photometric(py::module_& m);
+void bind_motion(py::module_& m);
 void bind_optimizer(py::module_& m);
 void bind_option_schema(py::module_& m);
 void bind_plane(py::module_& m);
@@ -74,6 +75,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_dlpack(m);
   sdftrack::bindings::bind_device_array(m);
   sdftrack::bindings::bind_appearance(m);
+  sdftrack::bindings::bind_motion(m);
   sdftrack::bindings::bind_optimizer(m);
   sdftrack::bindings::bind_tracking(m);
   sdftrack::bindings::bind_levelset(m);

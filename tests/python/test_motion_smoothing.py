@@ -62,10 +62,12 @@ def test_the_posterior_is_that_of_a_rauch_tung_striebel_smoother():
     means, covariances = smooth_coordinate(t, y, variances, intensity)
 
     spline = UniformSpline(0.0, 1 / 120, 4 * (n - 1), 3)
-    band, right = _normal_equations(spline, t, y[:, None], variances)
+    band, right = _normal_equations(spline, *spline.basis(t), y[:, None], variances)
     band[:4] += spline.penalty_band(np.full(spline.size - 3, spline.step_s / intensity))
     posterior = BandedPosterior(band, right)
-    deviations = posterior.deviations(rng.standard_normal((spline.size, 4000)))
+    normal = rng.standard_normal((spline.size, 4000))
+    deviations = posterior.deviations(normal.copy())
+    assert np.array_equal(deviations, posterior.deviations(normal, threads=2))
     # Position, velocity, acceleration; the last is rough, and a spline of finite knots is smoother than the process.
     for derivative, far, narrow in ((0, 0.02, 0.95), (1, 0.03, 0.95), (2, 0.06, 0.85)):
         sd = np.sqrt(covariances[:, derivative, derivative])

@@ -182,8 +182,8 @@ def analyze(
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
     each = [(r, _cue_of(r, found, cues)) for r in found]
-    with ThreadPoolExecutor(_core.thread_count(whole(threads, "threads", 0, what=THREADS))) as pool:
-        motion.draw(pool.map)  # once, before threads ask for it
+    motion.draw(whole(threads, "threads", 0, what=THREADS))  # once, before threads ask for it
+    with ThreadPoolExecutor(_core.thread_count(threads)) as pool:
         counted = None if spans_s is not None else pool.submit(count_interval, motion, by=by)
         done = list(pool.map(lambda a: measure_repetition(motion, a[0], a[1], context, definitions), each))
     counts = (len(found),) * 3 if counted is None else counted.result()

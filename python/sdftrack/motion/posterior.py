@@ -4,27 +4,21 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import number
-from sdftrack.motion.quaternion_curves import (
-    angular_velocities_first,
-    exponentials_first,
-    matrices_first,
-    product_first,
-)
+from sdftrack.motion.quaternion_curves import exponentials_first, product_first
 from sdftrack.motion.samples import MotionSamples
 from sdftrack.motion.spline import BandedPosterior, SlowErrors, UniformSpline
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
-Coefficients = tuple[Array, Array]  # of positions (size, 3, S) and quaternions (size, 4, S)
-DRAWN_AT_ONCE = 25  # samples: a thread's share, which stays near the processor
+TOGETHER = 64  # coefficients whose errors stay in the processor's cache
 COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
 
 
@@ -50,39 +44,37 @@ class Piece:
         """(size, 7) coefficients."""
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
 
-    def drawn(self, rng: np.random.Generator, count: int, run: Callable[..., Any] = map) -> Coefficients:
-        """Coefficients of samples, with the slow errors; `run` is the map of a pool of threads, or Python's own.
+    def drawn(self, rng: np.random.Generator, count: int, threads: int = 1) -> Array:
+        """(size, 7, count) coefficients of samples, with the slow errors.
 
         These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
         """
         normal = rng.standard_normal((self.mean.size, count))
         slow = None if self.slow is None else self.slow.drawn(rng, count)
-        positions = np.empty((self.spline.size, 3, count))
-        q = np.empty((self.spline.size, 4, count))
-
-        def fill(first: int) -> None:
-            some = slice(first, first + DRAWN_AT_ONCE)
-            deviations = self.posterior.deviations(np.asfortranarray(normal[:, some]))
-            out = deviations.reshape(self.spline.size, COORDINATES, -1) + self.mean[:, :, None]
-            positions[..., some], q[..., some] = out[:, :3], out[:, 3:]
-            if self.slow is not None and slow is not None:
-                errors = self.slow.spline.evaluate(slow[..., some], self.spline.centers_s)
-                positions[..., some] += errors[:, :3]
+        out = self.posterior.deviations(normal, threads).reshape(self.spline.size, COORDINATES, count)
+        out += self.mean[:, :, None]
+        if self.slow is not None and slow is not None:
+            for first in range(0, self.spline.size, TOGETHER):
+                some = slice(first, first + TOGETHER)
+                errors = self.slow.spline.evaluate(slow, self.spline.centers_s[some])
+                out[some, :3] += errors[:, :3]
                 turns = exponentials_first(np.moveaxis(errors[:, 3:], 1, 0))
-                q[..., some] = np.moveaxis(product_first(turns, np.moveaxis(out[:, 3:], 1, 0)), 0, 1)
+                q = np.moveaxis(out[some, 3:], 1, 0)
+                q[:] = product_first(turns, q)
+        return out
 
-        list(run(fill, range(0, count, DRAWN_AT_ONCE)))
-        return positions, q
-
-    def evaluate(self, times_s: Array, coefficients: Coefficients) -> list[Array]:
-        """The fields of `MotionSamples` from positions to angular velocities.
+    def evaluate(self, times_s: Array, coefficients: Array) -> list[Array]:
+        """The fields of `MotionSamples` from positions to angular velocities, by (size, 7, S) coefficients.
 
         Samples are the fastest axis in memory, so that nothing is copied: what is returned are views.
         """
-        places = [np.moveaxis(self.spline.evaluate(coefficients[0], times_s, m), 1, 0) for m in range(4)]
-        q, rate = (np.moveaxis(self.spline.evaluate(coefficients[1], times_s, m), 1, 0) for m in (0, 1))
-        fields = [np.transpose(p, (2, 1, 0)) for p in (*places, angular_velocities_first(q, rate))]
-        return [*fields[:4], np.transpose(matrices_first(q), (3, 2, 0, 1)), fields[4]]
+        curves = [
+            _core.spline_values(*self.spline.basis(times_s, m), coefficients, COORDINATES if m < 2 else 3)
+            for m in range(4)
+        ]
+        rotations, turning = _core.rotations_of_curve(curves[0][3:], curves[1][3:])
+        fields = [np.transpose(p, (2, 1, 0)) for p in (*(c[:3] for c in curves), turning)]
+        return [*fields[:4], np.transpose(rotations, (3, 2, 0, 1)), fields[4]]
 
 
 class SmoothedMotion:
@@ -102,7 +94,7 @@ class SmoothedMotion:
     def __init__(self, trajectory: Trajectory, pieces: list[Piece], samples: int, seed: int) -> None:
         self.trajectory, self.pieces, self._seed = trajectory, pieces, seed
         self._count = samples
-        self._drawn: dict[int, Coefficients] = {}
+        self._drawn: dict[int, Array] = {}
 
     def _average(self, values: list[Any]) -> Any:
         """Of the pieces, weighted by their lengths."""
@@ -131,17 +123,17 @@ class SmoothedMotion:
         """Movements that are as probable as the posterior says, at regular times; the same ones in every call."""
         return self._evaluated(np.asarray(times_s, np.float64), sampled=True)
 
-    def draw(self, run: Callable[..., Any] = map) -> None:
-        """Draw the samples now, with the threads behind `run`; otherwise the first call that needs them does."""
+    def draw(self, threads: int = 1) -> None:
+        """Draw the samples now, on `threads` (0: all cores); otherwise the first call that needs them does."""
         for k in range(len(self.pieces)):
-            self._coefficients(k, sampled=True, run=run)
+            self._coefficients(k, sampled=True, threads=threads)
 
-    def _coefficients(self, k: int, sampled: bool, run: Callable[..., Any] = map) -> Coefficients:
+    def _coefficients(self, k: int, sampled: bool, threads: int = 1) -> Array:
         piece = self.pieces[k]
         if not sampled:
-            return piece.mean[:, :3, None], piece.mean[:, 3:, None]
+            return piece.mean[:, :, None]
         if k not in self._drawn:
-            self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count, run)
+            self._drawn[k] = piece.drawn(np.random.default_rng([self._seed, k]), self._count, threads)
         return self._drawn[k]
 
     def _evaluated(self, times: Array, sampled: bool) -> MotionSamples:

@@ -32,43 +32,30 @@ def left_jacobians(q: Array) -> Array:
 
 def matrices(q: Array) -> Array:
     """(..., 3, 3) rotations of quaternions (..., 4) of any length but 0."""
-    return np.moveaxis(matrices_first(np.moveaxis(q, -1, 0)), (0, 1), (-2, -1))
-
-
-def matrices_first(q: Array) -> Array:
-    """(3, 3, ...) rotations of quaternions (4, ...) of any length but 0: each component is a plane."""
-    x, y, z, w = q
+    x, y, z, w = np.moveaxis(q, -1, 0)
     s = 2.0 / (x * x + y * y + z * z + w * w)
     out = np.empty((3, 3, *x.shape))
     xs, ys, zs = s * x, s * y, s * z
     out[0, 0], out[0, 1], out[0, 2] = 1 - (ys * y + zs * z), xs * y - zs * w, xs * z + ys * w
     out[1, 0], out[1, 1], out[1, 2] = xs * y + zs * w, 1 - (xs * x + zs * z), ys * z - xs * w
     out[2, 0], out[2, 1], out[2, 2] = xs * z - ys * w, ys * z + xs * w, 1 - (xs * x + ys * y)
-    return out
+    return np.moveaxis(out, (0, 1), (-2, -1))
 
 
 def product_first(p: Array, q: Array) -> Array:
     """(4, ...) product p q of quaternions (4, ...): the rotation of q, then that of p."""
     return np.concatenate(
-        [p[3] * q[:3] + q[3] * p[:3] + cross_first(p[:3], q[:3]), [p[3] * q[3] - (p[:3] * q[:3]).sum(axis=0)]]
+        [
+            p[3] * q[:3] + q[3] * p[:3] + np.cross(p[:3], q[:3], axis=0),
+            [p[3] * q[3] - (p[:3] * q[:3]).sum(axis=0)],
+        ]
     )
-
-
-def cross_first(a: Array, b: Array) -> Array:
-    """(3, ...) cross product of vectors (3, ...)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def exponentials_first(w: Array) -> Array:
     """(4, ...) quaternions of rotation vectors (3, ...)."""
     half = 0.5 * np.sqrt((w**2).sum(axis=0))
     return np.concatenate([0.5 * w * np.sinc(half / np.pi), [np.cos(half)]])
-
-
-def angular_velocities_first(q: Array, rate: Array) -> Array:
-    """(3, ...) of curves (4, ...)."""
-    vector = q[3] * rate[:3] - rate[3] * q[:3] - cross_first(rate[:3], q[:3])
-    return np.asarray(2.0 * vector / (q**2).sum(axis=0))
 
 
 def angles_between(R: Array, S: Array) -> Array:

@@ -13,7 +13,7 @@ from scipy.special import gammaincinv
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap
 from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacobians
-from sdftrack.motion.spline import BandedPosterior, UniformSpline, slow_errors
+from sdftrack.motion.spline import BandedPosterior, UniformSpline, slow_errors, values_at
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -48,7 +48,8 @@ def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, varianc
     """
     rng = np.random.default_rng(0)
     h, size, m = spline.step_s, spline.size, spline.order
-    data, right = _normal_equations(spline, times_s, values, variances)
+    basis = spline.basis(times_s)
+    data, right = _normal_equations(spline, *basis, values, variances)
     extent = max(float(np.ptp(values, axis=0).max()), 1e-3)
     # A start that hardly smooths, with the jerk of the noise itself: tremor must be there to be kept.
     jerk = np.full(size - m, max(1e4 * extent**2, 20 * float(variances.mean()) / h**5))
@@ -61,8 +62,8 @@ def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, varianc
         moment = h * _second_moment(spline.differences(posterior.mean), spline.differences(probes))
         jerk = np.maximum(gaussian_filter1d(moment, WINDOW_S / h, mode="nearest"), LEAST_JERK * extent**2)
         if step >= MEASURED_ITERATIONS:
-            error = values - spline.evaluate(posterior.mean, times_s)
-            ratio = _second_moment(error, spline.evaluate(probes, times_s)) / variances
+            error = values - values_at(*basis, posterior.mean)
+            ratio = _second_moment(error, values_at(*basis, probes)) / variances
             scale2 = max(quiet_level(ratio, NOISE_WINDOW_S / h, values.shape[1]), 1e-12)
     alone = quiet_level((error**2).mean(axis=1) / variances, NOISE_WINDOW_S / h, values.shape[1])
     return MovementPrior(h / jerk, error, scale2 / max(alone, 1e-12))
@@ -84,17 +85,22 @@ def _second_moment(mean: Array, deviations: Array) -> Array:
     return np.asarray((mean**2).mean(axis=1) + (deviations**2).mean(axis=1))
 
 
+def _add(to: Array, at: NDArray[np.int64], values: Array) -> None:
+    """to[at] += values, where places in `at`, which ascend, may be equal."""
+    runs = np.flatnonzero(np.diff(at, prepend=-1))
+    to[at[runs]] += np.add.reduceat(values, runs, axis=0)
+
+
 def _normal_equations(
-    spline: UniformSpline, times_s: Array, values: Array, variances: Array
+    spline: UniformSpline, first: NDArray[np.int64], weights: Array, values: Array, variances: Array
 ) -> tuple[Array, Array]:
     """Lower band (degree + 1, size) of B^T R^-1 B, and B^T R^-1 y (size, C)."""
-    first, weights = spline.basis(times_s)
     data, right = np.zeros((spline.degree + 1, spline.size)), np.zeros((spline.size, values.shape[1]))
     scaled = weights / variances[:, None]
     for a in range(spline.degree + 1):
         for b in range(a + 1):
-            np.add.at(data[a - b], first + b, scaled[:, a] * weights[:, b])
-        np.add.at(right, first + a, scaled[:, a, None] * values)
+            _add(data[a - b], first + b, scaled[:, a] * weights[:, b])
+        _add(right, first + a, scaled[:, a, None] * values)
     return data, right
 
 
@@ -243,9 +249,9 @@ def _coupled(
     blocks = np.zeros((m + 1, spline.size, C, C))  # [a - b, b]
     Wy = np.einsum("nij,nj->ni", W, y)
     for a in range(m + 1):
-        np.add.at(right, first + a, weights[:, a, None] * Wy)
+        _add(right, first + a, weights[:, a, None] * Wy)
         for b in range(a + 1):
-            np.add.at(blocks[a - b], first + b, (weights[:, a] * weights[:, b])[:, None, None] * W)
+            _add(blocks[a - b], first + b, (weights[:, a] * weights[:, b])[:, None, None] * W)
     for prior, coordinates in ((moving, range(3)), (turning, range(3, C))):
         for offset, row in enumerate(spline.penalty_band(prior.precision)):
             for c in coordinates:

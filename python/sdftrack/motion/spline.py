@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
-from scipy.linalg.lapack import dpbtrf, dpbtrs, dtbtrs
-from scipy.sparse import csr_array
+
+from sdftrack import _core
 
 Array = NDArray[np.float64]
 
@@ -100,21 +100,12 @@ class UniformSpline:
         x = (np.asarray(times_s) - self.start_s) / self.step_s
         first = np.clip(np.floor(x).astype(np.int64), 0, self.intervals - 1)
         weights = _pieces(self.degree, derivative)
-        powers = (x - first)[:, None] ** np.arange(self.degree + 1)
+        powers = np.vander(x - first, self.degree + 1, increasing=True)
         return first, powers @ weights / self.step_s**derivative
 
     def evaluate(self, coefficients: Array, times_s: Array, derivative: int = 0) -> Array:
         """Values (n, ...) of splines with `coefficients` (size, ...) or a derivative of them."""
-        first, weights = self.basis(times_s, derivative)
-        if not len(first):
-            return np.zeros((0, *coefficients.shape[1:]))
-        low, width = int(first.min()), self.degree + 1
-        used = coefficients[low : int(first.max()) + width]
-        columns = (first[:, None] - low + np.arange(width)).ravel()
-        basis = csr_array(
-            (weights.ravel(), columns, width * np.arange(len(first) + 1)), (len(first), len(used))
-        )
-        return np.asarray(basis @ used.reshape(len(used), -1)).reshape(len(first), *coefficients.shape[1:])
+        return values_at(*self.basis(times_s, derivative), coefficients)
 
     def differences(self, coefficients: Array) -> Array:
         """The m-th derivative as steps (size - m, ...): m-th differences of the coefficients over step^m."""
@@ -140,6 +131,13 @@ def _pieces(degree: int, derivative: int) -> Array:
     return np.linalg.solve(nodes[:, None] ** np.arange(degree + 1), np.column_stack(values))
 
 
+def values_at(first: NDArray[np.int64], weights: Array, coefficients: Array) -> Array:
+    """Values (n, ...) of splines with `coefficients` (size, ...) by the basis at n times."""
+    flat = np.ascontiguousarray(coefficients).reshape(len(coefficients), 1, -1)
+    values = _core.spline_values(first, weights, flat, 1)
+    return values.reshape(len(first), *coefficients.shape[1:])
+
+
 class BandedPosterior:
     """The Gaussian with precision A and mean A^-1 b; several columns of b, (N, k), are several means.
 
@@ -148,12 +146,13 @@ class BandedPosterior:
     """
 
     def __init__(self, band: Array, right: Array) -> None:
-        self._factor, info = dpbtrf(band, lower=1)
-        if info:
-            raise np.linalg.LinAlgError(f"row {info} of the precision is not positive")
-        self.mean, _ = dpbtrs(self._factor, right, lower=1)
+        self._factor, row = _core.band_factor(band)
+        if row:
+            raise np.linalg.LinAlgError(f"row {row} of the precision is not positive")
+        self.mean = np.array(right, np.float64, order="C")
+        _core.band_solve(self._factor, self.mean.reshape(len(right), -1))
 
-    def deviations(self, normal: Array) -> Array:
-        """L^-T z (N, S) for standard normal z (N, S): samples less the mean."""
-        out, _ = dtbtrs(self._factor, normal, uplo="L", trans="T")
-        return np.asarray(out)
+    def deviations(self, normal: Array, threads: int = 1) -> Array:
+        """Standard normal z (N, S) becomes L^-T z: samples less the mean, in place. 0 threads: all cores."""
+        _core.band_deviations(self._factor, normal, threads)
+        return normal

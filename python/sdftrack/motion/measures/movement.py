@@ -68,7 +68,9 @@ def _found(repetition: MotionSamples) -> Movement:
     # The offset is the onset of the movement played backwards.
     offset = _last_rest(speed[:, start:][:, ::-1], times[start:][::-1], threshold, count)
     onset, offset = np.where(moves, onset, np.nan), np.where(moves, offset, np.nan)
-    within = (times >= onset[:, None] - 1e-9) & (times <= offset[:, None] + 1e-9)
+    within = (
+        (times[:, None] >= onset - 1e-9) & (times[:, None] <= offset + 1e-9)
+    ).T  # stored like the samples
     return Movement(onset, offset, within)
 
 

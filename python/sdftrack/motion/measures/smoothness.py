@@ -84,7 +84,13 @@ def log_dimensionless_jerk(velocities: ArrayLike, rate_hz: float, within: ArrayL
     (...,) array
         NaN where fewer than three samples move or the jerk is 0.
     """
-    v, rate = numbers(velocities, "velocities"), _rate(rate_hz)
+    rate = _rate(rate_hz)
+    # Samples of a posterior are stored like their transpose, which is then not copied.
+    v = (
+        numbers(velocities.T, "velocities").T
+        if isinstance(velocities, np.ndarray)
+        else numbers(velocities, "velocities")
+    )
     if v.ndim < 2 or v.shape[-2] < 1:
         raise ValueError(f"velocities: expected shape (..., n, d), got {v.shape}")
     inside = np.ones(v.shape[:-1], dtype=bool) if within is None else np.asarray(within, dtype=bool)
