@@ -50,12 +50,6 @@ class Measured:
         return dict(plain(dataclasses.asdict(self)))
 
 
-def _quantiles(ascending: Array, percents: list[float]) -> list[float]:
-    """Percentiles by linear interpolation, as np.percentile, whose checks take longer than the sort."""
-    at = np.array(percents) * (0.01 * (len(ascending) - 1))
-    return list(np.interp(at, np.arange(len(ascending)), ascending))
-
-
 def measured(definition: Definition, value: float, samples: Array, name: str | None = None) -> Measured:
     """`value` of the mean movement with the spread of the values of the posterior's samples.
 
@@ -68,7 +62,9 @@ def measured(definition: Definition, value: float, samples: Array, name: str | N
         nan = float("nan")
         note = "undefined here" if not known.any() else "undefined in many of the possible movements"
         return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
-    low, middle, high = _quantiles(np.sort(samples[known]), [LEVEL[0], 50, LEVEL[1]])
+    # As np.percentile, whose checks take longer than the sort.
+    at = np.array([LEVEL[0], 50, LEVEL[1]]) * (0.01 * (known.sum() - 1))
+    low, middle, high = np.interp(at, np.arange(known.sum()), np.sort(samples[known])).tolist()
     side = high - middle if value > middle else middle - low
     if not definition.bias and abs(value - middle) > APART * side + 1e-12:
         # The samples and their mean disagree on which movement this is: no shift makes one of the other.

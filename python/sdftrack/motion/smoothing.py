@@ -82,7 +82,7 @@ def quiet_level(ratio: Array, window: float, coordinates: int) -> float:
 
 def _second_moment(mean: Array, deviations: Array) -> Array:
     """Average over coordinates of mean^2 plus the posterior variance, which the coordinates share."""
-    return np.asarray((mean**2).mean(axis=1) + (deviations**2).mean(axis=1))
+    return np.asarray(sum(np.einsum("ns,ns->n", x, x) / x.shape[1] for x in (mean, deviations)))
 
 
 def _add(to: Array, at: NDArray[np.int64], values: Array) -> None:

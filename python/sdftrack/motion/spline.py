@@ -109,11 +109,16 @@ class UniformSpline:
 
     def differences(self, coefficients: Array) -> Array:
         """The m-th derivative as steps (size - m, ...): m-th differences of the coefficients over step^m."""
-        return np.diff(coefficients, self.order, axis=0) / self.step_s**self.order
+        count = self.size - self.order
+        return values_at(np.arange(count), np.tile(self._difference, (count, 1)), coefficients)
+
+    @property
+    def _difference(self) -> Array:  # (order + 1,) weights of coefficients in a step of the m-th derivative
+        return np.asarray(np.diff(np.eye(self.order + 1), self.order, axis=0)[0] / self.step_s**self.order)
 
     def penalty_band(self, precision: Array) -> Array:
         """Lower band (order + 1, size) of the sum of `precision` (size - m,) times squared differences."""
-        row = np.diff(np.eye(self.order + 1), self.order, axis=0)[0] / self.step_s**self.order
+        row = self._difference
         band = np.zeros((self.order + 1, self.size))
         count = self.size - self.order
         for a in range(self.order + 1):
@@ -134,8 +139,7 @@ def _pieces(degree: int, derivative: int) -> Array:
 def values_at(first: NDArray[np.int64], weights: Array, coefficients: Array) -> Array:
     """Values (n, ...) of splines with `coefficients` (size, ...) by the basis at n times."""
     flat = np.ascontiguousarray(coefficients).reshape(len(coefficients), 1, -1)
-    values = _core.spline_values(first, weights, flat, 1)
-    return values.reshape(len(first), *coefficients.shape[1:])
+    return _core.spline_values(first, weights, flat, 1).reshape(len(first), *coefficients.shape[1:])
 
 
 class BandedPosterior:
