@@ -6,6 +6,7 @@
 
 #include "appearance.h"
 #include "busy.h"
+#include "pixel_mask.h"
 #include "plane/ray_length.h"
 #include "region_colors.h"
 #include "release_gil.h"
@@ -38,29 +39,10 @@ void PyTracker::check_object(int k) const {
                           std::to_string(k));
 }
 
-tracking::PoseHint PyTracker::hint_from(const py::object& place) const {
-  tracking::PoseHint where;
-  if (place.is_none()) return where;
-  if (py::isinstance<py::tuple>(place)) {
-    const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
-    where.box = frame::Rect{x, y, x + w, y + h};
-    return where;
-  }
-  const auto array = place.cast<py::array>();
-  if (array.ndim() == 2 && array.shape(0) == 4 && array.shape(1) == 4) {
-    where.T_cam_obj = rigid_from(array, "T");
-    return where;
-  }
-  const Camera& camera = tracker_->camera();
-  const unsigned char* mask = mask_view(place, camera);
-  where.mask.assign(mask, mask + static_cast<std::size_t>(camera.width) * camera.height);
-  return where;
-}
-
 std::vector<tracking::PoseHint> PyTracker::hints_from(const py::list& places) const {
   std::vector<tracking::PoseHint> where;
   for (const py::handle& place : places)
-    where.push_back(hint_from(py::reinterpret_borrow<py::object>(place)));
+    where.push_back(pose_hint_from(py::reinterpret_borrow<py::object>(place), tracker_->camera()));
   return where;
 }
 

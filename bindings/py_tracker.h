@@ -83,8 +83,6 @@ class PyTracker {
 
  private:
   void check_object(int k) const;
-  // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
-  tracking::PoseHint hint_from(const py::object& place) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   tracking::Poses poses_from(const py::array& poses) const;
   template <class Work>

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -75,6 +75,52 @@ class BallRecording:
         ...
     @property
     def frames(self) -> list[ObservedFrame]:
+        ...
+class Beginning:
+    """
+    What the first frame of a recording shows of an unknown object.
+    """
+    def __init__(self, T_cam_obj: numpy.ndarray, on_object: numpy.ndarray, centre_cam: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], radius_m: typing.SupportsFloat | typing.SupportsIndex, behind_m: typing.SupportsFloat | typing.SupportsIndex, shorter_m: typing.SupportsFloat | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex, from_m: numpy.ndarray | None = None, planes: numpy.ndarray | None = None, outline: numpy.ndarray | None = None) -> None:
+        ...
+    def __reduce__(self) -> tuple[..., tuple]:
+        ...
+    def at_pose(self, T_cam_obj: numpy.ndarray) -> Beginning:
+        """
+        The same with another pose.
+        """
+    def view(self, camera: Camera, T_cam_obj: numpy.ndarray) -> FirstView:
+        """
+        The bounds on the object at this pose; None: none.
+        """
+    @property
+    def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def behind_m(self) -> float:
+        ...
+    @property
+    def centre_cam(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        ...
+    @property
+    def from_m(self) -> numpy.typing.NDArray[numpy.float32] | None:
+        ...
+    @property
+    def noise_m(self) -> float:
+        ...
+    @property
+    def on_object(self) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+    @property
+    def outline(self) -> numpy.typing.NDArray[numpy.bool] | None:
+        ...
+    @property
+    def planes(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        ...
+    @property
+    def radius_m(self) -> float:
+        ...
+    @property
+    def shorter_m(self) -> float:
         ...
 class BorrowedArray:
     """
@@ -1024,6 +1070,8 @@ class ReconstructionOptions:
     """
     evidence: str
     evolution: str
+    keep_to_mask: bool
+    planes: bool
     def __init__(self) -> None:
         ...
     @property
@@ -1063,16 +1111,34 @@ class ReconstructionOptions:
     def first_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
+    def kept_frames(self) -> int:
+        ...
+    @kept_frames.setter
+    def kept_frames(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def known_every(self) -> int:
         ...
     @known_every.setter
     def known_every(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
+    def mask_margin_px(self) -> int:
+        ...
+    @mask_margin_px.setter
+    def mask_margin_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def memory(self) -> float:
         ...
     @memory.setter
     def memory(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_seen(self) -> float:
+        ...
+    @min_seen.setter
+    def min_seen(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def min_slant(self) -> float:
@@ -1091,6 +1157,18 @@ class ReconstructionOptions:
         ...
     @noise_per_m.setter
     def noise_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def padding_m(self) -> float:
+        ...
+    @padding_m.setter
+    def padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def prior(self) -> float:
+        ...
+    @prior.setter
+    def prior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def rounds(self) -> int:
@@ -1692,18 +1770,22 @@ def decompose_map(M: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3
     """
     K' and T_color_depth of M = K' [R' | t].
     """
-def depth_metres(units: numpy.ndarray, unit_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    Depth of 16 bits as metres, the nearest float32.
-    """
 def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
     """
+def find_object(depth: numpy.ndarray, place: typing.Any, camera: Camera, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+    """
+    The object of a first frame at a mask, a box, or a pose of the initial shape.
+    """
 def find_outlines(color: numpy.ndarray, mask: numpy.ndarray, camera: Camera, seed: typing.SupportsInt | typing.SupportsIndex = 0, most: typing.SupportsInt | typing.SupportsIndex = 3) -> list[BallOutline]:
     ...
+def find_standing(depth: numpy.ndarray, T_cam_obj: numpy.ndarray, camera: Camera, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+    """
+    The same at the pose of a shape, with the planes that it stands on.
+    """
 def fit_color_map(center_cam: numpy.ndarray, center_covariance: numpy.ndarray, color_px: numpy.ndarray, color_covariance: numpy.ndarray, time_s: numpy.ndarray, color: typing.Any, time_offset: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
     ...
 def fit_growth(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], is_signed: bool) -> tuple:
@@ -1802,6 +1884,14 @@ def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.Suppor
     """
 def plane_noise(depth: numpy.ndarray, camera: Camera, beside: numpy.ndarray, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset_m: typing.SupportsFloat | typing.SupportsIndex) -> ImageNoise:
     ...
+def planes_below(depth: numpy.ndarray, on_object: numpy.ndarray, camera: Camera, size_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.
+    """
+def planes_near(points: numpy.ndarray, read: numpy.ndarray, around: numpy.ndarray, size_m: typing.SupportsFloat | typing.SupportsIndex) -> list:
+    """
+    Planes larger than an object among the pixels `around`: normal, offset (m), pixels and extent (m).
+    """
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
     -> least phi along a stretch of a ray (m), derivative by (v, w) and every length.
@@ -1895,10 +1985,6 @@ def too_small_radius_px(mask: numpy.ndarray) -> float:
 def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
     """
     Winding number of a closed mesh at every voxel, int8 [z, y, x].
-    """
-def without_lattice(depth_m: numpy.ndarray) -> numpy.ndarray:
-    """
-    The depth with the holes of a registration filled; the same array without such holes.
     """
 def zero_mesh(phi: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> tuple:
     """

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
@@ -29,7 +30,6 @@ from sdftrack.reconstruction.arguments import (
 )
 from sdftrack.reconstruction.initialization import (
     PRINTED_SCALE_VOXELS,
-    Beginning,
     Lattice,
     find_object,
     printed_tracker_options,
@@ -139,7 +139,7 @@ class Reconstructor:
         self._tracker: Tracker | None = None
         self._keyframes = Keyframes(self.options.kept_frames)
         self._mask_extent: MaskExtent | None = None  # None: the shape keeps to the mask, or there is none
-        self._later: list[Beginning] = []  # of further recordings, what their first frames show
+        self._later: list[_core.Beginning] = []  # of further recordings, what their first frames show
         self._index = -1
 
     def __repr__(self) -> str:
@@ -184,10 +184,10 @@ class Reconstructor:
         found = find_object(depth, place, self._frame_camera, self.initial, options)
         return self._begin(frame, found, begin)
 
-    def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
+    def _begin(self, frame: Frame, found: _core.Beginning, begin: float) -> TrackResult:
         """Reset and start with a frame; `begin`: the time of the call."""
         assert frame.depth is not None
-        check_extent(self.extent, found.ball.radius_m)
+        check_extent(self.extent, found.radius_m)
         lattice = lattice_for(found, self.initial, self.voxels, self.extent)
         volume = self._empty_volume(lattice, found)
         keyframe = self._first_keyframe(frame, found)
@@ -403,7 +403,7 @@ class Reconstructor:
     def _printed(self) -> bool:
         return self.options.evolution == "printed"
 
-    def _extent_of_mask(self, found: Beginning) -> MaskExtent | None:
+    def _extent_of_mask(self, found: _core.Beginning) -> MaskExtent | None:
         """What compares the shape with the first mask, unless it keeps to it, or there is none."""
         if found.outline is None or self.options.keep_to_mask or self._printed:
             return None
@@ -421,7 +421,7 @@ class Reconstructor:
             )
             as_printed = {"recover": False, "motion": "static"}
         # Its own shape follows at once (reshape); this one says where the object frame's middle is.
-        shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
+        shape = self.initial or SDF.sphere(self._beginning.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(
             shape,
             self.camera,
@@ -432,7 +432,7 @@ class Reconstructor:
             **as_printed,
         )
 
-    def _empty_volume(self, lattice: Lattice, beginning: Beginning) -> Volume:
+    def _empty_volume(self, lattice: Lattice, beginning: _core.Beginning) -> Volume:
         number = device_number(self.device)
         return Volume(
             self._frame_camera, lattice, beginning, self.initial, self.options, self.threads, number
@@ -477,7 +477,7 @@ class Reconstructor:
         self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
         return True
 
-    def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
+    def _first_keyframe(self, frame: Frame, found: _core.Beginning) -> Keyframe:
         """The first keyframe of a recording, in which a mask marks the object."""
         camera = None if self.mode == "depth" else self.camera if frame.camera is None else frame.camera
         return masked_keyframe(frame, found.on_object, found.T_cam_obj, self._frame_camera, camera)

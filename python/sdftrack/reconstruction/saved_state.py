@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.saved_file import FileKind, array_of
 from sdftrack._internal.thread_guard import ReentrantLock
@@ -16,8 +17,7 @@ from sdftrack.camera import depth_camera
 from sdftrack.device import resolve_device
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction.arguments import check_settings
-from sdftrack.reconstruction.first_view import FirstView
-from sdftrack.reconstruction.initialization import Ball, Beginning, Lattice
+from sdftrack.reconstruction.initialization import Lattice
 from sdftrack.reconstruction.keyframe import Keyframe, Keyframes
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.volume import MAX_VOXELS
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 KIND = FileKind("sdftrack.Reconstructor", 1, "Reconstructor.save")
 PLAIN = ("voxels", "extent", "mode", "threads")
+BALL = ("radius_m", "behind_m", "shorter_m")
 
 Size = tuple[int, int]
 
@@ -113,33 +114,36 @@ def _fields(record: Any) -> dict[str, Any]:
     return {f.name: getattr(record, f.name) for f in dataclasses.fields(record)}
 
 
-def _beginning_record(beginning: Beginning) -> dict[str, Any]:
-    view = beginning.view
+def _beginning_record(beginning: _core.Beginning) -> dict[str, Any]:
+    planes = beginning.planes
     return {
-        **_fields(beginning),
-        "ball": _fields(beginning.ball),
-        "view": None if view is None else _fields(view),
+        **{name: getattr(beginning, name) for name in ("T_cam_obj", "on_object", "noise_m", "outline")},
+        "ball": {
+            "centre_cam": np.array(beginning.centre_cam),
+            **{name: getattr(beginning, name) for name in BALL},
+        },
+        "view": None if planes is None else {"from_m": beginning.from_m, "planes": planes},
     }
 
 
-def _beginning_from(record: dict[str, Any], size: Size) -> Beginning:
-    values = dict(record)
-    ball, view = dict(values["ball"]), values["view"]
-    array_of(values["T_cam_obj"], "T_cam_obj", np.float64, (4, 4))
-    rigid_pose(values["T_cam_obj"], "T_cam_obj")
-    array_of(values["on_object"], "on_object", np.bool_, size)
-    array_of(ball["centre_cam"], "centre_cam", np.float64, (3,))
-    for name in ("radius_m", "behind_m", "shorter_m"):
-        ball[name] = number(ball[name], name)
-    if values["outline"] is not None:
-        array_of(values["outline"], "outline", np.bool_, size)
+def _beginning_from(record: dict[str, Any], size: Size) -> _core.Beginning:
+    ball, view, outline = record["ball"], record["view"], record["outline"]
+    bounds: dict[str, Any] = {}
     if view is not None:
-        view = FirstView(
-            array_of(view["from_m"], "from_m", np.float32, size),
-            array_of(view["planes"], "planes", np.float64, (None, 5)),
-        )
-    noise_m = number(values["noise_m"], "noise_m")
-    return Beginning(**{**values, "ball": Ball(**ball), "view": view, "noise_m": noise_m})
+        bounds["from_m"] = array_of(view["from_m"], "from_m", np.float32, size)
+        bounds["planes"] = array_of(view["planes"], "planes", np.float64, (None, 5))
+    if outline is not None:
+        bounds["outline"] = array_of(outline, "outline", np.bool_, size)
+    return _core.Beginning(
+        rigid_pose(array_of(record["T_cam_obj"], "T_cam_obj", np.float64, (4, 4)), "T_cam_obj"),
+        array_of(record["on_object"], "on_object", np.bool_, size),
+        array_of(ball["centre_cam"], "centre_cam", np.float64, (3,)).tolist(),
+        number(ball["radius_m"], "radius_m"),
+        number(ball["behind_m"], "behind_m"),
+        number(ball["shorter_m"], "shorter_m"),
+        number(record["noise_m"], "noise_m"),
+        **bounds,
+    )
 
 
 def _keyframe_from(record: dict[str, Any], size: Size, recordings: int) -> Keyframe:

@@ -13,7 +13,6 @@ from sdftrack.camera import Camera
 from sdftrack.device import CPU
 from sdftrack.reconstruction.initialization import (
     EXTENT_PER_BALL,
-    Beginning,
     Lattice,
     ball_prior,
     inside_points,
@@ -33,9 +32,11 @@ BLOCKS_GROWN = 4
 FRAMES_BETWEEN = 5  # from one look whether the object has come near the border to the next
 
 
-def lattice_for(beginning: Beginning, initial: SDF | None, voxels: int, extent: float | None) -> Lattice:
+def lattice_for(
+    beginning: _core.Beginning, initial: SDF | None, voxels: int, extent: float | None
+) -> Lattice:
     """A cube around the detected object, or around the initial shape."""
-    middle, widest = np.zeros(3), 2 * beginning.ball.radius_m
+    middle, widest = np.zeros(3), 2 * beginning.radius_m
     if initial is not None:
         points = inside_points(initial)
         middle = 0.5 * (points.min(0) + points.max(0))
@@ -61,7 +62,7 @@ class Volume:
         self,
         camera: Camera,
         lattice: Lattice,
-        beginning: Beginning,
+        beginning: _core.Beginning,
         initial: SDF | None,
         options: ReconstructorOptions,
         threads: int,
@@ -72,12 +73,12 @@ class Volume:
         weight = options.prior
         prior = shape = None
         if options.evolution == "printed":
-            shape = printed_shape(beginning.ball, initial, lattice)
+            shape = printed_shape(beginning, initial, lattice)
             prior = printed_prior(shape, lattice.voxel_m)
         elif weight > 0 and initial is not None:
             prior = shape_prior(initial, weight, lattice)
         elif weight > 0:
-            prior = ball_prior(beginning.ball, weight, lattice, bounded=beginning.view is not None)
+            prior = ball_prior(beginning, weight, lattice, bounded=beginning.planes is not None)
         core_options = options.to_core(beginning.noise_m)
         view = self._bounds(beginning, beginning.T_cam_obj)
         self.core: Any = _core.Reconstruction(
@@ -93,13 +94,12 @@ class Volume:
         """An empty volume on the same grid."""
         return Volume(self.camera, self.lattice, *self._made_of)
 
-    def begin_recording(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> None:
+    def begin_recording(self, beginning: _core.Beginning, T_cam_obj: NDArray[np.float64]) -> None:
         """Bound the following frames by the first frame of their recording, which has this pose."""
         self.core = self.core.continued(self._bounds(beginning, T_cam_obj))
 
-    def _bounds(self, beginning: Beginning, T_cam_obj: NDArray[np.float64]) -> Any:
-        view, ball = beginning.view, beginning.ball
-        return None if view is None else view.to_core(self.camera, T_cam_obj, ball.centre_cam, ball.radius_m)
+    def _bounds(self, beginning: _core.Beginning, T_cam_obj: NDArray[np.float64]) -> Any:
+        return beginning.view(self.camera._core, T_cam_obj)
 
     def fuse(self, keyframe: Keyframe, depth: NDArray[np.float32]) -> None:
         """Fuse a frame; `depth` is its whole depth image."""
