@@ -33,7 +33,7 @@ py::array_t<double> planes_to_numpy(const std::vector<PlaneBelow>& planes) {
 }
 
 reconstruction::BeginningOptions beginning_options(bool planes, bool keep_to_mask, int mask_margin_px,
-                                              const std::optional<double>& noise_m) {
+                                                   const std::optional<double>& noise_m) {
   return {planes, keep_to_mask, mask_margin_px, noise_m};
 }
 
@@ -93,8 +93,8 @@ py::list planes_near(const py::array& points, const py::array& read, const py::a
   py::list out;
   for (const plane::NearPlane& one : found) {
     const Vec3d n = one.plane.normal_cam;
-    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m, mask_to_numpy(one.pixels),
-                              one.extent_m));
+    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
+                              mask_to_numpy(one.pixels), one.extent_m));
   }
   return out;
 }

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MaskExtent', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'evolve', 'fast_sweep', 'fill_cavities', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'printed_prior', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -551,6 +551,22 @@ class FrameEnergy:
         ...
     def state(self, T_cam_obj: list, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
         ...
+class GrowingVolume:
+    """
+    The volume of a session, enlarged where the shape needs it.
+    """
+    def begin_recording(self, beginning: Beginning, T_cam_obj: numpy.ndarray) -> None:
+        ...
+    def emptied(self) -> GrowingVolume:
+        ...
+    def fuse(self, keyframe: Keyframe) -> None:
+        ...
+    @property
+    def core(self) -> typing.Any:
+        ...
+    @property
+    def fused(self) -> int:
+        ...
 class ImageNoise:
     """
     What an image says of a depth camera's noise and bias; NaN: nothing.
@@ -642,6 +658,58 @@ class IntrinsicsOptions:
         ...
     @twin_pixels.setter
     def twin_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class Keyframe:
+    """
+    A fused frame: its images cropped to the object, and the pose used for fusion.
+    """
+    def __init__(self, index: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], depth: numpy.ndarray, rgb: numpy.ndarray | None, foreground: numpy.ndarray, T_cam_obj: numpy.ndarray, mask: numpy.ndarray | None = None, recording: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+    def __reduce__(self) -> tuple[..., tuple]:
+        ...
+    @property
+    def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @T_cam_obj.setter
+    def T_cam_obj(self, arg1: numpy.ndarray) -> None:
+        ...
+    @property
+    def depth(self) -> typing.Any:
+        ...
+    @property
+    def foreground(self) -> typing.Any:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+    @property
+    def mask(self) -> typing.Any:
+        ...
+    @property
+    def recording(self) -> int:
+        ...
+    @property
+    def region(self) -> tuple[int, int, int, int]:
+        ...
+    @property
+    def rgb(self) -> typing.Any:
+        ...
+class Keyframes:
+    """
+    Keeps a limited number of frames, spread over viewpoints and time.
+    """
+    def __init__(self, most: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def add(self, keyframe: Keyframe) -> None:
+        ...
+    def record(self) -> dict:
+        """
+        What the choice depends on, beside the frames.
+        """
+    def restore(self, frames: collections.abc.Sequence[Keyframe], views: numpy.ndarray, nearest: numpy.ndarray, gaps: numpy.ndarray) -> None:
+        ...
+    @property
+    def frames(self) -> list[Keyframe]:
         ...
 class Lens:
     """
@@ -861,6 +929,16 @@ class LwprOptions:
     @w_prune.setter
     def w_prune(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class MaskExtent:
+    """
+    Compares a shape with the mask of its first frame.
+    """
+    def __init__(self, camera: Camera, outline: numpy.ndarray, T_cam_obj: numpy.ndarray) -> None:
+        ...
+    def beyond(self, phi: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], seen: numpy.ndarray, boxes: numpy.ndarray, fused: typing.SupportsInt | typing.SupportsIndex, least: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
+    def forget(self) -> None:
+        ...
 class MeshCaster:
     """
     Rays and closest points of one mesh. The arrays must not change.
@@ -1030,6 +1108,8 @@ class Reconstruction:
         ...
     def grown(self, before: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], after: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"]) -> Reconstruction:
         ...
+    def mesh(self) -> tuple:
+        ...
     def show(self) -> None:
         """
         Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.
@@ -1194,6 +1274,52 @@ class ReconstructionOptions:
     @usual_noise_m.setter
     def usual_noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class ReconstructionSession:
+    """
+    See sdftrack.Reconstructor.
+    """
+    volume: GrowingVolume
+    def __init__(self, camera: Camera, options: ReconstructionOptions, voxels: typing.SupportsInt | typing.SupportsIndex, extent: typing.SupportsFloat | typing.SupportsIndex | None, threads: typing.SupportsInt | typing.SupportsIndex, device: typing.SupportsInt | typing.SupportsIndex, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, beginning: Beginning) -> None:
+        ...
+    def add(self, frame: TrackerFrame, T_cam_obj: numpy.ndarray) -> bool:
+        ...
+    def restore(self, later: collections.abc.Sequence[Beginning], index: typing.SupportsInt | typing.SupportsIndex, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> None:
+        ...
+    def resume(self, tracker: typing.Any, frame: TrackerFrame, shown: Beginning, masked: bool, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    def set_tracker(self, tracker: typing.Any) -> None:
+        ...
+    def show_shape(self, tracker: typing.Any) -> None:
+        ...
+    def start(self, tracker: typing.Any, frame: TrackerFrame, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    def track(self, frame: TrackerFrame, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    @property
+    def beginning(self) -> Beginning:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+    @property
+    def keyframes(self) -> Keyframes:
+        ...
+    @property
+    def later(self) -> list[Beginning]:
+        ...
+    @property
+    def least_seen(self) -> int:
+        ...
+    @property
+    def part_seconds(self) -> dict:
+        """
+        Time of tracking, fusing, and giving the tracker the new shape, in the last frame.
+        """
+    @property
+    def tracker_noise(self) -> tuple[float, float]:
+        """
+        Depth noise for the tracker's options: noise_m and noise_per_m.
+        """
 class Residual(enum.Enum):
     """
     What a pixel's residual is.
@@ -1345,8 +1471,6 @@ class Tracker:
         ...
     def log_scale_to_add(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
         ...
-    def look_at(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> tuple:
-        ...
     def mark_unfound(self, k: typing.SupportsInt | typing.SupportsIndex, kind: str) -> None:
         ...
     def membership(self, frame: TrackerFrame) -> tuple:
@@ -1354,8 +1478,6 @@ class Tracker:
     def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
         ...
     def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
-        ...
-    def region(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[list[int], "FixedSize(4)"]:
         ...
     def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
@@ -1686,8 +1808,6 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
     """
-def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
-    ...
 def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
     """
     Chance that the outline's IoU with the truth is one half or more.
@@ -1775,6 +1895,10 @@ def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.Supp
 def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
+    """
+def fill_cavities(phi: numpy.ndarray, weight: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    A copy of the field in which voxels without evidence that the surface encloses are inside.
     """
 def find_object(depth: numpy.ndarray, place: typing.Any, camera: Camera, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
     """
@@ -1911,6 +2035,10 @@ def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.S
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Exact distance of a primitive at every voxel, float32 [z, y, x].
+    """
+def printed_prior(shape: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Log odds of the printed evolution's first shape (m).
     """
 def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """

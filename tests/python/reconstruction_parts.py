@@ -30,3 +30,31 @@ class FirstView:
 
     def to_core(self, camera: st.Camera, T_cam_obj: Array, middle: Array, radius_m: float) -> Any:
         return _core.FirstView(camera._core, T_cam_obj, self.from_m, self.planes, middle.tolist(), radius_m)
+
+
+def printed_prior(shape_m: NDArray[np.float32], voxel_m: float) -> NDArray[np.float32]:
+    """Log odds of inside to outside from the first shape of the printed evolution (m), of any shape."""
+    flat = np.ascontiguousarray(shape_m, np.float32).ravel()
+    guess: NDArray[np.float32] = _core.printed_prior(flat, voxel_m).reshape(np.shape(shape_m))
+    return guess
+
+
+def without_cavities(phi: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """A copy of the field in which unobserved voxels that the surface encloses are inside."""
+    filled: NDArray[np.float32] = _core.fill_cavities(phi, weight)
+    return filled
+
+
+class MaskExtent:
+    """Comparison of a shape with its first mask."""
+
+    def __init__(self, camera: st.Camera, outline: NDArray[np.bool_], T_cam_obj: Array) -> None:
+        self._core = _core.MaskExtent(camera._core, outline, T_cam_obj)
+        self.forget = self._core.forget
+
+    def beyond(self, volume: Any, fused: int, least: int) -> float:
+        """`volume` has phi, voxel_m, origin, seen and surface_boxes."""
+        share: float = self._core.beyond(
+            volume.phi, volume.voxel_m, volume.origin, volume.seen, volume.surface_boxes, fused, least
+        )
+        return share
