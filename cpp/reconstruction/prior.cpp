@@ -24,11 +24,11 @@ void fade(double weight, double voxel_m, std::vector<float>* inside_m) {
 // value(x, y, z) at each voxel.
 template <class Value>
 std::vector<float> filled(const sdf::Grid& grid, const Value& value) {
-  std::vector<float> out;
-  out.reserve(grid.size());
+  std::vector<float> out(grid.size());
+  float* to = out.data();
   for (int z = 0; z < grid.nz; ++z)
-    for (int y = 0; y < grid.ny; ++y)
-      for (int x = 0; x < grid.nx; ++x) out.push_back(value(x, y, z));
+    for (int y = 0; y < grid.ny; ++y, to += grid.nx)
+      for (int x = 0; x < grid.nx; ++x) to[x] = value(x, y, z);
   return out;
 }
 

@@ -52,12 +52,13 @@ Part part_around(const std::vector<sdf::VoxelBox>& boxes, const sdf::Grid& grid)
 // value(i) of each voxel of the part, i in the whole volume.
 template <class T, class Value>
 std::vector<T> copied(const Part& part, const sdf::Grid& grid, const Value& value) {
-  std::vector<T> out;
-  out.reserve(part.size());
+  std::vector<T> out(part.size());
+  T* to = out.data();
   for (int z = 0; z < part.n[2]; ++z)
-    for (int y = 0; y < part.n[1]; ++y)
-      for (int x = 0; x < part.n[0]; ++x)
-        out.push_back(value(grid.index(part.low[0] + x, part.low[1] + y, part.low[2] + z)));
+    for (int y = 0; y < part.n[1]; ++y, to += part.n[0]) {
+      const std::size_t from = grid.index(part.low[0], part.low[1] + y, part.low[2] + z);
+      for (int x = 0; x < part.n[0]; ++x) to[x] = value(from + static_cast<std::size_t>(x));
+    }
   return out;
 }
 
@@ -87,9 +88,9 @@ void blur_axis(const Part& part, int axis, const std::vector<double>& weights, i
     std::vector<double> line(static_cast<std::size_t>(n + 2 * reach));
     for (int j = 0; j < part.n[a]; ++j) {
       for (int i = -reach; i < n + reach; ++i) {
-        const int period = ((i % (2 * n)) + 2 * n) % (2 * n);
-        line[static_cast<std::size_t>(i + reach)] =
-            (*values)[at(period < n ? period : 2 * n - 1 - period, j, k)];
+        int from = i;
+        while (from < 0 || from >= n) from = from < 0 ? -1 - from : 2 * n - 1 - from;
+        line[static_cast<std::size_t>(i + reach)] = (*values)[at(from, j, k)];
       }
       for (int i = 0; i < n; ++i) {
         const double* const middle = line.data() + i + reach;
