@@ -36,7 +36,9 @@ void bind_optimizer(py::module_& m);
 void bind_option_schema(py::module_& m);
 void bind_plane(py::module_& m);
 void bind_primitives(py::module_& m);
+void bind_beginning(py::module_& m);
 void bind_reconstruction(py::module_& m);
+void bind_session(py::module_& m);
 void bind_search(py::module_& m);
 void bind_symmetry(py::module_& m);
 void bind_render(py::module_& m);
@@ -86,6 +88,8 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_solids(m);
   sdftrack::bindings::bind_primitives(m);
   sdftrack::bindings::bind_reconstruction(m);
+  sdftrack::bindings::bind_beginning(m);
+  sdftrack::bindings::bind_session(m);
   sdftrack::bindings::bind_search(m);
   sdftrack::bindings::bind_symmetry(m);
   sdftrack::bindings::bind_frame_energy(m);

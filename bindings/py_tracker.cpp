@@ -6,8 +6,8 @@
 
 #include "appearance.h"
 #include "busy.h"
+#include "pixel_mask.h"
 #include "plane/ray_length.h"
-#include "region_colors.h"
 #include "release_gil.h"
 #include "track_results.h"
 #include "volume.h"
@@ -38,45 +38,15 @@ void PyTracker::check_object(int k) const {
                           std::to_string(k));
 }
 
-tracking::PoseHint PyTracker::hint_from(const py::object& place) const {
-  tracking::PoseHint where;
-  if (place.is_none()) return where;
-  if (py::isinstance<py::tuple>(place)) {
-    const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
-    where.box = frame::Rect{x, y, x + w, y + h};
-    return where;
-  }
-  const auto array = place.cast<py::array>();
-  if (array.ndim() == 2 && array.shape(0) == 4 && array.shape(1) == 4) {
-    where.T_cam_obj = rigid_from(array, "T");
-    return where;
-  }
-  const Camera& camera = tracker_->camera();
-  const unsigned char* mask = mask_view(place, camera);
-  where.mask.assign(mask, mask + static_cast<std::size_t>(camera.width) * camera.height);
-  return where;
-}
-
 std::vector<tracking::PoseHint> PyTracker::hints_from(const py::list& places) const {
   std::vector<tracking::PoseHint> where;
   for (const py::handle& place : places)
-    where.push_back(hint_from(py::reinterpret_borrow<py::object>(place)));
+    where.push_back(pose_hint_from(py::reinterpret_borrow<py::object>(place), tracker_->camera()));
   return where;
 }
 
-// Runs `work` on the core's form of the frame, without the interpreter's lock.
-template <class Work>
-void PyTracker::run(const PyFrame& frame, const Work& work) {
-  const appearance::ColorImage image = color_view(frame.color, frame.color_map);
-  if (frame.depth.is_none()) {
-    const ReleaseGil release;
-    work(tracker_->make_unreadable_frame(frame.error, frame.time_s, image.rgb ? &image : nullptr));
-    return;
-  }
-  const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
-  const unsigned char* mask_data = mask_view(frame.mask, tracker_->camera());
-  const ReleaseGil release;
-  work(tracker_->make_frame(view, mask_data, frame.time_s, image.rgb ? &image : nullptr));
+void PyTracker::warn_of_ray_length() {
+  if (PyErr_WarnEx(PyExc_UserWarning, kRayLength, kCaller) < 0) throw py::error_already_set();
 }
 
 py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
@@ -87,7 +57,7 @@ py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Na
     bent = f.depth_m.data && plane::is_ray_length(f, tracker_->camera());
     tracker_->start(f, hints);
   });
-  if (bent && PyErr_WarnEx(PyExc_UserWarning, kRayLength, kCaller) < 0) throw py::error_already_set();
+  if (bent) warn_of_ray_length();
   return result_to_dict(tracker_->last_result(), names);
 }
 
@@ -138,32 +108,6 @@ py::object PyTracker::judge(const PyFrame& frame, int k, const py::array& T) {
   });
   if (!f) return py::none();
   return judgement_to_dict(*f, trust, tracker_->options());
-}
-
-std::array<int, 4> PyTracker::region(int k, const py::array& T, double padding_m) {
-  check_object(k);
-  const Rigidd T_cam_obj = rigid_from(T, "T");
-  const Busy busy(&busy_, "tracker");
-  const frame::Shape& shape = tracker_->shape(k);
-  const frame::Rect r =
-      frame::projected_box(tracker_->camera(), shape, tracking::centred(T_cam_obj, shape), padding_m);
-  return {r.x0, r.y0, r.x1, r.y1};
-}
-
-py::tuple PyTracker::look_at(const PyFrame& frame, int k, const std::array<int, 4>& region) {
-  check_object(k);
-  const frame::Rect rect{region[0], region[1], region[2], region[3]};
-  const py::ssize_t h = rect.y1 - rect.y0, w = rect.x1 - rect.x0;
-  std::vector<float> foreground;
-  std::vector<std::uint8_t> rgb;
-  const Busy busy(&busy_, "tracker");
-  run(frame, [&](const frame::DepthFrame& f) {
-    tracker_->find_foreground(f, k, rect, &foreground);
-    if (f.color && f.depth_m.data) fetch_colors(f, rect, &rgb);
-  });
-  const bool colored = !rgb.empty();
-  return py::make_tuple(to_numpy(std::move(foreground), {h, w}),
-                        colored ? py::object(to_numpy(std::move(rgb), {h, w, 3})) : py::none());
 }
 
 py::tuple PyTracker::membership(const PyFrame& frame) {

@@ -10,8 +10,11 @@
 #include <tuple>
 #include <vector>
 
+#include "appearance.h"
 #include "array.h"
+#include "release_gil.h"
 #include "tracking/tracker.h"
+#include "volume.h"
 
 namespace sdftrack::bindings {
 
@@ -40,10 +43,6 @@ class PyTracker {
   py::tuple revisit(const PyFrame& frame);
   // The tracker's judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
   py::object judge(const PyFrame& frame, int k, const py::array& T);
-  // The region in which object k, padded, may be seen at a pose: x0, y0, x1, y1, half open.
-  std::array<int, 4> region(int k, const py::array& T, double padding_m);
-  // P_f (h, w) of a region by object k's colours (NaN: not known), and the region's colours (h, w, 3).
-  py::tuple look_at(const PyFrame& frame, int k, const std::array<int, 4>& region);
   // Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
   py::tuple membership(const PyFrame& frame);
 
@@ -81,15 +80,30 @@ class PyTracker {
   py::bytes state();
   bool set_state(const py::bytes& state);
 
+  // Calls work(frame) on the core's form of the frame, without the interpreter's lock.
+  template <class Work>
+  void run(const PyFrame& frame, const Work& work) {
+    const appearance::ColorImage image = color_view(frame.color, frame.color_map);
+    const appearance::ColorImage* const color = image.rgb ? &image : nullptr;
+    if (frame.depth.is_none()) {
+      const ReleaseGil release;
+      work(tracker_->make_unreadable_frame(frame.error, frame.time_s, color));
+      return;
+    }
+    const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
+    const unsigned char* mask_data = mask_view(frame.mask, tracker_->camera());
+    const ReleaseGil release;
+    work(tracker_->make_frame(view, mask_data, frame.time_s, color));
+  }
+  tracking::Tracker& core() { return *tracker_; }
+  // Warns if the depth of a frame seems to be along each pixel's ray; without the interpreter's lock it may
+  // only be found out.
+  static void warn_of_ray_length();
+
  private:
   void check_object(int k) const;
-  // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
-  tracking::PoseHint hint_from(const py::object& place) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   tracking::Poses poses_from(const py::array& poses) const;
-  template <class Work>
-  void run(const PyFrame& frame, const Work& work);
-
   // The arrays of an object's shape, released with the object.
   struct Held {
     py::array values, seen, colors;

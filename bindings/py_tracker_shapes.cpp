@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "busy.h"
+#include "pixel_mask.h"
 #include "py_tracker.h"
 #include "release_gil.h"
 #include "symmetry.h"
@@ -79,7 +80,7 @@ std::pair<double, double> PyTracker::scale(int k) {
 int PyTracker::add(const PyVolume& shape, const py::object& place) {
   const auto& [values, voxel_m, origin] = shape;
   const SdfView view = volume_view(values, voxel_m, origin);
-  const tracking::PoseHint hint = hint_from(place);
+  const tracking::PoseHint hint = pose_hint_from(place, tracker_->camera());
   const Busy busy(&busy_, "tracker");
   Held held{values, {}, {}};
   int k;

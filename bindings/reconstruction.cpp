@@ -10,7 +10,9 @@
 #include "busy.h"
 #include "option_binding.h"
 #include "reconstruction/option_schema.h"
+#include "reconstruction/surface.h"
 #include "release_gil.h"
+#include "session.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
@@ -82,7 +84,7 @@ class PyReconstruction {
     grid_from({voxels[2], voxels[1], voxels[0]}, grid.voxel_m, {o.x, o.y, o.z}, "grown");
     const ReleaseGil release;
     return std::unique_ptr<PyReconstruction>(
-        new PyReconstruction(core_->grown(before, after, threads_), threads_));
+        new PyReconstruction(std::shared_ptr(core_->grown(before, after, threads_)), threads_));
   }
   std::unique_ptr<PyReconstruction> continued(const py::object& view) {
     const Busy busy(&busy_, "reconstruction");
@@ -90,9 +92,29 @@ class PyReconstruction {
     if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
     return std::unique_ptr<PyReconstruction>(
-        new PyReconstruction(core_->continued(std::move(first), threads_), threads_));
+        new PyReconstruction(std::shared_ptr(core_->continued(std::move(first), threads_)), threads_));
   }
   const reconstruction::Reconstruction& core() const { return *core_; }
+  explicit PyReconstruction(std::shared_ptr<reconstruction::Reconstruction> core, int threads)
+      : core_(std::move(core)), threads_(threads) {}
+
+  // Vertices (m), faces, colours or None, and how often each vertex was seen.
+  py::tuple mesh() {
+    reconstruction::SurfaceMesh mesh;
+    {
+      const Busy busy(&busy_, "reconstruction");
+      const ReleaseGil release;
+      mesh = reconstruction::surface_mesh(*core_, threads_);
+    }
+    const auto n = static_cast<py::ssize_t>(mesh.vertices.size());
+    py::array_t<double> vertices({n, py::ssize_t{3}});
+    std::copy(mesh.vertices.begin(), mesh.vertices.end(), reinterpret_cast<Vec3d*>(vertices.mutable_data()));
+    const auto faces = static_cast<py::ssize_t>(mesh.faces.size() / 3);
+    const bool colored = !mesh.rgb.empty();
+    return py::make_tuple(vertices, to_numpy(std::move(mesh.faces), {faces, 3}),
+                          colored ? py::object(to_numpy(std::move(mesh.rgb), {n, 3})) : py::none(),
+                          to_numpy(std::move(mesh.seen), {n}));
+  }
 
   // The distances, colours and sums, from the CPU or the GPU.
   std::span<const float> phi() {
@@ -106,9 +128,6 @@ class PyReconstruction {
   }
 
  private:
-  PyReconstruction(std::unique_ptr<reconstruction::Reconstruction> core, int threads)
-      : core_(std::move(core)), threads_(threads) {}
-
   template <class Get>
   auto brought(const Get& get) -> decltype(get()) {
     if (core_->device() == reconstruction::Reconstruction::kOnCpu) return get();
@@ -117,7 +136,7 @@ class PyReconstruction {
     return get();
   }
 
-  std::unique_ptr<reconstruction::Reconstruction> core_;
+  std::shared_ptr<reconstruction::Reconstruction> core_;
   std::atomic<bool> busy_{false};
   int threads_;
 };
@@ -141,6 +160,10 @@ std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera,
 PyReconstruction& of(const py::object& self) { return self.cast<PyReconstruction&>(); }
 
 }  // namespace
+
+py::object reconstruction_to_python(std::shared_ptr<reconstruction::Reconstruction> core, int threads) {
+  return py::cast(std::make_unique<PyReconstruction>(std::move(core), threads));
+}
 
 void bind_reconstruction(py::module_& m) {
   // In addition to the options of a Reconstructor: measured values, and values that tests vary.
@@ -189,6 +212,7 @@ void bind_reconstruction(py::module_& m) {
            "Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.")
       .def("begin_to_show", &PyReconstruction::begin_to_show,
            "Begin that, and return: what was borrowed may be read after show().")
+      .def("mesh", &PyReconstruction::mesh)
       .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
       .def("continued", &PyReconstruction::continued, py::arg("view"))
       .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })

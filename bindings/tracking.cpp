@@ -4,7 +4,6 @@
 
 #include "array.h"
 #include "py_tracker.h"
-#include "region_colors.h"
 
 namespace sdftrack::bindings {
 
@@ -38,8 +37,6 @@ void bind_tracking(py::module_& m) {
       .def("judge", &PyTracker::judge, py::arg("frame"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),
            py::arg("boxes"), py::arg("colors") = py::none())
-      .def("region", &PyTracker::region, py::arg("k"), py::arg("T"), py::arg("padding_m"))
-      .def("look_at", &PyTracker::look_at, py::arg("frame"), py::arg("k"), py::arg("region"))
       .def("paint", &PyTracker::paint, py::arg("k"), py::arg("colors"))
       .def("membership", &PyTracker::membership, py::arg("frame"))
       .def("color_delay", &PyTracker::color_delay)

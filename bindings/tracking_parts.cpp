@@ -7,7 +7,6 @@
 #include "appearance.h"
 #include "array.h"
 #include "py_tracker.h"
-#include "region_colors.h"
 #include "tracking/fit/correlation.h"
 #include "tracking/size/depth_size.h"
 #include "tracking/trust/open_directions.h"
@@ -109,22 +108,6 @@ void bind_tracking_parts(py::module_& m) {
   m.def("seen_form", &fused_form, py::arg("volume"), py::arg("camera"), py::arg("depth"),
         py::arg("T_cam_obj"), py::arg("points"), py::arg("tolerance_m"),
         "Mean of J J^T where a fused shape is read, the least slope of a form; points and normals (n, 6).");
-
-  m.def(
-      "colors_at",
-      [](const py::array& depth, const py::object& color, const py::object& map,
-         const std::array<int, 4>& region) {
-        const appearance::ColorImage image = color_view(color, map);
-        const float* z = borrow<float>(depth, "depth", {-1, -1});
-        const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
-        check_region(region, w, h);
-        frame::DepthFrame frame{{z, w, h}, nullptr, nullptr};
-        frame.color = &image;
-        std::vector<std::uint8_t> rgb;
-        fetch_colors(frame, {region[0], region[1], region[2], region[3]}, &rgb);
-        return to_numpy(std::move(rgb), {region[3] - region[1], region[2] - region[0], 3});
-      },
-      py::arg("depth"), py::arg("color"), py::arg("color_map"), py::arg("region"));
 }
 
 }  // namespace sdftrack::bindings

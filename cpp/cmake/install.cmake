@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set_target_properties(sdftrack_core PROPERTIES EXPORT_NAME core)
 install(TARGETS sdftrack_core EXPORT sdftrackTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-install(FILES sdftrack/camera.h sdftrack/shape.h sdftrack/tracker.h
+install(FILES sdftrack/camera.h sdftrack/reconstructor.h sdftrack/shape.h sdftrack/tracker.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sdftrack COMPONENT development)
 if(SDFTRACK_IO)
   set_target_properties(sdftrack_io PROPERTIES EXPORT_NAME io)

@@ -26,6 +26,13 @@ void visit_options(Options& o, Visit& f) {
   f("memory", e.max_weight, above(0), "", "maximum number of frames averaged in a voxel; fewer forget errors sooner, more reduce noise further");
   f("known_every", e.known_every, at_least(1), "", "once a block has been observed in 30 frames, only every n-th further frame is fused into it; 1: every frame");
   f("border_px", o.image.border_px, at_least(0), "px", "object pixels within this distance of the silhouette or of a depth discontinuity are ignored");
+  f("prior", o.prior, at_least(0), "", "log ratio of the initial guess, positive inside, negative outside; 0: no prior");
+  f("min_seen", o.min_seen, at_least(0), "", "a surface patch is used for tracking once it has been observed in this many (frontal) views");
+  f("padding_m", o.padding_m, above(0), "m", "pixels within this distance of the current shape are considered in the next frame");
+  f("planes", o.planes, kTrueOrFalse, "", "planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object");
+  f("keep_to_mask", o.keep_to_mask, kTrueOrFalse, "", "the object is excluded where the first frame observes free space outside its mask");
+  f("mask_margin_px", o.mask_margin_px, from_to(0, 100), "px", "how far the object may extend beyond the first mask");
+  f("kept_frames", o.kept_frames, at_least(1), "", "maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints");
 }
 // clang-format on
 

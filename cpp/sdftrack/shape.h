@@ -36,6 +36,7 @@ class Shape {
 
  private:
   friend class Tracker;
+  friend class Reconstructor;
   struct Volume;
   explicit Shape(std::shared_ptr<const Volume> volume) : volume_(std::move(volume)) {}
   std::shared_ptr<const Volume> volume_;

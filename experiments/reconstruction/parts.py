@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import defaultdict
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +20,13 @@ from experiments.registry import experiment
 from experiments.table import Table
 
 SIGMA_M, WARM = 0.001, 10
+GUESS_FADES_VOXELS = 4.0  # sigma_G of Eq. 4.34
 PARTS = {
     "tracking": ("track", "10 ms (100 Hz)"),
     "evidence and level set": ("fuse", "150-200 ms (100 steps), then 15-40 ms (10-20 steps), GTX 680"),
     "shape handed to the tracker": ("reshape", None),
     "all": ("all", None),
 }
-MEASURED = ("track", "fuse", "reshape")
 WAYS = {"": None, ", as printed": 8.0}  # what is added to a part's name; sigma_d, voxels
 Array = NDArray[np.float64]
 
@@ -72,46 +70,25 @@ def parts(*, frames: int = 60, mesh: Path | None = None, unit: str | None = None
 
 def _times(star: Any, seq: Any, n: int, way: str) -> list[dict[str, Any]]:
     """One row for each part of a run."""
-    spent: dict[Any, list[float]] = defaultdict(list)
-    sums: dict[Any, float] = defaultdict(float)
-    star._reshape = _timed(star._reshape, "reshape", sums)
+    spent: dict[str, list[float]] = defaultdict(list)
 
     def told(i: int, result: Any) -> None:
-        if i == 0:  # the tracker and the volume exist from now on
-            star._volume.fuse = _timed(star._volume.fuse, "fuse", sums)
-            star._tracker.track = _timed(star._tracker.track, "track", sums)
-        for part in MEASURED:
-            spent[part].append(sums.pop(part, math.nan))
-            spent[part, "cpu"].append(sums.pop((part, "cpu"), math.nan))
+        for part, seconds in star._session.part_seconds.items():
+            spent[part].append(seconds or math.nan)
         spent["all"].append(result.seconds)
-        spent["all", "cpu"].append(sum(x for x in (spent[p, "cpu"][-1] for p in MEASURED) if x == x))
         step(i + 1, n, f"frames{way}")
 
-    rebuild(star, seq, None, n, told)
+    live = rebuild(star, seq, None, n, told)
     return [
         {
             "part": name + way,
             "first_ms": 1e3 * spent[key][0] if math.isfinite(spent[key][0]) else None,
             "later_ms": _median_ms(spent[key]),
-            "cpu_ms": _median_ms(spent[key, "cpu"]),
+            "cpu_ms": _median_ms(list(live.cpu_seconds)) if key == "all" else None,
             "printed": printed,
         }
         for name, (key, printed) in PARTS.items()
     ]
-
-
-def _timed(call: Callable[..., Any], part: str, sums: dict[Any, float]) -> Callable[..., Any]:
-    """The same function, its seconds added up, and those that all processors together have worked."""
-
-    def timed(*args: Any, **more: Any) -> Any:
-        begin, worked = time.perf_counter(), time.process_time()
-        try:
-            return call(*args, **more)
-        finally:
-            sums[part] += time.perf_counter() - begin
-            sums[part, "cpu"] += time.process_time() - worked
-
-    return timed
 
 
 def _median_ms(seconds: list[float]) -> float | None:
@@ -131,7 +108,7 @@ def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Arr
 
 
 def _curves() -> Any:
-    from sdftrack.reconstruction.initialization import GUESS_FADES_VOXELS, printed_prior
+    from sdftrack import _core
     from sdftrack.reconstruction.options import ReconstructorOptions
 
     d = np.linspace(-40, 40, 801)
@@ -140,7 +117,7 @@ def _curves() -> Any:
         Line(d, evidence(d, 8.0, 1.0), "smooth, 8 voxels, noise 1", {"color": "k", "linestyle": "--"})
     )
     ours = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
-    printed = printed_prior(d.astype(np.float32), 1.0)
+    printed = _core.printed_prior(d.astype(np.float32), 1.0)
     guesses: dict[str, NDArray[Any]] = {
         "ours: log ratio of 0.4 at most": ours,
         "printed: a 0.5, sigma_G 4": printed,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The public headers, as a user's program includes them.
 #include <gtest/gtest.h>
+#include <sdftrack/reconstructor.h>
 #include <sdftrack/tracker.h>
 
 #include <cmath>
@@ -276,6 +277,65 @@ TEST(Face, what_cannot_be_meant_is_refused_and_changes_nothing) {
             std::string::npos);
   EXPECT_NE(refusal_of([&] { sdftrack::Tracker(shape, {}, {}); }).find("camera: expected"),
             std::string::npos);
+}
+
+TEST(Face, an_unknown_object_becomes_a_mesh_that_lies_on_the_object) {
+  const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
+  sdftrack::ReconstructorSetup setup;
+  setup.voxels = 64, setup.options = {{"planes", false}};
+  sdftrack::Reconstructor reconstructor(kCamera, setup);
+  EXPECT_NE(refusal_of([&] { reconstructor.mesh(); }).find("mesh: call start first"), std::string::npos);
+  const std::vector<std::uint16_t> first = image_mm(shape, pose());
+  std::vector<std::uint8_t> mask;
+  for (const std::uint16_t z : first) mask.push_back(z != 0);
+  sdftrack::Frame frame;
+  frame.depth = first.data();
+  sdftrack::Place place;
+  EXPECT_NE(refusal_of([&] { reconstructor.start(frame, place); }).find("one of mask, box and pose"),
+            std::string::npos);
+  place.mask = mask.data();
+  const Eigen::Isometry3d T_first = reconstructor.start(frame, place).pose.T_cam_obj;
+  for (int i = 1; i < 6; ++i) {
+    Eigen::Isometry3d T = pose();
+    T.rotate(Eigen::AngleAxisd(0.04 * i, Eigen::Vector3d::UnitY()));
+    const std::vector<std::uint16_t> image = image_mm(shape, T);
+    frame.depth = image.data();
+    const sdftrack::ReconstructionResult& found = reconstructor.track(frame);
+    EXPECT_EQ(found.index, i);
+    const Eigen::Isometry3d moved = found.pose.T_cam_obj * T_first.inverse(), truth = T * pose().inverse();
+    EXPECT_LT((moved.inverse() * truth).translation().norm(), 0.01) << found.pose.reason;
+  }
+  const sdftrack::ReconstructedMesh mesh = reconstructor.mesh();
+  const Eigen::Isometry3d to_truth = pose().inverse() * T_first;
+  int seen = 0;
+  double off_m = 0;
+  for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i)
+    if (mesh.seen[i] >= 0.5f)
+      ++seen, off_m += std::abs(shape.distance_m(to_truth * Eigen::Vector3d(mesh.vertices.col(i))));
+  ASSERT_GT(seen, 200);
+  EXPECT_LT(off_m / seen, 0.002);
+  EXPECT_EQ(mesh.rgb.cols(), 0);
+  EXPECT_LT(mesh.faces.maxCoeff(), mesh.vertices.cols());
+  sdftrack::Tracker tracker(reconstructor.shape(), kCamera);
+  frame.depth = first.data();
+  EXPECT_NE(tracker.start(frame, T_first).objects.front().status, sdftrack::Status::kLost);
+}
+
+TEST(Face, what_a_reconstructor_cannot_do_is_refused) {
+  const auto with = [](std::string name, sdftrack::OptionSetting value) {
+    sdftrack::ReconstructorSetup setup;
+    setup.options = {{std::move(name), std::move(value)}};
+    return refusal_of([&] { sdftrack::Reconstructor(kCamera, setup); });
+  };
+  EXPECT_EQ(with("min_see", 1), "min_see: no such option of a reconstructor");
+  EXPECT_NE(with("memory", -1.0).find("memory: expected"), std::string::npos);
+  EXPECT_NE(with("evolution", std::string("printed")).find("expected 'ours'"), std::string::npos);
+  sdftrack::ReconstructorSetup setup;
+  setup.voxels = 8;
+  EXPECT_NE(refusal_of([&] { sdftrack::Reconstructor(kCamera, setup); }).find("16 to 512"),
+            std::string::npos);
+  setup.voxels = 64, setup.extent_m = -1;
+  EXPECT_NE(refusal_of([&] { sdftrack::Reconstructor(kCamera, setup); }).find("extent_m"), std::string::npos);
 }
 
 }  // namespace

@@ -3,14 +3,13 @@
 
 import numpy as np
 import pytest
+from reconstruction_parts import planes_below, without_cavities
 from reconstruction_scene import begun
 
 import sdftrack as st
 from experiments.synth.standing import standing
 from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
-from sdftrack.reconstruction.first_view import planes_below
-from sdftrack.reconstruction.quality import without_cavities
 
 CAMERA = st.Camera(200.0, 200.0, 79.5, 59.5, 160, 120)
 FRAMES, VOXELS, VOXEL_M = 24, 96, 0.004

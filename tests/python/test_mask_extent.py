@@ -3,10 +3,10 @@
 
 import numpy as np
 import pytest
+from reconstruction_parts import MaskExtent
 from reconstruction_scene import CAMERA, first_mask, sequence
 
 import sdftrack as st
-from sdftrack.reconstruction.quality import MaskExtent
 
 FREE = {"keep_to_mask": False, "planes": False, "voxels": 64, "mode": "depth"}
 

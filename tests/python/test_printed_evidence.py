@@ -3,10 +3,10 @@
 
 import numpy as np
 import pytest
+from reconstruction_parts import printed_prior
 
 import sdftrack as st
 from reference import levelset as reference
-from sdftrack.reconstruction.initialization import printed_prior
 
 SLANTED = st.Camera(500.0, 500.0, 160.0, 120.0, 321, 241)
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import reconstruction_scene as scene
 from levelset_scene import BALL_M, CAMERA, K, ball_depth, directions, lattice, looking_from, zero_crossings
+from reconstruction_parts import printed_prior
 
 import sdftrack as st
 from reference import levelset as reference
 from sdftrack import _core
-from sdftrack.reconstruction.initialization import printed_prior
 from sdftrack.reconstruction.quality import surface_mesh
 
 VOXEL_M = 0.002

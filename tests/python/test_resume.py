@@ -5,12 +5,12 @@ import functools
 
 import numpy as np
 import pytest
+from reconstruction_parts import FirstView
 from reconstruction_scene import begun
 
 import sdftrack as st
 from experiments.synth.standing import standing
 from sdftrack import geometry
-from sdftrack.reconstruction.first_view import FirstView
 
 CAMERA = st.Camera(260.0, 260.0, 159.5, 119.5, 320, 240)
 FRAMES, VOXELS, AWAY_M = 24, 80, 0.45

@@ -9,7 +9,7 @@ import pytest
 import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.imaging.click_regions import click_regions, nearest_reading
-from sdftrack.imaging.near_planes import planes_near, surface_normals
+from sdftrack.imaging.near_planes import planes_near
 from sdftrack.imaging.standing_regions import standing_regions
 
 CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
@@ -75,7 +75,7 @@ def test_tables_and_walls_are_planes_and_the_faces_of_a_box_are_not(scene):
     frame, _, _, mask = scene
     points = CAMERA.back_project(frame.depth)
     read = frame.depth > 0
-    planes = planes_near(points, surface_normals(points, read), read, SIZE)
+    planes = planes_near(points, read, read, SIZE)
     on = np.any([p.pixels for p in planes], axis=0)
     assert len(planes) >= 1
     assert on[read & ~mask].mean() > 0.8

@@ -53,6 +53,8 @@ enum class ReasonCode {
   kOverlaps,   // object: the other one, by its name; both are doubted
   kPlacedByNeighbors,
   kMaybeExchanged,  // object
+  // A reconstruction
+  kBeyondMask,  // percent
   kCount
 };
 

@@ -116,15 +116,6 @@ def described(default: Any, meaning: str) -> Any:
 # The options not used by the core, one line each, described like those of the core.
 # fmt: off
 # ruff: noqa: E501 (an option is a line)
-RECONSTRUCT = (
-    Option("prior", "number", 0.4, min=0, meaning="log ratio of the initial guess, positive inside, negative outside; 0: no prior"),
-    Option("min_seen", "number", 0.15, min=0, meaning="a surface patch is used for tracking once it has been observed in this many (frontal) views"),
-    Option("padding_m", "number", 0.02, "m", min=0, min_open=True, meaning="pixels within this distance of the current shape are considered in the next frame"),
-    Option("planes", "bool", True, meaning="planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object"),
-    Option("keep_to_mask", "bool", True, meaning="the object is excluded where the first frame observes free space outside its mask"),
-    Option("mask_margin_px", "int", 3, "px", min=0, max=100, meaning="how far the object may extend beyond the first mask"),
-    Option("kept_frames", "int", 600, min=1, meaning="maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints"),
-)
 MEMORY = (
     Option("n_harmonics", "int", 10, min=2, max=32, meaning="number of harmonics that describe a silhouette"),
     Option("n_inputs", "int", 3, min=1, max=31, meaning="number of the highest harmonics that predict the others (printed); must be below n_harmonics"),
@@ -147,6 +138,6 @@ TABLES = ("tracker", "reconstruct", "contour", "lwpr", "memory")
 
 def schema_of(table: str) -> dict[str, Option]:
     """The options of one of `TABLES`, by name, in order."""
-    own = {"reconstruct": RECONSTRUCT, "memory": MEMORY}.get(table, ())
+    own = MEMORY if table == "memory" else ()
     core = {} if table == "memory" else core_schema(table)
     return {**core, **{option.name: option for option in own}}

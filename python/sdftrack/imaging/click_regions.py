@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import RGBDCamera, depth_camera
-from sdftrack.imaging.near_planes import planes_near, surface_normals, tolerance_m
+from sdftrack.imaging.near_planes import planes_near, tolerance_m
 from sdftrack.imaging.plane import remove_plane
 
 Mask = NDArray[np.bool_]
@@ -41,9 +41,7 @@ def click_regions(frame: Any, camera: Any, px: tuple[float, float], size_m: floa
     read = np.asarray(depth > 0)
     near = read & (distance <= size_m)
     free, clicked = near.copy(), seed
-    for plane in planes_near(
-        points, surface_normals(points, read), read & (distance < AROUND * size_m), size_m
-    ):
+    for plane in planes_near(points, read, read & (distance < AROUND * size_m), size_m):
         free &= ~plane.pixels
         if plane.pixels[clicked]:
             table = plane

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.camera import depth_camera
-from sdftrack.imaging.near_planes import planes_near, surface_normals
+from sdftrack.imaging.near_planes import planes_near
 
 Mask = NDArray[np.bool_]
 
@@ -44,7 +44,7 @@ def standing_regions(frame: Any, camera: Any, size_m: float, most: int = 12) -> 
     points = depth_camera(camera).back_project(frame.depth)[::every, ::every]
     read = depth > 0
     free = read.copy()
-    for plane in planes_near(points, surface_normals(points, read), read, size_m):
+    for plane in planes_near(points, read, read, size_m):
         free &= ~plane.pixels
     free &= ~_edges(depth, every / depth_camera(camera).fx)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(free.astype(np.uint8), connectivity=4)

@@ -80,12 +80,3 @@ def check_beginning(
             "pose: requires Reconstructor(camera, initial=sdf), whose pose it is; otherwise give mask or box"
         )
     return depth
-
-
-def check_extent(extent: float | None, radius_m: float) -> None:
-    """Check that a volume of this side contains an object of this radius, m."""
-    if extent is not None and 2 * radius_m > extent:
-        raise ValueError(
-            f"extent: the object is about {2 * radius_m:.3g} m wide, the volume {extent:.3g} m; "
-            "give a larger extent, or omit it"
-        )

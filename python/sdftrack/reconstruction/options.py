@@ -99,11 +99,10 @@ class ReconstructorOptions:
         refuse_unknown(changes, _SCHEMA)
         return dataclasses.replace(self, **changes)
 
-    def to_core(self, noise_m: float) -> _core.ReconstructionOptions:
-        """Convert to the core's options, with the measured noise."""
+    def to_core(self) -> _core.ReconstructionOptions:
+        """Convert to the core's options; the noise is that of the first frame (`_core.Beginning`)."""
         core = _core.ReconstructionOptions()
         for name in core_schema("reconstruct"):
             if name != "noise_m":
                 setattr(core, name, getattr(self, name))
-        core.noise_m = core.usual_noise_m = noise_m
         return core

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdftrack import _core
 from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
@@ -21,25 +22,13 @@ from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction import quality, refining, resuming, saved_state
-from sdftrack.reconstruction.arguments import (
-    check_beginning,
-    check_extent,
-    check_settings,
-    voxels_of,
-)
-from sdftrack.reconstruction.initialization import (
-    PRINTED_SCALE_VOXELS,
-    Beginning,
-    Lattice,
-    find_object,
-    printed_tracker_options,
-)
-from sdftrack.reconstruction.keyframe import Keyframe, Keyframes, Refined, cut, masked_keyframe
+from sdftrack.reconstruction.arguments import check_beginning, check_settings, voxels_of
+from sdftrack.reconstruction.initialization import find_object, printed_tracker_options
+from sdftrack.reconstruction.keyframe import Keyframe, Refined
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.quality import MaskExtent
 from sdftrack.reconstruction.refining import OVERFIT, Judge, learn_colors
-from sdftrack.reconstruction.volume import BLOCK, Volume, lattice_for
-from sdftrack.results import Status, TrackResult, doubted
+from sdftrack.reconstruction.volume import shape_of
+from sdftrack.results import TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
@@ -47,7 +36,6 @@ from sdftrack.tracking.interface import TrackerInterface
 Pose = NDArray[np.float64]
 STAND_IN_VOXELS = 24
 ROUNDS = 3
-YOUNG_FRAMES = 30  # in which the tracker takes the shape as each frame leaves it
 
 alone = one_thread("reconstructor")
 briefly = one_thread("reconstructor", "brief")
@@ -135,15 +123,11 @@ class Reconstructor:
             printed_tracker_options() if self._printed else TrackerOptions(outline=False, smooth_colors=False)
         )
         self._lock = ReentrantLock()
-        self._volume: Any = None
+        self._session: _core.ReconstructionSession | None = None
         self._tracker: Tracker | None = None
-        self._keyframes = Keyframes(self.options.kept_frames)
-        self._mask_extent: MaskExtent | None = None  # None: the shape keeps to the mask, or there is none
-        self._later: list[Beginning] = []  # of further recordings, what their first frames show
-        self._index = -1
 
     def __repr__(self) -> str:
-        state = f"{self._volume.fused} frames fused" if self._volume is not None else "not started"
+        state = f"{self._volume.fused} frames fused" if self._session is not None else "not started"
         return f"Reconstructor({self.voxels} voxels, {state})"
 
     # -- tracking and fusing
@@ -184,27 +168,15 @@ class Reconstructor:
         found = find_object(depth, place, self._frame_camera, self.initial, options)
         return self._begin(frame, found, begin)
 
-    def _begin(self, frame: Frame, found: Beginning, begin: float) -> TrackResult:
+    def _begin(self, frame: Frame, found: _core.Beginning, begin: float) -> TrackResult:
         """Reset and start with a frame; `begin`: the time of the call."""
-        assert frame.depth is not None
-        check_extent(self.extent, found.ball.radius_m)
-        lattice = lattice_for(found, self.initial, self.voxels, self.extent)
-        volume = self._empty_volume(lattice, found)
-        keyframe = self._first_keyframe(frame, found)
-        volume.fuse(keyframe, frame.depth)
-        if not len(volume.core.surface_boxes):
-            raise ValueError(
-                "start: no surface was found on the object; is it too small for the volume's voxels?"
-            )
-        self._beginning, self._volume, self._index, self._later = found, volume, 0, []
-        self._keyframes = Keyframes(self.options.kept_frames)
-        self._keyframes.add(keyframe)
-        self._mask_extent = self._extent_of_mask(found)
-        self._tracker = self._new_tracker()
-        self._reshape()
-        result = self._tracker.start(frame, poses=found.T_cam_obj)
-        self._tracker.set_pose(0, found.T_cam_obj)
-        return self._finished(result, found.T_cam_obj, begin, fused=True)
+        session = self._new_session(found)
+        tracker = self._new_tracker(session)
+        inside = TrackerInterface(tracker)
+        view = inside.core_frame(frame)
+        result = inside.wrapped(frame, view, session.start(tracker._core, view, tracker.names), begin)
+        self._session, self._tracker = session, tracker
+        return self._finished(result, begin)
 
     @alone
     def resume(
@@ -258,23 +230,20 @@ class Reconstructor:
             search = Tracker(self.initial, self.camera, mode=self.mode, device="cpu", threads=self.threads)
             result, shown = resuming.begin_with(search, frame, place, self._frame_camera, self.options)
             return result if shown is None else self._begin(frame, shown, begin)
-        tracker, shape = self._tracker_of_shape(), self.shape
+        session, tracker, shape = self._begun, self._new_tracker(self._begun), self.shape
+        session.show_shape(tracker._core)
         learn_colors(tracker, self._kept, self._frame_camera, self._index)
         result, shown = resuming.begin_again(
             tracker, shape, self.mesh(), self._volume.core, frame, place, self._frame_camera, self.options
         )
         if shown is None:
-            return self._finished(result, result.poses[0], begin, fused=False)
-        T = shown.T_cam_obj
-        self._volume.begin_recording(shown, T)
-        self._tracker, self._index = tracker, self._index + 1
-        self._later.append(shown)
-        self._reshape()
-        if pose is None:
-            first = self._first_keyframe(frame, shown)
-            self._keep(replace(first, index=self._index, recording=len(self._later)), frame)
-        fused = pose is None or self._add(frame, T)
-        return self._finished(result, T, begin, fused=fused, judged=False)  # ok says that it was added
+            return self._finished(replace(result, shape_change=float("nan")), begin)
+        view = TrackerInterface(tracker).core_frame(frame)
+        found = session.resume(tracker._core, view, shown, pose is None, tracker.names)
+        self._tracker = tracker
+        poses = np.array(result.poses)
+        poses[0] = shown.T_cam_obj
+        return self._finished(replace(result, poses=poses, shape_change=found["change_m"]), begin)
 
     @briefly
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
@@ -297,13 +266,10 @@ class Reconstructor:
         if frame.camera is not None and depth_camera(frame.camera) != self._frame_camera:
             raise ValueError("frame: expected the same camera in all frames, got another one with this frame")
         begin = time.perf_counter()
-        result = tracker.track(frame)
-        self._index += 1
-        # The thesis does not judge its poses: every frame that could be tracked adds to the shape.
-        # Along what cannot be observed, any pose adds the same.
-        sure = TrackerInterface(tracker).is_sure(0) or (self._printed and result.status[0] is Status.WEAK)
-        fused = sure and frame.depth is not None and self._add(frame, result.poses[0])
-        return self._finished(result, result.poses[0], begin, fused=fused)
+        inside = TrackerInterface(tracker)
+        view = inside.core_frame(frame)
+        result = inside.wrapped(frame, view, self._begun.track(view, tracker.names), begin)
+        return self._finished(result, begin)
 
     process = track
 
@@ -314,7 +280,7 @@ class Reconstructor:
     def shape(self) -> SDF:
         """A copy of the current shape: distances in metres, negative inside, and observed colours."""
         self._started("shape")
-        return self._volume.shape(self._least)
+        return shape_of(self._volume.core, self._begun.least_seen)
 
     @reading
     def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
@@ -328,7 +294,7 @@ class Reconstructor:
             Maximum number of faces, by :meth:`Mesh.decimated`, which requires the extra ``sdftrack[export]``.
         """
         self._started("mesh")
-        mesh = quality.surface_mesh(self._volume.core, device_number(self.device))
+        mesh = quality.surface_mesh(self._volume.core)
         if seen_only:
             mesh = quality.seen_part(mesh, self.options.min_seen)
         return mesh if faces is None else mesh.decimated(faces)
@@ -347,12 +313,16 @@ class Reconstructor:
     @alone
     def tracker(self) -> Tracker:
         """A Tracker that continues with this shape, the last pose, and the learned colours."""
-        tracker = self._started("tracker")
+        tracker, core = self._started("tracker"), self._volume.core
         shape = self.shape
         tracker.shapes = [shape]
-        self._reshape(shape.values, np.array(self._volume.core.rgb_seen))
-        self._tracker = self._tracker_of_shape()
-        self._go_on(TrackerInterface(tracker).last_poses[0])
+        values = (shape.values, core.voxel_m, list(core.origin))
+        least = 0 if self._printed else self._begun.least_seen
+        inside = TrackerInterface(tracker)
+        inside.replace_shape(0, values, np.array(core.rgb_seen), least, core.surface_boxes)
+        self._tracker = self._new_tracker(self._begun)
+        self._begun.set_tracker(self._tracker._core)
+        self._go_on(inside.last_poses[0])
         return tracker
 
     @alone
@@ -381,11 +351,9 @@ class Reconstructor:
         now_m = judge.misfit_m(self.shape)
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
-            self._volume = volume
-            self._look_at_extent_again()
+            self._begun.volume = volume
             for keyframe, pose in zip(self._kept, poses, strict=True):
                 keyframe.T_cam_obj = pose
-            self._reshape()
             refined = replace(refined, poses={k.index: k.T_cam_obj for k in self._kept})
         # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
         tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
@@ -403,25 +371,50 @@ class Reconstructor:
     def _printed(self) -> bool:
         return self.options.evolution == "printed"
 
-    def _extent_of_mask(self, found: Beginning) -> MaskExtent | None:
-        """What compares the shape with the first mask, unless it keeps to it, or there is none."""
-        if found.outline is None or self.options.keep_to_mask or self._printed:
-            return None
-        return MaskExtent(self._frame_camera, found.outline, found.T_cam_obj)
+    @property
+    def _begun(self) -> _core.ReconstructionSession:
+        assert self._session is not None
+        return self._session
 
-    def _new_tracker(self) -> Tracker:
-        # The young shape fits the frames that it was made of too well to measure the sensor by.
-        options = self.tracker_options.replace(
-            adapt_noise=False, noise_m=self._beginning.noise_m, noise_per_m=self.options.noise_per_m
+    @property
+    def _volume(self) -> _core.GrowingVolume:
+        return self._begun.volume
+
+    @property
+    def _beginning(self) -> _core.Beginning:
+        return self._begun.beginning
+
+    @property
+    def _later(self) -> list[_core.Beginning]:
+        """Of further recordings, what their first frames show."""
+        return self._begun.later
+
+    @property
+    def _index(self) -> int:
+        return self._begun.index
+
+    @property
+    def _kept(self) -> list[Keyframe]:
+        return self._begun.keyframes.frames
+
+    def _new_session(self, found: _core.Beginning) -> _core.ReconstructionSession:
+        return _core.ReconstructionSession(
+            self._frame_camera._core,
+            self.options.to_core(),
+            self.voxels,
+            self.extent,
+            self.threads,
+            device_number(self.device),
+            None if self.initial is None else self.initial._core_args,
+            found,
         )
-        as_printed: dict[str, Any] = {}
-        if self._printed:  # the width of the likelihood is in voxels, whatever the sensor
-            options = options.replace(
-                noise_m=PRINTED_SCALE_VOXELS * self._volume.core.voxel_m, noise_per_m=0.0
-            )
-            as_printed = {"recover": False, "motion": "static"}
-        # Its own shape follows at once (reshape); this one says where the object frame's middle is.
-        shape = self.initial or SDF.sphere(self._beginning.ball.radius_m, voxels=STAND_IN_VOXELS)
+
+    def _new_tracker(self, session: _core.ReconstructionSession) -> Tracker:
+        noise_m, noise_per_m = session.tracker_noise
+        options = self.tracker_options.replace(adapt_noise=False, noise_m=noise_m, noise_per_m=noise_per_m)
+        as_printed: dict[str, Any] = {"recover": False, "motion": "static"} if self._printed else {}
+        # The session gives it its shape; this one says where the object frame's middle is.
+        shape = self.initial or SDF.sphere(session.beginning.radius_m, voxels=STAND_IN_VOXELS)
         return Tracker(
             shape,
             self.camera,
@@ -432,99 +425,31 @@ class Reconstructor:
             **as_printed,
         )
 
-    def _empty_volume(self, lattice: Lattice, beginning: Beginning) -> Volume:
-        number = device_number(self.device)
-        return Volume(
-            self._frame_camera, lattice, beginning, self.initial, self.options, self.threads, number
-        )
-
-    def _tracker_of_shape(self) -> Tracker:
-        tracker = self._new_tracker()
-        self._reshape(tracker=tracker)
-        return tracker
-
     def _go_on(self, pose: Pose) -> None:
         """Transfer the state of the old tracker to a new one, which has the shape."""
         assert self._tracker is not None
         learn_colors(self._tracker, self._kept, self._frame_camera, self._index)
         self._tracker.set_pose(0, pose)
 
-    @property
-    def _least(self) -> int:
-        """Minimum observation weight of a surface patch, in the core's unit."""
-        return max(1, round(quality.SEEN_SCALE * self.options.min_seen))
-
-    def _reshape(self, phi: Any = None, rgb_seen: Any = None, tracker: Tracker | None = None) -> None:
-        """Give the tracker (or another one) the current shape, or given copies of it."""
-        inside = TrackerInterface(self._started("shape") if tracker is None else tracker)
-        core = self._volume.core
-        values = (core.phi if phi is None else phi, core.voxel_m, list(core.origin))
-        colors = core.rgb_seen if rgb_seen is None else rgb_seen
-        # The thesis tracks by all of the shape, seen or guessed.
-        least = 0 if self._printed else self._least
-        inside.replace_shape(0, values, colors, least, core.surface_boxes)
-
     def _add(self, frame: Frame, T: Pose) -> bool:
         """Fuse a frame at its pose; returns False if too little of the object is in the image."""
-        assert self._tracker is not None
-        assert frame.depth is not None
-        inside = TrackerInterface(self._tracker)
-        region = x0, y0, x1, y1 = inside.region(0, T, self.options.padding_m)
-        if x1 - x0 < BLOCK or y1 - y0 < BLOCK:
-            return False
-        foreground, rgb = inside.pixel_evidence(0, frame, region)
-        depth, recording = cut(frame.depth, region), len(self._later)
-        self._keep(Keyframe(self._index, region, depth, rgb, foreground, np.array(T), None, recording), frame)
-        return True
-
-    def _first_keyframe(self, frame: Frame, found: Beginning) -> Keyframe:
-        """The first keyframe of a recording, in which a mask marks the object."""
-        camera = None if self.mode == "depth" else self.camera if frame.camera is None else frame.camera
-        return masked_keyframe(frame, found.on_object, found.T_cam_obj, self._frame_camera, camera)
-
-    def _keep(self, keyframe: Keyframe, frame: Frame) -> None:
-        assert frame.depth is not None
-        self._volume.fuse(keyframe, frame.depth)
-        self._keyframes.add(keyframe)
-        # What many frames have shown moves little with one more: sample points, normals and the coarse grid of the
-        # tracker's shape may be one frame older than the distances and colours, which it borrows.
-        if self._volume.grow_if_needed() or self._volume.fused <= YOUNG_FRAMES or self._volume.fused % 2 == 0:
-            self._reshape()
-        else:
-            self._volume.core.begin_to_show()  # while this thread goes on; see _started
-
-    @property
-    def _kept(self) -> list[Keyframe]:
-        return self._keyframes.frames
+        view = TrackerInterface(self._started("add")).core_frame(frame)
+        return self._begun.add(view, np.ascontiguousarray(T))
 
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """Rebuild the shape from all keyframes at their current poses."""
         volume, recording = self._volume.emptied(), 0
-        for i, keyframe in enumerate(self._kept):
+        kept, later = self._kept, self._later
+        for i, keyframe in enumerate(kept):
             if keyframe.recording != recording:
                 recording = keyframe.recording
-                volume.begin_recording(self._later[recording - 1], keyframe.T_cam_obj)
-            volume.fuse(keyframe, keyframe.whole(keyframe.depth, self._frame_camera.shape))
-            progress((i + 1) / len(self._kept))
-        self._volume = volume  # whole, or not at all
-        self._look_at_extent_again()
-        self._reshape()
+                volume.begin_recording(later[recording - 1], keyframe.T_cam_obj)
+            volume.fuse(keyframe)
+            progress((i + 1) / len(kept))
+        self._begun.volume = volume  # whole, or not at all
 
-    def _look_at_extent_again(self) -> None:
-        if self._mask_extent is not None:
-            self._mask_extent.forget()
-
-    def _finished(
-        self, result: TrackResult, T: Pose, begin: float, *, fused: bool, judged: bool = True
-    ) -> TrackResult:
-        poses = np.array(result.poses)
-        poses[0] = T
-        if judged and fused and self._mask_extent is not None and result.status[0] is Status.OK:
-            reason = self._mask_extent.reason(self._volume.core, self._volume.fused, self._least)
-            result = doubted(result, reason) if reason else result
-        change = float(self._volume.core.change_m) if fused else float("nan")
-        seconds = time.perf_counter() - begin
-        return replace(result, poses=poses, seconds=seconds, index=self._index, shape_change=change)
+    def _finished(self, result: TrackResult, begin: float) -> TrackResult:
+        return replace(result, seconds=time.perf_counter() - begin, index=self._index)
 
     # -- files
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sdftrack import _core, metrics
 from sdftrack.camera import Camera
 from sdftrack.geometry import inverse, transform_points
-from sdftrack.reconstruction.keyframe import Keyframe, Refined
+from sdftrack.reconstruction.keyframe import Keyframe, Refined, frame_of, whole
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
@@ -55,9 +55,9 @@ def refine(
 def track_again(keyframe: Keyframe, tracker: Tracker, size: tuple[int, int]) -> tuple[float, float]:
     """Track a keyframe against the current shape; returns the change of its pose (m, rad)."""
     tracker.set_pose(0, keyframe.T_cam_obj)
-    color = None if tracker.mode == "depth" else keyframe.whole(keyframe.rgb, size)
+    color = None if tracker.mode == "depth" else whole(keyframe, keyframe.rgb, size)
     places = None if color is None else _core.ColorMap.aligned(size[1], size[0])
-    poses, sure = TrackerInterface(tracker).revisit(keyframe.whole(keyframe.depth, size), color, places)
+    poses, sure = TrackerInterface(tracker).revisit(whole(keyframe, keyframe.depth, size), color, places)
     if not sure[0]:
         return 0.0, 0.0
     before, keyframe.T_cam_obj = keyframe.T_cam_obj, poses[0]
@@ -98,7 +98,7 @@ class Judge:
 
 def _read_points(keyframe: Keyframe, camera: Camera) -> NDArray[np.float64]:
     """(N, 3) points in the camera frame."""
-    points = camera.back_project(keyframe.whole(keyframe.depth, camera.shape))
+    points = camera.back_project(whole(keyframe, keyframe.depth, camera.shape))
     read: NDArray[np.float64] = points[points[..., 2] > 0]
     return read[:: max(1, len(read) // READINGS)]
 
@@ -116,4 +116,4 @@ LAST = 20  # what came before, a tracker that has followed all of them has nearl
 def learn_colors(tracker: Tracker, keyframes: list[Keyframe], camera: Camera, index: int) -> None:
     """Let a tracker with their shape learn from the last of `keyframes`; its pose must be set again afterwards."""
     colored = [s for s in keyframes if s.rgb is not None][-LAST:]
-    TrackerInterface(tracker).relearn_colors(((s.frame(camera), s.T_cam_obj) for s in colored), index)
+    TrackerInterface(tracker).relearn_colors(((frame_of(s, camera), s.T_cam_obj) for s in colored), index)

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack import geometry, metrics
+from sdftrack import _core, geometry, metrics
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.geometry import inverse, transform_points
 from sdftrack.imaging.pose_hint import Place
 from sdftrack.mesh import Mesh
-from sdftrack.reconstruction.first_view import FirstView, planes_below
-from sdftrack.reconstruction.initialization import Beginning, find_object
+from sdftrack.reconstruction.initialization import find_object, find_standing
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.quality import seen_part
 from sdftrack.results import Status, TrackResult, doubted
@@ -78,7 +77,7 @@ def begin_again(
     place: Place,
     camera: Camera,
     options: ReconstructorOptions,
-) -> tuple[TrackResult, Beginning | None]:
+) -> tuple[TrackResult, _core.Beginning | None]:
     """Start a tracker that has the known shape in the first frame of another recording.
 
     Returns bounds on the object from that frame, too, at the pose found; None: the pose is not reliable.
@@ -88,7 +87,7 @@ def begin_again(
         result = _settled(tracker, tracker.start(frame, poses=place))
         if result.status[0] is not Status.OK:
             return result, None
-        shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, shape, options)
+        shown = find_standing(frame.depth, np.array(result.poses[0]), camera, shape, options)
         looked = Looked(core, mesh, options.min_seen, frame, shown.on_object, camera)
     else:
         shown = find_object(frame.depth, place, camera, None, options)
@@ -101,23 +100,25 @@ def begin_again(
 
 def begin_with(
     tracker: Tracker, frame: Frame, place: Place, camera: Camera, options: ReconstructorOptions
-) -> tuple[TrackResult, Beginning | None]:
+) -> tuple[TrackResult, _core.Beginning | None]:
     """As `begin_again`, with a tracker's own shape, whose observed parts are unknown."""
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
         result, shown = tracker.start(frame, poses=place), None
         if result.status[0] is Status.OK:
-            shown = _shown_at(frame.depth, np.array(result.poses[0]), camera, tracker.shapes[0], options)
+            shown = find_standing(frame.depth, np.array(result.poses[0]), camera, tracker.shapes[0], options)
     else:
         shown = find_object(frame.depth, place, camera, None, options)
         result = tracker.start(frame, masks=shown.on_object)
     return _at_pose(result, shown)
 
 
-def _at_pose(result: TrackResult, shown: Beginning | None) -> tuple[TrackResult, Beginning | None]:
+def _at_pose(
+    result: TrackResult, shown: _core.Beginning | None
+) -> tuple[TrackResult, _core.Beginning | None]:
     if shown is None or result.status[0] is not Status.OK:
         return result, None
-    return result, replace(shown, T_cam_obj=np.array(result.poses[0]))
+    return result, shown.at_pose(np.array(result.poses[0]))
 
 
 def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
@@ -127,18 +128,6 @@ def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
         return result
     confidence = np.maximum(result.confidence, seen.evidence(0))
     return replace(result, status=[Status.OK], reason=[""], confidence=confidence)
-
-
-def _shown_at(
-    depth: NDArray[np.float32], pose: Pose, camera: Camera, shape: SDF, options: ReconstructorOptions
-) -> Beginning:
-    """With a given pose, the object's pixels are those of its silhouette; there is no outline, but planes are known."""
-    shown = find_object(depth, pose, camera, shape, options)
-    if not options.planes:
-        return shown
-    planes = planes_below(depth, shown.on_object, camera, 2 * shown.ball.radius_m)
-    anywhere = np.zeros((camera.height, camera.width), np.float32)
-    return replace(shown, view=FirstView(anywhere, planes))
 
 
 class Looked:

@@ -77,4 +77,5 @@ def assembled(
         sensor=sensor,
         systematic=found["systematic"],
         unstated=found["unstated"],
+        shape_change=found.get("change_m", float("nan")),
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack.frame import Frame
 from sdftrack.sdf import SDF
 from sdftrack.tracking.core_conversion import core_frame
@@ -93,18 +94,16 @@ class TrackerInterface:
 
     # -- frames
 
-    def region(self, k: int, T_cam_obj: Pose, padding_m: float) -> tuple[int, int, int, int]:
-        """Image region of object k, padded, at a pose: depth pixels x0, y0, x1, y1, half open."""
-        x0, y0, x1, y1 = self._tracker._core.region(k, T_cam_obj, padding_m)
-        return x0, y0, x1, y1
+    def core_frame(self, frame: Frame) -> _core.TrackerFrame:
+        """A frame as the core takes it, with the colours that the tracker uses."""
+        tracker = self._tracker
+        return tracker._core_frame(frame, tracker._camera_of(frame), tracker._colors_of(frame))
 
-    def pixel_evidence(
-        self, k: int, frame: Frame, region: tuple[int, int, int, int]
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
-        """Of a region of a frame: probability that a pixel is of object k by its colours (NaN: unknown), and RGB."""
-        given = core_frame(frame, *self._tracker._colors_of(frame), sensor=self._tracker.sensor)
-        foreground, rgb = self._tracker._core.look_at(given, k, region)
-        return foreground, rgb
+    def wrapped(
+        self, frame: Frame, view: _core.TrackerFrame, found: dict[str, Any], begin: float
+    ) -> TrackResult:
+        """The core's result of a frame, also of a reconstruction session that used this tracker."""
+        return self._tracker._finish(frame, view, found, begin)
 
     def judge(self, k: int, frame: Frame, T_cam_obj: Pose) -> dict[str, Any]:
         """Assess object k at a fixed pose by depth; empty: too few measurements nearby."""

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "beginning.h"
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+
+#include "pixel_mask.h"
+#include "plane/near_planes.h"
+#include "release_gil.h"
+#include "volume.h"
+
+namespace sdftrack::bindings {
+
+namespace {
+
+using reconstruction::Beginning;
+using reconstruction::PlaneBelow;
+
+std::vector<PlaneBelow> planes_from(const py::array& planes) {
+  const double* p = borrow<double>(planes, "planes", {-1, 5});
+  std::vector<PlaneBelow> out;
+  for (py::ssize_t k = 0; k < planes.shape(0); ++k, p += 5) out.push_back({{p[0], p[1], p[2]}, p[3], p[4]});
+  return out;
+}
+
+py::array_t<double> planes_to_numpy(const std::vector<PlaneBelow>& planes) {
+  py::array_t<double> out({static_cast<py::ssize_t>(planes.size()), py::ssize_t{5}});
+  double* to = out.mutable_data();
+  for (const PlaneBelow& p : planes)
+    for (const double x : {p.normal_cam.x, p.normal_cam.y, p.normal_cam.z, p.offset_m, p.thick_m}) *to++ = x;
+  return out;
+}
+
+reconstruction::BeginningOptions beginning_options(bool planes, bool keep_to_mask, int mask_margin_px,
+                                                   const std::optional<double>& noise_m) {
+  return {planes, keep_to_mask, mask_margin_px, noise_m};
+}
+
+Beginning find_object(const py::array& depth, const py::object& place, const Camera& camera,
+                      const std::optional<PyKnownShape>& initial, bool planes, bool keep_to_mask,
+                      int mask_margin_px, const std::optional<double>& noise_m) {
+  const ImageView<float> image = image_view(depth, "depth", camera);
+  const tracking::PoseHint hint = pose_hint_from(place, camera);
+  const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
+  const auto options = beginning_options(planes, keep_to_mask, mask_margin_px, noise_m);
+  const ReleaseGil release;
+  return reconstruction::find_object(image, hint, camera, shape ? &*shape : nullptr, options);
+}
+
+Beginning find_standing(const py::array& depth, const py::array& T, const Camera& camera,
+                        const PyKnownShape& initial, bool planes, bool keep_to_mask, int mask_margin_px,
+                        const std::optional<double>& noise_m) {
+  const ImageView<float> image = image_view(depth, "depth", camera);
+  const Rigidd T_cam_obj = rigid_from(T, "T");
+  const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
+  const auto options = beginning_options(planes, keep_to_mask, mask_margin_px, noise_m);
+  const ReleaseGil release;
+  return reconstruction::find_standing(image, T_cam_obj, camera, *shape, options);
+}
+
+// As it was saved.
+Beginning beginning_of(const py::array& T, const py::array& on_object, const std::array<double, 3>& centre,
+                       double radius_m, double behind_m, double shorter_m, double noise_m,
+                       const std::optional<py::array>& from_m, const std::optional<py::array>& planes,
+                       const std::optional<py::array>& outline) {
+  if (on_object.ndim() != 2)
+    throw py::value_error("on_object: expected a mask (H, W), got " + describe(on_object));
+  const auto h = static_cast<int>(on_object.shape(0)), w = static_cast<int>(on_object.shape(1));
+  Beginning out;
+  out.T_cam_obj = rigid_from(T, "T"), out.noise_m = noise_m;
+  out.on_object = pixel_mask_from(on_object, "on_object", w, h);
+  out.ball = {{centre[0], centre[1], centre[2]}, radius_m, behind_m, shorter_m};
+  if (from_m && planes) {
+    const float* from = borrow<float>(*from_m, "from_m", {h, w});
+    out.view = reconstruction::ViewBounds{{from, from + out.on_object.on.size()}, planes_from(*planes)};
+  }
+  if (outline) out.outline = pixel_mask_from(*outline, "outline", w, h);
+  return out;
+}
+
+py::list planes_near(const py::array& points, const py::array& read, const py::array& around, double size_m) {
+  const double* p = borrow<double>(points, "points", {-1, -1, 3});
+  const auto h = static_cast<int>(points.shape(0)), w = static_cast<int>(points.shape(1));
+  plane::PointImage image{pixel_mask_from(read, "read", w, h), {}};
+  for (std::size_t i = 0; i < image.read.on.size(); ++i, p += 3) image.points.push_back({p[0], p[1], p[2]});
+  const plane::PixelMask searched = pixel_mask_from(around, "around", w, h);
+  std::vector<plane::NearPlane> found;
+  {
+    const ReleaseGil release;
+    found = plane::planes_near(image, plane::surface_normals(image), searched, size_m);
+  }
+  py::list out;
+  for (const plane::NearPlane& one : found) {
+    const Vec3d n = one.plane.normal_cam;
+    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
+                              mask_to_numpy(one.pixels), one.extent_m));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<reconstruction::KnownShape> known_shape_from(const std::optional<PyKnownShape>& shape) {
+  if (!shape) return std::nullopt;
+  const auto& [values, voxel_m, origin] = *shape;
+  const float* phi = borrow<float>(values, "values", {-1, -1, -1});
+  return reconstruction::KnownShape{
+      grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_m, origin), phi};
+}
+
+tracking::PoseHint pose_hint_from(const py::object& place, const Camera& camera) {
+  tracking::PoseHint where;
+  if (place.is_none()) return where;
+  if (py::isinstance<py::tuple>(place)) {
+    const auto [x, y, w, h] = place.cast<std::tuple<int, int, int, int>>();
+    where.box = frame::Rect{x, y, x + w, y + h};
+    return where;
+  }
+  const auto array = place.cast<py::array>();
+  if (array.ndim() == 2 && array.shape(0) == 4 && array.shape(1) == 4) {
+    where.T_cam_obj = rigid_from(array, "T");
+    return where;
+  }
+  const unsigned char* mask = mask_view(place, camera);
+  where.mask.assign(mask, mask + static_cast<std::size_t>(camera.width) * camera.height);
+  return where;
+}
+
+void bind_beginning(py::module_& m) {
+  py::class_<Beginning>(m, "Beginning", "What the first frame of a recording shows of an unknown object.")
+      .def(py::init(&beginning_of), py::arg("T_cam_obj"), py::arg("on_object"), py::arg("centre_cam"),
+           py::arg("radius_m"), py::arg("behind_m"), py::arg("shorter_m"), py::arg("noise_m"),
+           py::arg("from_m") = py::none(), py::arg("planes") = py::none(), py::arg("outline") = py::none())
+      .def("__reduce__",
+           [](const py::object& self) {
+             py::list values;
+             for (const char* name : {"T_cam_obj", "on_object", "centre_cam", "radius_m", "behind_m",
+                                      "shorter_m", "noise_m", "from_m", "planes", "outline"})
+               values.append(self.attr(name));
+             return py::make_tuple(self.attr("__class__"), py::tuple(values));
+           })
+      .def(
+          "at_pose",
+          [](Beginning self, const py::array& T) {
+            self.T_cam_obj = rigid_from(T, "T");
+            return self;
+          },
+          py::arg("T_cam_obj"), "The same with another pose.")
+      .def(
+          "view",
+          [](const Beginning& self, const Camera& camera, const py::array& T) {
+            return std::const_pointer_cast<reconstruction::FirstView>(
+                self.view_at(camera, rigid_from(T, "T")));
+          },
+          py::arg("camera"), py::arg("T_cam_obj"), "The bounds on the object at this pose; None: none.")
+      .def_property_readonly("T_cam_obj", [](const Beginning& self) { return matrix_from(self.T_cam_obj); })
+      .def_property_readonly("on_object", [](const Beginning& self) { return mask_to_numpy(self.on_object); })
+      .def_property_readonly("centre_cam",
+                             [](const Beginning& self) {
+                               const Vec3d c = self.ball.centre_cam;
+                               return std::array<double, 3>{c.x, c.y, c.z};
+                             })
+      .def_property_readonly("radius_m", [](const Beginning& self) { return self.ball.radius_m; })
+      .def_property_readonly("behind_m", [](const Beginning& self) { return self.ball.behind_m; })
+      .def_property_readonly("shorter_m", [](const Beginning& self) { return self.ball.shorter_m; })
+      .def_readonly("noise_m", &Beginning::noise_m)
+      .def_property_readonly("from_m",
+                             [](const Beginning& self) -> std::optional<py::array_t<float>> {
+                               if (!self.view) return std::nullopt;
+                               return to_numpy(std::vector<float>(self.view->from_m),
+                                               {self.on_object.height, self.on_object.width});
+                             })
+      .def_property_readonly("planes",
+                             [](const Beginning& self) -> std::optional<py::array_t<double>> {
+                               if (!self.view) return std::nullopt;
+                               return planes_to_numpy(self.view->planes);
+                             })
+      .def_property_readonly("outline", [](const Beginning& self) -> std::optional<py::array_t<bool>> {
+        if (!self.outline) return std::nullopt;
+        return mask_to_numpy(*self.outline);
+      });
+  m.def("find_object", &find_object, py::arg("depth"), py::arg("place"), py::arg("camera"),
+        py::arg("initial"), py::arg("planes"), py::arg("keep_to_mask"), py::arg("mask_margin_px"),
+        py::arg("noise_m"), "The object of a first frame at a mask, a box, or a pose of the initial shape.");
+  m.def("find_standing", &find_standing, py::arg("depth"), py::arg("T_cam_obj"), py::arg("camera"),
+        py::arg("shape"), py::arg("planes"), py::arg("keep_to_mask"), py::arg("mask_margin_px"),
+        py::arg("noise_m"), "The same at the pose of a shape, with the planes that it stands on.");
+  m.def(
+      "planes_below",
+      [](const py::array& depth, const py::array& on_object, const Camera& camera, double size_m) {
+        return planes_to_numpy(reconstruction::planes_below(
+            image_view(depth, "depth", camera),
+            pixel_mask_from(on_object, "on_object", camera.width, camera.height), camera, size_m));
+      },
+      py::arg("depth"), py::arg("on_object"), py::arg("camera"), py::arg("size_m"),
+      "Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.");
+  m.def("planes_near", &planes_near, py::arg("points"), py::arg("read"), py::arg("around"), py::arg("size_m"),
+        "Planes larger than an object among the pixels `around`: normal, offset (m), pixels and extent (m).");
+}
+
+}  // namespace sdftrack::bindings

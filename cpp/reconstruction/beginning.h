@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// What the first frame of a recording shows of an unknown object: its pixels, a ball fitted to them, and the
+// space that it may occupy (docs/math/reconstruction.md, section 5).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "reconstruction/first_view.h"
+#include "reconstruction/object_mask.h"
+#include "sdf/grid.h"
+#include "tracking/pose_hint.h"
+
+namespace sdftrack::reconstruction {
+
+struct Ball {
+  Vec3d centre_cam{0, 0, 0};
+  double radius_m = 0;
+  double behind_m = 0;   // its centre, behind the object's front
+  double shorter_m = 0;  // the shorter side of the mask
+};
+
+// Bounds on the object in the first camera's frame. from_m: for each pixel the least depth of the object
+// along its ray: 0 in the mask, 1 mm in the margin around it, infinite where the object cannot be. The object
+// is above the planes.
+struct ViewBounds {
+  std::vector<float> from_m;
+  std::vector<PlaneBelow> planes;
+};
+
+struct Beginning {
+  Rigidd T_cam_obj;
+  PixelMask on_object;
+  Ball ball;
+  double noise_m = 0;                // sd of the depth
+  std::optional<ViewBounds> view;    // none: the object may be anywhere
+  std::optional<PixelMask> outline;  // the mask, or the box; none where a pose was given
+
+  // The bounds at this pose of the object; nullptr: none.
+  std::shared_ptr<const FirstView> view_at(const Camera& camera, const Rigidd& T_cam_obj) const;
+};
+
+struct BeginningOptions {
+  bool planes = true, keep_to_mask = true;
+  int mask_margin_px = 3;
+  std::optional<double> noise_m;  // none: it is measured within the mask
+};
+
+// A known volume, which belongs to the caller: distances (m) by voxel.
+struct KnownShape {
+  sdf::Grid grid;
+  const float* phi;
+
+  SdfView view() const { return grid.view(phi); }
+  // The box of the voxel centres inside.
+  struct Extent {
+    Vec3d low, high;
+  };
+  Extent extent() const;
+};
+
+// The object at a mask, a box, or a pose of `initial`; the latter may be nullptr for the first two. Throws
+// std::invalid_argument where there is no object to be seen.
+Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint& place, const Camera& camera,
+                      const KnownShape* initial, const BeginningOptions& options);
+
+// As find_object with the pose of a shape, whose outline is unknown, but which stands on planes that are seen
+// around it.
+Beginning find_standing(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
+                        const KnownShape& shape, const BeginningOptions& options);
+
+// Planes around the object that are larger than it, and that it is above. among: they may be visible among
+// its pixels, which come from a box.
+std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const PixelMask& on_object,
+                                     const Camera& camera, double size_m, bool among = false);
+
+// Sd (m) of the depth in a mask about straight lines through neighbouring pixels; at least 0.5 mm.
+double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask);
+
+}  // namespace sdftrack::reconstruction
