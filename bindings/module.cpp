@@ -37,6 +37,7 @@ void bind_plane(py::module_& m);
 void bind_primitives(py::module_& m);
 void bind_reconstruction(py::module_& m);
 void bind_search(py::module_& m);
+void bind_start_parts(py::module_& m);
 void bind_symmetry(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
@@ -85,6 +86,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_primitives(m);
   sdftrack::bindings::bind_reconstruction(m);
   sdftrack::bindings::bind_search(m);
+  sdftrack::bindings::bind_start_parts(m);
   sdftrack::bindings::bind_symmetry(m);
   sdftrack::bindings::bind_frame_energy(m);
   sdftrack::bindings::bind_single_fits(m);

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "array.h"
-#include "tracking/tracker.h"
+#include "release_gil.h"
+#include "tracking/start/start.h"
 
 namespace sdftrack::bindings {
 
@@ -31,11 +32,20 @@ class PyTracker {
   PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
             const tracking::TrackerOptions& options, int threads, bool recover, tracking::MotionModel motion,
             int device, tracking::Collision collision);
-  // names: of the objects, for the texts of the reasons.
+  // names: of the objects, for the texts of the reasons. A place may also be a click.
   py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
   py::dict track(const PyFrame& frame, const Names& names);
   py::dict recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
                    const Names& names);
+  // The places with masks or boxes in place of clicks; masks of another size than the shape are refused.
+  py::list located(const PyFrame& frame, const py::list& places);
+  // The region (H, W) bool of a click on object k, and the box to search in its place or None.
+  py::tuple place_of_click(const PyFrame& frame, int k, const std::array<double, 2>& px);
+  // ValueError, a sentence about `name`, if a mask is of another size than object k.
+  void check_mask_size(const PyFrame& frame, int k, const py::object& mask, const std::string& name);
+  // Extent of the measurements in a mask, and the largest one of object k, m.
+  double extent(const PyFrame& frame, const py::object& mask);
+  double diameter(int k);
   // Poses (M, 4, 4) in a frame outside the sequence, and whether each pose is sure.
   py::tuple revisit(const PyFrame& frame);
   // The tracker's judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
@@ -85,9 +95,11 @@ class PyTracker {
   void check_object(int k) const;
   // None: anywhere; (4, 4) float64: a pose; H x W uint8: a mask; (x, y, w, h): a box.
   tracking::PoseHint hint_from(const py::object& place) const;
+  // The same, or (x, y): a click.
+  std::vector<tracking::StartHint> start_hints_from(const py::list& places) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   tracking::Poses poses_from(const py::array& poses) const;
-  template <class Work>
+  template <class Release = ReleaseGil, class Work>
   void run(const PyFrame& frame, const Work& work);
 
   // The arrays of an object's shape, released with the object.

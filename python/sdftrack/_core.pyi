@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'build', 'canonical_pose', 'click_regions', 'color_counts', 'colors_at', 'connected_region', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'joined', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_reading', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'standing_regions', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -1253,9 +1253,15 @@ class Tracker:
         ...
     def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
         ...
+    def check_mask_size(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, mask: typing.Any, name: str) -> None:
+        ...
     def color_delay(self) -> tuple[float, float, int]:
         ...
+    def diameter(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
     def evidence(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
+    def extent(self, frame: TrackerFrame, mask: typing.Any) -> float:
         ...
     def free_scale(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
@@ -1264,6 +1270,8 @@ class Tracker:
     def is_sure(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
         ...
     def judge(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
+        ...
+    def located(self, frame: TrackerFrame, places: list) -> list:
         ...
     def log_scale_to_add(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
         ...
@@ -1274,6 +1282,8 @@ class Tracker:
     def membership(self, frame: TrackerFrame) -> tuple:
         ...
     def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
+        ...
+    def place_of_click(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
         ...
     def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
@@ -1604,11 +1614,15 @@ def canonical_pose(discrete: numpy.ndarray, axes: numpy.ndarray, T: numpy.ndarra
     """
     Symmetry.canonical: (4, 4).
     """
+def click_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], size_m: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
+    ...
 def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
     """
 def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
+    ...
+def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
     ...
 def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
     """
@@ -1730,6 +1744,8 @@ def isas() -> list[str]:
     """
     Instruction sets that this build has code for and this processor runs, slowest first.
     """
+def joined(depth: numpy.ndarray, free: numpy.ndarray, seed: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], step_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
+    ...
 def local_color_chances(counts: tuple[numpy.ndarray, numpy.ndarray], points: numpy.ndarray, object: collections.abc.Sequence[bool], bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], frames: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rate: typing.SupportsFloat | typing.SupportsIndex, asked: numpy.ndarray, asked_bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[float]:
     """
     Chances of colours to be the object's at places, after pixels of both sides were seen there.
@@ -1750,6 +1766,8 @@ def moving_color(colors: collections.abc.Sequence[numpy.ndarray]) -> BallColor:
     """
     The most saturated colour among pixels that change.
     """
+def nearest_reading(depth: numpy.ndarray, camera: Camera, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
+    ...
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
     4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
@@ -1801,6 +1819,8 @@ def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.Suppor
     Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.
     """
 def plane_noise(depth: numpy.ndarray, camera: Camera, beside: numpy.ndarray, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset_m: typing.SupportsFloat | typing.SupportsIndex) -> ImageNoise:
+    ...
+def planes_near(depth: numpy.ndarray, camera: Camera, rays: typing.Any, around: numpy.ndarray, window: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], step: typing.SupportsInt | typing.SupportsIndex, size_m: typing.SupportsFloat | typing.SupportsIndex) -> list:
     ...
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
@@ -1875,6 +1895,8 @@ def smooth_foreground(at: numpy.ndarray, depth: numpy.ndarray, foreground: numpy
     Posteriors (N,) float32 of pixels, smoothed over the image; distance: from the surface, or None.
     """
 def span_is_wide(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> bool:
+    ...
+def standing_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, size_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     ...
 def surface_noise(depth: numpy.ndarray, camera: Camera, expected: numpy.ndarray, normals: numpy.ndarray) -> ImageNoise:
     ...

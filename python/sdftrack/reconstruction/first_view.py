@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack.camera import Camera
-from sdftrack.imaging.near_planes import NearPlane, planes_near, surface_normals
+from sdftrack.imaging.regions import NearPlane, planes_near
 
 WINDOW_PX = 200  # along the surroundings, that are enough for a plane
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
@@ -98,9 +98,7 @@ def planes_below(
     (y0, y1), (x0, x1) = ((int(at.min()), int(at.max()) + 1) for at in (ys, xs))
     step = max(1, max(y1 - y0, x1 - x0) // WINDOW_PX)
     window = slice(y0, y1, step), slice(x0, x1, step)
-    there = points[window]
-    found = planes_near(there, surface_normals(there, read[window]), around[window], size_m)
-    rows = [_row(plane, there) for plane in found]
+    rows = [_row(plane, points[window]) for plane in planes_near(depth, camera, around, size_m, window)]
     kept = [row for row in rows if np.mean(mine @ row[:3] + row[3] > -row[4]) > ABOVE]
     return np.array(_without_doubles(kept, middle)).reshape(-1, 5)
 
@@ -117,7 +115,7 @@ def _without_doubles(rows: list[Array], middle: Array) -> list[Array]:
 
 
 def _row(plane: NearPlane, points: Array) -> Array:
-    heights = plane.height(points[plane.pixels])
+    heights = points[plane.pixels] @ plane.normal + plane.offset
     offset = plane.offset - float(np.median(heights))
     sd = MAD_TO_SD * float(np.median(np.abs(heights - np.median(heights))))
     return np.array([*plane.normal, offset, max(THIN_M, PER_SD * sd)])
