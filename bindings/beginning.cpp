@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "pixel_mask.h"
-#include "plane/near_planes.h"
 #include "release_gil.h"
 #include "volume.h"
 
@@ -76,26 +75,6 @@ Beginning beginning_of(const py::array& T, const py::array& on_object, const std
     out.view = reconstruction::ViewBounds{{from, from + out.on_object.on.size()}, planes_from(*planes)};
   }
   if (outline) out.outline = pixel_mask_from(*outline, "outline", w, h);
-  return out;
-}
-
-py::list planes_near(const py::array& points, const py::array& read, const py::array& around, double size_m) {
-  const double* p = borrow<double>(points, "points", {-1, -1, 3});
-  const auto h = static_cast<int>(points.shape(0)), w = static_cast<int>(points.shape(1));
-  plane::PointImage image{pixel_mask_from(read, "read", w, h), {}};
-  for (std::size_t i = 0; i < image.read.on.size(); ++i, p += 3) image.points.push_back({p[0], p[1], p[2]});
-  const plane::PixelMask searched = pixel_mask_from(around, "around", w, h);
-  std::vector<plane::NearPlane> found;
-  {
-    const ReleaseGil release;
-    found = plane::planes_near(image, plane::surface_normals(image), searched, size_m);
-  }
-  py::list out;
-  for (const plane::NearPlane& one : found) {
-    const Vec3d n = one.plane.normal_cam;
-    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
-                              mask_to_numpy(one.pixels), one.extent_m));
-  }
   return out;
 }
 
@@ -195,8 +174,6 @@ void bind_beginning(py::module_& m) {
       },
       py::arg("depth"), py::arg("on_object"), py::arg("camera"), py::arg("size_m"),
       "Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.");
-  m.def("planes_near", &planes_near, py::arg("points"), py::arg("read"), py::arg("around"), py::arg("size_m"),
-        "Planes larger than an object among the pixels `around`: normal, offset (m), pixels and extent (m).");
 }
 
 }  // namespace sdftrack::bindings

@@ -40,6 +40,7 @@ void bind_beginning(py::module_& m);
 void bind_reconstruction(py::module_& m);
 void bind_session(py::module_& m);
 void bind_search(py::module_& m);
+void bind_start_parts(py::module_& m);
 void bind_symmetry(py::module_& m);
 void bind_render(py::module_& m);
 void bind_sdf(py::module_& m);
@@ -91,6 +92,7 @@ PYBIND11_MODULE(_core, m) {
   sdftrack::bindings::bind_beginning(m);
   sdftrack::bindings::bind_session(m);
   sdftrack::bindings::bind_search(m);
+  sdftrack::bindings::bind_start_parts(m);
   sdftrack::bindings::bind_symmetry(m);
   sdftrack::bindings::bind_frame_energy(m);
   sdftrack::bindings::bind_single_fits(m);

@@ -5,19 +5,19 @@
 #include <algorithm>
 
 #include "array.h"
-#include "plane/pixel_mask.h"
+#include "frame/pixel_mask.h"
 #include "tracking/pose_hint.h"
 
 namespace sdftrack::bindings {
 
 // bool (height, width).
-inline plane::PixelMask pixel_mask_from(const py::array& mask, const char* name, int width, int height) {
+inline frame::PixelMask pixel_mask_from(const py::array& mask, const char* name, int width, int height) {
   const bool* from = borrow<bool>(mask, name, {height, width});
-  plane::PixelMask out(width, height);
+  frame::PixelMask out(width, height);
   std::copy(from, from + out.on.size(), out.on.begin());
   return out;
 }
-inline py::array_t<bool> mask_to_numpy(const plane::PixelMask& mask) {
+inline py::array_t<bool> mask_to_numpy(const frame::PixelMask& mask) {
   py::array_t<bool> out({mask.height, mask.width});
   std::transform(mask.on.begin(), mask.on.end(), out.mutable_data(), [](unsigned char v) { return v != 0; });
   return out;

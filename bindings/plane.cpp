@@ -17,13 +17,6 @@ constexpr const char* kMiss[] = {"", "few readings", "no start", "start not flat
 
 std::array<double, 3> as_array(Vec3d v) { return {v.x, v.y, v.z}; }
 
-frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays) {
-  frame::DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
-  if (!rays.is_none())
-    frame.rays = borrow<float>(py::cast<py::array>(rays), "rays", {camera.height, camera.width, 2});
-  return frame;
-}
-
 plane::PlaneMethod method_of(const std::string& name) {
   if (name == "printed") return plane::PlaneMethod::kPrinted;
   if (name == "rigid") return plane::PlaneMethod::kRigid;

@@ -10,6 +10,7 @@
 #include "plane/ray_length.h"
 #include "release_gil.h"
 #include "track_results.h"
+#include "tracking/start/size_check.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
@@ -20,6 +21,12 @@ constexpr int kCaller = 6;  // stack levels from here to the caller of Tracker.s
 constexpr const char* kRayLength =
     "depth: the table or wall is flat only if the depth is the distance along each pixel's ray; "
     "expected Z, the distance along the optical axis: divide by the length of the ray (x, y, 1), camera.rays";
+
+py::tuple box_to_tuple(const frame::Rect& r) { return py::make_tuple(r.x0, r.y0, r.x1 - r.x0, r.y1 - r.y0); }
+
+py::array image_from(std::vector<unsigned char> mask, const Camera& camera) {
+  return to_numpy(std::move(mask), {camera.height, camera.width});
+}
 
 }  // namespace
 
@@ -38,6 +45,20 @@ void PyTracker::check_object(int k) const {
                           std::to_string(k));
 }
 
+std::vector<tracking::StartHint> PyTracker::start_hints_from(const py::list& places) const {
+  std::vector<tracking::StartHint> hints;
+  for (const py::handle& handle : places) {
+    const auto place = py::reinterpret_borrow<py::object>(handle);
+    if (py::isinstance<py::tuple>(place) && py::len(place) == 2) {
+      const auto [x, y] = place.cast<std::tuple<double, double>>();
+      hints.push_back({{}, Vec2d{x, y}});
+    } else {
+      hints.push_back({pose_hint_from(place, tracker_->camera()), {}});
+    }
+  }
+  return hints;
+}
+
 std::vector<tracking::PoseHint> PyTracker::hints_from(const py::list& places) const {
   std::vector<tracking::PoseHint> where;
   for (const py::handle& place : places)
@@ -50,15 +71,69 @@ void PyTracker::warn_of_ray_length() {
 }
 
 py::dict PyTracker::start(const PyFrame& frame, const py::list& places, const Names& names) {
-  const std::vector<tracking::PoseHint> hints = hints_from(places);
+  const std::vector<tracking::StartHint> hints = start_hints_from(places);
   const Busy busy(&busy_, "tracker");
   bool bent = false;
-  run(frame, [&](const frame::DepthFrame& f) {
+  run<ReleaseGilUntilSignal>(frame, [&](const frame::DepthFrame& f) {
     bent = f.depth_m.data && plane::is_ray_length(f, tracker_->camera());
-    tracker_->start(f, hints);
+    tracking::start(tracker_.get(), f, hints);
   });
   if (bent) warn_of_ray_length();
   return result_to_dict(tracker_->last_result(), names);
+}
+
+py::list PyTracker::located(const PyFrame& frame, const py::list& places) {
+  const std::vector<tracking::StartHint> hints = start_hints_from(places);
+  std::vector<tracking::PoseHint> found;
+  const Busy busy(&busy_, "tracker");
+  run<ReleaseGilUntilSignal>(
+      frame, [&](const frame::DepthFrame& f) { found = tracking::located(*tracker_, f, hints); });
+  py::list out = places.attr("copy")();
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    if (!hints[k].click_px) continue;
+    if (const std::optional<frame::Rect>& box = found[k].box)
+      out[k] = box_to_tuple(*box);
+    else
+      out[k] = image_from(std::move(found[k].mask), tracker_->camera());
+  }
+  return out;
+}
+
+py::tuple PyTracker::place_of_click(const PyFrame& frame, int k, const std::array<double, 2>& px) {
+  check_object(k);
+  tracking::RegionPlace place;
+  const Busy busy(&busy_, "tracker");
+  run<ReleaseGilUntilSignal>(frame, [&](const frame::DepthFrame& f) {
+    place = tracking::place_of_click(*tracker_, k, f, {px[0], px[1]});
+  });
+  const py::object box = place.box ? py::object(box_to_tuple(*place.box)) : py::none();
+  return py::make_tuple(image_from(std::move(place.region.on), tracker_->camera()), box);
+}
+
+void PyTracker::check_mask_size(const PyFrame& frame, int k, const py::object& mask,
+                                const std::string& name) {
+  check_object(k);
+  const unsigned char* pixels = mask_view(mask, tracker_->camera());
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const frame::DepthFrame& f) {
+    tracking::check_mask_size(f, tracker_->camera(), pixels, tracker_->shape(k), name);
+  });
+}
+
+double PyTracker::extent(const PyFrame& frame, const py::object& mask) {
+  const unsigned char* pixels = mask_view(mask, tracker_->camera());
+  double out = 0;
+  const Busy busy(&busy_, "tracker");
+  run(frame, [&](const frame::DepthFrame& f) {
+    if (f.depth_m.data) out = tracking::extent_in(f, tracker_->camera(), pixels);
+  });
+  return out;
+}
+
+double PyTracker::diameter(int k) {
+  check_object(k);
+  const Busy busy(&busy_, "tracker");
+  return tracking::diameter_of(tracker_->shape(k));
 }
 
 py::dict PyTracker::track(const PyFrame& frame, const Names& names) {

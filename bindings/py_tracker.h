@@ -13,6 +13,7 @@
 #include "appearance.h"
 #include "array.h"
 #include "release_gil.h"
+#include "tracking/start/start.h"
 #include "tracking/tracker.h"
 #include "volume.h"
 
@@ -34,11 +35,20 @@ class PyTracker {
   PyTracker(const std::vector<PyVolume>& shapes, const Camera& camera,
             const tracking::TrackerOptions& options, int threads, bool recover, tracking::MotionModel motion,
             int device, tracking::Collision collision);
-  // names: of the objects, for the texts of the reasons.
+  // names: of the objects, for the texts of the reasons. A place may also be a click.
   py::dict start(const PyFrame& frame, const py::list& places, const Names& names);
   py::dict track(const PyFrame& frame, const Names& names);
   py::dict recover(const PyFrame& frame, const std::vector<int>& objects, const py::list& places,
                    const Names& names);
+  // The places with masks or boxes in place of clicks; masks of another size than the shape are refused.
+  py::list located(const PyFrame& frame, const py::list& places);
+  // The region (H, W) bool of a click on object k, and the box to search in its place or None.
+  py::tuple place_of_click(const PyFrame& frame, int k, const std::array<double, 2>& px);
+  // ValueError, a sentence about `name`, if a mask is of another size than object k.
+  void check_mask_size(const PyFrame& frame, int k, const py::object& mask, const std::string& name);
+  // Extent of the measurements in a mask, and the largest one of object k, m.
+  double extent(const PyFrame& frame, const py::object& mask);
+  double diameter(int k);
   // Poses (M, 4, 4) in a frame outside the sequence, and whether each pose is sure.
   py::tuple revisit(const PyFrame& frame);
   // The tracker's judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
@@ -81,18 +91,18 @@ class PyTracker {
   bool set_state(const py::bytes& state);
 
   // Calls work(frame) on the core's form of the frame, without the interpreter's lock.
-  template <class Work>
+  template <class Release = ReleaseGil, class Work>
   void run(const PyFrame& frame, const Work& work) {
     const appearance::ColorImage image = color_view(frame.color, frame.color_map);
     const appearance::ColorImage* const color = image.rgb ? &image : nullptr;
     if (frame.depth.is_none()) {
-      const ReleaseGil release;
+      const Release release;
       work(tracker_->make_unreadable_frame(frame.error, frame.time_s, color));
       return;
     }
     const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(frame.mask, tracker_->camera());
-    const ReleaseGil release;
+    const Release release;
     work(tracker_->make_frame(view, mask_data, frame.time_s, color));
   }
   tracking::Tracker& core() { return *tracker_; }
@@ -102,6 +112,8 @@ class PyTracker {
 
  private:
   void check_object(int k) const;
+  // As pose_hint_from; or (x, y): a click.
+  std::vector<tracking::StartHint> start_hints_from(const py::list& places) const;
   std::vector<tracking::PoseHint> hints_from(const py::list& places) const;
   tracking::Poses poses_from(const py::array& poses) const;
   // The arrays of an object's shape, released with the object.

@@ -19,6 +19,12 @@ void bind_tracking(py::module_& m) {
            py::arg("shapes"), py::arg("camera"), py::arg("options"), py::arg("threads"), py::arg("recover"),
            py::arg("motion"), py::arg("device"), py::arg("collision"))
       .def("start", &PyTracker::start, py::arg("frame"), py::arg("places"), py::arg("names"))
+      .def("located", &PyTracker::located, py::arg("frame"), py::arg("places"))
+      .def("place_of_click", &PyTracker::place_of_click, py::arg("frame"), py::arg("k"), py::arg("px"))
+      .def("check_mask_size", &PyTracker::check_mask_size, py::arg("frame"), py::arg("k"), py::arg("mask"),
+           py::arg("name"))
+      .def("extent", &PyTracker::extent, py::arg("frame"), py::arg("mask"))
+      .def("diameter", &PyTracker::diameter, py::arg("k"))
       .def("track", &PyTracker::track, py::arg("frame"), py::arg("names"))
       .def("recover", &PyTracker::recover, py::arg("frame"), py::arg("objects"), py::arg("places"),
            py::arg("names"))

@@ -71,6 +71,13 @@ ImageView<float> image_view(const py::array& image, const char* name, const Came
   return {borrow<float>(image, name, {camera.height, camera.width}), camera.width, camera.height};
 }
 
+frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays) {
+  frame::DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
+  if (!rays.is_none())
+    frame.rays = borrow<float>(py::cast<py::array>(rays), "rays", {camera.height, camera.width, 2});
+  return frame;
+}
+
 const unsigned char* mask_view(const py::object& mask, const Camera& camera) {
   if (mask.is_none()) return nullptr;
   return borrow<unsigned char>(mask.cast<py::array>(), "mask", {camera.height, camera.width});

@@ -7,6 +7,7 @@
 #include "array.h"
 #include "base/views.h"
 #include "energies/color_field.h"
+#include "frame/region.h"
 #include "sdf/grid.h"
 #include "sdf/mesh.h"
 
@@ -25,6 +26,8 @@ sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces, bool 
 energies::ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera);
+// A frame of such a depth image; rays: (H, W, 2) of a camera with distortion, or None.
+frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays);
 // uint8 (H, W) of the camera's size, or None.
 const unsigned char* mask_view(const py::object& mask, const Camera& camera);
 

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
 // Tracks an object of known shape in depth images of 16 bits, in millimetres, one after the other in a file:
-//   track MESH IMAGES WIDTH HEIGHT FX FY CX CY
+//   track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE]
+// The last words say where the object is in the first image: a pixel of it, or a byte for each pixel.
 #include <sdftrack/tracker.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <string>
 #include <vector>
 
 int main(int argc, char** argv) try {
-  if (argc != 9) return std::puts("track MESH IMAGES WIDTH HEIGHT FX FY CX CY"), 2;
+  const std::string how = argc > 9 ? argv[9] : "";
+  if (argc != (how == "click" ? 12 : how == "mask" ? 11 : 9))
+    return std::puts("track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE]"), 2;
   const auto number = [&](int i) { return std::atof(argv[i]); };
   const sdftrack::DepthCamera camera{static_cast<int>(number(3)),
                                      static_cast<int>(number(4)),
@@ -23,12 +27,20 @@ int main(int argc, char** argv) try {
 
   std::ifstream images(argv[2], std::ios::binary);
   std::vector<std::uint16_t> depth(static_cast<std::size_t>(camera.width) * camera.height);
+  std::vector<std::uint8_t> mask(depth.size());
+  sdftrack::Place place;
+  if (how == "click") place.click_px = {number(10), number(11)};
+  if (how == "mask") {
+    std::ifstream(argv[10], std::ios::binary)
+        .read(reinterpret_cast<char*>(mask.data()), static_cast<std::streamsize>(mask.size()));
+    place.mask = mask.data();
+  }
   const auto bytes = static_cast<std::streamsize>(2 * depth.size());
   for (int i = 0; images.read(reinterpret_cast<char*>(depth.data()), bytes); ++i) {
     sdftrack::Frame frame;
     frame.depth = depth.data(), frame.depth_unit_m = 0.001;
     const sdftrack::TrackedPose& pose =
-        (i == 0 ? tracker.start(frame) : tracker.track(frame)).objects.front();
+        (i == 0 ? tracker.start(frame, place) : tracker.track(frame)).objects.front();
     const Eigen::Vector3d t = pose.T_cam_obj.translation();
     const Eigen::Quaterniond q(pose.T_cam_obj.linear());
     std::printf("%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %s\n", i,

@@ -4,193 +4,146 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
-#include "base/quantile.h"
 #include "optim/dense.h"
-#include "plane/pcg64.h"
 
 namespace sdftrack::plane {
 
 namespace {
 
-constexpr std::size_t kSearchedPoints = 3000;  // measurements that a plane is searched for among
-constexpr int kPlaneTrials = 120;
-constexpr std::size_t kMaxPlanes = 5;
-constexpr double kShareOnPlane = 0.03;  // of the surroundings, that a plane holds at least
-constexpr std::size_t kFewestOnPlane = 30;
-constexpr double kPlaneLarger = 1.3;  // times the object's size, that its measurements reach in one piece
-constexpr double kFaces = 0.85;  // cosine of the angle between a measurement's own normal and the plane's
-constexpr int kBlur_px = 2, kApart_px = 3;  // a normal is that of the mean points so far to its sides
-constexpr int kBridge_px = 2, kBeside_px = 4;
-constexpr double kPieceEnds = 0.02;  // of a piece's measurements, left out of its extent at each end
+constexpr int kMostNearPoints = 3000;  // measurements that a plane is looked for among
+constexpr int kNearTrials = 120;       // of them, whose normals are tried
+constexpr int kNearRefits = 3;
+constexpr std::size_t kMostPlanes = 5;
+constexpr double kMinNearShare = 0.03;  // of the surroundings that a plane holds
+constexpr int kMinNearPixels = 30;
+constexpr double kLarger = 1.3;           // times the object's size, that its largest piece extends over
+constexpr double kFaces = 0.85;           // cosine between a measurement's own normal and the plane's
+constexpr int kGap = 2, kUnknownRim = 4;  // pixels: of a gap within a piece; beside it, without normals
+constexpr int kLargestPieces = 3;
+constexpr double kEndShares = 0.02;  // at each end of an extent, that do not count
 
-// Pixel i of n along an axis, mirrored at the first and the last pixel.
-int mirrored(int i, int n) {
-  if (n == 1) return 0;
-  const int period = 2 * (n - 1);
-  i = ((i % period) + period) % period;
-  return i < n ? i : period - i;
-}
+double height_over(const frame::Plane& plane, Vec3d p) { return dot(plane.normal_cam, p) + plane.offset_m; }
 
-// Means of the points in squares of pixels, of those that were measured.
-std::vector<Vec3d> mean_points(const PointImage& image) {
-  struct Sum {
-    Vec3d p{0, 0, 0};
-    int count = 0;
-  };
-  const int w = image.read.width, h = image.read.height;
-  std::vector<Sum> rows(image.points.size());
-  std::vector<Vec3d> out(image.points.size());
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      Sum& sum = rows[image.read.index(x, y)];
-      for (int k = -kBlur_px; k <= kBlur_px; ++k) {
-        const std::size_t at = image.read.index(mirrored(x + k, w), y);
-        if (image.read.on[at]) sum.p = sum.p + image.points[at], ++sum.count;
-      }
-    }
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      Sum sum;
-      for (int k = -kBlur_px; k <= kBlur_px; ++k) {
-        const Sum& row = rows[image.read.index(x, mirrored(y + k, h))];
-        sum.p = sum.p + row.p, sum.count += row.count;
-      }
-      out[image.read.index(x, y)] = (1.0 / std::max(1, sum.count)) * sum.p;
-    }
+frame::Plane plane_through(Vec3d normal, Vec3d p) { return {normal, -dot(normal, p)}; }
+
+// Measurements with their normals and their tolerances.
+struct Oriented {
+  std::vector<Vec3d> p, n;
+  std::vector<double> tolerance_m;
+
+  bool on(const frame::Plane& plane, std::size_t i) const {
+    return std::abs(height_over(plane, p[i])) < tolerance_m[i] && dot(plane.normal_cam, n[i]) > kFaces;
+  }
+  int count_on(const frame::Plane& plane) const {
+    int sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) sum += on(plane, i);
+    return sum;
+  }
+};
+
+Oriented thinned_out(const frame::PointImage& points, const std::vector<Vec3d>& normals,
+                     const frame::PixelMask& left) {
+  std::vector<std::size_t> pixels;
+  for (std::size_t i = 0; i < left.on.size(); ++i)
+    if (left.on[i]) pixels.push_back(i);
+  Oriented out;
+  const auto spread = frame::Spread::of(kMostNearPoints, static_cast<int>(pixels.size()));
+  for (int k = 0; k < spread.requested; ++k) {
+    const std::size_t i = pixels[static_cast<std::size_t>(spread.candidate(k))];
+    out.p.push_back(points.p[i]), out.n.push_back(normals[i]);
+    out.tolerance_m.push_back(near_plane_tolerance_m(points.p[i].z));
+  }
   return out;
 }
 
-Eigen::Vector3d eigen_of(Vec3d p) { return {p.x, p.y, p.z}; }
-Vec3d vector_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
-// Eigenvector `which` (ascending) of the points' covariance; writes their mean.
-Vec3d axis_of(const std::vector<Vec3d>& points, int which, Vec3d* mean) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Vec3d& p : points) sum += eigen_of(p);
-  sum /= static_cast<double>(points.size());
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (const Vec3d& p : points) second += (eigen_of(p) - sum) * (eigen_of(p) - sum).transpose();
-  *mean = vector_of(sum);
-  return vector_of(optim::eigenpairs<3>(second / static_cast<double>(points.size() - 1)).vectors.col(which));
+// The least squares plane of the measurements on another one.
+std::optional<frame::Plane> refitted(const Oriented& given, const frame::Plane& plane) {
+  Vec3d sum{0, 0, 0};
+  std::vector<Vec3d> on;
+  for (std::size_t i = 0; i < given.p.size(); ++i)
+    if (given.on(plane, i)) on.push_back(given.p[i]), sum = sum + given.p[i];
+  if (on.size() < 3) return std::nullopt;
+  const Vec3d middle = (1 / static_cast<double>(on.size())) * sum;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Vec3d& p : on) {
+    const Eigen::Vector3d d(p.x - middle.x, p.y - middle.y, p.z - middle.z);
+    scatter += d * d.transpose();
+  }
+  const Eigen::Vector3d fitted = optim::eigenpairs<3>(scatter).vectors.col(0);
+  const Vec3d n{fitted.x(), fitted.y(), fitted.z()};
+  return plane_through(dot(n, plane.normal_cam) > 0 ? n : -n, middle);
 }
 
-struct Facing {
-  Vec3d p, normal;
-};
-
-bool lies_on(const Facing& f, Vec3d normal, Vec3d middle) {
-  return std::abs(dot(f.p - middle, normal)) < near_plane_tolerance_m(f.p.z) &&
-         dot(f.normal, normal) > kFaces;
+// The plane through a measurement, by its normal, that holds most others; refined.
+frame::Plane best_plane(const Oriented& given) {
+  frame::Plane best{};
+  int most = -1;
+  const auto spread = frame::Spread::of(kNearTrials, static_cast<int>(given.p.size()));
+  for (int k = 0; k < spread.requested; ++k) {
+    const auto i = static_cast<std::size_t>(spread.candidate(k));
+    const frame::Plane tried = plane_through(given.n[i], given.p[i]);
+    if (const int held = given.count_on(tried); held > most) most = held, best = tried;
+  }
+  for (int k = 0; k < kNearRefits; ++k) {
+    const std::optional<frame::Plane> fitted = refitted(given, best);
+    if (!fitted) break;
+    best = *fitted;
+  }
+  return best;
 }
 
-// The plane through a measurement, by its normal, with the most others on it; refined.
-frame::Plane best_plane(std::vector<Facing> all, Pcg64* random) {
-  if (all.size() > kSearchedPoints) {
-    std::vector<Facing> some;
-    for (const std::uint32_t i : random->distinct(static_cast<std::uint32_t>(all.size()), kSearchedPoints))
-      some.push_back(all[i]);
-    all.swap(some);
-  }
-  Facing best{};
-  long most = -1;
-  for (int k = 0; k < kPlaneTrials; ++k) {
-    const Facing& tried = all[random->up_to(static_cast<std::uint32_t>(all.size() - 1))];
-    const long votes = std::count_if(all.begin(), all.end(),
-                                     [&](const Facing& f) { return lies_on(f, tried.normal, tried.p); });
-    if (votes > most) most = votes, best = tried;
-  }
-  Vec3d normal = best.normal, middle = best.p;
-  for (int round = 0; round < 3; ++round) {
-    std::vector<Vec3d> on;
-    for (const Facing& f : all)
-      if (lies_on(f, normal, middle)) on.push_back(f.p);
-    if (on.size() < 3) break;
-    const Vec3d fitted = axis_of(on, 0, &middle);
-    normal = dot(fitted, normal) > 0 ? fitted : -fitted;
-  }
-  return {normal, -dot(normal, middle)};
-}
-
-// The connected part with the largest extent, across small gaps, and its extent without the ends.
-double largest_piece(const PixelMask& on, const std::vector<Vec3d>& points, PixelMask* best) {
-  const MaskPieces pieces = connected_pieces(shrunk(grown(on, kBridge_px), kBridge_px));
-  std::vector<int> order(pieces.area.size() - 1);
-  std::iota(order.begin(), order.end(), 1);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return pieces.area[static_cast<std::size_t>(a)] > pieces.area[static_cast<std::size_t>(b)];
+// The connected piece that extends farthest, across small gaps, and its extent.
+double largest_piece(const frame::PointImage& points, const frame::PixelMask& on, frame::PixelMask* best) {
+  const frame::Pieces pieces =
+      frame::pieces_of(frame::closed(on, kGap), frame::Neighborhood::kSidesAndCorners);
+  std::vector<int> numbers(pieces.areas.size() - 1);
+  std::iota(numbers.begin(), numbers.end(), 1);
+  std::stable_sort(numbers.begin(), numbers.end(), [&](int a, int b) {
+    return pieces.areas[static_cast<std::size_t>(a)] > pieces.areas[static_cast<std::size_t>(b)];
   });
-  order.resize(std::min<std::size_t>(3, order.size()));
-  *best = PixelMask(on.width, on.height);
+  if (numbers.size() > kLargestPieces) numbers.resize(kLargestPieces);
   double reach = 0;
-  for (const int number : order) {
-    PixelMask piece(on.width, on.height);
-    std::vector<Vec3d> own;
-    for (std::size_t i = 0; i < on.on.size(); ++i)
-      if (on.on[i] && pieces.number[i] == number) piece.on[i] = 1, own.push_back(points[i]);
-    if (own.size() < kFewestOnPlane) continue;
-    Vec3d unused;
-    const Vec3d along = axis_of(own, 2, &unused);
-    std::vector<double> places;
-    for (const Vec3d& p : own) places.push_back(dot(p, along));
-    const double low = quantile(&places, kPieceEnds), high = quantile(&places, 1 - kPieceEnds);
-    if (high - low > reach) reach = high - low, *best = std::move(piece);
+  *best = frame::PixelMask(on.width, on.height);
+  for (const int k : numbers) {
+    frame::PixelMask piece = pieces.piece(k, on);
+    const std::vector<Vec3d> p = frame::points_in(points, piece);
+    if (p.size() < kMinNearPixels) continue;
+    const double extent = frame::longest_extent_m(p, kEndShares, 1 - kEndShares);
+    if (extent > reach) reach = extent, *best = std::move(piece);
   }
   return reach;
 }
 
 }  // namespace
 
-std::vector<Vec3d> surface_normals(const PointImage& image) {
-  const std::vector<Vec3d> mean = mean_points(image);
-  const PixelMask whole = shrunk(image.read, 1);
-  std::vector<Vec3d> normals(image.points.size(), Vec3d{0, 0, 0});
-  const int w = image.read.width, h = image.read.height;
-  for (int y = kApart_px; y < h - kApart_px; ++y)
-    for (int x = kApart_px; x < w - kApart_px; ++x) {
-      if (!whole(x, y)) continue;
-      const Vec3d right = mean[whole.index(x + kApart_px, y)] - mean[whole.index(x - kApart_px, y)],
-                  down = mean[whole.index(x, y + kApart_px)] - mean[whole.index(x, y - kApart_px)];
-      const Vec3d n = cross(down, right);
-      const double length = norm(n);
-      if (length > 0) normals[whole.index(x, y)] = (1 / std::max(length, 1e-12)) * n;
-    }
-  return normals;
-}
-
-std::vector<NearPlane> planes_near(const PointImage& image, const std::vector<Vec3d>& normals,
-                                   const PixelMask& around, double size_m) {
-  Pcg64 random;
-  const auto is_facing = [&](std::size_t i) {
-    return normals[i].x != 0 || normals[i].y != 0 || normals[i].z != 0;
-  };
-  PixelMask left = around;
-  for (std::size_t i = 0; i < left.on.size(); ++i) left.on[i] = left.on[i] && is_facing(i);
-  const std::size_t least =
-      std::max(kFewestOnPlane, static_cast<std::size_t>(kShareOnPlane * static_cast<double>(left.count())));
+std::vector<NearPlane> planes_near(const frame::PointImage& points, const frame::PixelMask& around,
+                                   double size_m) {
+  const std::vector<Vec3d> normals = frame::smooth_normals(points);
+  frame::PixelMask left = around;
+  for (std::size_t i = 0; i < left.on.size(); ++i) left.on[i] = left.on[i] && norm(normals[i]) > 0;
+  const int least = std::max(kMinNearPixels, static_cast<int>(kMinNearShare * frame::count(left)));
   std::vector<NearPlane> found;
-  for (std::size_t round = 0; round < 2 * kMaxPlanes && found.size() < kMaxPlanes; ++round) {
-    std::vector<Facing> facing;
-    for (std::size_t i = 0; i < left.on.size(); ++i)
-      if (left.on[i]) facing.push_back({image.points[i], normals[i]});
-    if (facing.size() < least) break;
-    NearPlane next{best_plane(std::move(facing), &random), {}, 0};
-    PixelMask on(left.width, left.height), agree(left.width, left.height);
-    std::size_t fresh = 0;
-    for (std::size_t i = 0; i < left.on.size(); ++i) {
-      const Vec3d p = image.points[i];
-      if (!around.on[i] || !(std::abs(next.height(p)) < near_plane_tolerance_m(p.z))) continue;
-      on.on[i] = 1;
-      if (!(dot(normals[i], next.plane.normal_cam) > kFaces)) continue;
-      agree.on[i] = 1, fresh += left.on[i], left.on[i] = 0;
+  for (std::size_t k = 0; k < 2 * kMostPlanes && found.size() < kMostPlanes; ++k) {
+    if (frame::count(left) < least) break;
+    const frame::Plane plane = best_plane(thinned_out(points, normals, left));
+    frame::PixelMask on(around.width, around.height), faces = on;
+    int held = 0;
+    for (std::size_t i = 0; i < on.on.size(); ++i) {
+      const Vec3d p = points.p[i];
+      on.on[i] = around.on[i] && std::abs(height_over(plane, p)) < near_plane_tolerance_m(p.z);
+      faces.on[i] = on.on[i] && dot(normals[i], plane.normal_cam) > kFaces;
+      held += faces.on[i] && left.on[i];
     }
-    if (fresh < least) break;
-    PixelMask piece;
-    next.extent_m = largest_piece(agree, image.points, &piece);
-    if (!(next.extent_m > kPlaneLarger * size_m)) continue;
-    next.pixels = grown(piece, kBeside_px);  // with adjacent pixels, where normals are unknown
-    for (std::size_t i = 0; i < on.on.size(); ++i) next.pixels.on[i] &= on.on[i];
-    found.push_back(std::move(next));
+    if (held < least) break;
+    for (std::size_t i = 0; i < on.on.size(); ++i) left.on[i] = left.on[i] && !faces.on[i];
+    frame::PixelMask piece;
+    const double extent = largest_piece(points, faces, &piece);
+    if (!(extent > kLarger * size_m)) continue;
+    piece = frame::dilated(piece, kUnknownRim);
+    for (std::size_t i = 0; i < on.on.size(); ++i) piece.on[i] = piece.on[i] && on.on[i];
+    found.push_back({plane, std::move(piece), extent});
   }
   return found;
 }

@@ -39,25 +39,21 @@ std::string printed(const char* format, Numbers... numbers) {
   return text;
 }
 
-struct DepthPoints {
-  plane::PointImage image;
-  const ImageView<float>* depth_m;
-
-  DepthPoints(const ImageView<float>& depth, const Camera& camera)
-      : image{PixelMask(depth.width, depth.height), {}}, depth_m(&depth) {
-    const LensRays lens(camera);
-    image.points.reserve(image.read.on.size());
-    for (int y = 0; y < depth.height; ++y)
-      for (int x = 0; x < depth.width; ++x) {
-        const float z = depth(x, y);
-        const bool read = z > 0 && std::isfinite(z);
-        image.read.on[image.read.index(x, y)] = z > 0;
-        // Rays are rounded to float, as in a camera's table.
-        const Vec3d ray = lens.at(x, y).cast<float>().cast<double>();
-        image.points.push_back(read ? static_cast<double>(z) * ray : Vec3d{0, 0, 0});
-      }
-  }
-};
+// The points of a depth image.
+frame::PointImage points_of(const ImageView<float>& depth_m, const Camera& camera) {
+  const LensRays lens(camera);
+  frame::PointImage out;
+  out.width = depth_m.width, out.height = depth_m.height;
+  out.p.reserve(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      const float z = depth_m(x, y);
+      // Rays are rounded to float, as in a camera's table.
+      const Vec3d ray = lens.at(x, y).cast<float>().cast<double>();
+      out.p.push_back(z > 0 && std::isfinite(z) ? static_cast<double>(z) * ray : Vec3d{0, 0, 0});
+    }
+  return out;
+}
 
 bool above_all(Vec3d p_cam, const std::vector<PlaneBelow>& planes) {
   return std::all_of(planes.begin(), planes.end(), [&](const PlaneBelow& plane) {
@@ -66,11 +62,11 @@ bool above_all(Vec3d p_cam, const std::vector<PlaneBelow>& planes) {
 }
 
 // The mask without its measurements on or below planes.
-PixelMask without_planes(const PixelMask& mask, const DepthPoints& points,
+PixelMask without_planes(const PixelMask& mask, const frame::PointImage& points,
                          const std::vector<PlaneBelow>& planes) {
   PixelMask out = mask;
   for (std::size_t i = 0; i < out.on.size(); ++i)
-    if (out.on[i] && points.image.read.on[i]) out.on[i] = above_all(points.image.points[i], planes);
+    if (out.on[i] && points.p[i].z > 0) out.on[i] = above_all(points.p[i], planes);
   return out;
 }
 
@@ -90,13 +86,13 @@ std::vector<float> depths_in(const PixelMask& mask, const ImageView<float>& dept
 PixelMask rectangle(const ImageView<float>& depth_m, const frame::Rect& box) {
   PixelMask out(depth_m.width, depth_m.height);
   for (int y = box.y0; y < box.y1; ++y)
-    for (int x = box.x0; x < box.x1; ++x) out.on[out.index(x, y)] = 1;
+    for (int x = box.x0; x < box.x1; ++x) out.on[out.at(x, y)] = 1;
   return out;
 }
 
 // A ball fitted to a mask: its diameter is the longer side, its front touches the measurements.
 Ball ball_of(const ImageView<float>& depth_m, const PixelMask& mask, const Camera& camera) {
-  const double share = static_cast<double>(mask.count()) / static_cast<double>(mask.on.size());
+  const double share = frame::count(mask) / static_cast<double>(mask.on.size());
   if (share > kMostOfImage)
     throw std::invalid_argument(
         printed("mask: expected the object alone, got %.0f %% of the image", 100 * share));
@@ -114,7 +110,7 @@ Ball ball_of(const ImageView<float>& depth_m, const PixelMask& mask, const Camer
     for (int x = 0; x < mask.width; ++x) {
       const float depth = depth_m(x, y);
       if (!mask(x, y) || !(depth > 0) || !(std::abs(depth - z) < 0.5f * z)) continue;
-      near.on[near.index(x, y)] = 1, read.push_back(depth);
+      near.on[near.at(x, y)] = 1, read.push_back(depth);
       x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
     }
   const Intrinsics<double>& K = camera.K;
@@ -135,12 +131,12 @@ PixelMask object_in_box(const ImageView<float>& depth_m, const frame::Rect& box,
   if (!planes || read.empty()) return mask_of_box(depth_m, box);
   const double size_m =
       std::max((box.x1 - box.x0) / camera.K.fx, (box.y1 - box.y0) / camera.K.fy) * median(&read);
-  const DepthPoints points(depth_m, camera);
+  const frame::PointImage points = points_of(depth_m, camera);
   PixelMask inside_read = inside;
-  for (std::size_t i = 0; i < inside.on.size(); ++i) inside_read.on[i] &= points.image.read.on[i];
+  for (std::size_t i = 0; i < inside.on.size(); ++i) inside_read.on[i] &= points.p[i].z > 0;
   const PixelMask free =
       without_planes(inside_read, points, planes_below(depth_m, inside_read, camera, size_m, true));
-  if (free.count() == 0)
+  if (frame::count(free) == 0)
     throw std::invalid_argument(
         "box: expected an object in it, got only a plane that extends beyond it (a table, a wall); move the "
         "box, or give planes=False if the object is that flat");
@@ -171,7 +167,7 @@ std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_obj
                         int margin_px) {
   std::vector<float> read = depths_in(on_object, depth_m);
   const float middle = median(&read);
-  const PixelMask wider = outline ? plane::grown(*outline, margin_px) : PixelMask();
+  const PixelMask wider = outline ? frame::dilated(*outline, margin_px) : PixelMask();
   std::vector<float> from_m(on_object.on.size(), 0.0f);
   for (std::size_t i = 0; outline && i < from_m.size(); ++i) {
     const float z = depth_m.data[i];
@@ -186,7 +182,7 @@ void bound_object(const ImageView<float>& depth_m, const Camera& camera, const B
                   Beginning* found) {
   ViewBounds view;
   if (options.planes) view.planes = planes_below(depth_m, found->on_object, camera, 2 * found->ball.radius_m);
-  const PixelMask free = without_planes(found->on_object, DepthPoints(depth_m, camera), view.planes);
+  const PixelMask free = without_planes(found->on_object, points_of(depth_m, camera), view.planes);
   const double before = static_cast<double>(readings_in(found->on_object, depth_m)),
                after = static_cast<double>(readings_in(free, depth_m));
   if (after < kOwnShare * before)
@@ -203,10 +199,11 @@ void bound_object(const ImageView<float>& depth_m, const Camera& camera, const B
 }
 
 // A plane that was found, shifted to the median of its measurements.
-PlaneBelow settled(const plane::NearPlane& found, const plane::PointImage& image) {
+PlaneBelow settled(const plane::NearPlane& found, const frame::PointImage& points) {
   std::vector<double> heights;
   for (std::size_t i = 0; i < found.pixels.on.size(); ++i)
-    if (found.pixels.on[i]) heights.push_back(found.height(image.points[i]));
+    if (found.pixels.on[i])
+      heights.push_back(dot(found.plane.normal_cam, points.p[i]) + found.plane.offset_m);
   const double middle = median(&heights);
   for (double& height : heights) height = std::abs(height - middle);
   return {found.plane.normal_cam, found.plane.offset_m - middle,
@@ -234,17 +231,17 @@ double median_of(const std::vector<Vec3d>& points, double Vec3d::*axis) {
 }
 
 // The pixels `around`, thinned to about kWindow_px along each side of their box.
-plane::PointImage thinned(const plane::PointImage& image, const PixelMask& around, PixelMask* around_there) {
+frame::PointImage thinned(const frame::PointImage& points, const PixelMask& around, PixelMask* around_there) {
   const frame::Rect box = frame::mask_bounds(around.on.data(), around.width, around.height);
   const int step = std::max(1, std::max(box.y1 - box.y0, box.x1 - box.x0) / kWindow_px);
-  const int w = (box.x1 - box.x0 + step - 1) / step, h = (box.y1 - box.y0 + step - 1) / step;
-  plane::PointImage out{PixelMask(w, h), {}};
-  *around_there = PixelMask(w, h);
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      const std::size_t from = around.index(box.x0 + step * x, box.y0 + step * y), to = out.read.index(x, y);
-      out.read.on[to] = image.read.on[from], around_there->on[to] = around.on[from];
-      out.points.push_back(image.points[from]);
+  frame::PointImage out;
+  out.width = (box.x1 - box.x0 + step - 1) / step, out.height = (box.y1 - box.y0 + step - 1) / step;
+  *around_there = PixelMask(out.width, out.height);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      const std::size_t from = around.at(box.x0 + step * x, box.y0 + step * y);
+      around_there->on[out.p.size()] = around.on[from];
+      out.p.push_back(points.p[from]);
     }
   return out;
 }
@@ -273,22 +270,20 @@ KnownShape::Extent KnownShape::extent() const {
 
 std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const PixelMask& on_object,
                                      const Camera& camera, double size_m, bool among) {
-  const DepthPoints all(depth_m, camera);
-  const plane::PointImage& image = all.image;
+  const frame::PointImage points = points_of(depth_m, camera);
   std::vector<Vec3d> own;
-  for (std::size_t i = 0; i < image.points.size(); ++i)
-    if (on_object.on[i] && image.read.on[i]) own.push_back(image.points[i]);
+  for (std::size_t i = 0; i < points.p.size(); ++i)
+    if (on_object.on[i] && points.p[i].z > 0) own.push_back(points.p[i]);
   if (own.empty()) return {};
   const Vec3d middle{median_of(own, &Vec3d::x), median_of(own, &Vec3d::y), median_of(own, &Vec3d::z)};
-  PixelMask around = image.read;
+  PixelMask around = points.measured();
   for (std::size_t i = 0; i < around.on.size(); ++i)
-    around.on[i] &= (among || !on_object.on[i]) && norm(image.points[i] - middle) < kAround * size_m;
-  if (around.count() == 0) return {};
+    around.on[i] &= (among || !on_object.on[i]) && norm(points.p[i] - middle) < kAround * size_m;
+  if (frame::count(around) == 0) return {};
   PixelMask around_there;
-  const plane::PointImage there = thinned(image, around, &around_there);
+  const frame::PointImage there = thinned(points, around, &around_there);
   std::vector<PlaneBelow> kept;
-  for (const plane::NearPlane& found :
-       plane::planes_near(there, plane::surface_normals(there), around_there, size_m)) {
+  for (const plane::NearPlane& found : plane::planes_near(there, around_there, size_m)) {
     const PlaneBelow plane = settled(found, there);
     const auto over = std::count_if(own.begin(), own.end(), [&](Vec3d p) {
       return dot(p, plane.normal_cam) + plane.offset_m > -plane.thick_m;

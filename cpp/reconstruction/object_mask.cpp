@@ -51,7 +51,7 @@ Pixel middle_reading(const ImageView<float>& depth_m, const frame::Rect& box) {
 PixelMask joined(const ImageView<float>& depth_m, const frame::Rect& box, Pixel start, float step_m) {
   PixelMask out(depth_m.width, depth_m.height);
   std::vector<Pixel> open{start};
-  out.on[out.index(start.x, start.y)] = 1;
+  out.on[out.at(start.x, start.y)] = 1;
   while (!open.empty()) {
     const Pixel at = open.back();
     open.pop_back();
@@ -60,7 +60,7 @@ PixelMask joined(const ImageView<float>& depth_m, const frame::Rect& box, Pixel 
       if (next.x < box.x0 || next.y < box.y0 || next.x >= box.x1 || next.y >= box.y1) continue;
       const float other = depth_m(next.x, next.y);
       if (out(next.x, next.y) || !(other > 0) || !(std::abs(other - z) <= step_m)) continue;
-      out.on[out.index(next.x, next.y)] = 1, open.push_back(next);
+      out.on[out.at(next.x, next.y)] = 1, open.push_back(next);
     }
   }
   return out;

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "base/views.h"
+#include "frame/pixel_mask.h"
 #include "frame/region.h"
-#include "plane/pixel_mask.h"
 
 namespace sdftrack::reconstruction {
 
-using plane::PixelMask;
+using frame::PixelMask;
 
 // Measurements in a box connected to its centre, with the largest depth step that does not lead out of the
 // box. Throws std::invalid_argument without measurements there.

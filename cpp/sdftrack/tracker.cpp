@@ -7,6 +7,7 @@
 #include "sdftrack/shape_volume.h"
 #include "tracking/options/option_schema.h"
 #include "tracking/options/sensor_presets.h"
+#include "tracking/start/start.h"
 
 namespace sdftrack {
 
@@ -45,9 +46,12 @@ class Tracker::Session {
     if (places.size() != shapes_.size())
       throw std::invalid_argument("places: expected one per shape (" + std::to_string(shapes_.size()) +
                                   "), got " + std::to_string(places.size()));
-    std::vector<tracking::PoseHint> hints;
-    for (const Place& place : places) hints.push_back(hint_of(place, core_.camera()));
-    return converted(core_.start(frames_.read(frame, core_), hints));
+    std::vector<tracking::StartHint> hints;
+    for (const Place& place : places) {
+      hints.push_back({hint_of(place, core_.camera()), {}});
+      if (place.click_px) hints.back().click_px = {place.click_px->x(), place.click_px->y()};
+    }
+    return converted(tracking::start(&core_, frames_.read(frame, core_), hints));
   }
 
   const TrackResult& track(const Frame& frame) {

@@ -44,7 +44,8 @@ struct TrackResult {
   double time_s = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Where an object is at a start; nothing: it is searched for in the whole image.
+// Where an object is at a start: a pose, else a mask, a box or a click; nothing: it is searched for in the
+// whole image, and the only object of a tracker then among what stands on planes.
 struct Place {
   struct Box {
     int x, y, width, height;  // depth pixels
@@ -52,6 +53,9 @@ struct Place {
   std::optional<Eigen::Isometry3d> T_cam_obj;
   const std::uint8_t* mask = nullptr;  // one byte for each depth pixel, not 0 on the object
   std::optional<Box> box;
+  // A depth pixel on the object. What hangs together there, without tables and walls and by its colours, is
+  // searched. Throws std::invalid_argument where the object is not there; the sentence says why.
+  std::optional<Eigen::Vector2d> click_px;
 };
 
 // The rigid motions that map a shape onto itself, in its object frame.
@@ -88,6 +92,8 @@ class Tracker {
   void declare_symmetry(int k, const ShapeSymmetry& symmetry);
 
   // Forgets the past and starts at these places, one for each shape. A result is valid until the next call.
+  // Where the measurements in a mask or a box have another size than the shape, the reason says so, with the
+  // unit that is likely wrong; a mask of quite another size is refused.
   const TrackResult& start(const Frame& frame, const std::vector<Place>& places);
   const TrackResult& start(const Frame& frame, const Place& place = {});
   const TrackResult& start(const Frame& frame, const Eigen::Isometry3d& T_cam_obj);

@@ -24,7 +24,7 @@ Tracker::Tracker(const std::vector<SdfView>& shapes, const Camera& camera, const
       recovery_(options, &follower_),
       membership_(options) {
   for (const SdfView& sdf : shapes) {
-    objects_.push_back(new_object(sdf));
+    objects_.push_back(new_object(shape_of(sdf)));
     verdict_.add(std::nullopt);
   }
 }
@@ -243,6 +243,19 @@ ObjectResult Tracker::follow(Object* object) {
   if (JointFitted* const joint = context_.together_of(*object))
     return groups_.accept(joint, context_, object);
   return follower_.follow(&context_, object);
+}
+
+void Tracker::add_to_reason(int k, const std::string& more) {
+  std::string& text = verdict_.result().objects.at(static_cast<std::size_t>(k)).trust.reason.more;
+  text += (text.empty() ? "" : "; ") + more;
+}
+
+void Tracker::doubt_standing() {
+  Trust& trust = verdict_.result().objects.front().trust;
+  if (trust.status == Status::kLost) return;
+  trust.status = Status::kWeak;
+  trust.confidence *= 0.5;
+  if (trust.reason.empty()) trust.reason.code = ReasonCode::kFoundStanding;
 }
 
 std::optional<Fitted> Tracker::look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj) {

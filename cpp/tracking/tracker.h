@@ -29,6 +29,10 @@ class Tracker {
   int object_count() const { return static_cast<int>(objects_.size()); }
   const Camera& camera() const { return context_.camera(); }
   const TrackerOptions& options() const { return options_; }
+  int threads() const { return settings_.threads; }
+  bool is_primitive(int k) const { return object(k).primitive; }
+  // Whether the shape is said to have the object's size.
+  bool has_known_size(int k) const { return !object(k).free_scale && !object(k).primitive; }
   void set_camera(const Camera& camera) { context_.set_camera(camera); }  // of the next frames
   // color: nullptr, or the frame's colours: used once an accepted pose has shown the object's colours.
   frame::DepthFrame make_frame(const ImageView<float>& depth_m, const unsigned char* mask, double time_s,
@@ -47,6 +51,13 @@ class Tracker {
   // Follows the objects into a frame outside the sequence; the record of the sequence is unchanged. Returns
   // one result for each object.
   const std::vector<ObjectResult>& revisit(const frame::DepthFrame& frame);
+  // A tracker of object k alone, to try starts with: of the same shape and options; nothing is declared about
+  // it.
+  std::unique_ptr<Tracker> alone(int k) const;
+  // Appends to the reason in the last result.
+  void add_to_reason(int k, const std::string& more);
+  // The only object was found among the objects that stand in the image; nobody has said that it is there.
+  void doubt_standing();
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }
 
@@ -111,9 +122,11 @@ class Tracker {
  private:
   using Object = TrackedObject;
 
+  Tracker(const TrackedObject& object, const Camera& camera, const TrackerOptions& options,
+          const TrackerSettings& settings);
   TrackedObject& object(int k) { return objects_.at(static_cast<std::size_t>(k)); }
   const TrackedObject& object(int k) const { return objects_.at(static_cast<std::size_t>(k)); }
-  Object new_object(const SdfView& sdf) const;
+  Object new_object(std::shared_ptr<const frame::Shape> shape) const;
   std::shared_ptr<const frame::Shape> shape_of(const SdfView& sdf) const;
   void place(const Rigidd& T_cam_obj, Object* object) const;
   void go_on_from(const Poses& poses);

@@ -9,9 +9,20 @@
 
 namespace sdftrack::tracking {
 
-TrackedObject Tracker::new_object(const SdfView& sdf) const {
+Tracker::Tracker(const TrackedObject& object, const Camera& camera, const TrackerOptions& options,
+                 const TrackerSettings& settings)
+    : Tracker(std::vector<SdfView>(), camera, options, settings) {
+  objects_.push_back(new_object(object.shape));
+  verdict_.add(std::nullopt);
+}
+
+std::unique_ptr<Tracker> Tracker::alone(int k) const {
+  return std::unique_ptr<Tracker>(new Tracker(object(k), camera(), options_, settings_));
+}
+
+TrackedObject Tracker::new_object(std::shared_ptr<const frame::Shape> shape) const {
   Object object;
-  object.shape = shape_of(sdf);
+  object.shape = std::move(shape);
   object.colors = appearance::ColorModel(static_cast<float>(options_.color_prior));
   object.outline_colors.forget();
   object.forget(options_);
@@ -32,7 +43,7 @@ void Tracker::replace_shapes(const std::vector<SdfView>& shapes, const Poses& po
   std::vector<Object> before = std::exchange(objects_, {});
   try {
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-      objects_.push_back(new_object(shapes[k]));
+      objects_.push_back(new_object(shape_of(shapes[k])));
       objects_.back().unfound = before[k].unfound, objects_.back().primitive = before[k].primitive;
       objects_.back().symmetry = before[k].symmetry, objects_.back().symmetries = before[k].symmetries;
       objects_.back().reported = before[k].reported;
@@ -133,7 +144,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
 }
 
 int Tracker::add(const SdfView& shape, const PoseHint& hint) {
-  Object added = new_object(shape);
+  Object added = new_object(shape_of(shape));
   if (hint.T_cam_obj) added.T_cam_obj = centred(*hint.T_cam_obj, *added.shape);
   added.requested = hint;
   objects_.push_back(std::move(added));

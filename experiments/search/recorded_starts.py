@@ -105,8 +105,8 @@ def begin(tracker: Any, how: str, place: Any, frame: Any, case: Opened) -> tuple
         return tracker.start(frame, masks=[place]), place
     from sdftrack.tracking.interface import TrackerInterface
 
-    hypothesis = TrackerInterface(tracker).hypothesis_at_click(0, frame, place, "click")
-    return TrackerInterface(tracker).start_at(frame, [hypothesis.place(case.seq.camera)]), hypothesis.region
+    clicked = TrackerInterface(tracker).place_at_click(0, frame, place, "click")
+    return TrackerInterface(tracker).start_at(frame, [clicked.place]), clicked.region
 
 
 def try_all(

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'ImageNoise', 'IntrinsicsOptions', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'color_counts', 'colors_at', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'find_outlines', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'spline_values', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MaskExtent', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'click_regions', 'color_counts', 'connected_region', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'fill_cavities', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'joined', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_reading', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'printed_prior', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'spline_values', 'standing_regions', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -75,6 +75,52 @@ class BallRecording:
         ...
     @property
     def frames(self) -> list[ObservedFrame]:
+        ...
+class Beginning:
+    """
+    What the first frame of a recording shows of an unknown object.
+    """
+    def __init__(self, T_cam_obj: numpy.ndarray, on_object: numpy.ndarray, centre_cam: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], radius_m: typing.SupportsFloat | typing.SupportsIndex, behind_m: typing.SupportsFloat | typing.SupportsIndex, shorter_m: typing.SupportsFloat | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex, from_m: numpy.ndarray | None = None, planes: numpy.ndarray | None = None, outline: numpy.ndarray | None = None) -> None:
+        ...
+    def __reduce__(self) -> tuple[..., tuple]:
+        ...
+    def at_pose(self, T_cam_obj: numpy.ndarray) -> Beginning:
+        """
+        The same with another pose.
+        """
+    def view(self, camera: Camera, T_cam_obj: numpy.ndarray) -> FirstView:
+        """
+        The bounds on the object at this pose; None: none.
+        """
+    @property
+    def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def behind_m(self) -> float:
+        ...
+    @property
+    def centre_cam(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        ...
+    @property
+    def from_m(self) -> numpy.typing.NDArray[numpy.float32] | None:
+        ...
+    @property
+    def noise_m(self) -> float:
+        ...
+    @property
+    def on_object(self) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+    @property
+    def outline(self) -> numpy.typing.NDArray[numpy.bool] | None:
+        ...
+    @property
+    def planes(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        ...
+    @property
+    def radius_m(self) -> float:
+        ...
+    @property
+    def shorter_m(self) -> float:
         ...
 class BorrowedArray:
     """
@@ -505,6 +551,22 @@ class FrameEnergy:
         ...
     def state(self, T_cam_obj: list, K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], scales: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> State:
         ...
+class GrowingVolume:
+    """
+    The volume of a session, enlarged where the shape needs it.
+    """
+    def begin_recording(self, beginning: Beginning, T_cam_obj: numpy.ndarray) -> None:
+        ...
+    def emptied(self) -> GrowingVolume:
+        ...
+    def fuse(self, keyframe: Keyframe) -> None:
+        ...
+    @property
+    def core(self) -> typing.Any:
+        ...
+    @property
+    def fused(self) -> int:
+        ...
 class ImageNoise:
     """
     What an image says of a depth camera's noise and bias; NaN: nothing.
@@ -596,6 +658,58 @@ class IntrinsicsOptions:
         ...
     @twin_pixels.setter
     def twin_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class Keyframe:
+    """
+    A fused frame: its images cropped to the object, and the pose used for fusion.
+    """
+    def __init__(self, index: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], depth: numpy.ndarray, rgb: numpy.ndarray | None, foreground: numpy.ndarray, T_cam_obj: numpy.ndarray, mask: numpy.ndarray | None = None, recording: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+    def __reduce__(self) -> tuple[..., tuple]:
+        ...
+    @property
+    def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @T_cam_obj.setter
+    def T_cam_obj(self, arg1: numpy.ndarray) -> None:
+        ...
+    @property
+    def depth(self) -> typing.Any:
+        ...
+    @property
+    def foreground(self) -> typing.Any:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+    @property
+    def mask(self) -> typing.Any:
+        ...
+    @property
+    def recording(self) -> int:
+        ...
+    @property
+    def region(self) -> tuple[int, int, int, int]:
+        ...
+    @property
+    def rgb(self) -> typing.Any:
+        ...
+class Keyframes:
+    """
+    Keeps a limited number of frames, spread over viewpoints and time.
+    """
+    def __init__(self, most: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def add(self, keyframe: Keyframe) -> None:
+        ...
+    def record(self) -> dict:
+        """
+        What the choice depends on, beside the frames.
+        """
+    def restore(self, frames: collections.abc.Sequence[Keyframe], views: numpy.ndarray, nearest: numpy.ndarray, gaps: numpy.ndarray) -> None:
+        ...
+    @property
+    def frames(self) -> list[Keyframe]:
         ...
 class Lens:
     """
@@ -815,6 +929,16 @@ class LwprOptions:
     @w_prune.setter
     def w_prune(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class MaskExtent:
+    """
+    Compares a shape with the mask of its first frame.
+    """
+    def __init__(self, camera: Camera, outline: numpy.ndarray, T_cam_obj: numpy.ndarray) -> None:
+        ...
+    def beyond(self, phi: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], seen: numpy.ndarray, boxes: numpy.ndarray, fused: typing.SupportsInt | typing.SupportsIndex, least: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
+    def forget(self) -> None:
+        ...
 class MeshCaster:
     """
     Rays and closest points of one mesh. The arrays must not change.
@@ -984,6 +1108,8 @@ class Reconstruction:
         ...
     def grown(self, before: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], after: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"]) -> Reconstruction:
         ...
+    def mesh(self) -> tuple:
+        ...
     def show(self) -> None:
         """
         Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.
@@ -1024,6 +1150,8 @@ class ReconstructionOptions:
     """
     evidence: str
     evolution: str
+    keep_to_mask: bool
+    planes: bool
     def __init__(self) -> None:
         ...
     @property
@@ -1063,16 +1191,34 @@ class ReconstructionOptions:
     def first_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
+    def kept_frames(self) -> int:
+        ...
+    @kept_frames.setter
+    def kept_frames(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def known_every(self) -> int:
         ...
     @known_every.setter
     def known_every(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
+    def mask_margin_px(self) -> int:
+        ...
+    @mask_margin_px.setter
+    def mask_margin_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def memory(self) -> float:
         ...
     @memory.setter
     def memory(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def min_seen(self) -> float:
+        ...
+    @min_seen.setter
+    def min_seen(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def min_slant(self) -> float:
@@ -1091,6 +1237,18 @@ class ReconstructionOptions:
         ...
     @noise_per_m.setter
     def noise_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def padding_m(self) -> float:
+        ...
+    @padding_m.setter
+    def padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def prior(self) -> float:
+        ...
+    @prior.setter
+    def prior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def rounds(self) -> int:
@@ -1116,6 +1274,52 @@ class ReconstructionOptions:
     @usual_noise_m.setter
     def usual_noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
+class ReconstructionSession:
+    """
+    See sdftrack.Reconstructor.
+    """
+    volume: GrowingVolume
+    def __init__(self, camera: Camera, options: ReconstructionOptions, voxels: typing.SupportsInt | typing.SupportsIndex, extent: typing.SupportsFloat | typing.SupportsIndex | None, threads: typing.SupportsInt | typing.SupportsIndex, device: typing.SupportsInt | typing.SupportsIndex, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, beginning: Beginning) -> None:
+        ...
+    def add(self, frame: TrackerFrame, T_cam_obj: numpy.ndarray) -> bool:
+        ...
+    def restore(self, later: collections.abc.Sequence[Beginning], index: typing.SupportsInt | typing.SupportsIndex, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> None:
+        ...
+    def resume(self, tracker: typing.Any, frame: TrackerFrame, shown: Beginning, masked: bool, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    def set_tracker(self, tracker: typing.Any) -> None:
+        ...
+    def show_shape(self, tracker: typing.Any) -> None:
+        ...
+    def start(self, tracker: typing.Any, frame: TrackerFrame, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    def track(self, frame: TrackerFrame, names: collections.abc.Sequence[str]) -> dict:
+        ...
+    @property
+    def beginning(self) -> Beginning:
+        ...
+    @property
+    def index(self) -> int:
+        ...
+    @property
+    def keyframes(self) -> Keyframes:
+        ...
+    @property
+    def later(self) -> list[Beginning]:
+        ...
+    @property
+    def least_seen(self) -> int:
+        ...
+    @property
+    def part_seconds(self) -> dict:
+        """
+        Time of tracking, fusing, and giving the tracker the new shape, in the last frame.
+        """
+    @property
+    def tracker_noise(self) -> tuple[float, float]:
+        """
+        Depth noise for the tracker's options: noise_m and noise_per_m.
+        """
 class Residual(enum.Enum):
     """
     What a pixel's residual is.
@@ -1253,9 +1457,15 @@ class Tracker:
         ...
     def add(self, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], place: typing.Any) -> int:
         ...
+    def check_mask_size(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, mask: typing.Any, name: str) -> None:
+        ...
     def color_delay(self) -> tuple[float, float, int]:
         ...
+    def diameter(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
     def evidence(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
+        ...
+    def extent(self, frame: TrackerFrame, mask: typing.Any) -> float:
         ...
     def free_scale(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
@@ -1265,9 +1475,9 @@ class Tracker:
         ...
     def judge(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
         ...
-    def log_scale_to_add(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
+    def located(self, frame: TrackerFrame, places: list) -> list:
         ...
-    def look_at(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> tuple:
+    def log_scale_to_add(self, k: typing.SupportsInt | typing.SupportsIndex) -> float:
         ...
     def mark_unfound(self, k: typing.SupportsInt | typing.SupportsIndex, kind: str) -> None:
         ...
@@ -1275,9 +1485,9 @@ class Tracker:
         ...
     def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
         ...
-    def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
+    def place_of_click(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
         ...
-    def region(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[list[int], "FixedSize(4)"]:
+    def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
     def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
@@ -1616,11 +1826,13 @@ def canonical_pose(discrete: numpy.ndarray, axes: numpy.ndarray, T: numpy.ndarra
     """
     Symmetry.canonical: (4, 4).
     """
+def click_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], size_m: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
+    ...
 def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
     """
-def colors_at(depth: numpy.ndarray, color: typing.Any, color_map: typing.Any, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"]) -> numpy.typing.NDArray[numpy.uint8]:
+def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
     ...
 def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
     """
@@ -1714,8 +1926,20 @@ def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.S
     """
     |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
     """
+def fill_cavities(phi: numpy.ndarray, weight: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    A copy of the field in which voxels without evidence that the surface encloses are inside.
+    """
+def find_object(depth: numpy.ndarray, place: typing.Any, camera: Camera, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+    """
+    The object of a first frame at a mask, a box, or a pose of the initial shape.
+    """
 def find_outlines(color: numpy.ndarray, mask: numpy.ndarray, camera: Camera, seed: typing.SupportsInt | typing.SupportsIndex = 0, most: typing.SupportsInt | typing.SupportsIndex = 3) -> list[BallOutline]:
     ...
+def find_standing(depth: numpy.ndarray, T_cam_obj: numpy.ndarray, camera: Camera, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+    """
+    The same at the pose of a shape, with the planes that it stands on.
+    """
 def fit_color_map(center_cam: numpy.ndarray, center_covariance: numpy.ndarray, color_px: numpy.ndarray, color_covariance: numpy.ndarray, time_s: numpy.ndarray, color: typing.Any, time_offset: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> typing.Any:
     ...
 def fit_growth(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], value: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], is_signed: bool) -> tuple:
@@ -1742,6 +1966,8 @@ def isas() -> list[str]:
     """
     Instruction sets that this build has code for and this processor runs, slowest first.
     """
+def joined(depth: numpy.ndarray, free: numpy.ndarray, seed: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], step_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
+    ...
 def local_color_chances(counts: tuple[numpy.ndarray, numpy.ndarray], points: numpy.ndarray, object: collections.abc.Sequence[bool], bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], frames: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rate: typing.SupportsFloat | typing.SupportsIndex, asked: numpy.ndarray, asked_bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[float]:
     """
     Chances of colours to be the object's at places, after pixels of both sides were seen there.
@@ -1762,6 +1988,8 @@ def moving_color(colors: collections.abc.Sequence[numpy.ndarray]) -> BallColor:
     """
     The most saturated colour among pixels that change.
     """
+def nearest_reading(depth: numpy.ndarray, camera: Camera, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
+    ...
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
     4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
@@ -1814,6 +2042,12 @@ def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.Suppor
     """
 def plane_noise(depth: numpy.ndarray, camera: Camera, beside: numpy.ndarray, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset_m: typing.SupportsFloat | typing.SupportsIndex) -> ImageNoise:
     ...
+def planes_below(depth: numpy.ndarray, on_object: numpy.ndarray, camera: Camera, size_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.
+    """
+def planes_near(depth: numpy.ndarray, camera: Camera, rays: typing.Any, around: numpy.ndarray, window: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], step: typing.SupportsInt | typing.SupportsIndex, size_m: typing.SupportsFloat | typing.SupportsIndex) -> list:
+    ...
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
     -> least phi along a stretch of a ray (m), derivative by (v, w) and every length.
@@ -1833,6 +2067,10 @@ def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.S
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Exact distance of a primitive at every voxel, float32 [z, y, x].
+    """
+def printed_prior(shape: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Log odds of the printed evolution's first shape (m).
     """
 def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
@@ -1896,6 +2134,8 @@ def spline_values(first: numpy.ndarray, weights: numpy.ndarray, coefficients: nu
     """
     (count, n, S) values of the first components of (size, C, S) coefficients.
     """
+def standing_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, size_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
+    ...
 def surface_noise(depth: numpy.ndarray, camera: Camera, expected: numpy.ndarray, normals: numpy.ndarray) -> ImageNoise:
     ...
 def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:

@@ -204,6 +204,45 @@ TEST(Face, millimetres_and_metres_give_the_same_pose_which_is_right) {
   EXPECT_EQ(one.track(steps).index, 1);
 }
 
+TEST(Face, a_click_on_the_object_finds_it_and_one_beside_it_says_what_is_there) {
+  const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
+  const std::vector<std::uint16_t> image = image_mm(shape, pose());
+  sdftrack::Frame frame;
+  frame.depth = image.data();
+  sdftrack::Tracker tracker(shape, kCamera);
+  const Eigen::Vector3d middle = pose() * Eigen::Vector3d(0.03, 0.02, 0.025);
+  sdftrack::Place on, beside, outside;
+  on.click_px = {kCamera.fx * middle.x() / middle.z() + kCamera.cx,
+                 kCamera.fy * middle.y() / middle.z() + kCamera.cy};
+  const sdftrack::TrackedPose found = tracker.start(frame, on).objects.front();
+  ASSERT_NE(found.status, sdftrack::Status::kLost) << found.reason;
+  EXPECT_LT((found.T_cam_obj.translation() - pose().translation()).norm(), 0.003);
+  beside.click_px = {3, 3}, outside.click_px = {kCamera.width, 3};
+  EXPECT_NE(refusal_of([&] { tracker.start(frame, beside); }).find("clicks[0]: expected a depth measurement"),
+            std::string::npos);
+  EXPECT_NE(refusal_of([&] { tracker.start(frame, outside); }).find("160 x 120 depth image"),
+            std::string::npos);
+}
+
+TEST(Face, a_mask_of_another_size_than_the_mesh_names_the_unit) {
+  sdftrack::ShapeOptions mm = coarse();
+  mm.unit_m = 0.2;
+  const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
+  const Shape small = Shape::from_mesh(vertices(), faces(), mm);
+  const std::vector<std::uint16_t> image = image_mm(shape, pose());
+  std::vector<std::uint8_t> mask;
+  for (const std::uint16_t z : image) mask.push_back(z != 0);
+  sdftrack::Frame frame, metres;
+  frame.depth = metres.depth = image.data(), metres.depth_unit_m = 1;
+  sdftrack::Place place;
+  place.mask = mask.data();
+  const std::string said = sdftrack::Tracker(small, kCamera).start(frame, place).objects.front().reason;
+  EXPECT_NE(said.find("is the depth in 1/5000 m"), std::string::npos) << said;
+  sdftrack::Tracker tracker(shape, kCamera);
+  EXPECT_NE(refusal_of([&] { tracker.start(metres, place); }).find("masks[0]: expected the object, "),
+            std::string::npos);
+}
+
 TEST(Face, of_equivalent_poses_the_one_nearest_to_the_cameras_axes_is_found) {
   Shape::Vertices corners(3, 8);
   for (int i = 0; i < 8; ++i)

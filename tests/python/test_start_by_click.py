@@ -5,12 +5,11 @@ import json
 
 import numpy as np
 import pytest
+from start_parts import click_regions, nearest_reading, standing_regions
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.imaging.click_regions import click_regions, nearest_reading
-from sdftrack.imaging.near_planes import planes_near
-from sdftrack.imaging.standing_regions import standing_regions
+from sdftrack.imaging.regions import planes_near
 
 CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 SIDES = (0.10, 0.07, 0.08)
@@ -73,9 +72,8 @@ def adds(result, T, box):
 
 def test_tables_and_walls_are_planes_and_the_faces_of_a_box_are_not(scene):
     frame, _, _, mask = scene
-    points = CAMERA.back_project(frame.depth)
     read = frame.depth > 0
-    planes = planes_near(points, read, read, SIZE)
+    planes = planes_near(frame.depth, CAMERA, read, SIZE)
     on = np.any([p.pixels for p in planes], axis=0)
     assert len(planes) >= 1
     assert on[read & ~mask].mean() > 0.8
@@ -122,16 +120,54 @@ def test_a_wrong_unit_is_named(scene, factor, said):
 
 def test_what_stands_on_the_table_is_found_without_a_place_and_has_to_be_confirmed(scene):
     frame, box, _, mask = scene
-    standing = standing_regions(frame, CAMERA, SIZE)
-    assert max(st.metrics.iou(r, mask) for r in standing.regions) > 0.6
-    from sdftrack.tracking.start_anywhere import best_anywhere
-
+    regions, _ = standing_regions(frame, CAMERA, SIZE)
+    assert max(st.metrics.iou(r, mask) for r in regions) > 0.6
     tracker = st.Tracker(box, CAMERA, threads=1)
-    hypothesis, _ = best_anywhere(box, CAMERA, frame, lambda **where: tracker.start(frame, **where))
-    assert hypothesis is not None
-    absent = st.SDF.sphere(0.11, voxels=60)
-    other = st.Tracker(absent, CAMERA, threads=1)
-    assert best_anywhere(absent, CAMERA, frame, lambda **where: other.start(frame, **where))[0] is None
+    assert any(str(tracker.start(frame, masks=r).status[0]) != "lost" for r in regions)
+    absent = st.Tracker(st.SDF.sphere(0.11, voxels=60), CAMERA, threads=1)
+    assert str(absent.start(frame).status[0]) == "lost"
+
+
+def cluttered_table():
+    """A block with a ball at its corner among boxes on a table before a wall, and its pose."""
+    rng, camera = np.random.default_rng(9), st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
+    ball = st.SDF.sphere(0.03, voxels=60).transformed(st.geometry.pose([0, 0, 0], [0.05, 0.02, 0.03]))
+    both = st.union(st.SDF.box((0.12, 0.06, 0.05), voxels=80), ball)
+    shape = st.SDF(both.values * np.float32(0.5), both.voxel_size * 0.5, both.origin * 0.5)
+    tilt = st.geometry.pose([0.6, 0, 0], [0, 0, 0.75])
+
+    def standing(x, along, above, turn=0.0):
+        return tilt @ st.geometry.pose([0, turn, 0], [x, -above, along])
+
+    T = standing(rng.uniform(-0.15, 0.15), rng.uniform(-0.05, 0.15), 0.015, rng.uniform(0, 6))
+    layers = [
+        (st.SDF.box((1.2, 0.02, 0.9), voxels=100), standing(0, 0, -0.01)),
+        (st.SDF.box((2.0, 1.2, 0.02), voxels=80), standing(0, 0.5, 0.4)),
+        (shape, T),
+    ]
+    for _ in range(8):
+        size = rng.uniform(0.03, 0.15, 3)
+        where = rng.uniform(-0.3, 0.3), rng.uniform(-0.1, 0.3), 0.5 * size[1], rng.uniform(0, 6)
+        layers.append((st.SDF.box(size, voxels=40), standing(*where)))
+    depth = np.full(camera.shape, np.inf)
+    for one, pose in layers:
+        z = one.render(camera, pose)[0]
+        depth = np.where((z > 0) & (z < depth), z, depth)
+    steps = np.where(np.isfinite(depth), np.rint(1e3 * (depth + rng.normal(0, 0.001, depth.shape))), 0)
+    depth = steps.astype(np.float32) * np.float32(0.001)
+    return st.Frame(depth), camera, st.SDF.from_mesh(shape.to_mesh()), T
+
+
+def test_what_a_search_of_the_whole_image_misses_is_found_among_what_stands_on_the_table():
+    frame, camera, shape, T = cluttered_table()
+    tracker = st.Tracker(shape, camera, threads=1)
+    result = tracker.start(frame)
+    assert result.reason[0] == "found among the objects on a plane; the next frame must confirm it"
+    assert str(result.status[0]) == "weak"
+    assert adds(result, T, shape) < RIGHT_M
+    noise = np.random.default_rng(1).normal(0, 0.0005, frame.depth.shape)
+    later = st.Frame(np.where(frame.depth > 0, frame.depth + noise, 0).astype(np.float32))
+    assert str(tracker.track(later).status[0]) == "ok"
 
 
 def test_what_holes_have_parted_is_one_region_too(scene):
@@ -140,8 +176,8 @@ def test_what_holes_have_parted_is_one_region_too(scene):
     depth = frame.depth.copy()
     middle = int(np.median(rows))
     depth[middle - 2 : middle + 3, columns.min() : columns.max() + 1] = 0
-    parted = standing_regions(st.Frame(depth), CAMERA, SIZE)
-    assert max(st.metrics.iou(r, mask) for r in parted.regions) > 0.6
+    parted, _ = standing_regions(st.Frame(depth), CAMERA, SIZE)
+    assert max(st.metrics.iou(r, mask) for r in parted) > 0.6
 
 
 @pytest.mark.slow
@@ -149,9 +185,10 @@ def test_a_click_among_holes_takes_the_surface_and_not_an_island_of_it_nor_what_
     depth = np.full((40, 40), 0.7, np.float32)
     depth[15:26, 19:26] = 0
     depth[20, 21] = 0.71  # an island one pixel from the click
-    assert nearest_reading(st.Frame(depth), (20, 20)) == (20, 18)
+    camera = st.Camera(50.0, 50.0, 19.5, 19.5, 40, 40)
+    assert nearest_reading(st.Frame(depth), camera, (20, 20)) == (20, 18)
     depth[depth == np.float32(0.7)] = 1.5  # a wall behind a thin thing
-    assert nearest_reading(st.Frame(depth), (20, 20)) == (20, 21)
+    assert nearest_reading(st.Frame(depth), camera, (20, 20)) == (20, 21)
 
 
 def test_recorded_tables(data_dir):

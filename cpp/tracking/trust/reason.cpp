@@ -61,6 +61,8 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kNoReadingInMask, "no depth measurement within the mask"},
     Sentence{ReasonCode::kFoundAgain, "found again; later frames must confirm it"},
     Sentence{ReasonCode::kNotConfirmed, "the object that was found was not confirmed"},
+    Sentence{ReasonCode::kFoundStanding,
+             "found among the objects on a plane; the next frame must confirm it"},
     Sentence{ReasonCode::kPrimitiveNotFound,
              "no {text} found there; give a mask of it, or a frame in which it stands alone on the table"},
     Sentence{ReasonCode::kSamePlace,
@@ -98,6 +100,7 @@ std::string sentence(const Reason& reason, const std::vector<std::string>& names
   replace("{name}", named ? names[static_cast<std::size_t>(reason.object)] : "object " + number, &out);
   replace("{text}", reason.text, &out);
   if (reason.frame != ReasonCode::kNone) out += "; " + sentence({reason.frame});
+  if (!reason.more.empty()) out += "; " + reason.more;
   return out;
 }
 

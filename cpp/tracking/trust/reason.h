@@ -47,6 +47,7 @@ enum class ReasonCode {
   kNoReadingInMask,
   kFoundAgain,
   kNotConfirmed,
+  kFoundStanding,
   kPrimitiveNotFound,  // text: its kind
   // Several objects
   kSamePlace,  // object: which one is tracked there; this one is given up
@@ -70,14 +71,15 @@ struct Reason {
   int object = -1;
   std::string text = {};
   ReasonCode frame = ReasonCode::kNone;  // what is also wrong with the frame; appended to the sentence
+  std::string more = {};                 // appended last: what is seen where the object was looked for
 
   bool empty() const { return code == ReasonCode::kNone; }
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [said, share, other, words, fault] = self;
+    auto& [said, share, other, words, fault, added] = self;
     constexpr auto kLast = static_cast<ReasonCode>(static_cast<int>(ReasonCode::kCount) - 1);
-    archive.choice(said, kLast), archive(share, other, words), archive.choice(fault, kLast);
+    archive.choice(said, kLast), archive(share, other, words), archive.choice(fault, kLast), archive(added);
   }
 };
 

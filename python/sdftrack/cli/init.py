@@ -94,24 +94,23 @@ def begin(
         return tracker.start(frame, **told), Selection(told.get("masks") or [], [], told.get("boxes", []))
     from sdftrack.imaging.pose_hint import one_place
     from sdftrack.tracking.interface import TrackerInterface
-    from sdftrack.tracking.scale import check_scale
 
     camera = seq.camera if frame.camera is None else frame.camera
     depth_camera = getattr(camera, "depth", camera)
     tell, selection, where = TrackerInterface(tracker), Selection(), []
-    for k, (init, target) in enumerate(zip(inits, targets, strict=True)):
+    for k, init in enumerate(inits):
         if init.kind == "click":
             selection.clicks.append(_click(init, depth_camera.shape))
         else:
             selection.regions.append(mask_file(init, depth_camera.shape))
         try:
             if init.kind == "mask":
-                check_scale(frame, camera, selection.regions[-1], target.sdf, init.option)
+                tell.check_mask_size(k, frame, selection.regions[-1], init.option)
                 where.append(one_place(None, selection.regions[-1], None, depth_camera))
                 continue
-            hypothesis = tell.hypothesis_at_click(k, frame, selection.clicks[-1], init.option)
-            selection.regions.append(hypothesis.region)
-            where.append(hypothesis.place(camera))
+            clicked = tell.place_at_click(k, frame, selection.clicks[-1], init.option)
+            selection.regions.append(clicked.region)
+            where.append(clicked.place)
         except ValueError as error:
             raise StartError(str(error), selection) from None
     return tell.start_at(frame, where), selection
@@ -190,7 +189,7 @@ def place_of(init: Init, shape: tuple[int, int], image: str = "depth") -> dict[s
 
 
 def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    from sdftrack.imaging.click_regions import connected_region
+    from sdftrack.imaging.regions import connected_region
 
     if init.kind == "mask":
         return mask_file(init, shape)

@@ -14,8 +14,8 @@ from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import detached, numbers
 from sdftrack.camera import Camera
 
-# A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, or None: anywhere.
-Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | None
+# A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, a click (x, y), or None: anywhere.
+Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | tuple[float, float] | None
 
 
 def is_mask(place: Place) -> bool:
@@ -75,6 +75,16 @@ def moved_into(
     moved = np.array(T)
     moved[:3, 3] = z * ray - middle
     return moved
+
+
+def click_list(clicks: Any, count: int) -> list[Place]:
+    """One pixel (x, y) per shape; for a single shape the two numbers suffice."""
+    given = np.asarray(clicks, dtype=object if isinstance(clicks, str) else float)
+    if count == 1 and given.shape == (2,):
+        given = given[None]
+    if given.shape != (count, 2):
+        raise ValueError(f"clicks: expected one (x, y) per shape ({count}), got {clicks!r}")
+    return [(float(x), float(y)) for x, y in given]
 
 
 _KINDS: dict[str, tuple[Callable[[Any, str, Camera], Place], int, str]] = {

@@ -57,7 +57,7 @@ class SDF:
     True
     """
 
-    __slots__ = ("_colors", "_id", "_lengths", "_origin", "_values", "_voxel_size", "report")
+    __slots__ = ("_colors", "_id", "_origin", "_values", "_voxel_size", "report")
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(
@@ -91,7 +91,6 @@ class SDF:
                 array.setflags(write=False)
         self._values, self._voxel_size, self._origin, self._colors = values, voxel_size, origin, colors
         self._id = _core.new_volume_id()  # by which a GPU knows the values
-        self._lengths: dict[str, float] = {}  # measured once: the values do not change
         self.report: MeshReport | None = None
 
     @classmethod

@@ -12,7 +12,6 @@ import numpy as np
 from sdftrack.imaging.pose_hint import Place, is_mask
 from sdftrack.results import ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
-from sdftrack.tracking.scale import diameter_of, extent_of
 
 FITS = 6  # of a start, at most: each estimates the scale anew
 ROUNDS = 2  # of a candidate
@@ -55,24 +54,21 @@ def resize(tracker: Any, k: int, log_scale: float) -> None:
     tracker._symmetries[k] = symmetry and symmetry.enlarged(math.exp(log_scale))
 
 
-def start(
-    tracker: Any, run: Any, frame: Any, camera: Any, places: list[Place], free: list[int]
-) -> TrackResult:
-    """Start at places with the scale that fits best; `run`: start of the core at places."""
+def start(tracker: Any, run: Any, view: Any, places: list[Place], free: list[int]) -> TrackResult:
+    """Start at places with the scale that fits best; `run`: start of the core at places; `view`: its frame."""
     sizes = [tracker.shapes[k].voxel_size for k in free]
     for k in free:
-        if is_mask(places[k]) and frame.depth is not None:
-            _try_candidates(tracker, run, frame, camera, places, k)
+        if is_mask(places[k]):
+            _try_candidates(tracker, run, view, places, k)
     result, _ = _converged(tracker, run, places, free, FITS)
     if sizes == [tracker.shapes[k].voxel_size for k in free]:
         return result
     return cast("TrackResult", run(places))
 
 
-def _try_candidates(tracker: Any, run: Any, frame: Any, camera: Any, places: list[Place], k: int) -> None:
+def _try_candidates(tracker: Any, run: Any, view: Any, places: list[Place], k: int) -> None:
     """Give object k the scale, of those that the extent of its mask allows, that explains the frame best."""
-    diameter = diameter_of(tracker.shapes[k])
-    seen = extent_of(camera, frame.depth, np.asarray(places[k]) != 0)
+    diameter, seen = tracker._core.diameter(k), tracker._core.extent(view, places[k])
     if seen == 0 or diameter == 0:
         return
     now, best, confidence = 0.0, 0.0, -1.0

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,21 @@ from sdftrack.tracking.core_conversion import core_frame
 if TYPE_CHECKING:
     from sdftrack.imaging.pose_hint import Place
     from sdftrack.results import TrackResult
-    from sdftrack.tracking.start_by_click import StartHypothesis
     from sdftrack.tracking.tracker import Tracker
 
 Pose = NDArray[np.float64]
+
+
+class ClickedPlace(NamedTuple):
+    """Where a clicked object may be: a region (H, W) of the depth image, or a box that is searched in its place."""
+
+    region: NDArray[np.bool_]
+    box: tuple[int, int, int, int] | None
+
+    @property
+    def place(self) -> Place:
+        """The hint of a start."""
+        return self.region.view(np.uint8) if self.box is None else self.box
 
 
 class TrackerInterface:
@@ -79,13 +90,21 @@ class TrackerInterface:
 
     # -- starts
 
-    def hypothesis_at_click(
-        self, k: int, frame: Frame, px: tuple[float, float], name: str
-    ) -> StartHypothesis:
+    def place_at_click(self, k: int, frame: Frame, px: tuple[float, float], name: str) -> ClickedPlace:
         """Return the search region for object k after a click on it; errors begin with `name`."""
-        from sdftrack.tracking.start_anywhere import hypothesis_at_click
+        try:
+            region, box = self._tracker._core.place_of_click(self._view(frame), k, px)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+        return ClickedPlace(region.view(bool), box)
 
-        return hypothesis_at_click(self._tracker, k, frame, px, name)
+    def check_mask_size(self, k: int, frame: Frame, mask: NDArray[np.bool_], name: str) -> None:
+        """ValueError, which begins with `name`, if the measurements in a mask have another size than object k."""
+        self._tracker._core.check_mask_size(self._view(frame), k, mask.view(np.uint8), name)
+
+    def _view(self, frame: Frame) -> Any:
+        tracker = self._tracker
+        return tracker._core_frame(frame, tracker._camera_of(frame), tracker._colors_of(frame))
 
     def start_at(self, frame: Frame, places: list[Place]) -> TrackResult:
         """Start with hints of mixed types: a pose, mask, box or None for each object."""

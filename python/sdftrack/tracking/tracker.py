@@ -22,7 +22,7 @@ from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.camera.rgbd import color_map
 from sdftrack.device import CPU, device_number
 from sdftrack.frame import Frame
-from sdftrack.imaging.pose_hint import Place, is_mask, one_place, place_list
+from sdftrack.imaging.pose_hint import Place, click_list, one_place, place_list
 from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.shape import Primitive
@@ -45,8 +45,6 @@ from sdftrack.tracking.core_conversion import assembled, core_frame, rgb_seen
 from sdftrack.tracking.free_scale import adjust, estimate, free_scales
 from sdftrack.tracking.free_scale import start as start_scaled
 from sdftrack.tracking.interface import TrackerInterface
-from sdftrack.tracking.scale import check_scale, with_scale_doubts
-from sdftrack.tracking.start_anywhere import clicked_places, found_anywhere
 from sdftrack.tracking.symmetries import declare, symmetry_list
 
 LOG = logging.getLogger("sdftrack")
@@ -302,39 +300,26 @@ class Tracker:
         colors = self._colors_of(frame)
         places: list[Place] = [None] * count
         if given is not None and given[0] == "clicks":
-            places = clicked_places(self, given[1], frame, camera)
+            places = click_list(given[1], count)
         elif given is not None:
             places = place_list(*given, count, camera)
-        result = self._start_at(frame, camera, colors, places)
-        return result if given else found_anywhere(self, frame, camera, colors, result)
-
-    def _alone_with(self, k: int, frame: Frame) -> Tracker:
-        """A tracker of shape k alone, for testing hypotheses."""
-        mode = "auto" if self.mode == "rgbd" and frame.color is None else self.mode
-        single = self.options.to_dict()
-        return Tracker(self.shapes[k], self.camera, mode, threads=self.threads, sensor=self.sensor, **single)
+        return self._start_at(frame, camera, colors, places)
 
     def _start_at(
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
     ) -> TrackResult:
-        for k, place in enumerate(places):
-            if isinstance(place, np.ndarray) and is_mask(place) and self._has_size(k):
-                check_scale(frame, camera, place != 0, self.shapes[k], f"masks[{k}]")
         with self._alone():
-            self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             begin = time.perf_counter()
             view = self._core_frame(frame, camera, colors)
 
             def run(places: list[Place]) -> TrackResult:
                 return self._finish(frame, view, self._core.start(view, places, self.names), begin)
 
-            result = start_scaled(self, run, frame, camera, places, self._scaled())
-            self._last = with_scale_doubts(result, frame, camera, places, self.shapes, self._has_size)
-            return self._last
-
-    def _has_size(self, k: int) -> bool:
-        """Whether shape k is said to have the object's size."""
-        return not self._free_scales[k] and not self._free_sizes.shapes_unknown(k)
+            if not self._free_sizes and not self._scaled():
+                return run(places)
+            places = self._core.located(view, places)
+            self._free_sizes.start(TrackerInterface(self), frame, camera, places)
+            return start_scaled(self, run, view, places, self._scaled())
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the objects in the next frame.

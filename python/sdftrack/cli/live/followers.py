@@ -92,12 +92,11 @@ class TrackerFollower(Follower):
         if self._tracker.mode == "rgb":
             return self._start_again(frame, k)
         inner = TrackerInterface(self._tracker)
-        found = inner.hypothesis_at_click(k, frame, px, f"click on {self.names[k]}")
-        camera = self._tracker.camera if frame.camera is None else frame.camera
+        found = inner.place_at_click(k, frame, px, f"click on {self.names[k]}")
         if self._started:
             given: dict[str, Any] = {"mask": found.region} if found.box is None else {"box": found.box}
             return self._tracker.recover(frame, k, **given)
-        return self._begin_with(frame, k, found.place(camera))
+        return self._begin_with(frame, k, found.place)
 
     def box(self, frame: Any, k: int, box: tuple[float, float, float, float]) -> Any:
         if self._tracker.mode == "rgb":

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// Regions and planes of a depth image: for reconstruction and the command line, and parts of a start that
+// tests compare with numpy.
+#include <pybind11/stl.h>
+
+#include "appearance.h"
+#include "plane/near_planes.h"
+#include "release_gil.h"
+#include "tracking/start/click_regions.h"
+#include "tracking/start/standing_regions.h"
+#include "volume.h"
+
+namespace sdftrack::bindings {
+
+namespace {
+
+using Px = std::array<double, 2>;
+
+py::array mask_array(frame::PixelMask mask) {
+  const py::ssize_t h = mask.height, w = mask.width;
+  return to_numpy(std::move(mask.on), {h, w}).attr("view")("bool");
+}
+
+py::list mask_arrays(std::vector<frame::PixelMask> masks) {
+  py::list out;
+  for (frame::PixelMask& mask : masks) out.append(mask_array(std::move(mask)));
+  return out;
+}
+
+py::array connected_region(const py::array& depth, const Camera& camera, const py::object& rays, const Px& px,
+                           double reach_m) {
+  const frame::DepthFrame frame = depth_frame(depth, camera, rays);
+  frame::PixelMask region;
+  {
+    const ReleaseGil release;
+    region = tracking::connected_region(frame, camera, {px[0], px[1]}, reach_m);
+  }
+  return mask_array(std::move(region));
+}
+
+// Of every `step`-th pixel of a window x0, y0, x1, y1: (normal, offset, pixels, extent) of each plane.
+py::list planes_near(const py::array& depth, const Camera& camera, const py::object& rays,
+                     const py::array& around, const std::array<int, 4>& window, int step, double size_m) {
+  const frame::DepthFrame frame = depth_frame(depth, camera, rays);
+  const unsigned char* chosen = mask_view(around, camera);
+  check_region(window, camera.width, camera.height);
+  if (step < 1) throw py::value_error("step: expected 1 or more, got " + std::to_string(step));
+  std::vector<plane::NearPlane> found;
+  {
+    const ReleaseGil release;
+    const frame::Rect rect{window[0], window[1], window[2], window[3]};
+    const frame::PointImage points = frame::points_of(frame, camera, rect, step);
+    frame::PixelMask mask = points.measured();
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x)
+        if (!chosen[static_cast<std::ptrdiff_t>(rect.y0 + step * y) * camera.width + rect.x0 + step * x])
+          mask.on[mask.at(x, y)] = 0;
+    found = plane::planes_near(points, mask, size_m);
+  }
+  py::list out;
+  for (plane::NearPlane& one : found) {
+    const Vec3d n = one.plane.normal_cam;
+    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
+                              mask_array(std::move(one.pixels)), one.extent_m));
+  }
+  return out;
+}
+
+py::array joined(const py::array& depth, const py::array& free, const std::array<int, 2>& seed,
+                 double step_m) {
+  const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
+  const float* z = borrow<float>(depth, "depth", {-1, -1});
+  const bool* on = borrow<bool>(free, "free", {h, w});
+  check_region({seed[0], seed[1], seed[0] + 1, seed[1] + 1}, w, h);
+  frame::PixelMask mask(w, h);
+  std::copy(on, on + mask.on.size(), mask.on.begin());
+  return mask_array(tracking::joined({w, h, {z, z + mask.on.size()}}, mask, {seed[0], seed[1]}, step_m));
+}
+
+py::tuple nearest_reading(const py::array& depth, const Camera& camera, const Px& px) {
+  const tracking::Pixel at =
+      tracking::nearest_reading(depth_frame(depth, camera, py::none()), {px[0], px[1]});
+  return py::make_tuple(at.y, at.x);
+}
+
+py::list click_regions(const py::array& depth, const Camera& camera, const py::object& rays, const Px& px,
+                       double size_m, const py::object& color, const py::object& map) {
+  frame::DepthFrame frame = depth_frame(depth, camera, rays);
+  const appearance::ColorImage image = color_view(color, map);
+  if (image.rgb) frame.color = &image;
+  return mask_arrays(tracking::click_regions(frame, camera, {px[0], px[1]}, size_m));
+}
+
+py::tuple standing_regions(const py::array& depth, const Camera& camera, const py::object& rays,
+                           double size_m) {
+  tracking::StandingRegions found =
+      tracking::standing_regions(depth_frame(depth, camera, rays), camera, size_m);
+  py::list pixels;
+  for (const tracking::Pixel at : found.pixels) pixels.append(py::make_tuple(at.x, at.y));
+  return py::make_tuple(mask_arrays(std::move(found.regions)), pixels);
+}
+
+}  // namespace
+
+void bind_start_parts(py::module_& m) {
+  m.def("connected_region", &connected_region, py::arg("depth"), py::arg("camera"), py::arg("rays"),
+        py::arg("px"), py::arg("reach_m"));
+  m.def("planes_near", &planes_near, py::arg("depth"), py::arg("camera"), py::arg("rays"), py::arg("around"),
+        py::arg("window"), py::arg("step"), py::arg("size_m"));
+  m.def("joined", &joined, py::arg("depth"), py::arg("free"), py::arg("seed"), py::arg("step_m"));
+  m.def("nearest_reading", &nearest_reading, py::arg("depth"), py::arg("camera"), py::arg("px"));
+  m.def("click_regions", &click_regions, py::arg("depth"), py::arg("camera"), py::arg("rays"), py::arg("px"),
+        py::arg("size_m"), py::arg("color") = py::none(), py::arg("color_map") = py::none());
+  m.def("standing_regions", &standing_regions, py::arg("depth"), py::arg("camera"), py::arg("rays"),
+        py::arg("size_m"));
+}
+
+}  // namespace sdftrack::bindings

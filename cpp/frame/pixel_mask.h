@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// A set of pixels of an image or of a window of it: growing, shrinking, connected pieces.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace sdftrack::frame {
+
+struct PixelMask {
+  int width = 0, height = 0;
+  std::vector<unsigned char> on;  // row by row, 0 or 1
+
+  PixelMask() = default;
+  PixelMask(int width_, int height_)
+      : width(width_),
+        height(height_),
+        on(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  bool operator()(int x, int y) const { return on[at(x, y)] != 0; }
+  bool operator==(const PixelMask&) const = default;
+};
+
+int count(const PixelMask& mask);
+// Adds the pixels of `more`, a mask of the same size.
+void add(const PixelMask& more, PixelMask* mask);
+
+// Pixels within `by` rows and columns of the mask; those with only mask within `by` (what lies outside the
+// image counts as mask); and the first after the other, which fills gaps of 2 `by` pixels.
+PixelMask dilated(const PixelMask& mask, int by);
+PixelMask eroded(const PixelMask& mask, int by);
+PixelMask closed(const PixelMask& mask, int by);
+
+enum class Neighborhood { kSides, kSidesAndCorners };
+
+// Connected pieces of a mask, numbered from 1 in the order of their first pixels.
+struct Pieces {
+  std::vector<int> number;       // of each pixel's piece; 0: not in the mask
+  std::vector<int> areas = {0};  // pixels of each piece, by its number
+
+  PixelMask piece(int k, const PixelMask& mask) const;
+};
+Pieces pieces_of(const PixelMask& mask, Neighborhood neighborhood);
+
+}  // namespace sdftrack::frame
