@@ -24,7 +24,7 @@ TABLE = """
 2 | track seq | Missing option '--model'
 2 | track seq --model m.ply | expected a folder for the results: --out DIR
 2 | track seq --model m.ply -o o --mode sonar | --mode: expected one of auto, depth, rgbd, rgb, got 'sonar'
-2 | track seq --model m.ply -o o --init guess | expected gt, auto, poses.json
+2 | track seq --model m.ply -o o --init guess | expected gt, auto, mask, poses.json
 2 | track seq --model m.ply -o o --init box:1,2,3 | expected box:x,y,w,h
 2 | track seq --model m.ply -o o --init box:1,2,0,4 | a width and a height above 0
 2 | track seq --model m.ply -o o --init click:nan,1 | expected click:x,y
