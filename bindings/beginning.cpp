@@ -112,7 +112,7 @@ void bind_beginning(py::module_& m) {
            py::arg("radius_m"), py::arg("behind_m"), py::arg("shorter_m"), py::arg("noise_m"),
            py::arg("from_m") = py::none(), py::arg("planes") = py::none(), py::arg("outline") = py::none())
       .def("__reduce__",
-           [](const py::object& self) {
+           [](const py::object& self) -> py::tuple {
              py::list values;
              for (const char* name : {"T_cam_obj", "on_object", "centre_cam", "radius_m", "behind_m",
                                       "shorter_m", "noise_m", "from_m", "planes", "outline"})

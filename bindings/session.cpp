@@ -187,7 +187,7 @@ void bind_keyframes(py::module_& m) {
            py::arg("foreground"), py::arg("T_cam_obj"), py::arg("mask") = py::none(),
            py::arg("recording") = 0)
       .def("__reduce__",
-           [](const py::object& self) {
+           [](const py::object& self) -> py::tuple {
              py::list values;
              for (const char* name :
                   {"index", "region", "depth", "rgb", "foreground", "T_cam_obj", "mask", "recording"})

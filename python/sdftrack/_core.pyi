@@ -82,7 +82,7 @@ class Beginning:
     """
     def __init__(self, T_cam_obj: numpy.ndarray, on_object: numpy.ndarray, centre_cam: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], radius_m: typing.SupportsFloat | typing.SupportsIndex, behind_m: typing.SupportsFloat | typing.SupportsIndex, shorter_m: typing.SupportsFloat | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex, from_m: numpy.ndarray | None = None, planes: numpy.ndarray | None = None, outline: numpy.ndarray | None = None) -> None:
         ...
-    def __reduce__(self) -> tuple[..., tuple]:
+    def __reduce__(self) -> tuple:
         ...
     def at_pose(self, T_cam_obj: numpy.ndarray) -> Beginning:
         """
@@ -665,7 +665,7 @@ class Keyframe:
     """
     def __init__(self, index: typing.SupportsInt | typing.SupportsIndex, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], depth: numpy.ndarray, rgb: numpy.ndarray | None, foreground: numpy.ndarray, T_cam_obj: numpy.ndarray, mask: numpy.ndarray | None = None, recording: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
         ...
-    def __reduce__(self) -> tuple[..., tuple]:
+    def __reduce__(self) -> tuple:
         ...
     @property
     def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The object in a first frame: random numbers, sets of pixels, boxes, planes and noise.
+// The object in a first frame: boxes, planes and noise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,30 +7,12 @@
 #include <random>
 
 #include "base/quantile.h"
-#include "plane/pcg64.h"
 #include "reconstruction/beginning.h"
 
 namespace sdftrack {
 namespace {
 
-using plane::PixelMask;
-
-TEST(Beginning, different_numbers_are_drawn_all_below_the_end_and_the_first_are_those_of_numpy) {
-  plane::Pcg64 random;
-  // numpy.random.default_rng(0).integers(1000, size=4)
-  for (const std::uint32_t number : {850u, 636u, 511u, 269u}) EXPECT_EQ(random.up_to(999), number);
-  for (const std::uint32_t n : {40u, 9000u, 20000u}) {
-    std::vector<std::uint32_t> drawn = random.distinct(n, 30), many = random.distinct(n, n / 2);
-    for (std::vector<std::uint32_t>* some : {&drawn, &many}) {
-      EXPECT_FALSE(std::is_sorted(some->begin(), some->end()));
-      std::sort(some->begin(), some->end());
-      EXPECT_EQ(std::unique(some->begin(), some->end()), some->end());
-      EXPECT_LT(some->back(), n);
-    }
-    EXPECT_EQ(drawn.size(), 30u);
-    EXPECT_EQ(many.size(), n / 2);
-  }
-}
+using frame::PixelMask;
 
 TEST(Beginning, quantiles_lie_between_neighbours) {
   std::vector<double> values{4, 1, 3, 2};
@@ -40,24 +22,6 @@ TEST(Beginning, quantiles_lie_between_neighbours) {
   EXPECT_EQ(quantile(&values, 1), 4);
 }
 
-TEST(Beginning, a_grown_mask_has_all_pixels_near_it_and_a_shrunk_one_those_with_room) {
-  std::mt19937 random(1);
-  PixelMask mask(13, 9);
-  for (unsigned char& v : mask.on) v = random() % 5 == 0;
-  for (const int by : {0, 1, 3}) {
-    const PixelMask wide = plane::grown(mask, by), narrow = plane::shrunk(wide, by);
-    for (int y = 0; y < mask.height; ++y)
-      for (int x = 0; x < mask.width; ++x) {
-        bool any = false, all = true;
-        for (int ny = std::max(0, y - by); ny <= std::min(mask.height - 1, y + by); ++ny)
-          for (int nx = std::max(0, x - by); nx <= std::min(mask.width - 1, x + by); ++nx)
-            any |= mask(nx, ny), all &= wide(nx, ny);
-        EXPECT_EQ(wide(x, y), any);
-        EXPECT_EQ(narrow(x, y), all);
-      }
-  }
-}
-
 TEST(Beginning, the_shorter_side_of_a_turned_rectangle_is_found) {
   for (const double angle : {0.0, 0.3, 1.2}) {
     PixelMask mask(200, 200);
@@ -65,7 +29,7 @@ TEST(Beginning, the_shorter_side_of_a_turned_rectangle_is_found) {
       for (int x = 0; x < 200; ++x) {
         const double u = std::cos(angle) * (x - 100) + std::sin(angle) * (y - 100),
                      v = std::cos(angle) * (y - 100) - std::sin(angle) * (x - 100);
-        mask.on[mask.index(x, y)] = std::abs(u) <= 60 && std::abs(v) <= 25;
+        mask.on[mask.at(x, y)] = std::abs(u) <= 60 && std::abs(v) <= 25;
       }
     EXPECT_NEAR(reconstruction::shorter_side_px(mask), 50, 1.5) << angle;
   }

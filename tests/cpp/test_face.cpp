@@ -187,7 +187,7 @@ TEST(Face, millimetres_and_metres_give_the_same_pose_which_is_right) {
   const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
   const std::vector<std::uint16_t> image = image_mm(shape, pose());
   std::vector<float> depth_m;
-  for (const std::uint16_t z : image) depth_m.push_back(static_cast<float>(z) * 0.001f);
+  for (const std::uint16_t z : image) depth_m.push_back(static_cast<float>(z) / 1000);
   sdftrack::Frame steps, metres;
   steps.depth = image.data(), metres.depth_m = depth_m.data();
   sdftrack::TrackerSetup setup;

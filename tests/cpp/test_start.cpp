@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/quantile.h"
 #include "frame/pixel_mask.h"
 #include "frame/point_image.h"
 
