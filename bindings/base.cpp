@@ -6,7 +6,7 @@
 #include "array.h"
 #include "base/camera.h"
 #include "base/parallel.h"
-#include "frame/depth_metres.h"
+#include "frame/image/depth_metres.h"
 #include "release_gil.h"
 
 namespace sdftrack::bindings {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "array.h"
-#include "frame/pixel_mask.h"
+#include "frame/image/pixel_mask.h"
 #include "tracking/pose_hint.h"
 
 namespace sdftrack::bindings {

@@ -11,7 +11,7 @@
 #include "pixel_mask.h"
 #include "plane/ray_length.h"
 #include "py_tracker.h"
-#include "reconstruction/session.h"
+#include "reconstruction/session/session.h"
 #include "reconstruction/surface.h"
 #include "track_results.h"
 

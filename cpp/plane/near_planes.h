@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "frame/point_image.h"
+#include "frame/image/point_image.h"
 
 namespace sdftrack::plane {
 

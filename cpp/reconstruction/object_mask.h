@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/views.h"
-#include "frame/pixel_mask.h"
+#include "frame/image/pixel_mask.h"
 #include "frame/region.h"
 
 namespace sdftrack::reconstruction {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frame/depth_metres.h"
+#include "frame/image/depth_metres.h"
 
 namespace sdftrack {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "reconstruction/option_schema.h"
-#include "reconstruction/session.h"
+#include "reconstruction/session/session.h"
 #include "reconstruction/surface.h"
 #include "sdf/primitives.h"
 #include "sdftrack/conversion.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/quantile.h"
-#include "frame/pixel_mask.h"
-#include "frame/point_image.h"
+#include "frame/image/pixel_mask.h"
+#include "frame/image/point_image.h"
 
 namespace sdftrack::frame {
 namespace {

@@ -62,8 +62,8 @@ ROS = (
         ("cam_K.txt", "500 0 319.5 0 500 239.5 0 0 1", ValueError, "width= and height="),
         ("short.txt", "1 2 3", ValueError, "9 numbers"),
         ("cut.json", "{", ValueError, "not a JSON file"),
-        ("part.yaml", "image_width: 640\n", ValueError, "camera_matrix"),
-        ("fisheye.yaml", ROS, ValueError, "distortion_model"),
+        ("part.yaml", "image_width: 640\n", ValueError, "'height' is missing"),
+        ("fisheye.yaml", ROS, ValueError, "equidistant"),
     ],
 )
 def test_a_camera_file_that_cannot_be_read_is_named(tmp_path, name, text, error, words):

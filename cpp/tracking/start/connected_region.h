@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "frame/point_image.h"
+#include "frame/image/point_image.h"
 
 namespace sdftrack::tracking {
 

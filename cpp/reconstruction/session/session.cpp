@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reconstruction/session.h"
+#include "reconstruction/session/session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
+
+#include "base/option_schema.h"
 
 namespace sdftrack::reconstruction {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "frame/point_image.h"
+#include "frame/image/point_image.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "frame/pixel_mask.h"
+#include "frame/image/pixel_mask.h"
 
 #include <algorithm>
 

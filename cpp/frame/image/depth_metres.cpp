@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "frame/depth_metres.h"
+#include "frame/image/depth_metres.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,10 +6,10 @@
 #include <memory>
 #include <optional>
 
-#include "reconstruction/keyframes.h"
-#include "reconstruction/mask_extent.h"
 #include "reconstruction/prior.h"
 #include "reconstruction/reconstruction.h"
+#include "reconstruction/session/keyframes.h"
+#include "reconstruction/session/mask_extent.h"
 
 namespace sdftrack::reconstruction {
 

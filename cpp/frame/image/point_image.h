@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "frame/pixel_mask.h"
+#include "frame/image/pixel_mask.h"
 #include "frame/region.h"
 
 namespace sdftrack::frame {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reconstruction/growing_volume.h"
+#include "reconstruction/session/growing_volume.h"
 
 #include <algorithm>
 

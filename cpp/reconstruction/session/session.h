@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "reconstruction/growing_volume.h"
+#include "reconstruction/session/growing_volume.h"
 #include "tracking/tracker.h"
 
 namespace sdftrack::reconstruction {

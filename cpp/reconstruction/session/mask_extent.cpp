@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reconstruction/mask_extent.h"
+#include "reconstruction/session/mask_extent.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reconstruction/keyframes.h"
+#include "reconstruction/session/keyframes.h"
 
 #include <algorithm>
 #include <cmath>
