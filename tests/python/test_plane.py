@@ -74,7 +74,9 @@ def test_a_pixel_on_the_plane_starts_the_fit():
 
 def test_holes_and_pixels_without_a_reading_are_neither_plane_nor_object():
     depth, _ = with_object(table())
-    stripe = np.indices(depth.shape).sum(axis=0) % 16  # narrower holes are those of a registration, and filled
+    stripe = (
+        np.indices(depth.shape).sum(axis=0) % 16
+    )  # narrower holes are those of a registration, and filled
     depth[stripe < 4] = 0
     depth[(stripe >= 8) & (stripe < 11)] = np.nan
     mask, plane = st.remove_plane(frame_of(depth), CAMERA)

@@ -71,10 +71,11 @@ constexpr std::array kSentences{
     Sentence{ReasonCode::kPlacedByNeighbors,
              "occluded: the pose is inferred from neighbouring objects and the motion"},
     Sentence{ReasonCode::kMaybeExchanged, "it may have been swapped with object {number}"},
-    Sentence{ReasonCode::kBeyondMask,
-             "the observed shape extends {percent} % beyond the first mask: something else was fused into it, "
-             "or the mask shows only a part of the object; start with a complete mask, and "
-             "keep_to_mask=True"},
+    Sentence{
+        ReasonCode::kBeyondMask,
+        "the observed shape extends {percent} % beyond the first mask: something else was fused into it, "
+        "or the mask shows only a part of the object; start with a complete mask, and "
+        "keep_to_mask=True"},
 };
 
 constexpr bool in_order_of_codes() {
