@@ -3,6 +3,7 @@
 // along z, not along the ray.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -16,12 +17,22 @@ struct DepthCamera {
   std::array<double, 8> distortion{};
 };
 
-// One moment: images of the camera's size, row by row, which belong to the caller. Either depth, or none.
+// A colour camera beside the depth camera, whose images have a size of their own.
+struct ColorCamera {
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
+  std::array<double, 8> distortion{};     // as above
+  // From the depth camera to this one, metres.
+  Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
+};
+
+// One moment: images of the cameras' sizes, row by row, which belong to the caller. Either depth, or none.
 struct Frame {
   const float* depth_m = nullptr;        // metres; 0 or NaN: no measurement
   const std::uint16_t* depth = nullptr;  // the same in steps of depth_unit_m; 0: no measurement
   double depth_unit_m = 0.001;
-  const std::uint8_t* rgb = nullptr;  // three bytes for each depth pixel; none: depth alone
+  // Three bytes for each pixel of the colour camera, without one for each depth pixel; none: depth alone.
+  const std::uint8_t* rgb = nullptr;
   double time_s = std::numeric_limits<double>::quiet_NaN();  // not known
 };
 

@@ -36,11 +36,14 @@ Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name) {
   return {nearest_rotation(Mat3d{row(0), row(1), row(2)}), {T(0, 3), T(1, 3), T(2, 3)}};
 }
 
-Camera camera_of(const DepthCamera& c) {
+template <class AnyCamera>
+Camera camera_of(const AnyCamera& c, const char* name) {
   if (c.width <= 0 || c.height <= 0 || !(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy))
-    throw std::invalid_argument("camera: expected a width, a height and focal lengths above 0");
+    throw std::invalid_argument(std::string(name) + ": expected a width, a height and focal lengths above 0");
   return {{c.fx, c.fy, c.cx, c.cy}, c.width, c.height, c.distortion};
 }
+template Camera camera_of(const DepthCamera& camera, const char* name);
+template Camera camera_of(const ColorCamera& camera, const char* name);
 
 TrackedPose pose_of(const tracking::ObjectResult& result) {
   TrackedPose out;
@@ -70,6 +73,11 @@ tracking::PoseHint hint_of(const Place& place, const Camera& camera) {
   return out;
 }
 
+FrameReader::FrameReader(const DepthCamera& depth, const std::optional<ColorCamera>& color)
+    : map_(color ? appearance::rigid_map(camera_of(depth), camera_of(*color, "color"),
+                                         rigid_of(color->T_color_depth, "T_color_depth"))
+                 : appearance::aligned_map(depth.width, depth.height)) {}
+
 const float* FrameReader::depth_of(const Frame& frame, const Camera& camera) {
   if (frame.depth && frame.depth_m) throw std::invalid_argument("frame: expected depth or depth_m, got both");
   const std::size_t pixels = pixels_of(camera);
@@ -91,7 +99,7 @@ const float* FrameReader::depth_of(const Frame& frame, const Camera& camera) {
 frame::DepthFrame FrameReader::read(const Frame& frame, const tracking::Tracker& tracker) {
   const Camera& camera = tracker.camera();
   const float* const depth_m = depth_of(frame, camera);
-  color_ = {frame.rgb, appearance::aligned_map(camera.width, camera.height)};
+  color_ = {frame.rgb, map_};
   const appearance::ColorImage* const color = frame.rgb ? &color_ : nullptr;
   if (!depth_m) return tracker.make_unreadable_frame({}, frame.time_s, color);
   return tracker.make_frame({depth_m, camera.width, camera.height}, nullptr, frame.time_s, color);

@@ -2,6 +2,7 @@
 // The public types and those of the core.
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,7 +15,9 @@
 namespace sdftrack {
 
 Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name);
-Camera camera_of(const DepthCamera& camera);
+// DepthCamera or ColorCamera. name: of the argument, for errors.
+template <class AnyCamera>
+Camera camera_of(const AnyCamera& camera, const char* name = "camera");
 TrackedPose pose_of(const tracking::ObjectResult& result);
 tracking::PoseHint hint_of(const Place& place, const Camera& camera);
 
@@ -69,11 +72,13 @@ void set_options(const OptionSettings& settings, const char* whose, Options* opt
 // A frame of the caller in the core's form: it borrows the images, or holds the depth in metres.
 class FrameReader {
  public:
+  FrameReader(const DepthCamera& depth, const std::optional<ColorCamera>& color);
   frame::DepthFrame read(const Frame& frame, const tracking::Tracker& tracker);
   // In metres; nullptr: the frame has none.
   const float* depth_of(const Frame& frame, const Camera& camera);
 
  private:
+  appearance::ColorMap map_;
   std::vector<float> depth_m_;
   appearance::ColorImage color_;
 };

@@ -52,6 +52,7 @@ class Reconstructor::Session {
  public:
   Session(const DepthCamera& camera, std::optional<Shape> initial, const ReconstructorSetup& setup)
       : camera_(camera_of(camera)),
+        frames_(camera, setup.color),
         initial_(std::move(initial)),
         options_(reconstruction_options(setup)),
         tracker_options_(inner_options(setup)) {
@@ -137,13 +138,13 @@ class Reconstructor::Session {
   }
 
   Camera camera_;
+  FrameReader frames_;
   std::optional<Shape> initial_;
   std::optional<reconstruction::KnownShape> known_;  // what `initial_` holds
   reconstruction::ReconstructionOptions options_;
   tracking::TrackerOptions tracker_options_;
   reconstruction::SessionSettings settings_;
   reconstruction::BeginningOptions beginning_;
-  FrameReader frames_;
   sdf::MeshVolume stand_in_;  // before the tracker, which borrows it
   std::unique_ptr<tracking::Tracker> tracker_;
   std::unique_ptr<reconstruction::Session> core_;

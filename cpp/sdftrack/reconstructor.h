@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,7 +25,8 @@ struct ReconstructorSetup {
   std::vector<std::pair<std::string, OptionSetting>> options;
   // Of the tracker inside, where by default `outline` and `smooth_colors` are off.
   std::vector<std::pair<std::string, OptionSetting>> tracker_options;
-  int threads = 0;  // 0: all cores; results have the same bits for any number
+  std::optional<ColorCamera> color;  // none: colour images are aligned with depth, pixel by pixel
+  int threads = 0;                   // 0: all cores; results have the same bits for any number
 };
 
 struct ReconstructionResult {

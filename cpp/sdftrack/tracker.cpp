@@ -26,7 +26,8 @@ class Tracker::Session {
  public:
   Session(std::vector<Shape> shapes, const DepthCamera& camera, const TrackerSetup& setup)
       : shapes_(std::move(shapes)),
-        core_(views_of(shapes_), camera_of(camera), options_of(setup), {setup.threads, setup.recover}) {}
+        core_(views_of(shapes_), camera_of(camera), options_of(setup), {setup.threads, setup.recover}),
+        frames_(camera, setup.color) {}
 
   void declare_symmetry(int k, const ShapeSymmetry& symmetry) {
     if (k < 0 || k >= core_.object_count())

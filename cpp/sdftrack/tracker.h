@@ -73,8 +73,9 @@ struct TrackerSetup {
   std::string sensor;  // "kinect_v1", "realsense_d400", "azure_kinect"; empty: its noise is estimated
   // By the names of docs/options.md, such as {"max_pixels", 2000}; they override those of the sensor.
   std::vector<std::pair<std::string, OptionSetting>> options;
-  int threads = 0;      // 0: all cores; results have the same bits for any number
-  bool recover = true;  // search for a lost object in every frame
+  std::optional<ColorCamera> color;  // none: colour images are aligned with depth, pixel by pixel
+  int threads = 0;                   // 0: all cores; results have the same bits for any number
+  bool recover = true;               // search for a lost object in every frame
 };
 
 // A tracker is used by one thread at a time. Arguments that are out of range or of another size throw

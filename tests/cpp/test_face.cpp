@@ -204,6 +204,56 @@ TEST(Face, millimetres_and_metres_give_the_same_pose_which_is_right) {
   EXPECT_EQ(one.track(steps).index, 1);
 }
 
+TEST(Face, a_colour_camera_beside_the_depth_camera_shows_the_object_where_it_projects) {
+  const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
+  const std::vector<std::uint16_t> image = image_mm(shape, pose());
+  // Twice the pixels, 30 mm to the side: red where a point of the object projects to, else blue.
+  sdftrack::ColorCamera color{2 * kCamera.width,
+                              2 * kCamera.height,
+                              2 * kCamera.fx,
+                              2 * kCamera.fy,
+                              2 * kCamera.cx,
+                              2 * kCamera.cy,
+                              {},
+                              Eigen::Isometry3d::Identity()};
+  color.T_color_depth.translation().x() = -0.03;
+  std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * color.width * color.height), 0);
+  for (std::size_t i = 2; i < rgb.size(); i += 3) rgb[i] = 200;
+  const auto paint = [&](int x, int y, double z_m) {
+    const Eigen::Vector3d p = color.T_color_depth * (z_m * Eigen::Vector3d((x - kCamera.cx) / kCamera.fx,
+                                                                           (y - kCamera.cy) / kCamera.fy, 1));
+    const int u = static_cast<int>(color.fx * p.x() / p.z() + color.cx);
+    const int v = static_cast<int>(color.fy * p.y() / p.z() + color.cy);
+    for (int dv = -2; dv <= 2; ++dv)
+      for (int du = -2; du <= 2; ++du) {
+        if (u + du < 0 || v + dv < 0 || u + du >= color.width || v + dv >= color.height) continue;
+        std::uint8_t* const c = &rgb[static_cast<std::size_t>(3 * ((v + dv) * color.width + u + du))];
+        c[0] = 200, c[2] = 0;
+      }
+  };
+  for (int y = 0, i = 0; y < kCamera.height; ++y)
+    for (int x = 0; x < kCamera.width; ++x, ++i)
+      if (image[static_cast<std::size_t>(i)]) paint(x, y, 0.001 * image[static_cast<std::size_t>(i)]);
+  sdftrack::TrackerSetup setup;
+  setup.color = color;
+  sdftrack::Frame frame;
+  frame.depth = image.data(), frame.rgb = rgb.data();
+  sdftrack::Tracker tracker(shape, kCamera, setup);
+  tracker.start(frame, pose());
+  for (int i = 0; i < 3; ++i) {
+    const sdftrack::TrackedPose found = tracker.track(frame).objects.front();
+    EXPECT_NE(found.status, sdftrack::Status::kLost) << found.reason;
+    EXPECT_LT((found.T_cam_obj.translation() - pose().translation()).norm(), 0.002);
+  }
+  setup.color->fx = 0;
+  EXPECT_NE(refusal_of([&] { sdftrack::Tracker(shape, kCamera, setup); }).find("color: expected a width"),
+            std::string::npos);
+  setup.color = color;
+  setup.color->T_color_depth.linear() *= 2;
+  EXPECT_NE(refusal_of([&] { sdftrack::Tracker(shape, kCamera, setup); }).find("T_color_depth"),
+            std::string::npos);
+}
+
 TEST(Face, a_click_on_the_object_finds_it_and_one_beside_it_says_what_is_there) {
   const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
   const std::vector<std::uint16_t> image = image_mm(shape, pose());
