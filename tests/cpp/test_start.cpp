@@ -76,5 +76,12 @@ TEST(PointImage, a_quantile_lies_between_two_values) {
   }
 }
 
+TEST(PointImage, a_few_points_far_behind_do_not_shorten_the_extent) {
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 400; ++i) points.push_back({0.0004 * i, 0.0002 * (i % 50), 0.7});
+  for (int i = 0; i < 20; ++i) points.push_back({0.08, 0.005, 2.0});
+  EXPECT_GT(longest_extent_m(points, 0.05, 0.95), 0.13);
+}
+
 }  // namespace
 }  // namespace sdftrack::frame

@@ -45,6 +45,6 @@ def window(camera: Any, z: float, seed: tuple[int, int], reach_m: float) -> tupl
 
 
 def extent_m(points: Array) -> float:
-    """Extent of points (N, 3) along their longest direction, without 5 % at each end."""
-    low, high = np.quantile(points @ np.linalg.eigh(np.cov(points.T))[1][:, 2], ENDS)
-    return float((high - low) / (ENDS[1] - ENDS[0]))
+    """The largest extent of points (N, 3) along one of their principal axes, without 5 % at each end."""
+    low, high = np.quantile(points @ np.linalg.eigh(np.cov(points.T))[1], ENDS, axis=0)
+    return float((high - low).max() / (ENDS[1] - ENDS[0]))

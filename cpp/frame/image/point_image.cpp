@@ -103,12 +103,19 @@ double longest_extent_m(const std::vector<Vec3d>& points, double low_share, doub
     const Eigen::Vector3d d(p.x - middle.x, p.y - middle.y, p.z - middle.z);
     scatter += d * d.transpose();
   }
-  const Eigen::Vector3d axis = optim::eigenpairs<3>(scatter / n).vectors.col(2);
-  std::vector<double> along;
-  along.reserve(points.size());
-  for (const Vec3d& p : points) along.push_back(axis.x() * p.x + axis.y() * p.y + axis.z() * p.z);
-  const double low = quantile(&along, low_share);
-  return quantile(&along, high_share) - low;
+  // A few points far behind turn the first principal axis towards them: the extent is the largest of the
+  // three.
+  const Eigen::Matrix3d axes = optim::eigenpairs<3>(scatter / n).vectors;
+  double longest = 0;
+  for (int k = 2; k >= 0; --k) {
+    const Eigen::Vector3d axis = axes.col(k);
+    std::vector<double> along;
+    along.reserve(points.size());
+    for (const Vec3d& p : points) along.push_back(axis.x() * p.x + axis.y() * p.y + axis.z() * p.z);
+    const double low = quantile(&along, low_share);
+    longest = std::max(longest, quantile(&along, high_share) - low);
+  }
+  return longest;
 }
 
 }  // namespace sdftrack::frame

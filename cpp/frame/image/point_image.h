@@ -30,8 +30,8 @@ std::vector<Vec3d> points_in(const PointImage& points, const PixelMask& mask);
 // measurement and at the border.
 std::vector<Vec3d> smooth_normals(const PointImage& points);
 
-// Extent along the direction in which the points extend farthest, between two shares of them. 0: fewer
-// than 3.
+// Extent along the principal axis along which the points extend farthest, between two shares of them. 0:
+// fewer than 3.
 double longest_extent_m(const std::vector<Vec3d>& points, double low_share, double high_share);
 
 }  // namespace sdftrack::frame
