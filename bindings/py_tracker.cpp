@@ -17,7 +17,7 @@ namespace sdftrack::bindings {
 
 namespace {
 
-constexpr int kCaller = 6;  // stack levels from here to the caller of Tracker.start
+constexpr int kCaller = 4;  // stack levels from here to the caller of Tracker.start
 constexpr const char* kRayLength =
     "depth: the table or wall is flat only if the depth is the distance along each pixel's ray; "
     "expected Z, the distance along the optical axis: divide by the length of the ray (x, y, 1), camera.rays";
