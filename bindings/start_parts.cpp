@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Regions and planes of a depth image: for reconstruction and the command line, and parts of a start that
-// tests compare with numpy.
+// The connected region of a depth image, for the command line; parts of a start that tests compare with
+// numpy.
 #include <pybind11/stl.h>
 
 #include "appearance.h"
+#include "pixel_mask.h"
 #include "plane/near_planes.h"
 #include "release_gil.h"
 #include "tracking/start/click_regions.h"
@@ -16,26 +17,21 @@ namespace {
 
 using Px = std::array<double, 2>;
 
-py::array mask_array(frame::PixelMask mask) {
-  const py::ssize_t h = mask.height, w = mask.width;
-  return to_numpy(std::move(mask.on), {h, w}).attr("view")("bool");
-}
-
-py::list mask_arrays(std::vector<frame::PixelMask> masks) {
+py::list mask_arrays(const std::vector<frame::PixelMask>& masks) {
   py::list out;
-  for (frame::PixelMask& mask : masks) out.append(mask_array(std::move(mask)));
+  for (const frame::PixelMask& mask : masks) out.append(mask_to_numpy(mask));
   return out;
 }
 
-py::array connected_region(const py::array& depth, const Camera& camera, const py::object& rays, const Px& px,
-                           double reach_m) {
+py::array_t<bool> connected_region(const py::array& depth, const Camera& camera, const py::object& rays,
+                                   const Px& px, double reach_m) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
   frame::PixelMask region;
   {
     const ReleaseGil release;
     region = tracking::connected_region(frame, camera, {px[0], px[1]}, reach_m);
   }
-  return mask_array(std::move(region));
+  return mask_to_numpy(region);
 }
 
 // Of every `step`-th pixel of a window x0, y0, x1, y1: (normal, offset, pixels, extent) of each plane.
@@ -58,23 +54,22 @@ py::list planes_near(const py::array& depth, const Camera& camera, const py::obj
     found = plane::planes_near(points, mask, size_m);
   }
   py::list out;
-  for (plane::NearPlane& one : found) {
+  for (const plane::NearPlane& one : found) {
     const Vec3d n = one.plane.normal_cam;
     out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
-                              mask_array(std::move(one.pixels)), one.extent_m));
+                              mask_to_numpy(one.pixels), one.extent_m));
   }
   return out;
 }
 
-py::array joined(const py::array& depth, const py::array& free, const std::array<int, 2>& seed,
-                 double step_m) {
+py::array_t<bool> joined(const py::array& depth, const py::array& free, const std::array<int, 2>& seed,
+                         double step_m) {
   const auto h = static_cast<int>(depth.shape(0)), w = static_cast<int>(depth.shape(1));
   const float* z = borrow<float>(depth, "depth", {-1, -1});
-  const bool* on = borrow<bool>(free, "free", {h, w});
+  const frame::PixelMask mask = pixel_mask_from(free, "free", w, h);
   check_region({seed[0], seed[1], seed[0] + 1, seed[1] + 1}, w, h);
-  frame::PixelMask mask(w, h);
-  std::copy(on, on + mask.on.size(), mask.on.begin());
-  return mask_array(tracking::joined({w, h, {z, z + mask.on.size()}}, mask, {seed[0], seed[1]}, step_m));
+  return mask_to_numpy(frame::joined({z, w, h}, mask, {seed[0], seed[1]}, static_cast<float>(step_m),
+                                     frame::Neighborhood::kSidesAndCorners));
 }
 
 py::tuple nearest_reading(const py::array& depth, const Camera& camera, const Px& px) {
@@ -93,11 +88,11 @@ py::list click_regions(const py::array& depth, const Camera& camera, const py::o
 
 py::tuple standing_regions(const py::array& depth, const Camera& camera, const py::object& rays,
                            double size_m) {
-  tracking::StandingRegions found =
+  const tracking::StandingRegions found =
       tracking::standing_regions(depth_frame(depth, camera, rays), camera, size_m);
   py::list pixels;
   for (const tracking::Pixel at : found.pixels) pixels.append(py::make_tuple(at.x, at.y));
-  return py::make_tuple(mask_arrays(std::move(found.regions)), pixels);
+  return py::make_tuple(mask_arrays(found.regions), pixels);
 }
 
 }  // namespace

@@ -124,80 +124,6 @@ Ball ball_of(const ImageView<float>& depth_m, const PixelMask& mask, const Camer
           shorter_side_px(near) * median_m / K.fx};
 }
 
-PixelMask object_in_box(const ImageView<float>& depth_m, const frame::Rect& box, const Camera& camera,
-                        bool planes) {
-  const PixelMask inside = rectangle(depth_m, box);
-  std::vector<float> read = depths_in(inside, depth_m);
-  if (!planes || read.empty()) return mask_of_box(depth_m, box);
-  const double size_m =
-      std::max((box.x1 - box.x0) / camera.K.fx, (box.y1 - box.y0) / camera.K.fy) * median(&read);
-  const frame::PointImage points = points_of(depth_m, camera);
-  PixelMask inside_read = inside;
-  for (std::size_t i = 0; i < inside.on.size(); ++i) inside_read.on[i] &= points.p[i].z > 0;
-  const PixelMask free =
-      without_planes(inside_read, points, planes_below(depth_m, inside_read, camera, size_m, true));
-  if (frame::count(free) == 0)
-    throw std::invalid_argument(
-        "box: expected an object in it, got only a plane that extends beyond it (a table, a wall); move the "
-        "box, or give planes=False if the object is that flat");
-  std::vector<float> kept(inside.on.size(), 0.0f);
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    if (free.on[i]) kept[i] = depth_m.data[i];
-  return mask_of_box({kept.data(), depth_m.width, depth_m.height}, box);
-}
-
-// The object's pixels at the pose of a shape.
-PixelMask silhouette(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
-                     const KnownShape& shape) {
-  const render::SdfImage image = render::raycast_sdf(shape.view(), camera, T_cam_obj, 0);
-  PixelMask out(depth_m.width, depth_m.height);
-  for (std::size_t i = 0; i < out.on.size(); ++i) out.on[i] = image.depth_m[i] > 0;
-  const Vec3d t = T_cam_obj.t;
-  if (readings_in(out, depth_m) < kFewestReadings)
-    throw std::invalid_argument(
-        printed("pose: expected one at which there are depth measurements of the shape, got a T_cam_obj at "
-                "(%.3g, %.3g, %.3g) m; it is in metres, with OpenCV's axes: x right, y down, z forward "
-                "(z < 0 is behind the camera)",
-                t.x, t.y, t.z));
-  return out;
-}
-
-// Within the outline the object may be at any depth; outside it only behind a possible occluder.
-std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_object, const PixelMask* outline,
-                        int margin_px) {
-  std::vector<float> read = depths_in(on_object, depth_m);
-  const float middle = median(&read);
-  const PixelMask wider = outline ? frame::dilated(*outline, margin_px) : PixelMask();
-  std::vector<float> from_m(on_object.on.size(), 0.0f);
-  for (std::size_t i = 0; outline && i < from_m.size(); ++i) {
-    const float z = depth_m.data[i];
-    if (outline->on[i]) continue;
-    from_m[i] = wider.on[i] ? kInMargin_m : z > 0 && z < middle ? z : std::numeric_limits<float>::infinity();
-  }
-  return from_m;
-}
-
-// The object's own pixels, and the bounds that planes and outline give.
-void bound_object(const ImageView<float>& depth_m, const Camera& camera, const BeginningOptions& options,
-                  Beginning* found) {
-  ViewBounds view;
-  if (options.planes) view.planes = planes_below(depth_m, found->on_object, camera, 2 * found->ball.radius_m);
-  const PixelMask free = without_planes(found->on_object, points_of(depth_m, camera), view.planes);
-  const double before = static_cast<double>(readings_in(found->on_object, depth_m)),
-               after = static_cast<double>(readings_in(free, depth_m));
-  if (after < kOwnShare * before)
-    throw std::invalid_argument(
-        printed("mask: expected an object, got a plane that extends beyond it (%.0f %% of its depth "
-                "measurements lie on a table or a wall); give the object's mask, or planes=False if it is "
-                "that flat",
-                100 - 100 * after / before));
-  found->on_object = free;
-  view.from_m =
-      room(depth_m, free, options.keep_to_mask ? &*found->outline : nullptr, options.mask_margin_px);
-  found->view = std::move(view);
-  found->ball = ball_of(depth_m, free, camera);
-}
-
 // A plane that was found, shifted to the median of its measurements.
 PlaneBelow settled(const plane::NearPlane& found, const frame::PointImage& points) {
   std::vector<double> heights;
@@ -246,6 +172,105 @@ frame::PointImage thinned(const frame::PointImage& points, const PixelMask& arou
   return out;
 }
 
+// among: planes are also searched for among the object's pixels.
+std::vector<PlaneBelow> planes_under(const frame::PointImage& points, const PixelMask& on_object,
+                                     double size_m, bool among) {
+  std::vector<Vec3d> own;
+  for (std::size_t i = 0; i < points.p.size(); ++i)
+    if (on_object.on[i] && points.p[i].z > 0) own.push_back(points.p[i]);
+  if (own.empty()) return {};
+  const Vec3d middle{median_of(own, &Vec3d::x), median_of(own, &Vec3d::y), median_of(own, &Vec3d::z)};
+  PixelMask around = points.measured();
+  for (std::size_t i = 0; i < around.on.size(); ++i)
+    around.on[i] &= (among || !on_object.on[i]) && norm(points.p[i] - middle) < kAround * size_m;
+  if (frame::count(around) == 0) return {};
+  PixelMask around_there;
+  const frame::PointImage there = thinned(points, around, &around_there);
+  std::vector<PlaneBelow> kept;
+  for (const plane::NearPlane& found : plane::planes_near(there, around_there, size_m)) {
+    const PlaneBelow plane = settled(found, there);
+    const auto over = std::count_if(own.begin(), own.end(), [&](Vec3d p) {
+      return dot(p, plane.normal_cam) + plane.offset_m > -plane.thick_m;
+    });
+    if (static_cast<double>(over) > kAboveShare * static_cast<double>(own.size())) kept.push_back(plane);
+  }
+  return without_doubles(std::move(kept), middle);
+}
+
+PixelMask object_in_box(const ImageView<float>& depth_m, const frame::Rect& box, const Camera& camera,
+                        bool planes) {
+  const PixelMask inside = rectangle(depth_m, box);
+  std::vector<float> read = depths_in(inside, depth_m);
+  if (!planes || read.empty()) return mask_of_box(depth_m, box);
+  const double size_m =
+      std::max((box.x1 - box.x0) / camera.K.fx, (box.y1 - box.y0) / camera.K.fy) * median(&read);
+  const frame::PointImage points = points_of(depth_m, camera);
+  PixelMask inside_read = inside;
+  for (std::size_t i = 0; i < inside.on.size(); ++i) inside_read.on[i] &= points.p[i].z > 0;
+  const PixelMask free = without_planes(inside_read, points, planes_under(points, inside_read, size_m, true));
+  if (frame::count(free) == 0)
+    throw std::invalid_argument(
+        "box: expected an object in it, got only a plane that extends beyond it (a table, a wall); move the "
+        "box, or give planes=False if the object is that flat");
+  std::vector<float> kept(inside.on.size(), 0.0f);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (free.on[i]) kept[i] = depth_m.data[i];
+  return mask_of_box({kept.data(), depth_m.width, depth_m.height}, box);
+}
+
+// The object's pixels at the pose of a shape.
+PixelMask silhouette(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
+                     const KnownShape& shape) {
+  const render::SdfImage image = render::raycast_sdf(shape.view(), camera, T_cam_obj, 0);
+  PixelMask out(depth_m.width, depth_m.height);
+  for (std::size_t i = 0; i < out.on.size(); ++i) out.on[i] = image.depth_m[i] > 0;
+  const Vec3d t = T_cam_obj.t;
+  if (readings_in(out, depth_m) < kFewestReadings)
+    throw std::invalid_argument(
+        printed("pose: expected one at which there are depth measurements of the shape, got a T_cam_obj at "
+                "(%.3g, %.3g, %.3g) m; it is in metres, with OpenCV's axes: x right, y down, z forward "
+                "(z < 0 is behind the camera)",
+                t.x, t.y, t.z));
+  return out;
+}
+
+// Within the outline the object may be at any depth; outside it only behind a possible occluder.
+std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_object, const PixelMask* outline,
+                        int margin_px) {
+  std::vector<float> read = depths_in(on_object, depth_m);
+  const float middle = median(&read);
+  const PixelMask wider = outline ? frame::dilated(*outline, margin_px) : PixelMask();
+  std::vector<float> from_m(on_object.on.size(), 0.0f);
+  for (std::size_t i = 0; outline && i < from_m.size(); ++i) {
+    const float z = depth_m.data[i];
+    if (outline->on[i]) continue;
+    from_m[i] = wider.on[i] ? kInMargin_m : z > 0 && z < middle ? z : std::numeric_limits<float>::infinity();
+  }
+  return from_m;
+}
+
+// The object's own pixels, and the bounds that planes and outline give.
+void bound_object(const ImageView<float>& depth_m, const Camera& camera, const BeginningOptions& options,
+                  Beginning* found) {
+  ViewBounds view;
+  const frame::PointImage points = points_of(depth_m, camera);
+  if (options.planes) view.planes = planes_under(points, found->on_object, 2 * found->ball.radius_m, false);
+  const PixelMask free = without_planes(found->on_object, points, view.planes);
+  const double before = static_cast<double>(readings_in(found->on_object, depth_m)),
+               after = static_cast<double>(readings_in(free, depth_m));
+  if (after < kOwnShare * before)
+    throw std::invalid_argument(
+        printed("mask: expected an object, got a plane that extends beyond it (%.0f %% of its depth "
+                "measurements lie on a table or a wall); give the object's mask, or planes=False if it is "
+                "that flat",
+                100 - 100 * after / before));
+  found->on_object = free;
+  view.from_m =
+      room(depth_m, free, options.keep_to_mask ? &*found->outline : nullptr, options.mask_margin_px);
+  found->view = std::move(view);
+  found->ball = ball_of(depth_m, free, camera);
+}
+
 }  // namespace
 
 std::shared_ptr<const FirstView> Beginning::view_at(const Camera& camera, const Rigidd& T) const {
@@ -269,28 +294,8 @@ KnownShape::Extent KnownShape::extent() const {
 }
 
 std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const PixelMask& on_object,
-                                     const Camera& camera, double size_m, bool among) {
-  const frame::PointImage points = points_of(depth_m, camera);
-  std::vector<Vec3d> own;
-  for (std::size_t i = 0; i < points.p.size(); ++i)
-    if (on_object.on[i] && points.p[i].z > 0) own.push_back(points.p[i]);
-  if (own.empty()) return {};
-  const Vec3d middle{median_of(own, &Vec3d::x), median_of(own, &Vec3d::y), median_of(own, &Vec3d::z)};
-  PixelMask around = points.measured();
-  for (std::size_t i = 0; i < around.on.size(); ++i)
-    around.on[i] &= (among || !on_object.on[i]) && norm(points.p[i] - middle) < kAround * size_m;
-  if (frame::count(around) == 0) return {};
-  PixelMask around_there;
-  const frame::PointImage there = thinned(points, around, &around_there);
-  std::vector<PlaneBelow> kept;
-  for (const plane::NearPlane& found : plane::planes_near(there, around_there, size_m)) {
-    const PlaneBelow plane = settled(found, there);
-    const auto over = std::count_if(own.begin(), own.end(), [&](Vec3d p) {
-      return dot(p, plane.normal_cam) + plane.offset_m > -plane.thick_m;
-    });
-    if (static_cast<double>(over) > kAboveShare * static_cast<double>(own.size())) kept.push_back(plane);
-  }
-  return without_doubles(std::move(kept), middle);
+                                     const Camera& camera, double size_m) {
+  return planes_under(points_of(depth_m, camera), on_object, size_m, false);
 }
 
 double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask) {

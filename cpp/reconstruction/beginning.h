@@ -70,10 +70,9 @@ Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint&
 Beginning find_standing(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
                         const KnownShape& shape, const BeginningOptions& options);
 
-// Planes around the object that are larger than it, and that it is above. among: they may be visible among
-// its pixels, which come from a box.
+// Planes around the object that are larger than it, and that it is above.
 std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const PixelMask& on_object,
-                                     const Camera& camera, double size_m, bool among = false);
+                                     const Camera& camera, double size_m);
 
 // Sd (m) of the depth in a mask about straight lines through neighbouring pixels; at least 0.5 mm.
 double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask);

@@ -16,9 +16,7 @@ constexpr float kSteps_m[] = {0.05f, 0.03f, 0.02f, 0.01f};  // between neighbour
 constexpr double kMaxOnBorder = 0.03;                       // of a box's border pixels
 constexpr double kNearShare = 0.25;  // of the measurements in the middle of a box: those of the object
 
-struct Pixel {
-  int x, y;
-};
+using frame::Pixel;
 
 // The pixel nearest to the centre, among the near pixels of the central half.
 Pixel middle_reading(const ImageView<float>& depth_m, const frame::Rect& box) {
@@ -44,26 +42,6 @@ Pixel middle_reading(const ImageView<float>& depth_m, const frame::Rect& box) {
       if (away2 < least) least = away2, best = {x, y};
     }
   return best;
-}
-
-// The measurements that are connected to one within the box, over steps of at most `step_m` between
-// neighbours.
-PixelMask joined(const ImageView<float>& depth_m, const frame::Rect& box, Pixel start, float step_m) {
-  PixelMask out(depth_m.width, depth_m.height);
-  std::vector<Pixel> open{start};
-  out.on[out.at(start.x, start.y)] = 1;
-  while (!open.empty()) {
-    const Pixel at = open.back();
-    open.pop_back();
-    const float z = depth_m(at.x, at.y);
-    for (const Pixel& next : {Pixel{at.x - 1, at.y}, {at.x + 1, at.y}, {at.x, at.y - 1}, {at.x, at.y + 1}}) {
-      if (next.x < box.x0 || next.y < box.y0 || next.x >= box.x1 || next.y >= box.y1) continue;
-      const float other = depth_m(next.x, next.y);
-      if (out(next.x, next.y) || !(other > 0) || !(std::abs(other - z) <= step_m)) continue;
-      out.on[out.at(next.x, next.y)] = 1, open.push_back(next);
-    }
-  }
-  return out;
 }
 
 // Share of the box's border pixels that are in the mask; corners count twice.
@@ -104,9 +82,11 @@ std::vector<Pixel> convex_hull(const PixelMask& mask) {
 
 PixelMask mask_of_box(const ImageView<float>& depth_m, const frame::Rect& box) {
   const Pixel start = middle_reading(depth_m, box);
-  PixelMask mask;
+  PixelMask mask, read(depth_m.width, depth_m.height);
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x) read.on[read.at(x, y)] = depth_m(x, y) > 0;
   for (const float step_m : kSteps_m) {
-    mask = joined(depth_m, box, start, step_m);
+    mask = frame::joined(depth_m, read, start, step_m, frame::Neighborhood::kSides);
     if (share_on_border(mask, box) < kMaxOnBorder) break;
   }
   return mask;

@@ -1832,7 +1832,7 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
     Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
     """
-def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
+def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.bool]:
     ...
 def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
     """
@@ -1966,7 +1966,7 @@ def isas() -> list[str]:
     """
     Instruction sets that this build has code for and this processor runs, slowest first.
     """
-def joined(depth: numpy.ndarray, free: numpy.ndarray, seed: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], step_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.ndarray:
+def joined(depth: numpy.ndarray, free: numpy.ndarray, seed: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], step_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.bool]:
     ...
 def local_color_chances(counts: tuple[numpy.ndarray, numpy.ndarray], points: numpy.ndarray, object: collections.abc.Sequence[bool], bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], frames: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rate: typing.SupportsFloat | typing.SupportsIndex, asked: numpy.ndarray, asked_bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[float]:
     """

@@ -5,11 +5,10 @@ import json
 
 import numpy as np
 import pytest
-from start_parts import click_regions, nearest_reading, standing_regions
+from start_parts import click_regions, nearest_reading, planes_near, standing_regions
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.imaging.regions import planes_near
 
 CAMERA = st.Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 SIDES = (0.10, 0.07, 0.08)

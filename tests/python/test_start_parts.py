@@ -4,13 +4,12 @@
 import cv2
 import numpy as np
 import pytest
-from start_parts import click_regions
+from start_parts import click_regions, planes_near
 from test_start_by_click import CAMERA, SIZE, pixels_of, table_scene
 
 import sdftrack as st
 from reference import start as twin
 from sdftrack import _core
-from sdftrack.imaging.regions import planes_near
 
 STEP_M = 0.03
 

@@ -2,6 +2,7 @@
 #include "frame/image/pixel_mask.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sdftrack::frame {
 
@@ -73,6 +74,29 @@ Pieces pieces_of(const PixelMask& mask, Neighborhood neighborhood) {
           left.push_back(j);
         }
     }
+  }
+  return out;
+}
+
+PixelMask joined(const ImageView<float>& depth_m, const PixelMask& free, Pixel seed, float step_m,
+                 Neighborhood neighborhood) {
+  PixelMask out(free.width, free.height);
+  if (!free(seed.x, seed.y)) return out;
+  const bool corners = neighborhood == Neighborhood::kSidesAndCorners;
+  std::vector<Pixel> left{seed};
+  out.on[out.at(seed.x, seed.y)] = 1;
+  while (!left.empty()) {
+    const Pixel at = left.back();
+    left.pop_back();
+    const float z = depth_m(at.x, at.y);
+    for (int y = std::max(0, at.y - 1); y <= std::min(free.height - 1, at.y + 1); ++y)
+      for (int x = std::max(0, at.x - 1); x <= std::min(free.width - 1, at.x + 1); ++x) {
+        const std::size_t i = out.at(x, y);
+        if (out.on[i] || !free.on[i] || !(std::abs(depth_m(x, y) - z) <= step_m)) continue;
+        if (!corners && x != at.x && y != at.y) continue;
+        out.on[i] = 1;
+        left.push_back({x, y});
+      }
   }
   return out;
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A set of pixels of an image or of a window of it: growing, shrinking, connected pieces.
+// A set of pixels of an image or of a window of it: growing, shrinking, connected pieces, filling.
 #pragma once
 
 #include <cstddef>
 #include <vector>
+
+#include "base/views.h"
 
 namespace sdftrack::frame {
 
@@ -43,5 +45,14 @@ struct Pieces {
   PixelMask piece(int k, const PixelMask& mask) const;
 };
 Pieces pieces_of(const PixelMask& mask, Neighborhood neighborhood);
+
+struct Pixel {
+  int x, y;
+};
+
+// Pixels of `free` connected to the seed without a step in depth between neighbours larger than `step_m`.
+// Empty if the seed is not free. depth_m: of the size of `free`.
+PixelMask joined(const ImageView<float>& depth_m, const PixelMask& free, Pixel seed, float step_m,
+                 Neighborhood neighborhood);
 
 }  // namespace sdftrack::frame

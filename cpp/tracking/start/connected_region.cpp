@@ -68,24 +68,8 @@ DepthWindow depth_window(const frame::DepthFrame& frame, const frame::Rect& wind
 }
 
 frame::PixelMask joined(const DepthWindow& window, const frame::PixelMask& free, Pixel seed, double step_m) {
-  frame::PixelMask out(window.width, window.height);
-  if (!free(seed.x, seed.y)) return out;
-  const auto step = static_cast<float>(step_m);
-  std::vector<Pixel> left{seed};
-  out.on[out.at(seed.x, seed.y)] = 1;
-  while (!left.empty()) {
-    const Pixel at = left.back();
-    left.pop_back();
-    const float z = window.depth_m[out.at(at.x, at.y)];
-    for (int y = std::max(0, at.y - 1); y <= std::min(window.height - 1, at.y + 1); ++y)
-      for (int x = std::max(0, at.x - 1); x <= std::min(window.width - 1, at.x + 1); ++x) {
-        const std::size_t i = out.at(x, y);
-        if (out.on[i] || !free.on[i] || !(std::abs(window.depth_m[i] - z) <= step)) continue;
-        out.on[i] = 1;
-        left.push_back({x, y});
-      }
-  }
-  return out;
+  return frame::joined(window.view(), free, seed, static_cast<float>(step_m),
+                       frame::Neighborhood::kSidesAndCorners);
 }
 
 Pixel nearest_reading(const frame::DepthFrame& frame, Vec2d px) {

@@ -9,14 +9,14 @@
 
 namespace sdftrack::tracking {
 
-struct Pixel {
-  int x, y;
-};
+using frame::Pixel;
 
 // An image of depths that a region grows in, from a window of a frame.
 struct DepthWindow {
   int width = 0, height = 0;
   std::vector<float> depth_m;
+
+  ImageView<float> view() const { return {depth_m.data(), width, height}; }
 };
 DepthWindow depth_window(const frame::DepthFrame& frame, const frame::Rect& window, int step = 1);
 
