@@ -77,6 +77,7 @@ class PyTracker {
   std::pair<double, double> scale(int k);  // log scale and its sd
   // Whether in the last frame only open directions count against the pose.
   bool is_sure(int k);
+  py::array_t<double> alternative_poses(int k);
   double evidence(int k);
 
   // Records of the sequence. best: (M, 4, 4), NaN: no good pose yet.

@@ -162,7 +162,16 @@ bool PyTracker::is_sure(int k) {
   check_object(k);
   const auto& results = tracker_->last_result().objects;
   const auto i = static_cast<std::size_t>(k);
-  return i < results.size() && results[i].sure_where_determined();
+  return i < results.size() && results[i].sure_but_for_turns();
+}
+
+py::array_t<double> PyTracker::alternative_poses(int k) {
+  const Busy busy(&busy_, "tracker");
+  check_object(k);
+  const std::vector<Rigidd> poses = tracker_->alternative_poses(k);
+  py::array_t<double> out({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  for (std::size_t i = 0; i < poses.size(); ++i) write_matrix(poses[i], out.mutable_data() + 16 * i);
+  return out;
 }
 
 double PyTracker::evidence(int k) {

@@ -39,6 +39,7 @@ void bind_tracking(py::module_& m) {
       .def("rescale", &PyTracker::rescale, py::arg("k"), py::arg("scaled"), py::arg("log_scale"))
       .def("scale", &PyTracker::scale, py::arg("k"))
       .def("is_sure", &PyTracker::is_sure, py::arg("k"))
+      .def("alternative_poses", &PyTracker::alternative_poses, py::arg("k"))
       .def("evidence", &PyTracker::evidence, py::arg("k"))
       .def("judge", &PyTracker::judge, py::arg("frame"), py::arg("k"), py::arg("T"))
       .def("reshape", &PyTracker::reshape, py::arg("k"), py::arg("shape"), py::arg("seen"), py::arg("least"),

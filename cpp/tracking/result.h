@@ -32,8 +32,12 @@ struct ObjectResult {
 
   // Ok except for directions that the frame does not determine: along these, any pose is as good.
   bool sure_where_determined() const {
-    return trust.status == Status::kOk ||
-           (trust.status == Status::kWeak && trust.reason.code == ReasonCode::kOpenDirections);
+    return trust.status == Status::kOk || is_weak_by(ReasonCode::kOpenDirections);
+  }
+  // Whether nothing is against the pose but turns that this frame alone cannot refute.
+  bool sure_but_for_turns() const { return sure_where_determined() || is_weak_by(ReasonCode::kAmbiguous); }
+  bool is_weak_by(ReasonCode code) const {
+    return trust.status == Status::kWeak && trust.reason.code == code;
   }
 
   template <class Archive, class Self>

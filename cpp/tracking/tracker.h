@@ -60,6 +60,8 @@ class Tracker {
   void doubt_standing();
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }
+  // T_cam_obj of the other poses of object k that explained the frames since its start as well.
+  std::vector<Rigidd> alternative_poses(int k) const;
 
   // Evaluates object k at a pose, without fitting or remembering. No result: too few measurements are near.
   std::optional<Fitted> look(const frame::DepthFrame& frame, int k, const Rigidd& T_cam_obj);

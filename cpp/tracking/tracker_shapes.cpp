@@ -98,6 +98,13 @@ void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
     verdict_.set_pose(static_cast<std::size_t>(k), uncentred(one.T_cam_obj, *one.shape));
 }
 
+std::vector<Rigidd> Tracker::alternative_poses(int k) const {
+  const TrackedObject& of = object(k);
+  std::vector<Rigidd> poses;
+  for (const Alternative& a : of.alternatives) poses.push_back(uncentred(of.T_cam_obj * a.motion, *of.shape));
+  return poses;
+}
+
 SizeTest::LogScale Tracker::scale(int k) const {
   const Object& one = object(k);
   const double z = one.T_cam_obj.t.z;

@@ -68,6 +68,20 @@ def test_the_largest_plane_is_the_table():
     assert found[0].offset == pytest.approx(0.75 * np.sin(0.6), abs=0.003)
 
 
+@pytest.mark.parametrize("flat", [True, False])
+def test_a_slice_through_a_round_thing_is_no_plane(flat):
+    """Of a ball of 12 cm radius a slab as thick as a plane's tolerance holds a cap of 10 cm."""
+    rays = CAMERA.back_project(np.ones((CAMERA.height, CAMERA.width), np.float32))
+    along, square, away, radius = rays[..., 2], (rays**2).sum(axis=-1), 0.62, 0.12
+    root = (away * along) ** 2 - square * (away**2 - radius**2)
+    depth = np.where(root > 0, (away * along - np.sqrt(np.maximum(root, 0))) / square, 0)
+    if flat:
+        depth = np.where(depth > 0, away - radius, 0)
+    depth += np.random.default_rng(1).normal(0, 0.001, depth.shape) * (depth > 0)
+    found = planes_near(depth.astype(np.float32), CAMERA, depth > 0, 0.05)
+    assert len(found) == flat
+
+
 def test_the_extent_of_a_mask_is_that_of_numpy_and_the_diameter_that_of_the_shape():
     frame, box, _, mask = table_scene()
     tracker = st.Tracker(box, CAMERA, threads=1)

@@ -122,7 +122,7 @@ def _at_pose(
 
 
 def _settled(tracker: Tracker, result: TrackResult) -> TrackResult:
-    """Directions that the frame alone leaves open are no objection, nor doubt: other poses are compared here."""
+    """Turns that the frame alone leaves open are no objection, nor doubt: other poses are compared here."""
     seen = TrackerInterface(tracker)
     if not seen.is_sure(0):
         return result
@@ -171,10 +171,12 @@ def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_o
     result = _settled(tracker, tracker.start(frame, masks=on_object))
     if result.status[0] is not Status.OK:
         return result
+    alternatives = TrackerInterface(tracker).alternative_poses(0)
     found = np.array(result.poses[0])
     most = looked.against(found).total + WORSE
     other = another_pose(
         found,
+        alternatives,
         looked.mesh,
         shape,
         looked.read_cam,
@@ -222,6 +224,7 @@ def turns(mesh: Mesh) -> list[Pose]:
 
 def another_pose(
     T_cam_obj: Pose,
+    alternatives: NDArray[np.float64],
     mesh: Mesh,
     shape: SDF,
     read_cam: Points,
@@ -230,8 +233,8 @@ def another_pose(
 ) -> Pose | None:
     """A pose far from the one found that also explains the measurements `read_cam` (N, 3); None: there is none.
 
-    `settle` refines a pose to the best fit nearby, `refuted` tells whether the frame contradicts it. `mesh` and `shape`
-    include the object's guessed parts.
+    Tried are turns about the mesh's axes and the `alternatives` (n, 4, 4). `settle` refines a pose to the best fit
+    nearby, `refuted` tells whether the frame contradicts it. `mesh` and `shape` include the object's guessed parts.
     """
     some = read_cam[:: max(1, len(read_cam) // READINGS)]
 
@@ -240,7 +243,7 @@ def another_pose(
         return float(np.minimum(off, FAR_M).mean())
 
     tried = sorted((T_cam_obj @ turn for turn in turns(mesh)), key=misfit_m)[:TRIED]
-    for T in map(settle, tried):
+    for T in map(settle, [*alternatives, *tried]):
         if not np.isfinite(T).all() or metrics.pose_error(T, T_cam_obj)[1] < APART_RAD:
             continue
         if misfit_m(T) < POSSIBLE_M and not refuted(T):

@@ -81,8 +81,12 @@ class TrackerInterface:
         self._tracker._core.mark_unfound(k, kind)
 
     def is_sure(self, k: int) -> bool:
-        """Whether object k is ok in the last frame, but for directions of its pose that are not determined."""
+        """Whether object k is ok in the last frame, but for turns that the frame alone does not exclude."""
         return bool(self._tracker._core.is_sure(k))
+
+    def alternative_poses(self, k: int) -> NDArray[np.float64]:
+        """Other poses (n, 4, 4) of object k that explain the frames since its start as well."""
+        return np.asarray(self._tracker._core.alternative_poses(k))
 
     def evidence(self, k: int) -> float:
         """Probability that it is object k that the last frame shows there, whatever its covariance leaves open."""
