@@ -60,6 +60,15 @@ struct PointLoops {
     return cost;
   }
 
+  static int explained(const ExplainedTerm<float>& given) {
+    const auto term = given.template cast<L>();
+    const int count = term.readings_cam.count();
+    int total = 0, unused[energies::kLanes];
+    for (int k = 0; k < count; k += kWidth<L>)
+      total += keep(term.explains(indices<L>(k, count - k)) & among_first<L>(count - k), k, unused);
+    return total;
+  }
+
   HD static int count_from(const PointsView& points, int first) {
     const int left = points.count() - first;
     return left < kPointsAtOnce ? left : kPointsAtOnce;
@@ -112,7 +121,8 @@ struct PointLoops {
 // SDFTRACK_LANES and SDFTRACK_SET: the lane type and the member of PointOps that it serves.
 const PointOps PointOps::SDFTRACK_SET = {
     PointLoops<SDFTRACK_LANES>::linearize, PointLoops<SDFTRACK_LANES>::cost,
-    PointLoops<SDFTRACK_LANES>::sights,    PointLoops<SDFTRACK_LANES>::bearings,
-    PointLoops<SDFTRACK_LANES>::pulls,     PointLoops<SDFTRACK_LANES>::candidates};
+    PointLoops<SDFTRACK_LANES>::explained, PointLoops<SDFTRACK_LANES>::sights,
+    PointLoops<SDFTRACK_LANES>::bearings,  PointLoops<SDFTRACK_LANES>::pulls,
+    PointLoops<SDFTRACK_LANES>::candidates};
 
 }  // namespace sdftrack::frame

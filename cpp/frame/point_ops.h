@@ -45,6 +45,7 @@ struct Bearings {
 struct PointOps {
   energies::Sums<double, 6> (*linearize)(const QuickTerms&);  // without the cost
   QuickCost (*cost)(const QuickTerms&);
+  int (*explained)(const ExplainedTerm<float>&);  // number of measurements
   // For up to kPointsAtOnce points from `first` on.
   void (*sights)(const SightTerm<float>&, int first, Sights*);
   void (*bearings)(const BearingTerm<float>&, int first, Bearings*);

@@ -41,6 +41,26 @@ struct ReadingTerm {
   }
 };
 
+// Whether a measurement lies on the surface, on a side that faces the camera.
+template <class T>
+struct ExplainedTerm {
+  energies::SingleObject<T> field;
+  PointsView readings_cam;
+  T tolerance_m;
+
+  template <class U>
+  HD ExplainedTerm<U> cast() const {
+    return {field.template cast<U>(), readings_cam, U(tolerance_m)};
+  }
+  HD auto explains(IntOf<T> k) const {
+    const Vec3<T> p_cam = readings_cam.at<T>(k);
+    T phi;
+    Vec3<T> g;
+    sample(field.sdf, field.T_obj_cam * p_cam, &phi, &g);
+    return (abs(phi) < tolerance_m) & (dot(g, field.T_obj_cam.R * p_cam) < T(0));
+  }
+};
+
 constexpr float kFacing = 0.2f;  // cosine of the incidence below which a surface point is not used
 
 // The distance of a surface point's tangent plane from the measurement at the pixel where the point should be

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frame/point_ops.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -23,16 +25,12 @@ double unhidden(const Visibility& seen) {
 double explained_share(const SdfView& sdf, const std::vector<Vec3f>& readings_cam, const Rigidd& T_cam_obj,
                        double noise_m) {
   if (readings_cam.empty()) return 0;
-  const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
-  const auto tolerance = static_cast<float>(std::max(kExplained_m, kExplainedPerNoise * noise_m));
-  int explained = 0;
-  for (const Vec3f& p_cam : readings_cam) {
-    float phi;
-    Vec3f gradient;
-    sample(sdf, T_obj_cam * p_cam, &phi, &gradient);
-    explained += std::abs(phi) < tolerance && dot(gradient, T_obj_cam.R * p_cam) < 0;
-  }
-  return static_cast<double>(explained) / static_cast<double>(readings_cam.size());
+  const auto count = static_cast<int>(readings_cam.size());
+  const frame::ExplainedTerm<float> term{
+      {sdf, inverse(T_cam_obj).cast<float>()},
+      {readings_cam.data(), count, 1},
+      static_cast<float>(std::max(kExplained_m, kExplainedPerNoise * noise_m))};
+  return static_cast<double>(frame::point_ops_for(used_isa()).explained(term)) / count;
 }
 
 double score_of_mask(const Visibility& seen, double explained) { return unhidden(seen) * explained; }

@@ -42,17 +42,23 @@ Vec3f direction(int k) {
   return Vec3d{r * std::cos(turn), r * std::sin(turn), z}.cast<float>();
 }
 
-// Voxels inside a shape or within half a step of its surface, of about `per_side` along the shortest side.
-std::vector<Vec3f> rough_inside(const SdfView& sdf, int per_side) {
+// Of the voxels inside a shape or within half a step of its surface, of about `per_side` along the shortest
+// side, the two ends of each row: no voxel between them lies farther in any direction.
+std::vector<Vec3f> ends_inside(const SdfView& sdf, int per_side) {
   const int every = std::max(1, std::min({sdf.nx, sdf.ny, sdf.nz}) / per_side);
   const float step_m = static_cast<float>(every) * sdf.voxel_m;
   std::vector<Vec3f> out;
   for (int z = 0; z < sdf.nz; z += every)
-    for (int y = 0; y < sdf.ny; y += every)
-      for (int x = 0; x < sdf.nx; x += every)
-        if (sdf.phi[(static_cast<std::ptrdiff_t>(z) * sdf.ny + y) * sdf.nx + x] < 0.5f * step_m)
+    for (int y = 0; y < sdf.ny; y += every) {
+      const float* row = sdf.phi + (static_cast<std::ptrdiff_t>(z) * sdf.ny + y) * sdf.nx;
+      int first = 0, last = (sdf.nx - 1) / every * every;
+      while (first <= last && !(row[first] < 0.5f * step_m)) first += every;
+      while (last > first && !(row[last] < 0.5f * step_m)) last -= every;
+      for (const int x : {first, last})
+        if (first <= last)
           out.push_back(sdf.voxel_m *
                         Vec3f{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+    }
   return out;
 }
 
@@ -118,13 +124,13 @@ double extent_in(const frame::DepthFrame& frame, const Camera& camera, const uns
 }
 
 double size_of(const frame::Shape& shape) {
-  const std::vector<Vec3f> points = rough_inside(shape.sdf, kRoughBox);
+  const std::vector<Vec3f> points = ends_inside(shape.sdf, kRoughBox);
   return std::hypot(extent_along({1, 0, 0}, points), extent_along({0, 1, 0}, points),
                     extent_along({0, 0, 1}, points));
 }
 
 double diameter_of(const frame::Shape& shape) {
-  const std::vector<Vec3f> points = rough_inside(shape.sdf, kRoughDiameter);
+  const std::vector<Vec3f> points = ends_inside(shape.sdf, kRoughDiameter);
   double best = 0;
   for (int k = 0; k < kDirections; ++k) best = std::max(best, extent_along(direction(k), points));
   return best;
