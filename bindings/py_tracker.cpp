@@ -120,22 +120,6 @@ void PyTracker::check_mask_size(const PyFrame& frame, int k, const py::object& m
   });
 }
 
-double PyTracker::extent(const PyFrame& frame, const py::object& mask) {
-  const unsigned char* pixels = mask_view(mask, tracker_->camera());
-  double out = 0;
-  const Busy busy(&busy_, "tracker");
-  run(frame, [&](const frame::DepthFrame& f) {
-    if (f.depth_m.data) out = tracking::extent_in(f, tracker_->camera(), pixels);
-  });
-  return out;
-}
-
-double PyTracker::diameter(int k) {
-  check_object(k);
-  const Busy busy(&busy_, "tracker");
-  return tracking::diameter_of(tracker_->shape(k));
-}
-
 py::dict PyTracker::track(const PyFrame& frame, const Names& names) {
   const Busy busy(&busy_, "tracker");
   run(frame, [&](const frame::DepthFrame& f) { tracker_->track(f); });

@@ -46,9 +46,6 @@ class PyTracker {
   py::tuple place_of_click(const PyFrame& frame, int k, const std::array<double, 2>& px);
   // ValueError, a sentence about `name`, if a mask is of another size than object k.
   void check_mask_size(const PyFrame& frame, int k, const py::object& mask, const std::string& name);
-  // Extent of the measurements in a mask, and the largest one of object k, m.
-  double extent(const PyFrame& frame, const py::object& mask);
-  double diameter(int k);
   // Poses (M, 4, 4) in a frame outside the sequence, and whether each pose is sure.
   py::tuple revisit(const PyFrame& frame);
   // The tracker's judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
@@ -72,8 +69,8 @@ class PyTracker {
   void mark_unfound(int k, const std::string& kind);
   // For a model with estimated scale (tracker.h).
   void free_scale(int k);
-  double log_scale_to_add(int k);
-  void rescale(int k, const PyVolume& scaled, double log_scale);
+  // Values, voxel size and origin of object k as it is enlarged; None: its voxels still have this size.
+  py::object enlarged_volume(int k, double voxel_m);
   std::pair<double, double> scale(int k);  // log scale and its sd
   // Whether in the last frame only open directions count against the pose.
   bool is_sure(int k);

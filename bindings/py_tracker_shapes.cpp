@@ -52,22 +52,16 @@ void PyTracker::free_scale(int k) {
   tracker_->free_scale(k);
 }
 
-double PyTracker::log_scale_to_add(int k) {
+py::object PyTracker::enlarged_volume(int k, double voxel_m) {
   check_object(k);
   const Busy busy(&busy_, "tracker");
-  return tracker_->log_scale_to_add(k);
-}
-
-void PyTracker::rescale(int k, const PyVolume& scaled, double log_scale) {
-  check_object(k);
-  const auto& [values, voxel_m, origin] = scaled;
-  const SdfView view = volume_view(values, voxel_m, origin);
-  const Busy busy(&busy_, "tracker");
-  {
-    const ReleaseGil release;
-    tracker_->rescale(k, view, log_scale);
-  }
-  held_[static_cast<std::size_t>(k)].values = values;
+  const frame::Shape& shape = tracker_->shape(k);
+  const SdfView& sdf = shape.sdf;
+  if (sdf.voxel_m == static_cast<float>(voxel_m)) return py::none();
+  py::array_t<float> values({sdf.nz, sdf.ny, sdf.nx});
+  std::copy_n(sdf.phi, values.size(), values.mutable_data());
+  const Vec3d origin = sdf.origin_obj.cast<double>() + shape.centre_obj;
+  return py::make_tuple(values, static_cast<double>(sdf.voxel_m), std::array{origin.x, origin.y, origin.z});
 }
 
 std::pair<double, double> PyTracker::scale(int k) {

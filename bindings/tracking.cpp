@@ -23,8 +23,6 @@ void bind_tracking(py::module_& m) {
       .def("place_of_click", &PyTracker::place_of_click, py::arg("frame"), py::arg("k"), py::arg("px"))
       .def("check_mask_size", &PyTracker::check_mask_size, py::arg("frame"), py::arg("k"), py::arg("mask"),
            py::arg("name"))
-      .def("extent", &PyTracker::extent, py::arg("frame"), py::arg("mask"))
-      .def("diameter", &PyTracker::diameter, py::arg("k"))
       .def("track", &PyTracker::track, py::arg("frame"), py::arg("names"))
       .def("recover", &PyTracker::recover, py::arg("frame"), py::arg("objects"), py::arg("places"),
            py::arg("names"))
@@ -35,8 +33,7 @@ void bind_tracking(py::module_& m) {
       .def("set_symmetry", &PyTracker::set_symmetry, py::arg("k"), py::arg("discrete"), py::arg("axes"))
       .def("mark_unfound", &PyTracker::mark_unfound, py::arg("k"), py::arg("kind"))
       .def("free_scale", &PyTracker::free_scale, py::arg("k"))
-      .def("log_scale_to_add", &PyTracker::log_scale_to_add, py::arg("k"))
-      .def("rescale", &PyTracker::rescale, py::arg("k"), py::arg("scaled"), py::arg("log_scale"))
+      .def("enlarged_volume", &PyTracker::enlarged_volume, py::arg("k"), py::arg("voxel_m"))
       .def("scale", &PyTracker::scale, py::arg("k"))
       .def("is_sure", &PyTracker::is_sure, py::arg("k"))
       .def("alternative_poses", &PyTracker::alternative_poses, py::arg("k"))

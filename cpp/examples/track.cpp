@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Tracks an object of known shape in depth images of 16 bits, in millimetres, one after the other in a file:
-//   track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE]
+//   track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE | scaled FILE]
 // The last words say where the object is in the first image: a pixel of it, or a byte for each pixel.
+// "scaled": the mesh has the object's form but not its size.
 #include <sdftrack/tracker.h>
 
 #include <cstdio>
@@ -13,8 +14,11 @@
 
 int main(int argc, char** argv) try {
   const std::string how = argc > 9 ? argv[9] : "";
-  if (argc != (how == "click" ? 12 : how == "mask" ? 11 : 9))
-    return std::puts("track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE]"), 2;
+  const bool masked = how == "mask" || how == "scaled";
+  if (argc != (how == "click" ? 12 : masked ? 11 : 9)) {
+    std::puts("track MESH IMAGES WIDTH HEIGHT FX FY CX CY [click X Y | mask FILE | scaled FILE]");
+    return 2;
+  }
   const auto number = [&](int i) { return std::atof(argv[i]); };
   const sdftrack::DepthCamera camera{static_cast<int>(number(3)),
                                      static_cast<int>(number(4)),
@@ -30,7 +34,8 @@ int main(int argc, char** argv) try {
   std::vector<std::uint8_t> mask(depth.size());
   sdftrack::Place place;
   if (how == "click") place.click_px = {number(10), number(11)};
-  if (how == "mask") {
+  if (how == "scaled") tracker.estimate_scale(0);
+  if (masked) {
     std::ifstream(argv[10], std::ios::binary)
         .read(reinterpret_cast<char*>(mask.data()), static_cast<std::streamsize>(mask.size()));
     place.mask = mask.data();

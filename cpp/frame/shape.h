@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "energies/color_field.h"
@@ -18,6 +19,7 @@ namespace sdftrack::frame {
 struct Shape {
   std::uint64_t id = 0;                              // unique to each shape of make_shape
   SdfView sdf;                                       // in the centred frame; the values belong to the caller
+  std::shared_ptr<const std::vector<float>> values;  // unless it was enlarged: then it has values of its own
   SeenView seen;                                     // for `sdf`
   energies::ColorView colors;                        // for `sdf`
   Vec3d centre_obj;                                  // of the box of {phi <= 0}, in the caller's object frame

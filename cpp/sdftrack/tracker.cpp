@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sdftrack/tracker.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "sdftrack/conversion.h"
@@ -30,8 +31,7 @@ class Tracker::Session {
         frames_(camera, setup.color) {}
 
   void declare_symmetry(int k, const ShapeSymmetry& symmetry) {
-    if (k < 0 || k >= core_.object_count())
-      throw std::invalid_argument("k: expected 0.." + std::to_string(core_.object_count() - 1));
+    check_object(k);
     const auto vector_of = [](const Eigen::Vector3d& v) { return Vec3d{v.x(), v.y(), v.z()}; };
     frame::Symmetry out;
     for (const Eigen::Isometry3d& S : symmetry.discrete) out.discrete.push_back(rigid_of(S, "discrete"));
@@ -41,6 +41,17 @@ class Tracker::Session {
       out.axes.push_back({vector_of(about.direction.normalized()), vector_of(about.point)});
     }
     core_.set_symmetry(k, out);
+  }
+
+  void estimate_scale(int k) {
+    check_object(k);
+    core_.free_scale(k);
+  }
+
+  Scale scale(int k) const {
+    check_object(k);
+    const tracking::SizeTest::LogScale found = core_.scale(k);
+    return {std::exp(found.mean), std::exp(found.mean) * found.sd};
   }
 
   const TrackResult& start(const Frame& frame, const std::vector<Place>& places) {
@@ -61,6 +72,11 @@ class Tracker::Session {
   }
 
  private:
+  void check_object(int k) const {
+    if (k < 0 || k >= core_.object_count())
+      throw std::invalid_argument("k: expected 0.." + std::to_string(core_.object_count() - 1));
+  }
+
   static std::vector<SdfView> views_of(const std::vector<Shape>& shapes) {
     if (shapes.empty()) throw std::invalid_argument("shapes: expected at least one");
     std::vector<SdfView> out;
@@ -92,6 +108,8 @@ Tracker::~Tracker() = default;
 void Tracker::declare_symmetry(int k, const ShapeSymmetry& symmetry) {
   session_->declare_symmetry(k, symmetry);
 }
+void Tracker::estimate_scale(int k) { session_->estimate_scale(k); }
+Scale Tracker::scale(int k) const { return session_->scale(k); }
 const TrackResult& Tracker::start(const Frame& frame, const std::vector<Place>& places) {
   return session_->start(frame, places);
 }

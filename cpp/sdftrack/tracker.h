@@ -67,6 +67,11 @@ struct ShapeSymmetry {
   std::vector<Axis> axes;                   // of continuous symmetry
 };
 
+// The size of an object over that of its shape, and its standard deviation; infinite: not known.
+struct Scale {
+  double value = 1, sd = std::numeric_limits<double>::infinity();
+};
+
 using OptionSetting = std::variant<bool, int, double, std::string>;
 
 struct TrackerSetup {
@@ -91,6 +96,12 @@ class Tracker {
   // Poses of object k that differ by one of these motions are equivalent: a result has the one nearest to the
   // last result, at a start to the given pose, else to the camera's axes.
   void declare_symmetry(int k, const ShapeSymmetry& symmetry);
+
+  // Shape k has the form of its object but not its size: the scale is estimated, from a mask whatever it is,
+  // from other starts if it is within a fifth of 1, and refined in later frames. Poses are those of the
+  // enlarged shape.
+  void estimate_scale(int k);
+  Scale scale(int k) const;
 
   // Forgets the past and starts at these places, one for each shape. A result is valid until the next call.
   // Where the measurements in a mask or a box have another size than the shape, the reason says so, with the

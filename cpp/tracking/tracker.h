@@ -85,10 +85,12 @@ class Tracker {
   void reshape(int k, frame::PartialShape known);
   // The scale of object k is unknown and is estimated from now on.
   void free_scale(int k) { object(k).free_scale = true; }
-  // The log scale by which to enlarge its volume now (rescale); 0: too small or too uncertain to do so.
-  double log_scale_to_add(int k) const;
-  // `scaled` is the volume of object k enlarged by exp(log_scale) about the origin of its frame.
-  void rescale(int k, const SdfView& scaled, double log_scale);
+  bool has_free_scale(int k) const { return object(k).free_scale; }
+  // Enlarges object k to the scale that the measurements show. Returns the log scale that was added; 0: it is
+  // too small or too uncertain.
+  double adjust_scale(int k);
+  // Enlarges object k by exp(log_scale) about the origin of its frame.
+  void enlarge(int k, double log_scale);
   // Log scale relative to the first given volume, and its sd; infinite: not known. It cannot be told from a
   // distance error of the sensor.
   SizeTest::LogScale scale(int k) const;

@@ -9,6 +9,25 @@
 
 namespace sdftrack::tracking {
 
+namespace {
+
+std::shared_ptr<const frame::Shape> enlarged_shape(const frame::Shape& shape, double factor) {
+  SdfView sdf = shape.sdf;
+  auto values = std::make_shared<std::vector<float>>(
+      sdf.phi, sdf.phi + static_cast<std::ptrdiff_t>(sdf.nx) * sdf.ny * sdf.nz);
+  for (float& phi : *values) phi *= static_cast<float>(factor);
+  const Vec3d origin_obj = sdf.origin_obj.cast<double>() + shape.centre_obj;
+  sdf.phi = values->data(), sdf.id = 0;
+  sdf.voxel_m = static_cast<float>(factor * static_cast<double>(sdf.voxel_m));
+  sdf.origin_obj = (factor * origin_obj).cast<float>();
+  auto out = std::make_shared<frame::Shape>(frame::make_shape(sdf, kSurfacePoints, kFreeSpacePoints));
+  out->values = std::move(values);
+  out->colors = shape.colors;  // voxel by voxel
+  return out;
+}
+
+}  // namespace
+
 Tracker::Tracker(const TrackedObject& object, const Camera& camera, const TrackerOptions& options,
                  const TrackerSettings& settings)
     : Tracker(std::vector<SdfView>(), camera, options, settings) {
@@ -73,16 +92,18 @@ void Tracker::reshape(int k, frame::PartialShape known) {
       std::make_shared<const frame::Shape>(frame::make_shape(known, kSurfacePoints, kFreeSpacePoints));
 }
 
-double Tracker::log_scale_to_add(int k) const {
+double Tracker::adjust_scale(int k) {
   const Object& one = object(k);
-  return one.free_scale ? one.size.log_scale_to_add() : 0;
+  const double log_scale = one.free_scale ? one.size.log_scale_to_add() : 0;
+  enlarge(k, log_scale);
+  return log_scale;
 }
 
 // The knowledge about the object stays; its pose moves so that the measurements remain on its surface.
-void Tracker::rescale(int k, const SdfView& scaled, double log_scale) {
+void Tracker::enlarge(int k, double log_scale) {
+  if (log_scale == 0) return;
   Object& one = object(k);
-  auto shape = std::make_shared<frame::Shape>(frame::make_shape(scaled, kSurfacePoints, kFreeSpacePoints));
-  shape->colors = one.shape->colors;  // voxel by voxel
+  std::shared_ptr<const frame::Shape> shape = enlarged_shape(*one.shape, std::exp(log_scale));
   const Vector6d by = log_scale * one.size.depth.pull();
   const Rigidd T_obj_cam =
       increment(Vec3d{by[0], by[1], by[2]}, Vec3d{by[3], by[4], by[5]}) * inverse(one.T_cam_obj);

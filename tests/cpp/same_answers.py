@@ -42,11 +42,13 @@ class Compared:
         numbers = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
         self.call = [track, self.mesh_file, self.images_file, *map(repr, numbers)]
 
-    def check(self, images: list[np.ndarray], how: list[Any], start: dict[str, Any]) -> list[st.TrackResult]:
+    def check(
+        self, images: list[np.ndarray], how: list[Any], start: dict[str, Any], **setup: Any
+    ) -> list[st.TrackResult]:
         self.images_file.write_bytes(b"".join(image.tobytes() for image in images))
         call = [*self.call, *map(str, how)]
         rows = rows_of(*call)
-        tracker, results = st.Tracker(st.SDF.from_mesh(self.mesh_file), self.camera), []
+        tracker, results = st.Tracker(st.SDF.from_mesh(self.mesh_file), self.camera, **setup), []
         for i, (image, row) in enumerate(zip(images, rows, strict=True)):
             frame = st.Frame(image, depth_scale=0.001)
             results.append(tracker.track(frame) if i else tracker.start(frame, **start))
@@ -111,12 +113,16 @@ def images_in_a_file(programs: Path, folder: Path, mesh: st.Mesh) -> None:
     told = compared.check([FINE * images[0]], ["mask", compared.mask_file], {"masks": mask})
     assert "is the depth in 1/5000 m" in told[0].reason[0], told[0].reason
 
+    larger = Compared(programs / "track", folder, st.Mesh(1.2 * mesh.vertices, mesh.faces), compared.camera)
+    scaled = larger.check(images, ["scaled", compared.mask_file], {"masks": mask}, scale="free")
+    assert scaled[-1].ok, scaled[-1].reason
+
     camera = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
     small = solid(0.5)
     table = Compared(programs / "track", folder, small.to_mesh(), camera)
     found = table.check([cluttered_table(small, camera)], [], {})[0]
     assert found.reason[0].startswith(STANDING), found.reason
-    print(f"{len(images) + 4} frames of files: the same in C++ and in Python")
+    print(f"{2 * len(images) + 4} frames of files: the same in C++ and in Python")
 
 
 def scene_in_a_folder(programs: Path, folder: Path, mesh: st.Mesh) -> None:

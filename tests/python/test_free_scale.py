@@ -11,7 +11,6 @@ from tracking_scene import followed
 import sdftrack as st
 from experiments.trust.coverage import error_vector
 from sdftrack.cli.app import run
-from sdftrack.tracking.free_scale import rescaled
 
 CAMERA = st.Camera(300.0, 300.0, 159.5, 119.5, 320, 240)
 FRAMES = 14
@@ -89,10 +88,16 @@ def test_a_declared_symmetry_grows_with_the_shape():
     )
 
 
-def test_the_volume_is_enlarged_about_its_origin(model):
-    large = rescaled(model, 1.5)
-    points = np.array([[0.01, 0.02, 0.03], [-0.02, 0.0, 0.01]])
-    np.testing.assert_allclose(large(1.5 * points), 1.5 * model(points), atol=1e-6)
+def test_the_volume_is_enlarged_about_the_origin_of_its_frame(model):
+    aside = st.SDF(model.values, model.voxel_size, model.origin + np.array([0.05, 0.02, 0.0]))
+    sequence = seen(1.5, aside.to_mesh())
+    tracker = st.Tracker(aside, CAMERA, threads=1, scale="free")
+    tracker.start(sequence[0], masks=sequence.masks(0)[0])
+    large = tracker.shapes[0]
+    factor = large.voxel_size / aside.voxel_size
+    assert factor == pytest.approx(1.5, rel=0.015)
+    points = np.array([[0.06, 0.04, 0.03], [0.03, 0.02, 0.01]])
+    np.testing.assert_allclose(large(factor * points), factor * aside(points), atol=1e-6)
 
 
 def test_a_primitive_has_free_sizes_anyway():

@@ -82,16 +82,6 @@ def test_a_slice_through_a_round_thing_is_no_plane(flat):
     assert len(found) == flat
 
 
-def test_the_extent_of_a_mask_is_that_of_numpy_and_the_diameter_that_of_the_shape():
-    frame, box, _, mask = table_scene()
-    tracker = st.Tracker(box, CAMERA, threads=1)
-    view = _core.TrackerFrame(frame.depth)
-    points = CAMERA.back_project(frame.depth)[mask]
-    expected = twin.extent_m(points)
-    assert tracker._core.extent(view, mask.view(np.uint8)) == pytest.approx(expected, rel=1e-6)
-    assert tracker._core.diameter(0) == pytest.approx(SIZE, rel=0.03)
-
-
 def touching_boxes():
     """Two boxes of one colour each stand side by side on one level: only their colours part them."""
     depth, color = np.full((120, 160), 1.5, np.float32), np.full((120, 160, 3), 120, np.uint8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Regions of a start, in numpy: what hangs together around a pixel, and how far it extends."""
+"""Regions of a start, in numpy: what hangs together around a pixel."""
 
 from typing import Any
 
@@ -11,7 +11,6 @@ Array = NDArray[np.float64]
 
 STEP, STEP_PX = 0.008, 3.0  # an edge: a step in depth, of the depth and of a pixel's width there
 AROUND = 2.5  # times the object's size: the surroundings that planes are looked for in
-ENDS = (0.05, 0.95)  # shares of a mask's measurements between which it extends
 
 
 def _neighbours(image: NDArray, y: int, x: int, outside: float) -> NDArray:
@@ -42,9 +41,3 @@ def window(camera: Any, z: float, seed: tuple[int, int], reach_m: float) -> tupl
         slice(max(0, seed[0] - rows), min(camera.height, seed[0] + rows + 1)),
         slice(max(0, seed[1] - columns), min(camera.width, seed[1] + columns + 1)),
     )
-
-
-def extent_m(points: Array) -> float:
-    """The largest extent of points (N, 3) along one of their principal axes, without 5 % at each end."""
-    low, high = np.quantile(points @ np.linalg.eigh(np.cov(points.T))[1], ENDS, axis=0)
-    return float((high - low).max() / (ENDS[1] - ENDS[0]))

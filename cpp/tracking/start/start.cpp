@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "tracking/start/free_scale.h"
 #include "tracking/start/size_check.h"
 
 namespace sdftrack::tracking {
@@ -49,7 +50,7 @@ std::string places_to_click(const std::vector<Pixel>& places) {
 }
 
 void start_at(Tracker* tracker, const frame::DepthFrame& frame, const std::vector<PoseHint>& places) {
-  tracker->start(frame, places);
+  start_with_free_scales(tracker, frame, places);
   doubt_sizes(frame, places, tracker);
 }
 

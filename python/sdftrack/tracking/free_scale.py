@@ -1,21 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Shapes of known form and unknown scale: their volumes follow the scale that the core estimates."""
+"""Shapes of known form and unknown scale: the core estimates it, and enlarges their volumes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-
-from sdftrack.imaging.pose_hint import Place, is_mask
-from sdftrack.results import ScaleEstimate, Status, TrackResult
+from sdftrack.results import ScaleEstimate
 from sdftrack.sdf import SDF
-
-FITS = 6  # of a start, at most: each estimates the scale anew
-ROUNDS = 2  # of a candidate
-VIEWS = (1.0, 1.2, 1.45, 1.75)  # diameters over the extents of views
 
 
 def free_scales(scale: Any, shapes: Sequence[Any], unknown: Any) -> list[bool]:
@@ -32,74 +25,16 @@ def free_scales(scale: Any, shapes: Sequence[Any], unknown: Any) -> list[bool]:
     return [one == "free" for one in given]
 
 
-def rescaled(sdf: SDF, factor: float) -> SDF:
-    """The volume enlarged about the origin of its frame."""
-    return SDF(sdf.values * np.float32(factor), sdf.voxel_size * factor, sdf.origin * factor, sdf.colors)
-
-
-def adjust(tracker: Any, k: int) -> float:
-    """Give object k the scale that its measurements show; returns the log scale that was added."""
-    log_scale = float(tracker._core.log_scale_to_add(k))
-    if log_scale != 0:
-        resize(tracker, k, log_scale)
-    return log_scale
-
-
-def resize(tracker: Any, k: int, log_scale: float) -> None:
-    """Enlarge the volume of object k by exp(`log_scale`)."""
-    volume = rescaled(tracker.shapes[k], math.exp(log_scale))
-    tracker._core.rescale(k, volume._core_args, log_scale)
-    tracker.shapes[k] = volume
-    symmetry = tracker._symmetries[k]
-    tracker._symmetries[k] = symmetry and symmetry.enlarged(math.exp(log_scale))
-
-
-def start(tracker: Any, run: Any, view: Any, places: list[Place], free: list[int]) -> TrackResult:
-    """Start at places with the scale that fits best; `run`: start of the core at places; `view`: its frame."""
-    sizes = [tracker.shapes[k].voxel_size for k in free]
-    for k in free:
-        if is_mask(places[k]):
-            _try_candidates(tracker, run, view, places, k)
-    result, _ = _converged(tracker, run, places, free, FITS)
-    if sizes == [tracker.shapes[k].voxel_size for k in free]:
-        return result
-    return cast("TrackResult", run(places))
-
-
-def _try_candidates(tracker: Any, run: Any, view: Any, places: list[Place], k: int) -> None:
-    """Give object k the scale, of those that the extent of its mask allows, that explains the frame best."""
-    diameter, seen = tracker._core.diameter(k), tracker._core.extent(view, places[k])
-    if seen == 0 or diameter == 0:
+def enlarge(tracker: Any, k: int) -> None:
+    """Give object k the volume, and its symmetry, that the core has enlarged."""
+    shape: SDF = tracker.shapes[k]
+    enlarged = tracker._core.enlarged_volume(k, shape.voxel_size)
+    if enlarged is None:
         return
-    now, best, confidence = 0.0, 0.0, -1.0
-    for log_scale in (0.0, *(math.log(view * seen / diameter) for view in VIEWS)):
-        resize(tracker, k, log_scale - now)
-        result, added = _converged(tracker, run, places, [k], ROUNDS)
-        now = log_scale + added
-        if result.confidence[k] > confidence:
-            best, confidence = now, float(result.confidence[k])
-    resize(tracker, k, best - now)
-
-
-def _converged(
-    tracker: Any, run: Any, places: list[Place], free: list[int], fits: int
-) -> tuple[TrackResult, float]:
-    """The result of the last start, and the log scales that were added, as a sum."""
-    result: TrackResult = run(places)
-    total = 0.0
-    for _ in range(fits - 1):
-        added = [adjust(tracker, k) for k in free if result.status[k] is not Status.LOST]
-        if not any(added):
-            break
-        total += sum(added)
-        poses = tracker._core.best
-        result = run(
-            [
-                poses[k] if k in free and np.isfinite(poses[k]).all() else place
-                for k, place in enumerate(places)
-            ]
-        )
-    return result, total
+    values, voxel_m, origin = enlarged
+    tracker.shapes[k] = SDF(values, voxel_m, origin, shape.colors)
+    symmetry = tracker._symmetries[k]
+    tracker._symmetries[k] = symmetry and symmetry.enlarged(voxel_m / shape.voxel_size)
 
 
 def estimate(tracker: Any, k: int) -> ScaleEstimate:

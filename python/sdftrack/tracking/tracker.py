@@ -42,8 +42,7 @@ from sdftrack.tracking.arguments import (
     pose_covariance,
 )
 from sdftrack.tracking.core_conversion import assembled, core_frame, rgb_seen
-from sdftrack.tracking.free_scale import adjust, estimate, free_scales
-from sdftrack.tracking.free_scale import start as start_scaled
+from sdftrack.tracking.free_scale import enlarge, estimate, free_scales
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.symmetries import declare, symmetry_list
 
@@ -311,15 +310,10 @@ class Tracker:
         with self._alone():
             begin = time.perf_counter()
             view = self._core_frame(frame, camera, colors)
-
-            def run(places: list[Place]) -> TrackResult:
-                return self._finish(frame, view, self._core.start(view, places, self.names), begin)
-
-            if not self._free_sizes and not self._scaled():
-                return run(places)
-            places = self._core.located(view, places)
-            self._free_sizes.start(TrackerInterface(self), frame, camera, places)
-            return start_scaled(self, run, view, places, self._scaled())
+            if self._free_sizes:
+                places = self._core.located(view, places)
+                self._free_sizes.start(TrackerInterface(self), frame, camera, places)
+            return self._finish(frame, view, self._core.start(view, places, self.names), begin)
 
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the objects in the next frame.
@@ -351,9 +345,6 @@ class Tracker:
                 raise RuntimeError("track: call start(frame, poses=[...]) first")
             camera, colors = self._camera_of(frame), self._colors_of(frame)
             begin = time.perf_counter()
-            for k in self._scaled():
-                if self._last is not None and self._last.status[k] in (Status.OK, Status.WEAK):
-                    adjust(self, k)
             if self._free_sizes:
                 self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
             view = self._core_frame(frame, camera, colors)
@@ -655,6 +646,8 @@ class Tracker:
         self, frame: Frame, view: _core.TrackerFrame, found: dict[str, Any], begin: float
     ) -> TrackResult:
         colored = "rgb" if self.mode == "rgb" or frame.depth is None else "rgbd"
+        for k in self._scaled():
+            enlarge(self, k)
         self._note_modes(found["index"], [colored if used else "depth" for used in found["color_used"]])
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
