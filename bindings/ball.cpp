@@ -13,8 +13,8 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using calibration::BallColor, calibration::BallFinder, calibration::DepthBall, calibration::Mask,
-    calibration::ObservedFrame, calibration::Outline, calibration::RgbImage;
+using calibration::BallColor, calibration::BallFinder, calibration::DepthBall, calibration::ObservedFrame,
+    calibration::Outline, calibration::RgbImage;
 
 RgbImage rgb_view(const py::array& color) {
   const auto* data = borrow<unsigned char>(color, "color", {-1, -1, 3});
@@ -32,11 +32,10 @@ std::vector<RgbImage> rgb_views(const std::vector<py::array>& colors) {
   return out;
 }
 
-Mask mask_from(const py::array& mask) {
+frame::PixelMask mask_from(const py::array& mask) {
   const auto* data = borrow<unsigned char>(mask, "mask", {-1, -1});
-  Mask out{static_cast<int>(mask.shape(1)), static_cast<int>(mask.shape(0)), {}};
-  out.values.resize(static_cast<std::size_t>(mask.size()));
-  for (std::size_t i = 0; i < out.values.size(); ++i) out.values[i] = data[i] != 0;
+  frame::PixelMask out(static_cast<int>(mask.shape(1)), static_cast<int>(mask.shape(0)));
+  for (std::size_t i = 0; i < out.on.size(); ++i) out.on[i] = data[i] != 0;
   return out;
 }
 
@@ -45,12 +44,12 @@ py::array_t<double> array_of(Vec3d v) { return to_numpy(std::vector<double>{v.x,
 
 py::array_t<unsigned char> mask_of(const BallColor& self, const py::array& color) {
   const RgbImage image = rgb_view(color);
-  Mask out;
+  frame::PixelMask out;
   {
     const ReleaseGil release;
     out = self.mask(image);
   }
-  return to_numpy(std::move(out.values), {image.height, image.width});
+  return to_numpy(std::move(out.on), {image.height, image.width});
 }
 
 void learn(BallColor& self, const std::vector<py::array>& colors, const Camera& camera, std::uint64_t seed) {
@@ -85,7 +84,7 @@ py::object fit(const BallFinder& self, const py::array& depth, const std::array<
 std::vector<Outline> outlines(const py::array& color, const py::array& mask, const Camera& camera,
                               std::uint64_t seed, std::size_t most) {
   const RgbImage image = rgb_view(color);
-  const Mask there = mask_from(mask);
+  const frame::PixelMask there = mask_from(mask);
   if (there.width != image.width || there.height != image.height)
     throw py::value_error("mask: expected the size of the colour image");
   const ReleaseGil release;

@@ -21,7 +21,7 @@ float lens_reach2(const Camera& camera) {
       const Vec3d r = camera.pixel_ray(u, v);
       reach2 = std::max(reach2, r.x * r.x + r.y * r.y);
     }
-  return static_cast<float>(1.1 * reach2);
+  return float(1.1 * reach2);
 }
 
 }  // namespace
@@ -43,8 +43,7 @@ ColorMap rigid_map(const Camera& depth, const Camera& color, const Rigidd& T_col
   map.q = (K * T_color_depth.t).cast<float>();
   if (map.lens) {
     map.K = color.K.cast<float>();
-    for (int i = 0; i < 8; ++i)
-      map.distortion[i] = static_cast<float>(color.distortion[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 8; ++i) map.distortion[i] = float(color.distortion[i]);
     map.reach2 = lens_reach2(color);
   }
   return map;
@@ -54,8 +53,7 @@ ColorMap projective_map(const Mat3d& P, Vec3d q, int width, int height) {
   ColorMap map;
   map.width = width, map.height = height;
   map.aligned = false;
-  // (P, q) is known up to a factor, hence up to a sign: a point far along the middle of the view must be in
-  // front.
+  // (P, q) is known up to its sign: a point far along the middle of the view must be in front.
   const double sign = dot(P.r2, Vec3d{width / 2.0, height / 2.0, 1.0}) < 0 ? -1.0 : 1.0;
   map.P = (sign * P).cast<float>();
   map.q = (sign * q).cast<float>();

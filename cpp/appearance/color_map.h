@@ -2,8 +2,6 @@
 // Maps a depth pixel to the colour pixel that shows the same point.
 #pragma once
 
-#include <cmath>
-
 #include "base/camera.h"
 #include "base/rigid.h"
 #include "base/to_int.h"
@@ -25,8 +23,7 @@ struct ColorMap {
   float distortion[8] = {};
   float reach2 = 0;  // squared normalised radius beyond which the lens polynomial may turn back
 
-  // Place in the colour image and its depth: the colour camera's z times a constant of the rig. Returns false
-  // outside the image.
+  // Place and depth (the colour camera's z times a constant of the rig) in the colour image; false outside.
   HD bool place(Vec2f u_px, float depth_m, Vec2f* where, float* depth) const {
     const Vec3f at = P * Vec3f{depth_m * u_px.x, depth_m * u_px.y, depth_m} + q;
     if (!(at.z > 0)) return false;
@@ -37,8 +34,7 @@ struct ColorMap {
       c = {K.fx * c.x + K.cx, K.fy * c.y + K.cy};
     }
     // Tested before the conversion to int, which is undefined for a number out of range.
-    if (!(c.x > -0.5f && c.y > -0.5f && c.x < static_cast<float>(width) - 0.5f &&
-          c.y < static_cast<float>(height) - 0.5f))
+    if (!(c.x > -0.5f && c.y > -0.5f && c.x < float(width) - 0.5f && c.y < float(height) - 0.5f))
       return false;
     *where = c, *depth = at.z;
     return true;
@@ -62,10 +58,7 @@ struct ColorImage {
   const unsigned char* rgb = nullptr;  // row-major, 3 bytes per pixel
   ColorMap map;
 
-  HD const unsigned char* at(int x, int y) const {
-    return rgb + 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) +
-                      static_cast<std::size_t>(x));
-  }
+  HD const unsigned char* at(int x, int y) const { return rgb + 3 * (std::size_t(y) * map.width + x); }
 };
 
 }  // namespace sdftrack::appearance

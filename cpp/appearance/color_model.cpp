@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "appearance/color_model.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -18,7 +17,7 @@ constexpr float kMaxFrontShare = 0.3f;  // of the object's histogram, that may c
 constexpr float kFrontMargin = 1.5f;    // factor on the removed part: its colours vary from place to place
 
 void pool(const std::vector<float>& counts, double total, double rate, std::vector<float>* share) {
-  const auto keep = static_cast<float>(1 - rate), gain = static_cast<float>(rate / total);
+  const auto keep = float(1 - rate), gain = float(rate / total);
   for (std::size_t i = 0; i < counts.size(); ++i) (*share)[i] = keep * (*share)[i] + gain * counts[i];
 }
 
@@ -77,7 +76,7 @@ void ColorCounts::clear() {
 void smooth_histogram(const std::vector<float>& share, std::vector<float>* scratch, std::vector<float>* out) {
   scratch->resize(share.size()), out->resize(share.size());
   for (std::size_t i = 0; i < share.size(); ++i)
-    (*out)[i] = (1 - kUniformShare) * share[i] + kUniformShare / static_cast<float>(kColorBins);
+    (*out)[i] = (1 - kUniformShare) * share[i] + kUniformShare / float(kColorBins);
   smooth_rows(*out, scratch);
   smooth_axis(*scratch, kColorBinsPerChannel, out);
   smooth_axis(*out, kColorBinsPerChannel * kColorBinsPerChannel, scratch);
@@ -90,7 +89,7 @@ void ColorModel::update(const ColorCounts& counts, double object_rate, double ba
     known_ = true, front_known_ = false;
     object_.assign(kColorBins, 0.0f);
     // Nothing was seen around the object: every colour is equally likely there.
-    background_.assign(kColorBins, 1.0f / static_cast<float>(kColorBins));
+    background_.assign(kColorBins, 1.0f / float(kColorBins));
     object_rate = background_rate = 1;
   }
   if (counts.object_pixels >= kMinPixels) pool(counts.object, counts.object_weight, object_rate, &object_);
@@ -122,7 +121,7 @@ void ColorModel::take_out_front() {
     if (front_[i] > 0) ratios_.push_back({smooth_object_[i] / smooth_front_[i], front_[i]});
   const float share = weighted_median(&ratios_);
   if (share > kMaxFrontShare) return;
-  const float least = kUniformShare / static_cast<float>(kColorBins);
+  const float least = kUniformShare / float(kColorBins);
   float sum = 0;
   for (std::size_t i = 0; i < front_.size(); ++i) {
     float& f = smooth_object_[i];

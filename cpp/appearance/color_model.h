@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -27,12 +26,12 @@ struct ColorCounts {
 
   void clear();
   void add_object(int bin, float weight = 1) {
-    object[static_cast<std::size_t>(bin)] += weight, object_weight += static_cast<double>(weight);
+    object[bin] += weight, object_weight += double(weight);
     ++object_pixels;
   }
-  void add_background(int bin) { background[static_cast<std::size_t>(bin)] += 1, ++background_pixels; }
+  void add_background(int bin) { background[bin] += 1, ++background_pixels; }
   // Colours of what stands in front of the object; it may count as background too.
-  void add_front(int bin) { front[static_cast<std::size_t>(bin)] += 1, ++front_pixels; }
+  void add_front(int bin) { front[bin] += 1, ++front_pixels; }
 };
 
 // p(colour | object), without what holds the object, and p(colour | background), each smoothed, and
@@ -46,18 +45,13 @@ class ColorModel {
   bool known() const { return known_; }
   void forget() { known_ = false; }
   float prior() const { return prior_; }
-  // Weight of a surface pixel of this colour in the object's histogram: small where the pixel probably shows
-  // something else.
-  float weight(int bin) const {
-    return known_ ? std::min(1.0f, posterior_[static_cast<std::size_t>(bin)] / prior_) : 1.0f;
-  }
+  // Weight of a surface pixel of this colour in the histogram: small where it probably shows something else.
+  float weight(int bin) const { return known_ ? std::min(1.0f, posterior_[bin] / prior_) : 1.0f; }
   // Posterior of every colour bin.
   const std::vector<float>& posterior() const { return posterior_; }
   // Density of a colour on the object and around it, relative to a uniform distribution; valid once known.
-  float object_density(int bin) const { return kColorBins * smooth_object_[static_cast<std::size_t>(bin)]; }
-  float background_density(int bin) const {
-    return kColorBins * smooth_background_[static_cast<std::size_t>(bin)];
-  }
+  float object_density(int bin) const { return kColorBins * smooth_object_[bin]; }
+  float background_density(int bin) const { return kColorBins * smooth_background_[bin]; }
   // Sum of sqrt(p_f p_b): 1, the colours give no information; 0, they separate object and background.
   double overlap() const { return overlap_; }
 

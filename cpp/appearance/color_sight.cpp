@@ -18,8 +18,7 @@ void ColorSight::clear(int x0, int y0, int x1, int y1, int cell_px) {
   x0_ = x0, y0_ = y0, cell_px_ = std::max(1, cell_px);
   columns_ = std::max(0, (x1 - x0 + cell_px_ - 1) / cell_px_);
   rows_ = std::max(0, (y1 - y0 + cell_px_ - 1) / cell_px_);
-  nearest_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
-                  std::numeric_limits<float>::infinity());
+  nearest_.assign(std::size_t(columns_) * rows_, std::numeric_limits<float>::infinity());
 }
 
 int ColorSight::cell_of(int x, int y) const {
@@ -31,13 +30,13 @@ int ColorSight::cell_of(int x, int y) const {
 void ColorSight::add(int x, int y, float depth) {
   const int cell = cell_of(x, y);
   if (cell < 0) return;
-  float& nearest = nearest_[static_cast<std::size_t>(cell)];
+  float& nearest = nearest_[cell];
   nearest = std::min(nearest, depth);
 }
 
 bool ColorSight::sees(int x, int y, float depth) const {
   const int cell = cell_of(x, y);
-  return cell < 0 || depth < kBehind * nearest_[static_cast<std::size_t>(cell)];
+  return cell < 0 || depth < kBehind * nearest_[cell];
 }
 
 }  // namespace sdftrack::appearance

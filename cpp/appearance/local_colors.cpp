@@ -27,14 +27,14 @@ void LocalColors::open(float rate) {
 }
 
 void LocalColors::add(int place, bool object, int bin) {
-  Place& here = places_[static_cast<std::size_t>(place)];
+  Place& here = places_[place];
   if (here.frame != frame_) {
     here.frame = frame_;
     here.object_pixels *= keep_, here.background_pixels *= keep_;
     for (float& n : here.object) n *= keep_;
     for (float& n : here.background) n *= keep_;
   }
-  (object ? here.object : here.background)[static_cast<std::size_t>(local_bin(bin))] += 1;
+  (object ? here.object : here.background)[local_bin(bin)] += 1;
   (object ? here.object_pixels : here.background_pixels) += 1;
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include "appearance/color_model.h"
@@ -38,7 +37,7 @@ class LocalColors {
 
   // The probability that a colour at this place is the object's, with equal priors.
   float chance(const ColorModel& whole, int place, int bin) const {
-    const Place& here = places_[static_cast<std::size_t>(place)];
+    const Place& here = places_[place];
     const float f = density(here.object, here.object_pixels, whole.object_density(bin), bin);
     const float b = density(here.background, here.background_pixels, whole.background_density(bin), bin);
     return f / (f + b);
@@ -65,8 +64,7 @@ class LocalColors {
   };
   // Density relative to a uniform distribution.
   static float density(const std::array<float, kLocalBins>& seen, float pixels, float whole, int bin) {
-    return (kLocalBins * seen[static_cast<std::size_t>(local_bin(bin))] + kPseudoPixels * whole) /
-           (pixels + kPseudoPixels);
+    return (kLocalBins * seen[local_bin(bin)] + kPseudoPixels * whole) / (pixels + kPseudoPixels);
   }
 
   std::vector<Place> places_;

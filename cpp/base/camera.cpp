@@ -21,12 +21,12 @@ Vec3d Camera::pixel_ray(double u_px, double v_px) const { return LensRays(*this)
 
 std::vector<float> ray_table(const Camera& camera) {
   std::vector<float> table;
-  table.reserve(2 * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  table.reserve(2 * std::size_t(camera.width) * camera.height);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const Vec3d r = camera.pixel_ray(u, v);
-      table.push_back(static_cast<float>(r.x));
-      table.push_back(static_cast<float>(r.y));
+      table.push_back(float(r.x));
+      table.push_back(float(r.y));
     }
   return table;
 }

@@ -20,7 +20,6 @@ namespace sdftrack {
 
 namespace {
 
-// Closes a file of the C library.
 struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
@@ -42,7 +41,7 @@ int affinity() {
   const std::size_t bytes = sets.size() * sizeof(cpu_set_t);
   if (sched_getaffinity(0, bytes, sets.data()) == 0) return CPU_COUNT_S(bytes, sets.data());
 #endif
-  return static_cast<int>(std::thread::hardware_concurrency());
+  return int(std::thread::hardware_concurrency());
 }
 
 // The tightest limit of a group and the groups above it. `group` is its path in the hierarchy. In a container
@@ -87,13 +86,13 @@ std::optional<std::int64_t> take_number(std::string_view* text) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
   if (error != std::errc()) return std::nullopt;
-  text->remove_prefix(static_cast<std::size_t>(end - text->data()));
+  text->remove_prefix(std::size_t(end - text->data()));
   return number;
 }
 
 std::optional<double> ratio(std::optional<std::int64_t> quota, std::optional<std::int64_t> period) {
   if (quota.value_or(0) <= 0 || period.value_or(0) <= 0) return std::nullopt;
-  return static_cast<double>(*quota) / static_cast<double>(*period);
+  return double(*quota) / double(*period);
 }
 
 }  // namespace
@@ -109,7 +108,7 @@ std::optional<double> quota_of_cfs(std::string_view quota_us, std::string_view p
 
 int usable_cpus() {
   const double limit = std::ceil(control_group_limit());
-  return to_int(std::max(1.0, std::min(static_cast<double>(affinity()), limit)));
+  return to_int(std::max(1.0, std::min(double(affinity()), limit)));
 }
 
 }  // namespace sdftrack

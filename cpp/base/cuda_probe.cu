@@ -18,7 +18,7 @@ struct ScaleAndAdd {
   float* out;
   std::size_t n;
   __device__ void operator()() const {
-    const std::size_t i = static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    const std::size_t i = std::size_t(blockIdx.x) * kThreads + threadIdx.x;
     if (i < n) out[i] = scaled_sum(a, x[i], y[i]);
   }
 };

@@ -25,8 +25,7 @@ std::string cuda_device_name(int device);
 // Identifies the device, the driver and the build: changes with each of them.
 std::string cuda_fingerprint(int device);
 
-// Waits for the GPU that owns the address `device`, then copies from it. Throws std::runtime_error in a build
-// without CUDA.
+// Waits for the GPU that owns `device`, then copies. Throws std::runtime_error in a build without CUDA.
 void copy_from_device(const void* device, std::size_t bytes, void* host);
 
 // a x + y, element by element. x and y must have the same length.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An array on a GPU that is given to other libraries, and foreign work that this library waits for. No CUDA
-// header is needed to include this; builds without CUDA have device_array_none.cpp.
+// Arrays on a GPU for and from other libraries. Without CUDA cuda_none.cpp replaces it; no CUDA header is
+// needed.
 #pragma once
 
 #include <cstddef>

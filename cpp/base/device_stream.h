@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "base/device_buffer.h"
 
@@ -90,6 +89,26 @@ class StreamWaiter {
 
  private:
   const DeviceStream& stream_;
+};
+
+// A place in a stream's queue that the host can wait for while the stream continues.
+class DeviceEvent {
+ public:
+  // Belongs to the calling thread's current device.
+  DeviceEvent() { SDFTRACK_CHECK_CUDA(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming)); }
+  ~DeviceEvent() {
+    if (cudaEventDestroy(event_) != cudaSuccess) static_cast<void>(cudaGetLastError());
+  }
+  DeviceEvent(const DeviceEvent&) = delete;
+  DeviceEvent& operator=(const DeviceEvent&) = delete;
+
+  void record(const DeviceStream& stream) const {
+    SDFTRACK_CHECK_CUDA(cudaEventRecord(event_, stream.get()));
+  }
+  void wait() const { SDFTRACK_CHECK_CUDA(cudaEventSynchronize(event_)); }
+
+ private:
+  cudaEvent_t event_ = nullptr;
 };
 
 }  // namespace sdftrack

@@ -33,8 +33,7 @@ class DeviceVolumes {
     if (known != sent_.end()) {
       sent_.splice(sent_.begin(), sent_, known);
     } else {
-      const std::size_t voxels = static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
-                                 static_cast<std::size_t>(sdf.nz);
+      const std::size_t voxels = std::size_t(sdf.nx) * sdf.ny * sdf.nz;
       Sent made{sdf.id, 0, room_for(voxels)};
       stream.upload(sdf.phi, voxels, made.phi.data());
       stream.wait();  // the caller may change or free the values

@@ -125,8 +125,8 @@ HD void prefetch([[maybe_unused]] const void* p) {
 #endif
 }
 
-// Appends the indices first, first + 1, ... of the lanes where mask is true; `out` has room for a whole pack.
-// Returns their number.
+// Appends the indices first, first + 1, ... of the true lanes; `out` has room for a pack. Returns their
+// number.
 HD int keep(bool mask, int first, int* out) {
   *out = first;
   return mask;

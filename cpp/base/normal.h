@@ -26,9 +26,7 @@ class Normal {
 
  private:
   // In [0, 1): the numbers just below 2^64 round up to it.
-  static double uniform(std::mt19937_64& random) {
-    return std::min(static_cast<double>(random()) * 0x1p-64, 1 - 0x1p-53);
-  }
+  static double uniform(std::mt19937_64& random) { return std::min(double(random()) * 0x1p-64, 1 - 0x1p-53); }
 
   double second_ = 0;
   bool has_second_ = false;

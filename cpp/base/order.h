@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The smaller and the larger of two numbers, for loops and kernels. A NaN as the second is ignored, as in
-// std::min and std::max.
+// The smaller and the larger number, for loops and kernels; a NaN as the second is ignored, as in std::min.
 #pragma once
 
 #include "base/hd.h"

@@ -12,7 +12,7 @@ namespace sdftrack {
 // Of the two numbers at `place` and after it in order.
 template <class T>
 T between(std::vector<T>* values, std::size_t place, T share) {
-  const auto at = values->begin() + static_cast<std::ptrdiff_t>(place);
+  const auto at = values->begin() + std::ptrdiff_t(place);
   std::nth_element(values->begin(), at, values->end());
   const T low = *at;
   if (at + 1 == values->end()) return low;
@@ -22,15 +22,15 @@ T between(std::vector<T>* values, std::size_t place, T share) {
 
 template <class T>
 T quantile(std::vector<T>* values, double share) {
-  const double place = share * static_cast<double>(values->size() - 1), whole = std::floor(place);
-  return between(values, static_cast<std::size_t>(whole), static_cast<T>(place - whole));
+  const double place = share * double(values->size() - 1), whole = std::floor(place);
+  return between(values, std::size_t(whole), static_cast<T>(place - whole));
 }
 
 // The mean of the two middle numbers if their count is even.
 template <class T>
 T median(std::vector<T>* values) {
   const std::size_t half = values->size() / 2;
-  const auto at = values->begin() + static_cast<std::ptrdiff_t>(half);
+  const auto at = values->begin() + std::ptrdiff_t(half);
   std::nth_element(values->begin(), at, values->end());
   if (values->size() % 2 == 1) return *at;
   const T high = *at, low = *std::max_element(values->begin(), at);

@@ -13,9 +13,9 @@ namespace sdftrack {
 template <class T>
 double robust_sd(std::vector<T>* values) {
   if (values->size() < 20) return 0;
-  const auto low = values->begin() + static_cast<std::ptrdiff_t>(3 * values->size() / 10);
+  const auto low = values->begin() + std::ptrdiff_t(3 * values->size() / 10);
   std::nth_element(values->begin(), low, values->end());
-  return static_cast<double>(*low) / 0.38532;
+  return double(*low) / 0.38532;
 }
 
 }  // namespace sdftrack

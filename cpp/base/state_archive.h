@@ -122,7 +122,7 @@ class StateWriter {
     else if constexpr (Visited<const T, StateWriter>)
       T::visit(*this, value);
     else if constexpr (FixedNumbers<T>)
-      raw(value.data(), sizeof(*value.data()) * static_cast<std::size_t>(value.size()));
+      raw(value.data(), sizeof(*value.data()) * std::size_t(value.size()));
     else
       put_other(value);
   }
@@ -191,7 +191,7 @@ class StateReader {
     std::uint64_t n = 0;
     raw(&n, sizeof(n));
     check(n <= left_.size());
-    return static_cast<std::size_t>(n);
+    return std::size_t(n);
   }
   template <class T>
   void get(T& value) {
@@ -202,7 +202,7 @@ class StateReader {
     } else if constexpr (Visited<T, StateReader>) {
       T::visit(*this, value);
     } else if constexpr (FixedNumbers<T>) {
-      raw(value.data(), sizeof(*value.data()) * static_cast<std::size_t>(value.size()));
+      raw(value.data(), sizeof(*value.data()) * std::size_t(value.size()));
     } else {
       get_other(value);
     }

@@ -30,10 +30,10 @@ thread_local int own_number = 0;
 int ThreadPool::thread_number() { return own_number; }
 
 ThreadPool::ThreadPool(int workers) {
-  threads_.reserve(static_cast<std::size_t>(std::clamp(workers, 0, kMaxHelpers)));
+  threads_.reserve(std::clamp(workers, 0, kMaxHelpers));
   try {
     while (threads_.size() < threads_.capacity())
-      threads_.emplace_back([this, number = static_cast<int>(threads_.size()) + 1] { work(number); });
+      threads_.emplace_back([this, number = int(threads_.size()) + 1] { work(number); });
   } catch (const std::exception&) {
     // The system provides no more threads or no memory for them: the callers work without them.
   }
@@ -126,8 +126,7 @@ void ThreadPool::run_chunk(Slot* slot, const ChunkBody& body, std::uint32_t chun
   if (slot->done.fetch_add(1, std::memory_order_acq_rel) + 1 == chunks) slot->done.notify_all();
 }
 
-// Counts the chunks that have not started as done. This thread's chunk is counted later, so the loop is not
-// over.
+// Counts the chunks that have not started as done; this thread's own is counted later.
 void ThreadPool::close(Slot* slot, std::uint32_t chunks) {
   std::uint64_t ticket = slot->ticket.load(std::memory_order_relaxed);
   while (next_of(ticket) < chunks)

@@ -38,7 +38,7 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  int workers() const { return static_cast<int>(threads_.size()); }
+  int workers() const { return int(threads_.size()); }
   // 1, 2, ... on the threads of a pool, 0 on all others: tells which caches hold which data between loops.
   static int thread_number();
   // Runs body(0) to body(chunks - 1) on the caller's thread and at most `helpers` of the pool's threads.

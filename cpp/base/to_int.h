@@ -16,7 +16,7 @@ HD constexpr int to_int(T x) requires(std::is_floating_point_v<T>) {
   constexpr T kBeyond = T(2147483648.0);  // a power of 2: exact in a float, as kMost is not
   if (x >= kBeyond) return kMost;
   if (x < -kBeyond) return kLeast;
-  return x == x ? static_cast<int>(x) : 0;
+  return x == x ? int(x) : 0;
 }
 
 // As to_int, clamped to low..high; `low` for NaN.

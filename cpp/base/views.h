@@ -15,12 +15,11 @@ struct ImageView {
   const T* data;
   int width, height;
 
-  HD T operator()(int x, int y) const { return data[static_cast<std::size_t>(y) * width + x]; }
+  HD T operator()(int x, int y) const { return data[std::size_t(y) * width + x]; }
 };
 
-// phi[(iz * ny + iy) * nx + ix] is the distance in metres at voxel centre
-// origin_obj + voxel_m * (ix, iy, iz); negative inside the object. At least 2 voxels along each axis, fewer
-// than 2^31 in all.
+// phi[(iz * ny + iy) * nx + ix]: distance (m) at origin_obj + voxel_m * (ix, iy, iz); negative inside the
+// object. At least 2 voxels along each axis, fewer than 2^31 in all.
 struct SdfView {
   const float* phi;
   int nx, ny, nz;

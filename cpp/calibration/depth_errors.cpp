@@ -10,7 +10,7 @@
 
 #include "base/to_int.h"
 #include "calibration/ball/median.h"
-#include "calibration/ball/morphology.h"
+#include "frame/image/pixel_mask.h"
 
 namespace sdftrack::calibration {
 
@@ -55,21 +55,23 @@ struct Expected {
 };
 template <class At>
 DepthErrors errors_against(const ImageView<float>& depth, const Camera& camera, const At& at) {
-  const std::size_t n = static_cast<std::size_t>(depth.width) * static_cast<std::size_t>(depth.height);
+  const std::size_t n = std::size_t(depth.width) * depth.height;
   const std::vector<float> rays = ray_table(camera);
   DepthErrors out{depth.width, depth.height, Image(n, ImageNoise::kNone), Image(n), Image(n)};
-  Mask on{depth.width, depth.height, std::vector<std::uint8_t>(n)};
+  frame::PixelMask on(depth.width, depth.height);
   for (std::size_t i = 0; i < n; ++i) {
-    const Vec3d ray{static_cast<double>(rays[2 * i]), static_cast<double>(rays[2 * i + 1]), 1};
+    const Vec3d ray{double(rays[2 * i]), double(rays[2 * i + 1]), 1};
     const Expected expected = at(i, ray);
-    on.values[i] = expected.on && depth.data[i] > 0;
+    on.on[i] = expected.on && depth.data[i] > 0;
     const double cosine = std::clamp(expected.cosine / norm(ray), kMinCosine, 1.0);
     out.depth[i] = expected.depth, out.tangent[i] = std::sqrt(1 - cosine * cosine) / cosine;
   }
   // Single pixels off the surface are noise, not an edge.
-  const Mask inside = eroded(closed(on), kEdge_px);
-  for (std::size_t i = 0; i < n; ++i)
-    if (on.values[i] && inside.values[i]) out.error[i] = static_cast<double>(depth.data[i]) - out.depth[i];
+  const frame::PixelMask inside = eroded(closed(on, 1), kEdge_px);
+  for (int y = kEdge_px; y < depth.height - kEdge_px; ++y)
+    for (int x = kEdge_px; x < depth.width - kEdge_px; ++x)
+      if (const std::size_t i = on.at(x, y); on.on[i] && inside.on[i])
+        out.error[i] = double(depth.data[i]) - out.depth[i];
   return out;
 }
 
@@ -79,10 +81,8 @@ struct LocalMean {
 };
 LocalMean local_mean(const DepthErrors& errors, int side) {
   const int w = errors.width, h = errors.height, half = side / 2;
-  const auto at = [](int x, int y, int width) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  };
-  const std::size_t n = static_cast<std::size_t>(w + 1) * static_cast<std::size_t>(h + 1);
+  const auto at = [](int x, int y, int width) { return std::size_t(y) * width + x; };
+  const std::size_t n = std::size_t(w + 1) * std::size_t(h + 1);
   Image sum(n, 0.0), count(n, 0.0);  // sums over all pixels above and to the left
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
@@ -103,7 +103,7 @@ LocalMean local_mean(const DepthErrors& errors, int side) {
                total[at(x0, y0, w + 1)];
       };
       const double known = within(count);
-      out.share[at(x, y, w)] = known / (static_cast<double>(side) * side);
+      out.share[at(x, y, w)] = known / (double(side) * side);
       out.mean[at(x, y, w)] = known > 0 ? within(sum) / known : 0;
     }
   return out;
@@ -131,8 +131,7 @@ std::vector<double> smooth_part(const DepthErrors& errors, int known) {
   std::vector<double> out;
   for (int y = half; y < errors.height; y += step)
     for (int x = half; x < errors.width; x += step) {
-      const auto i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(errors.width) + static_cast<std::size_t>(x);
+      const auto i = std::size_t(y) * errors.width + x;
       if (local.share[i] > kFilled) out.push_back(local.mean[i]);
     }
   return out;
@@ -144,15 +143,14 @@ double neighbour_correlation(const Image& rough, int w, int h) {
   std::size_t count = 0;
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
-      const std::size_t i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
+      const std::size_t i = std::size_t(y) * w + x;
       const auto with = [&](std::size_t j) {
         if (!is_known(rough[i]) || !is_known(rough[j])) return;
         products += rough[i] * rough[j], squares += 0.5 * (rough[i] * rough[i] + rough[j] * rough[j]),
             ++count;
       };
       if (x + 1 < w) with(i + 1);
-      if (y + 1 < h) with(i + static_cast<std::size_t>(w));
+      if (y + 1 < h) with(i + std::size_t(w));
     }
   return count >= kEnough && squares > 0 ? products / squares : ImageNoise::kNone;
 }
@@ -170,7 +168,7 @@ std::vector<NoiseSample> samples_of(const DepthErrors& errors, const Image& roug
     const auto angle =
         std::upper_bound(std::begin(kBins_deg), std::end(kBins_deg), degrees) - std::begin(kBins_deg);
     const int distance = to_int(std::floor(std::log(errors.depth[i]) / std::log(kBinStep)));
-    bins[{distance, static_cast<int>(angle)}].push_back(i);
+    bins[{distance, int(angle)}].push_back(i);
   }
   std::vector<NoiseSample> out;
   for (const auto& [bin, at] : bins) {
@@ -179,8 +177,8 @@ std::vector<NoiseSample> samples_of(const DepthErrors& errors, const Image& roug
     std::vector<double> z, tangent;
     for (const std::size_t i : at)
       squares += rough[i] * rough[i], z.push_back(errors.depth[i]), tangent.push_back(errors.tangent[i]);
-    const double sd = grown * std::sqrt(squares / static_cast<double>(at.size()));
-    out.push_back({median_of(&z), median_of(&tangent), sd, static_cast<int>(at.size())});
+    const double sd = grown * std::sqrt(squares / double(at.size()));
+    out.push_back({median_of(&z), median_of(&tangent), sd, int(at.size())});
   }
   return out;
 }
@@ -192,12 +190,12 @@ double slope_by_tangent(const DepthErrors& errors) {
     if (is_known(errors.error[i])) t.push_back(errors.tangent[i]), e.push_back(errors.error[i]);
   std::vector<double> sorted = t;
   const auto quantile = [&](std::size_t tenths) {
-    const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(tenths * (sorted.size() - 1) / 10);
+    const auto place = sorted.begin() + std::ptrdiff_t(tenths * (sorted.size() - 1) / 10);
     std::nth_element(sorted.begin(), place, sorted.end());
     return *place;
   };
   if (!(quantile(9) - quantile(1) > kTangentSpan)) return ImageNoise::kNone;
-  const auto n = static_cast<double>(t.size());
+  const auto n = double(t.size());
   double mean_t = 0, mean_e = 0, t_e = 0, t_t = 0;
   for (std::size_t i = 0; i < t.size(); ++i) mean_t += t[i] / n, mean_e += e[i] / n;
   for (std::size_t i = 0; i < t.size(); ++i)
@@ -219,15 +217,15 @@ DepthErrors errors_of_plane(const ImageView<float>& depth, const Camera& camera,
 DepthErrors errors_of_surface(const ImageView<float>& depth, const Camera& camera, const float* expected,
                               const Vec3f* normals) {
   return errors_against(depth, camera, [&](std::size_t i, Vec3d ray) {
-    const auto z = static_cast<double>(expected[i]);
-    const bool on = z > 0 && std::abs(static_cast<double>(depth.data[i]) - z) < kFar_m;
+    const auto z = double(expected[i]);
+    const bool on = z > 0 && std::abs(double(depth.data[i]) - z) < kFar_m;
     return Expected{on, z, std::abs(dot(ray, normals[i].cast<double>()))};
   });
 }
 
 ImageNoise noise_of(const DepthErrors& errors) {
   ImageNoise out;
-  out.known = static_cast<int>(std::count_if(errors.error.begin(), errors.error.end(), is_known));
+  out.known = int(std::count_if(errors.error.begin(), errors.error.end(), is_known));
   if (out.known == 0) return out;
   out.depth_m = median_where(errors.depth, errors.error);
   out.bias_m = median_where(errors.error, errors.error);

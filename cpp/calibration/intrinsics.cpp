@@ -41,19 +41,18 @@ optim::Vector6d weak_information(const frame::Shape& shape) {
 }
 
 // The number of directions in which a shift of the object, with the best rotation, hardly changes the
-// measurements: information below a thousandth of the average. A pole or a plate whose ends are out of view
-// has such directions.
+// measurements (information below a thousandth of the average), as of a pole or plate whose ends are out of
+// view.
 int open_shifts(const Eigen::Matrix<double, 6, 6>& pose) {
   const Eigen::Matrix3d cross = pose.topRightCorner<3, 3>(), turn = pose.bottomRightCorner<3, 3>();
   const Eigen::Matrix3d shift =
       pose.topLeftCorner<3, 3>() - cross * optim::solve_symmetric<3, 3>(turn, cross.transpose());
   const Eigen::Vector3d values = optim::eigenpairs<3>(shift).values;
   const double usual = pose.topLeftCorner<3, 3>().trace() / 3;
-  return static_cast<int>((values.array() < kOpenShift * usual).count());
+  return int((values.array() < kOpenShift * usual).count());
 }
 
-// Newton's step, without directions that the frames leave open. Each unknown is scaled by its own
-// information.
+// Newton's step without the directions that the frames leave open, each unknown scaled by its information.
 optim::SharedVector step_within_the_known(const optim::SharedMatrix& information,
                                           const optim::SharedVector& pull) {
   const optim::SharedVector unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -87,8 +86,7 @@ int IntrinsicsProblem::add(const frame::DepthFrame& depth, const Rigidd& T_cam_o
   const int width = lens_.camera.width;
   for (std::size_t i = 0; i < pixels.at.size(); ++i) {
     // The frame's depth may have been corrected by the current lens.
-    const double reading =
-        (static_cast<double>(pixels.depth_m[i]) - lens_.depth_offset_m) / lens_.depth_scale;
+    const double reading = (double(pixels.depth_m[i]) - lens_.depth_offset_m) / lens_.depth_scale;
     frame.pixels.push(pixels.at[i] % width, pixels.at[i] / width, reading);
   }
   frames_.push_back(std::move(frame));
@@ -98,13 +96,12 @@ int IntrinsicsProblem::add(const frame::DepthFrame& depth, const Rigidd& T_cam_o
 void IntrinsicsProblem::drop(const std::vector<int>& dropped) {
   std::vector<LensFrame> kept;
   for (int m = 0; m < frame_count(); ++m)
-    if (std::find(dropped.begin(), dropped.end(), m) == dropped.end())
-      kept.push_back(std::move(frames_[static_cast<std::size_t>(m)]));
+    if (std::find(dropped.begin(), dropped.end(), m) == dropped.end()) kept.push_back(std::move(frames_[m]));
   frames_ = std::move(kept);
 }
 
 Rigidd IntrinsicsProblem::T_cam_obj(int frame) const {
-  const Rigidd centred = inverse(frames_.at(static_cast<std::size_t>(frame)).T_obj_cam);
+  const Rigidd centred = inverse(frames_.at(std::size_t(frame)).T_obj_cam);
   return {centred.R, centred * (-shape_.centre_obj)};
 }
 
@@ -150,7 +147,7 @@ void IntrinsicsProblem::balance(LensSolver* solver) {
     best = lens_, least = gain;
     if (gain < kBalanced) return;
     for (int j = 0; j < n; ++j) {
-      const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
+      const LensUnknown which = free_.unknowns[j];
       lens_.set(which, lens_.get(which) + step[j]);
     }
     for (std::size_t m = 0; m < frames_.size(); ++m) {  // so that the frames start close to their optimum
@@ -179,12 +176,12 @@ FrameEstimate IntrinsicsProblem::estimate_of(LensFrame* frame, Lens lens) const 
   FrameEstimate out;
   out.follow = follow;
   out.value.resize(n);
-  for (int j = 0; j < n; ++j) out.value[j] = lens.get(free_.unknowns[static_cast<std::size_t>(j)]);
+  for (int j = 0; j < n; ++j) out.value[j] = lens.get(free_.unknowns[j]);
   out.information = bread.bottomRightCorner(n, n) - bread.bottomLeftCorner(n, 6) * follow;
   out.gradient = block.shared_gradient - follow.transpose() * block.pose_gradient;
   out.scatter = along.transpose() * spread.meat * along;
   out.noise_m = frame->noise_m;
-  out.hits = static_cast<int>(block.count);
+  out.hits = int(block.count);
   out.open_shifts = open_shifts(pose);
   return out;
 }
@@ -210,17 +207,17 @@ std::vector<FrameEstimate> IntrinsicsProblem::solve_each() {
 }
 
 std::vector<LensFrame::Reading> IntrinsicsProblem::readings(int frame) {
-  return frames_.at(static_cast<std::size_t>(frame)).readings({shape_.sdf, lens_, free_});
+  return frames_.at(std::size_t(frame)).readings({shape_.sdf, lens_, free_});
 }
 
 std::vector<int> IntrinsicsProblem::coverage(int columns, int rows) const {
-  std::vector<int> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  std::vector<int> cells(std::size_t(columns) * rows);
   for (const LensFrame& frame : frames_)
     for (std::size_t i = 0; i < frame.pixels.used.size(); ++i) {
       if (!frame.pixels.used[i]) continue;
-      const auto x = static_cast<std::size_t>(frame.pixels.u_px[i] * columns / lens_.camera.width);
-      const auto y = static_cast<std::size_t>(frame.pixels.v_px[i] * rows / lens_.camera.height);
-      ++cells[y * static_cast<std::size_t>(columns) + x];
+      const auto x = std::size_t(frame.pixels.u_px[i] * columns / lens_.camera.width);
+      const auto y = std::size_t(frame.pixels.v_px[i] * rows / lens_.camera.height);
+      ++cells[y * std::size_t(columns) + x];
     }
   return cells;
 }
@@ -248,7 +245,7 @@ optim::SharedVector IntrinsicsProblem::bias(std::uint64_t seed, int pairs) {
       LensSolver(shape_.sdf, free_, options_, all_of(&twins), &lens, nullptr)
           .fine(options_.stride(options_.twin_pixels));
       for (int j = 0; j < n; ++j) {
-        const LensUnknown which = free_.unknowns[static_cast<std::size_t>(j)];
+        const LensUnknown which = free_.unknowns[j];
         sum[j] += lens.get(which) - lens_.get(which);
       }
     }

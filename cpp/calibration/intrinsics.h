@@ -31,7 +31,7 @@ class IntrinsicsProblem {
 
   // Keeps the measurements near the object at T_cam_obj (of the caller's object frame); returns their number.
   int add(const frame::DepthFrame& frame, const Rigidd& T_cam_obj);
-  int frame_count() const { return static_cast<int>(frames_.size()); }
+  int frame_count() const { return int(frames_.size()); }
   void drop(const std::vector<int>& frames);
 
   const Lens& lens() const { return lens_; }
@@ -39,8 +39,7 @@ class IntrinsicsProblem {
   Rigidd T_cam_obj(int frame) const;
   const FreeLens& free() const { return free_; }
 
-  // Fits all frames together, from scale_m down to the noise. prior: nullptr for none. quick: on some of the
-  // pixels.
+  // Fits all frames together, from scale_m down to the noise. prior: nullptr for none. quick: on some pixels.
   optim::LmRecord solve(double scale_m, const LensPrior* prior, bool quick);
   // Only the last stage, from the current state.
   optim::LmRecord polish();
@@ -48,10 +47,9 @@ class IntrinsicsProblem {
   std::vector<FrameEstimate> examine();
   // As examine(), with each frame moved to its own optimum first (thesis Eq. 3.23); the state is not changed.
   std::vector<FrameEstimate> solve_each();
-  // The residuals of a frame's pixels that count, at the current state, and whether their rays meet the
-  // model.
+  // The residuals of a frame's pixels that count at the current state; whether their rays meet the model.
   std::vector<LensFrame::Reading> readings(int frame);
-  const LensPixels& pixels(int frame) const { return frames_.at(static_cast<std::size_t>(frame)).pixels; }
+  const LensPixels& pixels(int frame) const { return frames_.at(std::size_t(frame)).pixels; }
   // The number of counting measurements in each cell of the image, row by row.
   std::vector<int> coverage(int columns, int rows) const;
   // The mean error of the estimate if the current state is the truth: solved for measurements simulated from

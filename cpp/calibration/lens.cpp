@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/lens.h"
 
-#include <cmath>
-
 namespace sdftrack::calibration {
 
 namespace {
 
-constexpr std::size_t at(LensUnknown which) { return static_cast<std::size_t>(which); }
+constexpr std::size_t at(LensUnknown which) { return std::size_t(which); }
 
 // The distorted coordinates of an ideal point, and their derivatives.
 struct Distorted {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A depth camera as a calibration sees it: from a pixel and its reading to a point, with the derivatives by
-// all possible unknowns. docs/math/intrinsics.md, section 1.
+// A depth camera as a calibration sees it: from a pixel and its measurement to a point, with the derivatives
+// by all possible unknowns. docs/math/intrinsics.md, section 1.
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include "base/camera.h"
 #include "optim/arrow.h"

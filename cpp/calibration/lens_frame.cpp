@@ -53,14 +53,14 @@ LensFrame::Loop LensFrame::loop_over(const LensView& view, const Rigidd& T) {
   return {{view.sdf, T}, {1, 0}, view.lens.camera.K, {}, energies::Residual::kRayHit, false, kNewtonSteps};
 }
 
-// Calls visit(reading, hit, J) for every pixel that counts: the residual, whether its ray meets the model,
-// and d residual / d unknowns over reading.gain.
+// Calls visit(measurement, hit, J) for every pixel that counts: the residual, whether its ray meets the
+// model, and d residual / d unknowns over the measurement's gain.
 template <class Visit>
 void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
   const Loop loop = loop_over(view, trial ? trial_T_obj_cam : T_obj_cam);
   std::vector<double>& hits = trial ? pixels.trial_hit_m : pixels.hit_m;  // a trial's hits may be discarded
   const std::vector<LensUnknown>& unknowns = view.free.unknowns;
-  for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
+  for (std::size_t at = 0; at < pixels.used.size(); at += std::size_t(view.stride)) {
     if (!pixels.used[at]) continue;
     const LensRay look = look_through(view.lens, view.free.distorted, pixels.u_px[at], pixels.v_px[at]);
     const double depth_m = view.lens.depth_m(pixels.reading_m[at]);
@@ -83,7 +83,7 @@ void LensFrame::each_row(const LensView& view, bool trial, const Visit& visit) {
     double J[kUnknowns];
     std::copy_n(row.J, 6, J);
     for (std::size_t j = 0; j < unknowns.size(); ++j) {
-      const auto k = static_cast<std::size_t>(unknowns[j]);
+      const auto k = std::size_t(unknowns[j]);
       J[6 + j] = z * (row.grad_cam.x * look.dx[k] + row.grad_cam.y * look.dy[k]);
       // The measured depth changes: residual = hit - depth, or phi at the depth.
       const double slope = hit ? -1 / gain : dot(row.grad_cam, look.ray);
@@ -116,7 +116,7 @@ void LensFrame::classify(const LensView& view, OutlineUse outline) {
   Loop loop = loop_over(view, T_obj_cam);
   loop.pixels = {1, nullptr, nullptr, &depth_m, &per_noise, &hit_m, &gain};
   loop.reclassify = true;
-  for (std::size_t at = 0; at < pixels.used.size(); at += static_cast<std::size_t>(view.stride)) {
+  for (std::size_t at = 0; at < pixels.used.size(); at += std::size_t(view.stride)) {
     depth_m = view.lens.depth_m(pixels.reading_m[at]);
     if (outline == OutlineUse::kPoints) {
       pixels.gain[at] = 1, pixels.used[at] = 1;
@@ -181,8 +181,7 @@ FrameSpread LensFrame::spread(const LensView& view, const energies::DepthLogisti
       }
     }
   });
-  // Outliers have negative second derivatives. If they dominate, the weights replace the second derivatives,
-  // scaled to the same mean.
+  // Outliers have negative second derivatives. If they dominate, the scaled weights replace these.
   if (!positive_definite(out.bread) && weights > 0) out.bread = std::max(bends, 0.0) / weights * weighted;
   return out;
 }

@@ -15,7 +15,7 @@ struct FreeLens {
   std::vector<LensUnknown> unknowns;  // in the order of the enumeration
   bool distorted = false;             // distortion of the camera, or among the unknowns
 
-  int count() const { return static_cast<int>(unknowns.size()); }
+  int count() const { return int(unknowns.size()); }
 };
 
 // Structure of arrays, as PixelsView has it; u and v are those of the image, with distortion.
@@ -24,7 +24,7 @@ struct LensPixels {
   std::vector<double> hit_m, trial_hit_m;  // where the ray meets the model at the state and at the trial
   std::vector<unsigned char> used;
 
-  int count() const { return static_cast<int>(reading_m.size()); }
+  int count() const { return int(reading_m.size()); }
   void push(double u, double v, double reading);
 };
 

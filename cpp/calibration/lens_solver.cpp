@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/lens_solver.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

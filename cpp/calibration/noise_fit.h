@@ -29,8 +29,8 @@ Growth fit_growth(const std::vector<double>& depth_m, const std::vector<double>&
 // Whether distances differ enough to estimate the growth.
 bool span_is_wide(const std::vector<double>& depth_m);
 
-// The length (px) of noise whose correlation at a distance d is exp(-d^2 / (2 length^2)), from the
-// correlation of neighbours.
+// The length (px) of noise with correlation exp(-d^2 / (2 length^2)) at a distance d, from that of
+// neighbours.
 double correlation_length(double neighbours);
 
 }  // namespace sdftrack::calibration

@@ -47,11 +47,11 @@ struct ContourLoops {
     each_pack<L>(0, count, [&](int i, int n) SDFTRACK_INLINE {
       L best = load<L>(row_square + i, n);
       for (int k = 1; k <= above; ++k) {
-        const L other = load<L>(row_square + i - k * row, n) + L(static_cast<float>(k * k));
+        const L other = load<L>(row_square + i - k * row, n) + L(float(k * k));
         best = select(other < best, other, best);
       }
       for (int k = 1; k <= below; ++k) {
-        const L other = load<L>(row_square + i + k * row, n) + L(static_cast<float>(k * k));
+        const L other = load<L>(row_square + i + k * row, n) + L(float(k * k));
         best = select(other < best, other, best);
       }
       store(best, least + i, n);
@@ -80,7 +80,7 @@ struct ContourLoops {
         for (int i = 0; i < kRows; ++i)
           sums[i].part[j] += load<L>(rows + i * length + k + j * kWidth<L>, kWidth<L>) * right;
       }
-    for (int i = 0; i < kRows; ++i) out[i * step] = static_cast<float>(sums[i].total());
+    for (int i = 0; i < kRows; ++i) out[i * step] = float(sums[i].total());
   }
 
   static void products(const float* rows, int count, const float* b, int length, float* out, int step) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "base/isa.h"
-#include "contour/color_terms.h"
 #include "contour/contour_terms.h"
 
 namespace sdftrack::contour {

@@ -29,7 +29,7 @@ void along_row(const float* phi, int nx, bool inside, float far, float* square) 
 
 // phi over its slope at a cell next to the zero set.
 float beside(const float* phi, int nx, int ny, int x, int y) {
-  const float* p = phi + static_cast<std::ptrdiff_t>(y) * nx + x;
+  const float* p = phi + y * nx + x;
   const float gx = 0.5f * (p[x + 1 < nx ? 1 : 0] - p[x > 0 ? -1 : 0]);
   const float gy = 0.5f * (p[y + 1 < ny ? nx : 0] - p[y > 0 ? -nx : 0]);
   const float slope = std::max(std::sqrt(gx * gx + gy * gy), kMinSlope);
@@ -39,7 +39,7 @@ float beside(const float* phi, int nx, int ny, int x, int y) {
 CellBox inside_of(const ContourGrid& grid) {
   CellBox box{grid.nx, grid.ny, -1, -1};
   for (int y = 0; y < grid.ny; ++y) {
-    const float* const row = grid.phi.data() + static_cast<std::ptrdiff_t>(y) * grid.nx;
+    const float* const row = grid.phi.data() + std::ptrdiff_t(y) * grid.nx;
     int first = 0, last = grid.nx - 1;
     while (first < grid.nx && row[first] >= 0) ++first;
     if (first == grid.nx) continue;
@@ -53,19 +53,17 @@ CellBox inside_of(const ContourGrid& grid) {
 
 void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid) {
   const int nx = grid->nx, ny = grid->ny;
-  const auto width = static_cast<std::size_t>(nx);
+  const auto width = std::size_t(nx);
   work->to_outside.resize(grid->phi.size()), work->to_inside.resize(grid->phi.size());
   work->least.resize(2 * width);
   work->kept.resize(grid->phi.size());
   grid->inside = inside_of(*grid);
   std::swap(grid->phi, work->kept);
-  const auto far = static_cast<float>(radius);
+  const auto far = float(radius);
   std::fill(grid->phi.begin(), grid->phi.end(), far);
   const CellBox box = grid->inside.grown(radius + 1, nx, ny);
   const int count = box.x1 - box.x0 + 1;
-  const auto first = [&](int y) {
-    return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(box.x0);
-  };
+  const auto first = [&](int y) { return std::size_t(y) * width + box.x0; };
   for (int y = box.y0; y <= box.y1; ++y) {
     along_row(work->kept.data() + first(y), count, false, far + 1, work->to_outside.data() + first(y));
     along_row(work->kept.data() + first(y), count, true, far + 1, work->to_inside.data() + first(y));

@@ -12,9 +12,8 @@ struct FlatDistanceWork {
   std::vector<float> to_outside, to_inside, least, kept;
 };
 
-// Replaces phi by the signed distance to its zero set, clamped to `radius`. Next to the zero set the distance
-// is phi over its slope, elsewhere the distance to the nearest cell of the other sign minus half a cell. Sets
-// grid->inside.
+// Replaces phi by the signed distance to its zero set, clamped to `radius`: next to it phi over its slope,
+// elsewhere the distance to the nearest cell of the other side minus half a cell. Sets grid->inside.
 void redistance(int radius, FlatDistanceWork* work, ContourGrid* grid);
 
 }  // namespace sdftrack::contour

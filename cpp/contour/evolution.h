@@ -28,7 +28,6 @@ struct EvolutionWork {
 void find_band(const ContourGrid& grid, float band, std::vector<CellRun>* runs);
 // The posterior at the cells of the band, one half outside the image.
 void sample_posterior(const ContourGrid& grid, const PosteriorImage& posterior, EvolutionWork* work);
-// Makes `steps` steps in the band of `work`.
 void evolve_contour(const ContourOptions& options, int steps, EvolutionWork* work, ContourGrid* grid);
 // Removes pieces smaller than `min_part` of the largest, among the cells within `reach` of the box of the
 // cells that were inside. Returns the number of cells inside.

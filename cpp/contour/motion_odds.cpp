@@ -23,13 +23,11 @@ constexpr float kMaxLogOdds = 1.5f;                 // no motion is conclusive
 constexpr int kRun = 64;                            // pixels at a time
 
 float miss(const Similarity& m, float x, float y, float u, float v) {
-  const auto c = static_cast<float>(m.c), s = static_cast<float>(m.s);
-  const float dx = c * x - s * y + static_cast<float>(m.t[0]) - u,
-              dy = s * x + c * y + static_cast<float>(m.t[1]) - v;
+  const auto c = float(m.c), s = float(m.s);
+  const float dx = c * x - s * y + float(m.t[0]) - u, dy = s * x + c * y + float(m.t[1]) - v;
   return std::sqrt(dx * dx + dy * dy);
 }
 
-// Fits a similarity to the pairs with at most this error.
 Similarity fit(float least_error, MotionPairs* pairs) {
   const MotionPairs& w = *pairs;
   auto& kept = pairs->kept;
@@ -39,15 +37,15 @@ Similarity fit(float least_error, MotionPairs* pairs) {
   kept.resize(n);
   double fx = 0, fy = 0, tx = 0, ty = 0;
   for (const std::size_t i : kept) {
-    fx += static_cast<double>(w.x[i]), fy += static_cast<double>(w.y[i]);
-    tx += static_cast<double>(w.last_x[i]), ty += static_cast<double>(w.last_y[i]);
+    fx += double(w.x[i]), fy += double(w.y[i]);
+    tx += double(w.last_x[i]), ty += double(w.last_y[i]);
   }
-  const auto count = static_cast<double>(n);
+  const auto count = double(n);
   fx /= count, fy /= count, tx /= count, ty /= count;
   double dot = 0, cross = 0, square = 0;
   for (const std::size_t i : kept) {
-    const double ax = static_cast<double>(w.x[i]) - fx, ay = static_cast<double>(w.y[i]) - fy;
-    const double bx = static_cast<double>(w.last_x[i]) - tx, by = static_cast<double>(w.last_y[i]) - ty;
+    const double ax = double(w.x[i]) - fx, ay = double(w.y[i]) - fy;
+    const double bx = double(w.last_x[i]) - tx, by = double(w.last_y[i]) - ty;
     dot += ax * bx + ay * by, cross += ax * by - ay * bx, square += ax * ax + ay * ay;
   }
   Similarity out;
@@ -60,9 +58,9 @@ Similarity fit(float least_error, MotionPairs* pairs) {
 float middle_of(const std::vector<float>& values, std::vector<float>* room) {
   constexpr int kShift = 20;  // a non-negative number keeps its exponent and three more bits
   std::array<int, 1 << (31 - kShift)> count{};
-  const auto bucket = [](float x) { return static_cast<std::size_t>((bits_of(x) & 0x7fffffff) >> kShift); };
+  const auto bucket = [](float x) { return std::size_t((bits_of(x) & 0x7fffffff) >> kShift); };
   for (const float x : values) ++count[bucket(x)];
-  auto before = static_cast<int>(values.size() / 2);
+  auto before = int(values.size() / 2);
   std::size_t at = 0;
   while (before >= count[at]) before -= count[at++];
   room->clear();
@@ -95,22 +93,20 @@ bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* obj
     for (auto* list : {&w->x, &w->y, &w->last_x, &w->last_y}) list->clear();
   const GridWarp to_grid = grid.warp.inverse();
   const ImagePart& part = flow.part;
-  const int every =
-      std::max(1, to_int(std::sqrt(static_cast<double>(part.width()) * part.height() / 4 / kMaxPairs)));
+  const int every = std::max(1, to_int(std::sqrt(double(part.width()) * part.height() / 4 / kMaxPairs)));
   for (int y = part.y0; y < part.y1; y += every)
     for (int x = part.x0; x < part.x1; x += every) {
       const float* const back = flow.at(x, y);
-      const double u = x + static_cast<double>(back[0]), v = y + static_cast<double>(back[1]);
+      const double u = x + double(back[0]), v = y + double(back[1]);
       double gx, gy;
       to_grid.to_image(u, v, &gx, &gy);
       gx += grid.mid_x(), gy += grid.mid_y();
       const bool on = gx >= 0 && gy >= 0 && gx <= grid.nx - 1 && gy <= grid.ny - 1;
-      const float phi =
-          on ? grid.phi[static_cast<std::size_t>(to_int(gy + 0.5) * grid.nx + to_int(gx + 0.5))] : kFarAway;
+      const float phi = on ? grid.phi[std::size_t(to_int(gy + 0.5) * grid.nx + to_int(gx + 0.5))] : kFarAway;
       if (phi >= 0 && phi < kNearOutline) continue;
       MotionPairs& w = phi < 0 ? *object : *others;
-      w.x.push_back(static_cast<float>(x)), w.y.push_back(static_cast<float>(y));
-      w.last_x.push_back(static_cast<float>(u)), w.last_y.push_back(static_cast<float>(v));
+      w.x.push_back(float(x)), w.y.push_back(float(y));
+      w.last_x.push_back(float(u)), w.last_y.push_back(float(v));
     }
   cue->flow = flow;
   return fit_similarity(object, &cue->object) && fit_similarity(others, &cue->others);
@@ -119,15 +115,15 @@ bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* obj
 void weigh_by_motion(const MotionCue& cue, float min_posterior, PosteriorImage* posterior) {
   const ImagePart &a = posterior->rect, &b = cue.flow.part;
   const int x0 = std::max(a.x0, b.x0), x1 = std::min(a.x1, b.x1);
-  const auto weight = static_cast<float>(cue.trust);
+  const auto weight = float(cue.trust);
   for (int y = std::max(a.y0, b.y0); y < std::min(a.y1, b.y1); ++y) {
-    float* const p = posterior->foreground.data() + static_cast<std::ptrdiff_t>(y - a.y0) * a.width() - a.x0;
+    float* const p = posterior->foreground.data() + std::ptrdiff_t(y - a.y0) * a.width() - a.x0;
     for (int x = x0; x < x1; x += kRun) {
       const int n = std::min(kRun, x1 - x);
       const float* const back = cue.flow.at(x, y);
       float odds[kRun];  // logarithms first: all but the exponential is computed for pixels in parallel
       for (int k = 0; k < n; ++k) {
-        const auto u = static_cast<float>(x + k), v = static_cast<float>(y);
+        const auto u = float(x + k), v = float(y);
         const float u_last = u + back[2 * k], v_last = v + back[2 * k + 1];
         const float gain = miss(cue.others, u, v, u_last, v_last) - miss(cue.object, u, v, u_last, v_last);
         odds[k] = weight * std::clamp(gain / kSigma_px, -kMaxLogOdds, kMaxLogOdds);

@@ -16,7 +16,7 @@ struct FlowView {
   ImagePart part;
 
   const float* at(int x, int y) const {
-    return back + 2 * (static_cast<std::ptrdiff_t>(y - part.y0) * part.width() + (x - part.x0));
+    return back + 2 * (std::ptrdiff_t(y - part.y0) * part.width() + (x - part.x0));
   }
 };
 
@@ -42,8 +42,7 @@ struct MotionCue {
 // `grid` is at its place in the last image. False where too few pixels are seen.
 bool fit_motions(const FlowView& flow, const ContourGrid& grid, MotionPairs* object, MotionPairs* others,
                  MotionCue* cue);
-// Multiplies the odds of each pixel by how much likelier its motion is the object's; where both move alike,
-// by 1.
+// Multiplies the odds of each pixel by how much likelier its motion is the object's.
 void weigh_by_motion(const MotionCue& cue, float min_posterior, PosteriorImage* posterior);
 
 }  // namespace sdftrack::contour

@@ -42,7 +42,7 @@ struct Reach {
 };
 
 Squares divide(const ImagePart& part) {
-  const double pixels = static_cast<double>(part.width()) * part.height();
+  const double pixels = double(part.width()) * part.height();
   return {std::max(1, to_int(std::ceil(std::sqrt(pixels / kMaxSquares)))), part.x0, part.y0};
 }
 
@@ -54,7 +54,7 @@ GridWarp scaled(GridWarp warp, double by) {
 Reach reach_of(const ShapeSamples& samples, const GridWarp& warp) {
   Reach r;
   for (std::size_t i = 0; i < samples.in_x.size(); ++i) {
-    const double x = static_cast<double>(samples.in_x[i]), y = static_cast<double>(samples.in_y[i]);
+    const double x = double(samples.in_x[i]), y = double(samples.in_y[i]);
     const double u = warp.a[0] * x + warp.a[1] * y, v = warp.a[2] * x + warp.a[3] * y;
     r = {std::min(r.x0, u), std::min(r.y0, v), std::max(r.x1, u), std::max(r.y1, v)};
   }
@@ -63,14 +63,12 @@ Reach reach_of(const ShapeSamples& samples, const GridWarp& warp) {
 
 void fill_table(const PosteriorImage& image, std::vector<double>* table) {
   const int w = image.rect.width(), h = image.rect.height();
-  const auto at = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(w + 1) + static_cast<std::size_t>(x);
-  };
+  const auto at = [&](int x, int y) { return std::size_t(y) * std::size_t(w + 1) + std::size_t(x); };
   table->assign(at(0, h + 1), 0.0);
   for (int y = 0; y < h; ++y) {
     double row = 0;
     for (int x = 0; x < w; ++x) {
-      row += static_cast<double>(image.row(y)[x]);
+      row += double(image.row(y)[x]);
       (*table)[at(x + 1, y + 1)] = (*table)[at(x + 1, y)] + row;
     }
   }
@@ -81,10 +79,10 @@ struct BoxSum {
   double sum, area;
 };
 BoxSum box_sum(const std::vector<double>& table, int w, int h, int x0, int y0, int x1, int y1) {
-  const double area = static_cast<double>(x1 - x0) * (y1 - y0);
+  const double area = double(x1 - x0) * (y1 - y0);
   x0 = std::clamp(x0, 0, w), x1 = std::clamp(x1, 0, w), y0 = std::clamp(y0, 0, h), y1 = std::clamp(y1, 0, h);
-  const auto at = [&](int x, int y) { return table[static_cast<std::size_t>(y * (w + 1) + x)]; };
-  const double inside = static_cast<double>(x1 - x0) * (y1 - y0);
+  const auto at = [&](int x, int y) { return table[y * (w + 1) + x]; };
+  const double inside = double(x1 - x0) * (y1 - y0);
   return {at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0) + 0.5 * (area - inside), area};
 }
 
@@ -106,8 +104,7 @@ void best_boxes(const Reach& r, double scale, RedetectionWork* work) {
         const BoxSum in = box_sum(work->table, w, h, x - hx, y - hy, x + hx + 1, y + hy + 1);
         const BoxSum all = box_sum(work->table, w, h, x - rx, y - ry, x + rx + 1, y + ry + 1);
         const double score = in.sum / in.area - (all.sum - in.sum) / (all.area - in.area);
-        if (score > best[turn].score)
-          best[turn] = {score, scale, static_cast<double>(x), static_cast<double>(y)};
+        if (score > best[turn].score) best[turn] = {score, scale, double(x), double(y)};
       }
   for (BoxFound c : best) {
     if (c.score <= 0) continue;
@@ -121,7 +118,7 @@ double refine(const RgbView& image, const RegionModel& model, const ShapeSamples
               int slack_px, PosteriorImage* posterior) {
   const Reach r = reach_of(samples, *warp);
   const double margin = 0.5 * std::max(r.x1 - r.x0, r.y1 - r.y0) + 2 * slack_px;
-  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, static_cast<double>(most))); };
+  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, double(most))); };
   const ImagePart part{
       pixel(warp->t[0] + r.x0 - margin, image.width), pixel(warp->t[1] + r.y0 - margin, image.height),
       pixel(warp->t[0] + r.x1 + margin, image.width), pixel(warp->t[1] + r.y1 + margin, image.height)};

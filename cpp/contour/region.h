@@ -58,7 +58,7 @@ struct ContourGrid {
             0,      0,      1};
   }
   bool holds(const std::vector<float>& cells) const {
-    return cells.size() == static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) &&
+    return cells.size() == std::size_t(nx) * ny &&
            std::all_of(cells.begin(), cells.end(), [](float v) { return std::isfinite(v); });
   }
 
@@ -79,7 +79,7 @@ inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const Rg
                      &u, &v);
   const double* const a = grid.warp.a;
   const double dx = std::abs(a[0]) * mx + std::abs(a[1]) * my, dy = std::abs(a[2]) * mx + std::abs(a[3]) * my;
-  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, static_cast<double>(most))); };
+  const auto pixel = [](double x, int most) { return to_int(std::clamp(x, 0.0, double(most))); };
   return {pixel(std::floor(u - dx), image.width), pixel(std::floor(v - dy), image.height),
           pixel(std::ceil(u + dx) + 1, image.width), pixel(std::ceil(v + dy) + 1, image.height)};
 }
@@ -89,7 +89,7 @@ inline ImagePart rect_of(const ContourGrid& grid, const CellBox& cells, const Rg
 template <class Body>
 void each_row_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const Body& body) {
   const GridWarp to_grid = grid.warp.inverse();
-  const double least[2] = {static_cast<double>(cells.x0), static_cast<double>(cells.y0)};
+  const double least[2] = {double(cells.x0), double(cells.y0)};
   const double most[2] = {cells.x1 - 0.001, cells.y1 - 0.001};
   for (int y = rect.y0; y < rect.y1; ++y) {
     double low = rect.x0, high = rect.x1 - 1;

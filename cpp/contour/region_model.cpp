@@ -25,8 +25,7 @@ struct PixelRun {
   int colour[kMost];
 };
 
-// Calls body(run, x0, rgb) for each run of pixels that lie on these cells: pixels from (x0, y) on, with
-// colours from rgb on.
+// Calls body(run, x0, rgb) for each run of pixels from (x0, y) on that lie on these cells.
 template <bool kCells, class Body>
 void each_run_on(const ContourGrid& grid, const CellBox& cells, const ImagePart& rect, const RgbView& image,
                  int windows, const Body& body) {
@@ -39,10 +38,10 @@ void each_run_on(const ContourGrid& grid, const CellBox& cells, const ImagePart&
       for (int k = 0; k < run.count; ++k, gx += dx, gy += dy) {
         // The clamp turns NaN into 0, so that the casts below stay on the grid.
         const double cx = std::min(std::max(0.0, gx), last_x), cy = std::min(std::max(0.0, gy), last_y);
-        if constexpr (kCells) run.cell[k] = static_cast<int>(cy + 0.5) * grid.nx + static_cast<int>(cx + 0.5);
-        run.x[k] = static_cast<float>(cx * per_x), run.y[k] = static_cast<float>(cy * per_y);
+        if constexpr (kCells) run.cell[k] = int(cy + 0.5) * grid.nx + int(cx + 0.5);
+        run.x[k] = float(cx * per_x), run.y[k] = float(cy * per_y);
       }
-      body(run, x, y, image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + x));
+      body(run, x, y, image.rgb + 3 * (std::ptrdiff_t(y) * image.width + x));
     }
   });
 }
@@ -54,17 +53,17 @@ RegionModel::RegionModel(const ContourOptions& options)
       shift_(options.bins == 32 ? 3 : 4),
       windows_(std::max(2, options.windows)),
       shared_only_(options.windows < 2),
-      shrink_(static_cast<double>(options.shrink)),
+      shrink_(double(options.shrink)),
       pool_(options.pool),
       least_(kMinPosterior),
       stride_(2 * windows_ * windows_),
-      slots_(static_cast<std::size_t>(bins_ * bins_ * bins_), -1),
-      totals_(static_cast<std::size_t>(stride_)) {}
+      slots_(std::size_t(bins_ * bins_ * bins_), -1),
+      totals_(std::size_t(stride_)) {}
 
 bool RegionModel::fits() const {
   if (used_ < 0) return false;
-  const auto bins = static_cast<std::size_t>(bins_), used = static_cast<std::size_t>(used_);
-  const std::size_t n = used * static_cast<std::size_t>(stride_);
+  const auto bins = std::size_t(bins_), used = std::size_t(used_);
+  const std::size_t n = used * std::size_t(stride_);
   const auto in_use = [this](int slot) { return slot >= -1 && slot < used_; };
   return slots_.size() == bins * bins * bins && std::all_of(slots_.begin(), slots_.end(), in_use) &&
          counts_.size() == n && shares_.size() == n && whole_.size() == 2 * used &&
@@ -72,13 +71,13 @@ bool RegionModel::fits() const {
 }
 
 int RegionModel::slot_of(int bin) {
-  int& slot = slots_[static_cast<std::size_t>(bin)];
+  int& slot = slots_[bin];
   if (slot >= 0) return slot;
   slot = used_++;
-  const auto n = static_cast<std::size_t>(used_) * static_cast<std::size_t>(stride_);
+  const auto n = std::size_t(used_) * stride_;
   counts_.resize(n), fresh_.resize(n);
   shares_.resize(n, 1.0f);  // until it is pooled in, equal for both sides: no information
-  whole_.resize(2 * static_cast<std::size_t>(used_), 1.0f);
+  whole_.resize(2 * std::size_t(used_), 1.0f);
   return slot;
 }
 
@@ -89,16 +88,15 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
                     [&](const PixelRun& run, int, int, const unsigned char* rgb) {
                       pixels += run.count;
                       for (int k = 0; k < run.count; ++k, rgb += 3) {
-                        const bool object = grid.phi[static_cast<std::size_t>(run.cell[k])] < 0;
+                        const bool object = grid.phi[run.cell[k]] < 0;
                         objects += object;
                         // The first of two windows in a row of windows, and the weights of the four.
-                        const int ix = std::min(static_cast<int>(run.x[k]), windows_ - 2),
-                                  iy = std::min(static_cast<int>(run.y[k]), windows_ - 2);
-                        const float ax = run.x[k] - static_cast<float>(ix),
-                                    ay = run.y[k] - static_cast<float>(iy);
-                        const int seen = slots_[static_cast<std::size_t>(bin_of(rgb))];
+                        const int ix = std::min(int(run.x[k]), windows_ - 2),
+                                  iy = std::min(int(run.y[k]), windows_ - 2);
+                        const float ax = run.x[k] - float(ix), ay = run.y[k] - float(iy);
+                        const int seen = slots_[bin_of(rgb)];
                         const int slot = seen >= 0 ? seen : slot_of(bin_of(rgb));
-                        float* const to = fresh_.data() + static_cast<std::ptrdiff_t>(slot) * stride_ +
+                        float* const to = fresh_.data() + std::ptrdiff_t(slot) * stride_ +
                                           2 * (iy * windows_ + ix) + (object ? 0 : 1);
                         to[0] += (1 - ax) * (1 - ay), to[2] += ax * (1 - ay);
                         to[2 * windows_] += (1 - ax) * ay, to[2 * windows_ + 2] += ax * ay;
@@ -109,10 +107,10 @@ bool RegionModel::count(const RgbView& image, const ContourGrid& grid) {
   if (!remembered_.empty()) {
     double sum = 0;
     for (std::size_t slot = 0; slot < remembered_.size(); ++slot) {
-      const float* const n = fresh_.data() + slot * static_cast<std::size_t>(stride_);
+      const float* const n = fresh_.data() + slot * std::size_t(stride_);
       double own = 0;
-      for (int k = 0; k < stride_; k += 2) own += static_cast<double>(n[k]);
-      sum += std::sqrt(own / objects * static_cast<double>(remembered_[slot]));
+      for (int k = 0; k < stride_; k += 2) own += double(n[k]);
+      sum += std::sqrt(own / objects * double(remembered_[slot]));
     }
     likeness_ = sum;
   }
@@ -127,8 +125,7 @@ bool RegionModel::learn(const RgbView& image, const ContourGrid& grid, double ob
 }
 
 void RegionModel::pool(double object_rate, double background_rate) {
-  const float rate[2] = {known_ ? static_cast<float>(object_rate) : 1.0f,
-                         known_ ? static_cast<float>(background_rate) : 1.0f};
+  const float rate[2] = {known_ ? float(object_rate) : 1.0f, known_ ? float(background_rate) : 1.0f};
   const std::size_t n = counts_.size();
   if (pool_ == OpinionPool::kLinear || !known_) {
     for (std::size_t i = 0; i < n; i += 2)
@@ -147,84 +144,78 @@ void RegionModel::pool(double object_rate, double background_rate) {
   make_shares();
 }
 
-double RegionModel::floor_share() const { return kUniform / static_cast<double>(slots_.size()); }
+double RegionModel::floor_share() const { return kUniform / double(slots_.size()); }
 
 void RegionModel::make_shares() {
   if (!known_) return;
-  const auto stride = static_cast<std::size_t>(stride_);
+  const auto stride = std::size_t(stride_);
   std::fill(totals_.begin(), totals_.end(), 0.0);
   double all[2] = {0, 0};
-  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot) {
+  for (std::size_t slot = 0; slot < std::size_t(used_); ++slot) {
     const float* const n = counts_.data() + slot * stride;
     double sum[2] = {0, 0};
     for (std::size_t i = 0; i < stride; i += 2)
       for (std::size_t k = 0; k < 2; ++k) {
-        totals_[i + k] += static_cast<double>(n[i + k]);
-        sum[k] += static_cast<double>(n[i + k]);
+        totals_[i + k] += double(n[i + k]);
+        sum[k] += double(n[i + k]);
       }
-    for (std::size_t k = 0; k < 2; ++k) whole_[2 * slot + k] = static_cast<float>(sum[k]), all[k] += sum[k];
+    for (std::size_t k = 0; k < 2; ++k) whole_[2 * slot + k] = float(sum[k]), all[k] += sum[k];
   }
-  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot)
+  for (std::size_t slot = 0; slot < std::size_t(used_); ++slot)
     for (std::size_t k = 0; k < 2; ++k)
-      whole_[2 * slot + k] = static_cast<float>((1 - kUniform) * static_cast<double>(whole_[2 * slot + k]) /
-                                                    std::max(all[k], 1e-9) +
-                                                floor_share());
+      whole_[2 * slot + k] =
+          float((1 - kUniform) * double(whole_[2 * slot + k]) / std::max(all[k], 1e-9) + floor_share());
   // A window's share: (own n + borrowed p) / (own N + borrowed).
   const bool windows[2] = {object_windows_ && !shared_only_, !shared_only_};
   const float own[2] = {windows[0] ? 1.0f : 0.0f, windows[1] ? 1.0f : 0.0f};
-  const float borrowed[2] = {windows[0] ? static_cast<float>(shrink_) : 1.0f,
-                             windows[1] ? static_cast<float>(shrink_) : 1.0f};
+  const float borrowed[2] = {windows[0] ? float(shrink_) : 1.0f, windows[1] ? float(shrink_) : 1.0f};
   std::vector<double>& per = totals_;
   for (std::size_t i = 0; i < stride; ++i)
-    per[i] = 1 / (static_cast<double>(own[i % 2]) * per[i] + static_cast<double>(borrowed[i % 2]));
-  for (std::size_t slot = 0; slot < static_cast<std::size_t>(used_); ++slot) {
+    per[i] = 1 / (double(own[i % 2]) * per[i] + double(borrowed[i % 2]));
+  for (std::size_t slot = 0; slot < std::size_t(used_); ++slot) {
     const float* const n = counts_.data() + slot * stride;
     float* const p = shares_.data() + slot * stride;
     const float whole[2] = {borrowed[0] * whole_[2 * slot], borrowed[1] * whole_[2 * slot + 1]};
     for (std::size_t i = 0; i < stride; i += 2)
-      for (std::size_t k = 0; k < 2; ++k)
-        p[i + k] = (own[k] * n[i + k] + whole[k]) * static_cast<float>(per[i + k]);
+      for (std::size_t k = 0; k < 2; ++k) p[i + k] = (own[k] * n[i + k] + whole[k]) * float(per[i + k]);
   }
 }
 
 bool RegionModel::known(int slot) const {
-  const auto at = 2 * static_cast<std::size_t>(slot);
-  return static_cast<double>(std::max(whole_[at], whole_[at + 1])) > kMinKnown + floor_share();
+  const auto at = 2 * std::size_t(slot);
+  return double(std::max(whole_[at], whole_[at + 1])) > kMinKnown + floor_share();
 }
 
 void RegionModel::posterior(const RgbView& image, const ContourGrid& grid, const CellBox& cells,
                             PosteriorImage* out, bool only_known) const {
   out->rect = rect_of(grid, cells, image);
-  out->foreground.assign(
-      static_cast<std::size_t>(out->rect.width()) * static_cast<std::size_t>(out->rect.height()), 0.5f);
+  out->foreground.assign(std::size_t(out->rect.width()) * out->rect.height(), 0.5f);
   const ContourOps& ops = for_isa<ContourOps>(used_isa());
   each_run_on<false>(
       grid, cells, out->rect, image, windows_, [&](PixelRun& run, int x, int y, const unsigned char* rgb) {
         for (int k = 0; k < run.count; ++k, rgb += 3) {
-          const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
+          const int slot = slots_[bin_of(rgb)];
           run.colour[k] = slot < 0 || (only_known && !known(slot)) ? -1 : slot * stride_;
         }
-        float* const to = out->foreground.data() +
-                          static_cast<std::ptrdiff_t>(y - out->rect.y0) * out->rect.width() +
+        float* const to = out->foreground.data() + std::ptrdiff_t(y - out->rect.y0) * out->rect.width() +
                           (x - out->rect.x0);
         ops.posterior({run.x, run.y, run.colour, shares_.data(), windows_, least_}, run.count, to);
       });
 }
 
 float RegionModel::posterior_of(const unsigned char* rgb) const {
-  const int slot = slots_[static_cast<std::size_t>(bin_of(rgb))];
+  const int slot = slots_[bin_of(rgb)];
   if (slot < 0) return 0.5f;
-  const float f = whole_[2 * static_cast<std::size_t>(slot)],
-              b = whole_[2 * static_cast<std::size_t>(slot) + 1];
+  const float f = whole_[2 * std::size_t(slot)], b = whole_[2 * std::size_t(slot) + 1];
   return std::clamp(f / (f + b), least_, 1 - least_);
 }
 
 void RegionModel::posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const {
   out->rect = rect;
-  out->foreground.resize(static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height()));
+  out->foreground.resize(std::size_t(rect.width()) * rect.height());
   float* to = out->foreground.data();
   for (int y = rect.y0; y < rect.y1; ++y) {
-    const unsigned char* rgb = image.rgb + 3 * (static_cast<std::ptrdiff_t>(y) * image.width + rect.x0);
+    const unsigned char* rgb = image.rgb + 3 * (std::ptrdiff_t(y) * image.width + rect.x0);
     for (int x = rect.x0; x < rect.x1; ++x, rgb += 3) *to++ = posterior_of(rgb);
   }
 }
@@ -233,8 +224,7 @@ void RegionModel::posterior_of_squares(const RgbView& image, const ImagePart& pa
                                        PosteriorImage* out) const {
   const auto squares = [&](int pixels) { return (pixels + stride - 1) / stride; };
   out->rect = {0, 0, squares(part.width()), squares(part.height())};
-  out->foreground.resize(static_cast<std::size_t>(out->rect.width()) *
-                         static_cast<std::size_t>(out->rect.height()));
+  out->foreground.resize(std::size_t(out->rect.width()) * out->rect.height());
   // At a quarter and three quarters of a square; the samples of the last row and column stay in the part.
   const int first = stride / 4, second = stride - 1 - first;
   float* to = out->foreground.data();
@@ -244,14 +234,14 @@ void RegionModel::posterior_of_squares(const RgbView& image, const ImagePart& pa
       for (const int dy : {first, second})
         for (const int dx : {first, second}) {
           const int u = std::min(x + dx, part.x1 - 1), v = std::min(y + dy, part.y1 - 1);
-          sum += posterior_of(image.rgb + 3 * (static_cast<std::ptrdiff_t>(v) * image.width + u));
+          sum += posterior_of(image.rgb + 3 * (std::ptrdiff_t(v) * image.width + u));
         }
       *to++ = 0.25f * sum;
     }
 }
 
 void RegionModel::remember() {
-  remembered_.resize(static_cast<std::size_t>(used_));
+  remembered_.resize(used_);
   for (std::size_t slot = 0; slot < remembered_.size(); ++slot) remembered_[slot] = whole_[2 * slot];
   likeness_ = 1;
 }

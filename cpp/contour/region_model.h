@@ -15,9 +15,7 @@ struct PosteriorImage {
   ImagePart rect{0, 0, 0, 0};
   std::vector<float> foreground;
 
-  const float* row(int y) const {
-    return foreground.data() + static_cast<std::ptrdiff_t>(y - rect.y0) * rect.width();
-  }
+  const float* row(int y) const { return foreground.data() + std::ptrdiff_t(y - rect.y0) * rect.width(); }
   float at(int x, int y) const { return row(y)[x - rect.x0]; }
 };
 
@@ -39,8 +37,7 @@ class RegionModel {
                  bool only_known = false) const;
   // Uses the shared histograms alone, for finding the object anywhere.
   void posterior_anywhere(const RgbView& image, const ImagePart& rect, PosteriorImage* out) const;
-  // As posterior_anywhere, with the mean of up to four pixels in each square of `stride` pixels. out->rect
-  // counts squares, from 0.
+  // As posterior_anywhere, the mean of up to four pixels per square of `stride` pixels; out->rect: squares.
   void posterior_of_squares(const RgbView& image, const ImagePart& part, int stride,
                             PosteriorImage* out) const;
   // The object's colours at the time of `remember`, compared with those in the last frame that was counted:

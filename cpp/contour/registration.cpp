@@ -54,7 +54,7 @@ class WarpSystem {
 
  private:
   energies::Sums<double, P> sums() const {
-    return registration_sums<P>(*grid_, work_, static_cast<double>(options_.softness));
+    return registration_sums<P>(*grid_, work_, double(options_.softness));
   }
   Vector gradient() const { return Eigen::Map<const Vector>(here_.gradient); }
   Matrix hessian() const {
@@ -87,8 +87,7 @@ void run(const ContourOptions& options, RegistrationWork* work, ContourGrid* gri
 
 void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, float band,
                    const unsigned char* hidden, RegistrationWork* work) {
-  const auto room =
-      static_cast<std::size_t>(posterior.rect.width()) * static_cast<std::size_t>(posterior.rect.height());
+  const auto room = std::size_t(posterior.rect.width()) * posterior.rect.height();
   work->u.resize(room), work->v.resize(room), work->foreground.resize(room);
   std::size_t n = 0;
   each_row_on(grid, grid.inside.grown(to_int(band) + 1, grid.nx, grid.ny), posterior.rect,
@@ -97,9 +96,8 @@ void choose_pixels(const ContourGrid& grid, const PosteriorImage& posterior, flo
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
                   const int ix = to_int(gx + 0.5), iy = to_int(gy + 0.5);
                   // Always written, but kept only if it is near.
-                  work->u[n] = static_cast<float>(x), work->v[n] = static_cast<float>(y),
-                  work->foreground[n] = p[x];
-                  const auto cell = static_cast<std::size_t>(iy * grid.nx + ix);
+                  work->u[n] = float(x), work->v[n] = float(y), work->foreground[n] = p[x];
+                  const auto cell = std::size_t(iy * grid.nx + ix);
                   n += std::abs(grid.phi[cell]) < band && !(hidden && hidden[cell]) ? 1 : 0;
                 }
               });
@@ -112,12 +110,11 @@ energies::Sums<double, P> registration_sums(const ContourGrid& grid, const Regis
   const GridWarp b = grid.warp.inverse();
   RegistrationTerm<float, P> term{
       {grid.phi.data(), grid.nx, grid.ny},
-      {static_cast<int>(work.u.size()), work.u.data(), work.v.data(), work.foreground.data()},
-      {static_cast<float>(b.a[0]), static_cast<float>(b.a[1]), static_cast<float>(b.t[0]),
-       static_cast<float>(b.a[2]), static_cast<float>(b.a[3]), static_cast<float>(b.t[1])},
-      static_cast<float>(grid.mid_x()),
-      static_cast<float>(grid.mid_y()),
-      static_cast<float>(1 / softness)};
+      {int(work.u.size()), work.u.data(), work.v.data(), work.foreground.data()},
+      {float(b.a[0]), float(b.a[1]), float(b.t[0]), float(b.a[2]), float(b.a[3]), float(b.t[1])},
+      float(grid.mid_x()),
+      float(grid.mid_y()),
+      float(1 / softness)};
   const ContourOps& ops = for_isa<ContourOps>(used_isa());
   if constexpr (P == 4)
     return ops.similarity(term);

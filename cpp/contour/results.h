@@ -19,17 +19,16 @@ struct ContourReport {
   ContourStatus status = ContourStatus::kOk;
   double confidence = 1;  // 0 .. 1
   ContourReason reason = ContourReason::kNone;
-  // The inputs of the confidence: mean posterior inside minus that just outside the contour; likeness of the
-  // colours inside to those at the start; overlap of the outlines before and after this frame; mean log f in
-  // the band.
+  // The inputs of the confidence: mean posterior inside minus just outside; likeness of the colours inside to
+  // those at the start; overlap of the outlines before and after this frame; mean log f in the band.
   double contrast = 1, likeness = 1, overlap = 1, mean_log = 0;
   // Share of the outline that has the object's colours next to it; the largest recent value.
   double shared = 0;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [said, chance, why, sides, alike, same, mean, share] = self;
-    archive.choice(said, ContourStatus::kLost), archive.choice(why, ContourReason::kNoMatch);
+    auto& [status, chance, why, sides, alike, same, mean, share] = self;
+    archive.choice(status, ContourStatus::kLost), archive.choice(why, ContourReason::kNoMatch);
     archive(chance, sides, alike, same, mean, share);
   }
 };
@@ -51,8 +50,7 @@ struct ContourObservation {
   ContourShape shape;
 };
 
-// Phase 2, `finish`: the frame's result, after the judgement was applied, the drift corrected and the colours
-// learned.
+// Phase 2, `finish`: the result after judgement, correction of drift and learning of colours.
 struct ContourFrame {
   ContourReport report;
   ContourShape shape;

@@ -2,7 +2,6 @@
 #include "contour/search.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/to_int.h"
 #include "contour/contour_ops.h"
@@ -32,23 +31,21 @@ void means_at(const std::vector<float>& x, const std::vector<float>& y, const Gr
   }
   float u0[kTogether], v0[kTogether], sums[kTogether];
   for (int k = 0; k < places.count; ++k) {
-    u0[k] = static_cast<float>(places.x[k] - r.x0) + 1.5f;
-    v0[k] = static_cast<float>(places.y[k] - r.y0) + 1.5f;
+    u0[k] = float(places.x[k] - r.x0) + 1.5f;
+    v0[k] = float(places.y[k] - r.y0) + 1.5f;
   }
   const PlacedSamples samples{x.data(),
                               y.data(),
-                              static_cast<int>(x.size()),
-                              {static_cast<float>(warp.a[0]), static_cast<float>(warp.a[1]),
-                               static_cast<float>(warp.a[2]), static_cast<float>(warp.a[3])},
+                              int(x.size()),
+                              {float(warp.a[0]), float(warp.a[1]), float(warp.a[2]), float(warp.a[3])},
                               posterior.foreground.data(),
                               r.width(),
                               r.height()};
   for_isa<ContourOps>(used_isa()).sums_at(samples, u0, v0, places.count, sums);
-  for (int k = 0; k < places.count; ++k)
-    means[k] = static_cast<double>(sums[k]) / static_cast<double>(x.size());
+  for (int k = 0; k < places.count; ++k) means[k] = double(sums[k]) / double(x.size());
 }
 
-void look_at(const ShapeSamples& s, const GridWarp& warp, const PosteriorImage& posterior, Places* places) {
+void evaluate(const ShapeSamples& s, const GridWarp& warp, const PosteriorImage& posterior, Places* places) {
   double beside[kTogether];
   means_at(s.in_x, s.in_y, warp, posterior, *places, places->contrast);
   means_at(s.out_x, s.out_y, warp, posterior, *places, beside);
@@ -63,7 +60,7 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
   const CellBox box = grid.inside.grown(to_int(band) + 1, grid.nx, grid.ny);
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
-      const auto cell = static_cast<std::size_t>(y * grid.nx + x);
+      const auto cell = std::size_t(y * grid.nx + x);
       if (hidden && hidden[cell]) continue;
       const float phi = grid.phi[cell];
       in += phi<0, out += phi> 1 && phi < band;
@@ -73,10 +70,10 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
   in = out = 1;  // until the next one is taken
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
-      const auto cell = static_cast<std::size_t>(y * grid.nx + x);
+      const auto cell = std::size_t(y * grid.nx + x);
       if (hidden && hidden[cell]) continue;
       const float phi = grid.phi[cell];
-      const auto gx = static_cast<float>(x - grid.mid_x()), gy = static_cast<float>(y - grid.mid_y());
+      const auto gx = float(x - grid.mid_x()), gy = float(y - grid.mid_y());
       if (phi < 0) {
         if (--in == 0) s.in_x.push_back(gx), s.in_y.push_back(gy), in = every_in;
       } else if (phi > 1 && phi < band) {
@@ -88,7 +85,7 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
 double contrast_at(const ShapeSamples& s, const GridWarp& warp, const PosteriorImage& posterior) {
   Places one;
   one.count = 1, one.x[0] = warp.t[0], one.y[0] = warp.t[1];
-  look_at(s, warp, posterior, &one);
+  evaluate(s, warp, posterior, &one);
   return one.contrast[0];
 }
 
@@ -98,7 +95,7 @@ double search_place(const ShapeSamples& samples, const PosteriorImage& posterior
   double most = contrast_at(samples, best, posterior);
   Places places;
   const auto look = [&] {
-    look_at(samples, *warp, posterior, &places);
+    evaluate(samples, *warp, posterior, &places);
     for (int k = 0; k < places.count; ++k)
       if (places.contrast[k] > most)
         most = places.contrast[k], best.t[0] = places.x[k], best.t[1] = places.y[k];

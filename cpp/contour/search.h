@@ -18,8 +18,8 @@ void choose_samples(const ContourGrid& grid, float band, const unsigned char* hi
 // Mean posterior inside minus that just outside the contour, -1 .. 1.
 double contrast_at(const ShapeSamples& samples, const GridWarp& warp, const PosteriorImage& posterior);
 
-// Finds the best place within `reach` pixels along both axes, in steps of `step` pixels, then refined to one
-// pixel. Returns its contrast.
+// The best place within `reach` pixels along both axes, in steps of `step`, then refined. Returns its
+// contrast.
 double search_place(const ShapeSamples& samples, const PosteriorImage& posterior, int reach, int step,
                     GridWarp* warp);
 

@@ -23,8 +23,8 @@ void add_color(const unsigned char* rgb, float* histogram) {
   int at[3];
   float part[3];
   for (int k = 0; k < 3; ++k) {
-    const float x = std::clamp(static_cast<float>(rgb[k]) * (kBins / 256.0f) - 0.5f, 0.0f, kBins - 1.001f);
-    at[k] = static_cast<int>(x), part[k] = x - static_cast<float>(at[k]);
+    const float x = std::clamp(float(rgb[k]) * (kBins / 256.0f) - 0.5f, 0.0f, kBins - 1.001f);
+    at[k] = int(x), part[k] = x - float(at[k]);
   }
   for (int corner = 0; corner < 8; ++corner) {
     float weight = 1;
@@ -41,12 +41,11 @@ void add_color(const unsigned char* rgb, float* histogram) {
 // Sum of sqrt(p q), q of the colours just outside the outline in a square, p of the object's colours around
 // it; negative: too few cells on a side.
 double overlap_at(int columns, int rows, int column, int row, SharedColorsWork* work) {
-  const auto square = static_cast<std::size_t>(row * columns + column);
+  const auto square = std::size_t(row * columns + column);
   const CellBox near = CellBox{column, row, column, row}.grown(kObjectReach, columns, rows);
   int own = 0;
   for (int j = near.y0; j <= near.y1; ++j)
-    for (int i = near.x0; i <= near.x1; ++i)
-      own += work->object_cells[static_cast<std::size_t>(j * columns + i)];
+    for (int i = near.x0; i <= near.x1; ++i) own += work->object_cells[j * columns + i];
   const int others = work->beside_cells[square];
   if (own < kMinCells || others < kMinCells) return -1;
   // Few of the colours occur beside the outline. They are looked up histogram by histogram, since each has
@@ -60,19 +59,18 @@ double overlap_at(int columns, int rows, int column, int row, SharedColorsWork* 
   shares.assign(count, 0.0f);
   for (int j = near.y0; j <= near.y1; ++j)
     for (int i = near.x0; i <= near.x1; ++i) {
-      const auto from = static_cast<std::size_t>(j * columns + i);
+      const auto from = std::size_t(j * columns + i);
       if (work->object_cells[from] == 0) continue;
       const float* const object = work->object.data() + from * kColors;
       for (std::size_t k = 0; k < count; ++k) shares[k] += object[colors[k]];
     }
   double overlap = 0;
-  for (std::size_t k = 0; k < count; ++k)
-    overlap += std::sqrt(static_cast<double>(shares[k]) * static_cast<double>(beside[colors[k]]));
-  return overlap / std::sqrt(static_cast<double>(own) * others);
+  for (std::size_t k = 0; k < count; ++k) overlap += std::sqrt(double(shares[k]) * double(beside[colors[k]]));
+  return overlap / std::sqrt(double(own) * others);
 }
 
 bool on_outline(const ContourGrid& g, int x, int y) {
-  const auto outside = [&](int u, int v) { return g.phi[static_cast<std::size_t>(v * g.nx + u)] >= 0; };
+  const auto outside = [&](int u, int v) { return g.phi[v * g.nx + u] >= 0; };
   return !outside(x, y) && ((x > 0 && outside(x - 1, y)) || (x + 1 < g.nx && outside(x + 1, y)) ||
                             (y > 0 && outside(x, y - 1)) || (y + 1 < g.ny && outside(x, y + 1)));
 }
@@ -82,15 +80,14 @@ void count_colors(const RgbView& image, const ContourGrid& g, int columns, Share
   const CellBox near = g.inside.grown(to_int(kGap + kRoundBand) + 1, g.nx, g.ny);
   for (int y = near.y0; y <= near.y1; ++y)
     for (int x = near.x0; x <= near.x1; ++x) {
-      const float phi = g.phi[static_cast<std::size_t>(y * g.nx + x)];
-      const auto square = static_cast<std::size_t>(y / kSide * columns + x / kSide);
+      const float phi = g.phi[y * g.nx + x];
+      const auto square = std::size_t(y / kSide * columns + x / kSide);
       work->length[square] += on_outline(g, x, y);
       if (std::abs(phi) <= kGap || phi > kGap + kRoundBand) continue;
       double u, v;
       g.warp.to_image(x - g.mid_x(), y - g.mid_y(), &u, &v);
       if (!(u > -0.5 && v > -0.5 && u < image.width - 0.5 && v < image.height - 0.5)) continue;
-      const std::ptrdiff_t pixel =
-          static_cast<std::ptrdiff_t>(to_int(v + 0.5)) * image.width + to_int(u + 0.5);
+      const std::ptrdiff_t pixel = std::ptrdiff_t(to_int(v + 0.5)) * image.width + to_int(u + 0.5);
       float* const histogram = (phi < 0 ? work->object : work->beside).data() + square * kColors;
       int& cells = (phi < 0 ? work->object_cells : work->beside_cells)[square];
       if (cells++ == 0) std::fill_n(histogram, kColors, 0.0f);
@@ -102,7 +99,7 @@ void count_colors(const RgbView& image, const ContourGrid& g, int columns, Share
 
 double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColorsWork* work) {
   const int columns = (grid.nx + kSide - 1) / kSide, rows = (grid.ny + kSide - 1) / kSide;
-  const auto squares = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  const auto squares = std::size_t(columns) * rows;
   for (auto* histograms : {&work->object, &work->beside}) histograms->resize(squares * kColors);
   for (auto* counts : {&work->object_cells, &work->beside_cells, &work->length}) counts->assign(squares, 0);
   count_colors(image, grid, columns, work);
@@ -110,14 +107,14 @@ double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColor
   int shared = 0, judged = 0;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      const int length = work->length[static_cast<std::size_t>(row * columns + column)];
+      const int length = work->length[row * columns + column];
       if (length == 0) continue;
       const double overlap = overlap_at(columns, rows, column, row, work);
       if (overlap < 0) continue;
       work->parts.push_back({column, row, length, overlap});
       judged += length, shared += overlap > kAlike ? length : 0;
     }
-  return judged > 0 ? shared / static_cast<double>(judged) : 0;
+  return judged > 0 ? shared / double(judged) : 0;
 }
 
 }  // namespace sdftrack::contour

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The share of an outline where the object has the colours of what is next to it (docs/math/contour.md,
-// section 8).
+// The share of an outline with the object's colours next to it (docs/math/contour.md, section 8).
 #pragma once
 
 #include <vector>
@@ -25,7 +24,7 @@ struct SharedColorsWork {
 };
 
 // The share of the outline, 0 to 1, that has the object's colours next to it, so that nothing holds it there.
-// Parts with next to no cells on a side are ignored. phi: distances up to a few cells beyond the band.
+// Parts with next to no cells on a side are ignored. phi reaches a few cells beyond the band.
 double shared_outline(const RgbView& image, const ContourGrid& grid, SharedColorsWork* work);
 
 }  // namespace sdftrack::contour

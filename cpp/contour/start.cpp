@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/short_text.h"
 #include "base/to_int.h"
-#include "contour/color_difference.h"
 #include "contour/tracker.h"
 
 namespace sdftrack::contour {
@@ -19,11 +19,45 @@ namespace {
 
 constexpr double kMinContrast = 0.02;
 // Width of the background around the object, over the longer side of its box: nearby colours are used.
-constexpr double kStartRing = static_cast<double>(0.3f);
+constexpr double kStartRing = double(0.3f);
 constexpr int kBoxRounds = 8;  // of colours and segmentation
 constexpr const char* kOneColor =
     "box: expected an object whose colours differ from those around the box, got almost no such pixels; "
     "draw a tighter box, or start from a mask";
+
+// Whether the colours in a box differ from those around it by more than noise.
+struct ColorDifference {
+  double distance;   // total variation between the two histograms of 16^3 colours, 0 to 1
+  double by_chance;  // expected distance if both histograms are draws from one distribution
+
+  // The margin over chance is 30 % plus 0.05 of the box: JPEG blocks make the noise of neighbours alike.
+  bool real() const { return distance > 1.3 * by_chance + 0.05; }
+};
+
+// `inner` against the rest of `outer`, within the image. NaN, which is not real(), where either is empty.
+ColorDifference color_difference(const RgbView& image, const ImagePart& inner, const ImagePart& outer) {
+  constexpr std::size_t kBins = 16 * 16 * 16;
+  constexpr double kPi = 3.14159265358979323846;
+  std::vector<double> count[2] = {std::vector<double>(kBins), std::vector<double>(kBins)};
+  double all[2] = {0, 0};
+  for (int y = outer.y0; y < outer.y1; ++y)
+    for (int x = outer.x0; x < outer.x1; ++x) {
+      const unsigned char* rgb = image.rgb + 3 * (std::ptrdiff_t(y) * image.width + x);
+      const bool within = x >= inner.x0 && x < inner.x1 && y >= inner.y0 && y < inner.y1;
+      const auto bin = std::size_t(((rgb[0] >> 4) * 16 + (rgb[1] >> 4)) * 16 + (rgb[2] >> 4));
+      ++count[within][bin], ++all[within];
+    }
+  // The difference of shares of n and m draws: variance p (1/n + 1/m), mean magnitude sqrt(2/pi) times the
+  // sd.
+  const double spread = 1 / all[0] + 1 / all[1];
+  ColorDifference out{0, 0};
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    const double share = (count[0][bin] + count[1][bin]) / (all[0] + all[1]);
+    out.distance += 0.5 * std::abs(count[0][bin] / all[0] - count[1][bin] / all[1]);
+    out.by_chance += 0.5 * std::sqrt(2 / kPi * share * spread);
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -38,8 +72,7 @@ std::string ContourTracker::unfit(const RgbView& image, int pixels) const {
          " px they leave no object or no background; mark one connected object";
 }
 
-// The new track is built separately: it inherits nothing from the running one, which goes on if the start is
-// refused.
+// The new track is built separately: it inherits nothing, and the old one goes on if the start is refused.
 template <class Place>
 ContourFrame ContourTracker::start_anew(const RgbView& image, const Place& place) {
   ContourTracker fresh(options_, evolution_.device);
@@ -60,7 +93,7 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
   int pixels = 0;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      if (mask[static_cast<std::ptrdiff_t>(y) * image.width + x]) {
+      if (mask[std::ptrdiff_t(y) * image.width + x]) {
         box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
         ++pixels;
       }
@@ -74,8 +107,8 @@ void ContourTracker::start_here(const RgbView& image, const unsigned char* mask)
       grid_.warp.to_image(ix - grid_.mid_x(), iy - grid_.mid_y(), &u, &v);
       const int x = to_int(std::round(u)), y = to_int(std::round(v));
       const bool inside = x >= 0 && y >= 0 && x < image.width && y < image.height &&
-                          mask[static_cast<std::ptrdiff_t>(y) * image.width + x];
-      grid_.phi[static_cast<std::size_t>(iy * grid_.nx + ix)] = inside ? -0.5f : 0.5f;
+                          mask[std::ptrdiff_t(y) * image.width + x];
+      grid_.phi[iy * grid_.nx + ix] = inside ? -0.5f : 0.5f;
     }
   redistance(reach_cells(), &evolution_.distance, &grid_);
   if (!model_.learn(image, grid_, 1, 1)) throw std::invalid_argument(unfit(image, pixels));
@@ -96,12 +129,12 @@ void ContourTracker::start_here(const RgbView& image, const ImagePart& box) {
 
 void ContourTracker::make_grid(const ImagePart& box) {
   const int longest = std::max(box.width(), box.height());
-  const double cell = std::max(1.0, longest / static_cast<double>(options_.max_cells));
+  const double cell = std::max(1.0, longest / double(options_.max_cells));
   const int ring = std::max(kMinRing_px, to_int(kStartRing * longest / cell));
   grid_.nx = to_int(std::ceil(box.width() / cell)) + 2 * ring;
   grid_.ny = to_int(std::ceil(box.height() / cell)) + 2 * ring;
   grid_.warp = {{cell, 0, 0, cell}, {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}};
-  grid_.phi.assign(static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny), 1.0f);
+  grid_.phi.assign(std::size_t(grid_.nx) * grid_.ny, 1.0f);
 }
 
 // The box is the initial shape; a few rounds keep what has the colours of the inside, not those around.
@@ -115,8 +148,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
   };
   g.inside = g.all();
   for (int y = 0; y < g.ny; ++y)
-    for (int x = 0; x < g.nx; ++x)
-      g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? -0.5f : 0.5f;
+    for (int x = 0; x < g.nx; ++x) g.phi[y * g.nx + x] = within(x, y) ? -0.5f : 0.5f;
   model_.object_windows(false);
   for (int round = 0; round < kBoxRounds; ++round) {
     if (!model_.learn(image, g, 1, 1)) throw std::invalid_argument(kOneColor);
@@ -127,7 +159,7 @@ void ContourTracker::segment_box(const RgbView& image, const ImagePart& box) {
     // A mean over 5 x 5 cells, all of them inside the box.
     for (int y = kBlur; y + kBlur < g.ny; ++y)
       for (int x = kBlur; x + kBlur < g.nx; ++x) {
-        g.phi[static_cast<std::size_t>(y * g.nx + x)] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
+        g.phi[y * g.nx + x] = within(x, y) ? 0.5f - mean_posterior(x, y) : 0.5f;
       }
     if (drop_small_pieces(kMinPart, std::max(g.nx, g.ny), &evolution_, &g) < kMinPixels)
       throw std::invalid_argument(kOneColor);
@@ -161,13 +193,13 @@ void ContourTracker::begin(const RgbView& image) {
 // Reserves the most memory that a frame may need, so that no frame allocates.
 void ContourTracker::make_room(const RgbView& image) {
   constexpr std::size_t kRunsOfRow = 8, kMaxSamples = 1024;
-  const auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  const std::size_t runs = kRunsOfRow * static_cast<std::size_t>(grid_.ny);
+  const auto pixels = std::size_t(image.width) * image.height;
+  const std::size_t runs = kRunsOfRow * std::size_t(grid_.ny);
   width_ = image.width, height_ = image.height;
   mask_.reserve(pixels);
   posterior_.foreground.reserve(pixels);
   for (auto* list : {&registration_.u, &registration_.v, &registration_.foreground}) list->reserve(pixels);
-  registration_.record.steps.reserve(static_cast<std::size_t>(options_.registration_steps));
+  registration_.record.steps.reserve(options_.registration_steps);
   evolution_.band.reserve(runs), evolution_.pieces.reserve(runs);
   evolution_.parent.reserve(runs), evolution_.area.reserve(runs);
   for (auto* list : {&samples_.in_x, &samples_.in_y, &samples_.out_x, &samples_.out_y})

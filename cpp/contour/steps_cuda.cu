@@ -20,8 +20,7 @@ struct EvolveCells {
   float* out;
 
   __device__ void operator()() const {
-    const int x = static_cast<int>(blockIdx.x * kTile + threadIdx.x),
-              y = static_cast<int>(blockIdx.y * kTile + threadIdx.y);
+    const int x = int(blockIdx.x * kTile + threadIdx.x), y = int(blockIdx.y * kTile + threadIdx.y);
     if (x >= nx || y >= ny) return;
     const int at = y * nx + x;
     out[at] = in_band[at] ? term.step(phi + at, nx, foreground[at], 1) : phi[at];
@@ -41,7 +40,7 @@ void evolve_contour_cuda(const ContourOptions& options, int steps, int device, E
   const std::size_t cells = grid->phi.size();
   work->next.resize(cells), work->in_band.assign(cells, 0);
   for (const CellRun& run : work->band) {
-    unsigned char* const row = work->in_band.data() + static_cast<std::ptrdiff_t>(run.row) * grid->nx;
+    unsigned char* const row = work->in_band.data() + std::ptrdiff_t(run.row) * grid->nx;
     std::fill(row + run.first, row + run.last, 1);
   }
   const auto there = pool_of<Work>().borrow(device);

@@ -26,7 +26,7 @@ constexpr int kHiddenMargin = 6;         // cells that an occluder may move by i
 constexpr int kPosteriorMargin = 4;      // cells that registration may move the band by
 constexpr int kShapeSteps = 5;           // of the level set in a frame, for the deformation in it
 // much: smaller limits would resample the shape, and blur it, in most frames.
-constexpr double kDriftCells = 3, kDriftLogScale = static_cast<double>(0.05f);
+constexpr double kDriftCells = 3, kDriftLogScale = double(0.05f);
 
 constexpr double kSharedFades = 0.995;  // per frame
 
@@ -57,9 +57,8 @@ int ContourTracker::reach_cells() const { return to_int(std::ceil(options_.band 
 float ContourTracker::mean_posterior(int x, int y) const {
   float sum = 0;
   for (int j = -kBlur; j <= kBlur; ++j)
-    for (int i = -kBlur; i <= kBlur; ++i)
-      sum += evolution_.foreground[static_cast<std::size_t>((y + j) * grid_.nx + x + i)];
-  return sum / static_cast<float>((2 * kBlur + 1) * (2 * kBlur + 1));
+    for (int i = -kBlur; i <= kBlur; ++i) sum += evolution_.foreground[(y + j) * grid_.nx + x + i];
+  return sum / float((2 * kBlur + 1) * (2 * kBlur + 1));
 }
 
 // Steps of the level set, removal of small pieces, and the distance again.
@@ -109,8 +108,7 @@ void ContourTracker::follow(const RgbView& image, const FlowView* flow) {
   judge(image);
 }
 
-// Finds the hidden cells that are visible now, by their colours, since there is no outline nearby that could
-// move.
+// Finds the hidden cells that are visible now by their colours: no outline nearby could move.
 void ContourTracker::look_behind() {
   seen_.clear();
   find_band(grid_, std::numeric_limits<float>::max(), &evolution_.band);
@@ -118,21 +116,20 @@ void ContourTracker::look_behind() {
   sample_posterior(grid_, posterior_, &evolution_);
   for (int y = kBlur; y + kBlur < grid_.ny; ++y)
     for (int x = kBlur; x + kBlur < grid_.nx; ++x) {
-      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      const auto cell = std::size_t(y * grid_.nx + x);
       if (hidden_[cell] && grid_.phi[cell] < 0 && mean_posterior(x, y) < 0.5f) grid_.phi[cell] = 0.5f;
     }
   redistance(reach_cells(), &evolution_.distance, &grid_);
 }
 
-// The cells of the whole shape that were not visible in the last frame, and those next to them, where the
-// occluder may be now.
+// The cells of the whole shape that were hidden in the last frame, and those next to them.
 void ContourTracker::find_hidden() {
   if (seen_.empty()) return;
   hidden_.assign(grid_.phi.size(), 0);
   const CellBox box = grid_.inside.grown(0, grid_.nx, grid_.ny);
   for (int y = box.y0; y <= box.y1; ++y)
     for (int x = box.x0; x <= box.x1; ++x) {
-      const auto cell = static_cast<std::size_t>(y * grid_.nx + x);
+      const auto cell = std::size_t(y * grid_.nx + x);
       if (!(grid_.phi[cell] < 0 && seen_[cell] >= 0)) continue;
       const CellBox near = CellBox{x, y, x, y}.grown(kHiddenMargin, grid_.nx, grid_.ny);
       for (int j = near.y0; j <= near.y1; ++j)
@@ -178,7 +175,7 @@ void ContourTracker::judge(const RgbView& image) {
     const bool a = before_[i] < 0, b = grid_.phi[i] < 0;
     both += a && b, either += a || b;
   }
-  report_.overlap = either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
+  report_.overlap = either > 0 ? double(both) / double(either) : 0;
   choose_samples(grid_, options_.band, nullptr, &samples_);
   report_.contrast = inside_ > 0 ? contrast_at(samples_, grid_.warp, posterior_) : 0;
   report_.mean_log = registration_.u.empty() ? -1 : -registration_.record.cost / registration_.record.count;
@@ -220,8 +217,7 @@ ContourFrame ContourTracker::finish(ShapeJudgement judgement, const unsigned cha
   if (sure && (learn || !seen_.empty()))
     good_phi_ = grid_.phi, good_warp_ = grid_.warp, good_inside_ = grid_.inside;
   recentre();
-  if (learn && sure && counted_)
-    model_.pool(static_cast<double>(options_.object_rate), static_cast<double>(options_.background_rate));
+  if (learn && sure && counted_) model_.pool(double(options_.object_rate), double(options_.background_rate));
   return frame();
 }
 
@@ -231,14 +227,14 @@ void ContourTracker::recentre() {
   int x0 = g.nx, y0 = g.ny, x1 = 0, y1 = 0, inside = 0;
   for (int y = g.inside.y0; y <= g.inside.y1; ++y)
     for (int x = g.inside.x0; x <= g.inside.x1; ++x)
-      if (g.phi[static_cast<std::size_t>(y * g.nx + x)] < 0)
+      if (g.phi[y * g.nx + x] < 0)
         x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x), y1 = std::max(y1, y), ++inside;
   if (inside < kMinPixels) return;
   const double cx = 0.5 * (x0 + x1) - g.mid_x(), cy = 0.5 * (y0 + y1) - g.mid_y();
   double k = first_area_ > 0 ? std::sqrt(inside / first_area_) : 1;
   // Limited so that the background around the shape stays on the grid.
-  k = std::max(k, std::max((x1 - x0 + 2 * kMinRing_px) / static_cast<double>(g.nx),
-                           (y1 - y0 + 2 * kMinRing_px) / static_cast<double>(g.ny)));
+  k = std::max(
+      k, std::max((x1 - x0 + 2 * kMinRing_px) / double(g.nx), (y1 - y0 + 2 * kMinRing_px) / double(g.ny)));
   if (std::max(std::abs(cx), std::abs(cy)) < kDriftCells && std::abs(std::log(k)) < kDriftLogScale) return;
   for (std::vector<float>* const values : {&g.phi, &seen_}) {
     if (values->empty()) continue;
@@ -247,9 +243,9 @@ void ContourTracker::recentre() {
     for (int y = 0; y < g.ny; ++y)
       for (int x = 0; x < g.nx; ++x) {
         float phi, unused_x, unused_y;
-        sample_flat(from, static_cast<float>(k * (x - g.mid_x()) + cx + g.mid_x()),
-                    static_cast<float>(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
-        resampled_[static_cast<std::size_t>(y * g.nx + x)] = phi / static_cast<float>(k);
+        sample_flat(from, float(k * (x - g.mid_x()) + cx + g.mid_x()),
+                    float(k * (y - g.mid_y()) + cy + g.mid_y()), &phi, &unused_x, &unused_y);
+        resampled_[y * g.nx + x] = phi / float(k);
       }
     std::swap(*values, resampled_);
   }
@@ -258,8 +254,7 @@ void ContourTracker::recentre() {
   redistance(reach_cells(), &evolution_.distance, &g);
 }
 
-// Searches for a lost object with its last sure shape, first around its last place, farther in each frame,
-// then anywhere.
+// Searches for a lost object with its last sure shape, first around its last place, then farther.
 bool ContourTracker::look_around(const RgbView& image) {
   constexpr double kScales[] = {0.8, 1.25};
   constexpr int kStep_px = 8, kMaxReach_px = 240;
@@ -319,18 +314,17 @@ ContourFrame ContourTracker::frame() {
 
 // 0 beyond the grid.
 void ContourTracker::draw_mask() {
-  mask_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
+  mask_.assign(std::size_t(width_) * height_, 0);
   if (report_.status == ContourStatus::kLost) return;  // a lost object has an empty mask
   const RgbView image{nullptr, width_, height_};       // only its size matters
   const FlatView view{grid_.phi.data(), grid_.nx, grid_.ny};
   const CellBox cells = grid_.inside.grown(1, grid_.nx, grid_.ny);
   each_row_on(grid_, cells, rect_of(grid_, cells, image),
               [&](int y, int xa, int xb, double gx, double gy, double dx, double dy) {
-                unsigned char* const to = mask_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+                unsigned char* const to = mask_.data() + std::ptrdiff_t(y) * width_;
                 for (int x = xa; x < xb; ++x, gx += dx, gy += dy) {
                   float phi, unused_x, unused_y;
-                  sample_flat(view, static_cast<float>(gx), static_cast<float>(gy), &phi, &unused_x,
-                              &unused_y);
+                  sample_flat(view, float(gx), float(gy), &phi, &unused_x, &unused_y);
                   to[x] = phi < 0;
                 }
               });

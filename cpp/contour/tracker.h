@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tracks a deforming object in a colour video by its contour (thesis 6.3; Bibby and Reid, ECCV 2008;
-// docs/math/contour.md).
+// Tracks a deforming object in a colour video by its contour (thesis 6.3; docs/math/contour.md).
 #pragma once
 
 #include <string>

@@ -27,7 +27,7 @@ __device__ inline void sum_free_space(OutlineTerm<float> term, const Rigidd& T_o
   term.T_obj_cam = T_obj_cam.template cast<float>();
   term.T_cam_obj = inverse(T_obj_cam).template cast<float>();
   float sums[kSummed<6>] = {};
-  for (int k = static_cast<int>(threadIdx.x); k < term.points_obj.count(); k += kBlockThreads)
+  for (int k = int(threadIdx.x); k < term.points_obj.count(); k += kBlockThreads)
     add_contribution(term.linearize(k), sums);
   add_over_block(sums, out);
 }
@@ -37,7 +37,7 @@ __device__ inline void improve_tone(const Brightness& given, double* tone) {
   constexpr int N = kTone + kTone * (kTone + 1) / 2;
   SDFTRACK_SHARED(double[N], total);
   double sums[N] = {};
-  for (int i = static_cast<int>(threadIdx.x); i < given.count; i += kBlockThreads) {
+  for (int i = int(threadIdx.x); i < given.count; i += kBlockThreads) {
     const PhotometricHit& hit = given.hits[i];
     double basis[kTone];
     PhotometricTerm::basis(hit, basis);
@@ -73,7 +73,7 @@ __device__ void eliminate_last(int kept, double* gradient, double* hessian) {
 __device__ inline void sum_brightness(Brightness* given, const Rigidd& T_obj_cam, bool follow, double* out) {
   SDFTRACK_SHARED(double[kTone], tone);
   SDFTRACK_SHARED(double[kSummed<kToned>], total);
-  const int first = static_cast<int>(threadIdx.x);
+  const int first = int(threadIdx.x);
   for (int i = first; follow && i < given->count; i += kBlockThreads) {
     PhotometricHit hit = given->hits[i];
     if (!given->term.find(T_obj_cam, kFollowSteps, &hit)) hit.fall_silent();
@@ -116,7 +116,7 @@ __device__ inline double common_offset(const OutlineLinesTerm& given, const Rigi
   double b = 0;
   for (int k = 0; k < kOffsetSteps; ++k) {
     CommonOffset own{};
-    for (int i = static_cast<int>(threadIdx.x); i < given.count; i += kBlockThreads) {
+    for (int i = int(threadIdx.x); i < given.count; i += kBlockThreads) {
       double off_px;
       PixelJacobian unused;
       if (!given.find(given.lines[i], T_cam_obj, &off_px, &unused)) continue;
@@ -143,7 +143,7 @@ __device__ inline void sum_lines(const OutlineLinesTerm& given, const Rigidd& T_
   const Rigidd T_cam_obj = inverse(T_obj_cam);
   const double common_px = common_offset(given, T_cam_obj);
   double sums[N] = {};
-  for (int i = static_cast<int>(threadIdx.x); i < given.count; i += kBlockThreads) {
+  for (int i = int(threadIdx.x); i < given.count; i += kBlockThreads) {
     const OutlineLine& line = given.lines[i];
     double off_px;
     Contribution<double, 6> own;

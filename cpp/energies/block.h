@@ -39,7 +39,7 @@ struct PartialSums {
     // In halves: short chains, and an order that does not depend on the width of a pack.
     for (int half = kLanes / 2; half > 0; half /= 2)
       for (int j = 0; j < half; ++j) x[j] += x[j + half];
-    return static_cast<double>(x[0]);
+    return double(x[0]);
   }
 };
 

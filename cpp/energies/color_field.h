@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The brightness of a coloured surface, from a volume of colours in addition to one of distances
-// (docs/math/photometric.md).
+// The brightness of a coloured surface, from a volume of colours (docs/math/photometric.md).
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -21,9 +19,7 @@ struct ColorView {
 // Rec. 601 luma (0..1) of an RGB colour with channels from 0 to `full`.
 template <class C>
 HD float brightness(const C* rgb, float full) {
-  return (0.299f * static_cast<float>(rgb[0]) + 0.587f * static_cast<float>(rgb[1]) +
-          0.114f * static_cast<float>(rgb[2])) /
-         full;
+  return (0.299f * float(rgb[0]) + 0.587f * float(rgb[1]) + 0.114f * float(rgb[2])) / full;
 }
 
 constexpr double kMinKnown = 0.5;  // least summed weight of the known ones among the eight corners
@@ -42,10 +38,9 @@ HD bool sample_brightness(const SdfView& sdf, const ColorView& colors, Vec3<T> p
   Vec3<T> d_sum{0, 0, 0}, d_weight{0, 0, 0};
   for (int k = 0; k < 8; ++k) {
     const int i = k & 1, j = k >> 1 & 1, l = k >> 2;
-    const std::size_t at = (static_cast<std::size_t>(z.cell + l) * static_cast<std::size_t>(sdf.ny) +
-                            static_cast<std::size_t>(y.cell + j)) *
-                               static_cast<std::size_t>(sdf.nx) +
-                           static_cast<std::size_t>(x.cell + i);
+    const std::size_t at =
+        (std::size_t(z.cell + l) * sdf.ny + std::size_t(y.cell + j)) * std::size_t(sdf.nx) +
+        std::size_t(x.cell + i);
     const std::uint16_t* const c = colors.rgb_seen + 4 * at;
     if (c[3] < colors.least || !(c[0] | c[1] | c[2])) continue;
     const T wx = i ? x.fraction : T(1) - x.fraction, wy = j ? y.fraction : T(1) - y.fraction,

@@ -44,7 +44,7 @@ __device__ void add_contacts(const Contacts& given, const SdfView* sdfs, const R
   SDFTRACK_SHARED(double[Contacts::kPairs * sizeof(Rigidd) / sizeof(double)], memory);
   auto* const T_other_object = reinterpret_cast<Rigidd*>(memory);
   SDFTRACK_SHARED(int, touching);
-  const int thread = static_cast<int>(threadIdx.x);
+  const int thread = int(threadIdx.x);
   if (thread < given.pair_count)
     T_other_object[thread] =
         T_obj_cam[given.pairs[thread].other] * inverse(T_obj_cam[given.pairs[thread].object]);

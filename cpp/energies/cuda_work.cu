@@ -26,7 +26,7 @@ PixelsView<float> CudaWork::make_room(int count) {
   const DeviceScope scope(w.device);
   w.volumes.begin_frame(), w.colors.begin_frame();
   w.count = 0;  // until the memory is allocated
-  const auto n = static_cast<std::size_t>(count);
+  const auto n = std::size_t(count);
   if (w.pixels.size() < n * kColumns) w.pixels.room((n + n / 2) * kColumns);
   w.count = count;
   return w.view();
@@ -38,7 +38,7 @@ PixelsView<float> CudaWork::upload(const PixelSet& set) {
   w.take_turn(Impl::kStaging);
   const PixelsView<float> view = make_room(set.count());
   w.count = 0;  // until all data is copied
-  const auto n = static_cast<std::size_t>(set.count());
+  const auto n = std::size_t(set.count());
   if (w.staging.size() < n * kColumns) w.staging.room((n + n / 2) * kColumns);
   const std::vector<float>* const columns[kColumns] = {
       &set.u_px, &set.v_px, &set.depth_m, &set.per_noise, &set.foreground, &set.hit_m, &set.gain};

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/device_stream.h"
 #include "base/device_volumes.h"
@@ -27,7 +26,7 @@ struct CudaWork::Impl {
   bool busy[3] = {};  // per pinned buffer: a copy from or to it may still be running
   DeviceBuffer<float> pixels;
   PinnedBuffer<float> staging;
-  DeviceBuffer<double> partial{static_cast<std::size_t>(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
+  DeviceBuffer<double> partial{std::size_t(kMaxBlocks) * kMaxSummed}, total{kMaxSummed};
   PinnedBuffer<double> sums{kMaxSummed};
   DeviceVolumes volumes{kMostVolumes}, colors{kMostVolumes};
 
@@ -41,7 +40,7 @@ struct CudaWork::Impl {
   PinnedBuffer<std::byte> places_here;
   DeviceBuffer<int> chosen;
 
-  float* column(int k) { return pixels.data() + static_cast<std::ptrdiff_t>(k) * count; }
+  float* column(int k) { return pixels.data() + std::ptrdiff_t(k) * count; }
   PixelsView<float> view() {
     return {count, column(0), column(1), column(2), column(3), column(5), column(6), column(4)};
   }
@@ -58,17 +57,17 @@ struct CudaWork::Impl {
   // Adds the blocks' sums, waits, and returns the first n totals in host memory.
   const double* finish(int blocks, int n) {
     launch(stream, 1, AddBlocks{partial.data(), blocks, n, total.data()});
-    stream.download(total.data(), static_cast<std::size_t>(n), sums.data());
+    stream.download(total.data(), std::size_t(n), sums.data());
     wait();
     return sums.data();
   }
   // Queues the copy of the hits and classes, which is complete after wait().
   void queue_hits() {
     busy[kStaging] = true;
-    stream.download(column(5), 2 * static_cast<std::size_t>(count), staging.data());
+    stream.download(column(5), 2 * std::size_t(count), staging.data());
   }
   void take_hits(PixelSet* set) const {
-    const auto n = static_cast<std::size_t>(count);
+    const auto n = std::size_t(count);
     std::copy_n(staging.data(), n, set->hit_m.data());
     std::copy_n(staging.data() + n, n, set->gain.data());
   }

@@ -20,13 +20,12 @@ class CudaWork {
 
   // Copies the pixels to the device; the view is valid until the next upload.
   PixelsView<float> upload(const PixelSet& pixels);
-  // Room for `count` pixels that kernels fill, in place of the uploaded pixels.
   PixelsView<float> make_room(int count);
   // Brings the hits and classes of the uploaded pixels back.
   void download(PixelSet* pixels);
   // The volume with its values on the device. A volume with an id is sent once; the least recently used ones
-  // make room for others. A volume without an id is sent by each call, unless the device has the same values
-  // already (device_copies.h).
+  // make room for others. One without an id is sent by each call, unless it is there already
+  // (device_copies.h).
   SdfView volume(const SdfView& sdf);
   // The colours of a volume that has an id, kept on the device in the same way.
   ColorView colors(const SdfView& sdf, const ColorView& colors);

@@ -2,15 +2,14 @@
 // Where the sensor sees past the object: distance to the nearest pixel that might show the object.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "energies/free_space_residual.h"
 
 namespace sdftrack::energies {
 
-// A grid over a region of the image, at least 2 x 2 nodes, one every `step` pixels. Beyond the grid the
-// border's value continues.
+// A grid over a region of the image, at least 2 x 2 nodes, one every `step` pixels; beyond it the border's
+// value.
 struct DistanceGrid {
   int x0 = 0, y0 = 0;  // pixel of node (0, 0)
   int step = 1;        // pixels between nodes

@@ -84,7 +84,7 @@ struct LookTogether {
   __device__ void operator()() const {
     SDFTRACK_SHARED(double[kRoom / sizeof(double)], room);
     if (!begins && !fit->search.searching) return;
-    sum_part(part_of(static_cast<int>(blockIdx.x)), room);
+    sum_part(part_of(int(blockIdx.x)), room);
     if (!is_last_block(&fit->arrived, problem->blocks)) return;
     add_parts(room);
     __syncthreads();
@@ -129,11 +129,11 @@ struct LookTogether {
     using Loop = LoopOf<J>;
     Loop term{{}, problem->penalty, problem->K, part.pixels, problem->residual, begins, 1};
     put(part, &term.field);
-    const int first = (static_cast<int>(blockIdx.x) - part.first_block) * kBlockThreads;
+    const int first = (int(blockIdx.x) - part.first_block) * kBlockThreads;
     const int stride = part.blocks * kBlockThreads, count = part.pixels.count;
     const int settle_steps = begins ? problem->settle_steps : 0;
-    for (int i = first + static_cast<int>(threadIdx.x); settle_steps > 0 && i < count; i += stride) {
-      term.pixels.hit_m[i] = term.pixels.depth_m[i] - static_cast<float>(kHitLead_m);
+    for (int i = first + int(threadIdx.x); settle_steps > 0 && i < count; i += stride) {
+      term.pixels.hit_m[i] = term.pixels.depth_m[i] - float(kHitLead_m);
       for (int step = 0; step < settle_steps; ++step) term.settle(i, 1);
     }
     double* const sums_of_block = of_this_block<N>(partial);
@@ -143,7 +143,7 @@ struct LookTogether {
       Sums::add(term, first, stride, held, *reinterpret_cast<typename Sums::OfWarp*>(room), sums_of_block);
     } else {
       float sums[kSummed<6 * J>] = {};
-      for (int i = first + static_cast<int>(threadIdx.x); i < count; i += stride)
+      for (int i = first + int(threadIdx.x); i < count; i += stride)
         add_contribution(term.linearize(i), sums);
       add_over_block(sums, sums_of_block);
     }
@@ -153,14 +153,14 @@ struct LookTogether {
   // other multiprocessors do not reach.
   __device__ void add_parts(double* total) const {
     const volatile double* const of_blocks = partial;
-    for (int k = static_cast<int>(threadIdx.x); k < N; k += kBlockThreads) {
+    for (int k = int(threadIdx.x); k < N; k += kBlockThreads) {
       const SummedEntry entry = SummedEntry::of<P>(k);
       double sum = 0;
       for (int p = 0; p < problem->parts; ++p) {
         const PartOnDevice& part = problem->part[p];
         const int at = part.entry_of<P>(entry);
         for (int b = part.first_block; at >= 0 && b < part.first_block + part.blocks; ++b)
-          sum += of_blocks[static_cast<std::size_t>(b) * N + static_cast<std::size_t>(at)];
+          sum += of_blocks[std::size_t(b) * N + at];
       }
       total[k] = sum;
     }
@@ -168,7 +168,7 @@ struct LookTogether {
 
   __device__ void decide(const double* total) const {
     optim::Quadratic<P>& found = fit->found;
-    for (int k = static_cast<int>(threadIdx.x); k < N; k += kBlockThreads)
+    for (int k = int(threadIdx.x); k < N; k += kBlockThreads)
       *(k == 0 ? &found.cost : (k <= P ? &found.gradient[k - 1] : &found.hessian[k - 1 - P])) = total[k];
     __syncthreads();
     if (threadIdx.x != 0) return;
@@ -187,15 +187,14 @@ class JointSearch {
   using Problem = JointProblem<Penalty>;
 
   JointSearch(CudaWork* work, const JointTask& task) : w_(work->impl()), task_(task) {
-    room_ = static_cast<std::size_t>(task.rules.max_steps);
+    room_ = std::size_t(task.rules.max_steps);
     fit_at_ = places_.add<Fit>(1);
     steps_at_ = places_.add<optim::LmStep>(room_);
     results_end_ = places_.end();
     problem_at_ = places_.add<Problem>(1);
     for (int m = 0; m < K; ++m) beside_.emplace_back(&places_, task.beside[m]);
-    points_.emplace_back(&places_, task.contacts.points, static_cast<std::size_t>(task.contacts.point_count));
-    near_.emplace_back(&places_, task.contacts.near_pairs,
-                       static_cast<std::size_t>(task.contacts.near_count));
+    points_.emplace_back(&places_, task.contacts.points, std::size_t(task.contacts.point_count));
+    near_.emplace_back(&places_, task.contacts.near_pairs, std::size_t(task.contacts.near_count));
     make_problem(work);
   }
 
@@ -216,7 +215,7 @@ class JointSearch {
   }
 
   void launch_all() {
-    const std::size_t sums = static_cast<std::size_t>(problem_.blocks) * kSummed<6 * K>;
+    const std::size_t sums = std::size_t(problem_.blocks) * kSummed<6 * K>;
     if (w_.search_partial.size() < sums) w_.search_partial.room(sums);
     std::byte* const there = w_.problems.data();
     LookTogether<K, Penalty> kernel{reinterpret_cast<Problem*>(there + problem_at_),
@@ -234,7 +233,7 @@ class JointSearch {
     std::copy_n(search.at.T_obj_cam, K, found->T_obj_cam);
     found->cost = search.cost, found->count = search.count, found->damping = search.damping;
     found->stop = search.stop;
-    found->steps.resize(static_cast<std::size_t>(search.tried));
+    found->steps.resize(search.tried);
     if (search.tried > 0)
       std::memcpy(static_cast<void*>(found->steps.data()), here + steps_at_,
                   found->steps.size() * sizeof(optim::LmStep));
@@ -262,7 +261,7 @@ class JointSearch {
       part.sharpness_per_m = sharpness_per_m(task_.options, task_.sdf, given.of, given.objects);
       part.pixels = part_of(all, p.pixels, given.pixels);
       part.first_block = p.blocks;
-      part.blocks = static_cast<int>(blocks_of(given.pixels, kBlockThreads, kMostBlocks));
+      part.blocks = int(blocks_of(given.pixels, kBlockThreads, kMostBlocks));
       p.pixels += given.pixels, p.blocks += part.blocks;
     }
   }

@@ -13,7 +13,7 @@ using Row = Eigen::Matrix<double, 6, 1>;
 
 OutlineLinesTerm OutlineEnergy::on_device() const {
   OutlineLinesTerm term = term_;
-  term.lines = lines_->lines.data(), term.count = static_cast<int>(lines_->lines.size());
+  term.lines = lines_->lines.data(), term.count = int(lines_->lines.size());
   return term;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The residual of one line across the outline, as plain numbers for the CPU and for kernels
-// (outline_energy.h).
+// The residual of one line across the outline, as plain numbers for the CPU and for kernels.
 #pragma once
 
 #include "energies/color_projection.h"
@@ -16,8 +15,7 @@ struct OutlineLine {
 
 constexpr int kOffsetSteps = 20;
 
-// A Newton step for the offset that all lines share. Its curvature is bounded below by half that of the
-// reweighted squares.
+// A Newton step for the common offset; its curvature is at least half that of the reweighted squares.
 struct CommonOffset {
   double slope, steep, curved;
 
@@ -50,8 +48,7 @@ struct OutlineLinesTerm {
     return true;
   }
   HD CommonOffset begin_offset(double b) const { return {hold * b, hold, hold}; }
-  // p_cam = T^-1 X, and T <- increment(v, w) T moves it by -R^T (v + w x X): the derivative is (-a, a x X)
-  // with a = R J^T n.
+  // p_cam = T^-1 X, and T <- increment(v, w) T moves it by -R^T (v + w x X): (-a, a x X) with a = R J^T n.
   HD static void row(const OutlineLine& line, const Rigidd& T_obj_cam, const PixelJacobian& J, double per_sd,
                      double* out) {
     const Vec3d a = per_sd * (T_obj_cam.R * (line.normal.x * J.u + line.normal.y * J.v));

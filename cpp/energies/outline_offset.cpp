@@ -21,8 +21,7 @@ const std::array<float, 2 * kFarthest + 1>& steps() {
   static const std::array<float, 2 * kFarthest + 1> kSteps = [] {
     std::array<float, 2 * kFarthest + 1> out{};
     for (int x = -kFarthest; x <= kFarthest; ++x)
-      out[static_cast<std::size_t>(kFarthest - x)] =
-          static_cast<float>(kAmplitude * std::tanh(x / (2 * kSlope)));
+      out[kFarthest - x] = float(kAmplitude * std::tanh(x / (2 * kSlope)));
     return out;
   }();
   return kSteps;
@@ -30,7 +29,7 @@ const std::array<float, 2 * kFarthest + 1>& steps() {
 
 double mean_of(const float* first, int count) {
   double sum = 0;
-  for (int i = 0; i < count; ++i) sum += static_cast<double>(first[i]);
+  for (int i = 0; i < count; ++i) sum += double(first[i]);
   return count > 0 ? sum / count : 0;
 }
 
@@ -48,10 +47,10 @@ OutlineOffset outline_offset(const float* chance, int reach) {
   }
   double sum = 0, first = 0, second = 0;
   for (int k = 0; k < offsets; ++k) {
-    const double p = static_cast<double>(product[k]), d = k - reach;
+    const double p = double(product[k]), d = k - reach;
     sum += p, first += p * d, second += p * d * d;
   }
-  if (!(sum > 0)) return {0, static_cast<double>(reach), 0};
+  if (!(sum > 0)) return {0, double(reach), 0};
   const double mean = first / sum, variance = std::max(0.0, second / sum - mean * mean);
   const int at = to_int(std::round(mean)) + beyond;
   const int inside = std::max(0, at - 1), outside = std::min(2 * beyond + 1, at + 2);

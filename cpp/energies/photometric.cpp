@@ -46,13 +46,13 @@ Brightness PhotometricEnergy::on_device() const {
 
 int PhotometricEnergy::settle(const optim::State& x) {
   const Rigidd& T = x.T_obj_cam[0];
-  const double reach = kNearVoxels * static_cast<double>(term_.sdf.voxel_m);
+  const double reach = kNearVoxels * double(term_.sdf.voxel_m);
   hits_->clear();
   for (std::size_t k = 0; k < pixels_->depth_m.size(); ++k) {
-    const auto depth = static_cast<double>(pixels_->depth_m[k]);
+    const auto depth = double(pixels_->depth_m[k]);
     PhotometricHit hit;
-    hit.ray_cam = ray(x.K, static_cast<double>(pixels_->u_px[k]), static_cast<double>(pixels_->v_px[k]));
-    hit.depth_m = depth, hit.grey_seen = static_cast<double>(pixels_->grey[k]);
+    hit.ray_cam = ray(x.K, double(pixels_->u_px[k]), double(pixels_->v_px[k]));
+    hit.depth_m = depth, hit.grey_seen = double(pixels_->grey[k]);
     if (!term_.find(T, kSettleSteps, &hit) || !(std::abs(hit.depth_m - depth) < reach)) continue;
     double unused;
     Vec3d normal;

@@ -15,7 +15,7 @@ namespace sdftrack::energies {
 struct GreyPixels {
   std::vector<float> u_px, v_px, depth_m, grey;
 
-  int count() const { return static_cast<int>(depth_m.size()); }
+  int count() const { return int(depth_m.size()); }
   void clear() { u_px.clear(), v_px.clear(), depth_m.clear(), grey.clear(); }
   void push(float u, float v, float depth, float g) {
     u_px.push_back(u), v_px.push_back(v), depth_m.push_back(depth), grey.push_back(g);
@@ -43,7 +43,7 @@ class PhotometricEnergy final : public optim::Energy {
 
   // Decides once which pixels show the surface at x, so that costs may be compared. Returns their number.
   int settle(const optim::State& x);
-  int used() const { return static_cast<int>(hits_->size()); }
+  int used() const { return int(hits_->size()); }
 
   optim::Unknowns unknowns() const override { return {1, false, false}; }
   void linearize(const optim::State& x, optim::NormalEquations* out) override;

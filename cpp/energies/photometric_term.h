@@ -34,8 +34,7 @@ struct PhotometricTerm {
   double inv_sigma2 = 0;
   double tone_prior[kTone] = {};  // inverse variances, about a frame that shows the brightness unchanged
 
-  // Searches from hit->depth_m. Returns false, with the hit unchanged, where the ray leaves the surface or
-  // its known colours.
+  // Searches from hit->depth_m. False, and the hit unchanged, where the ray leaves the known colours.
   HD bool find(const Rigidd& T_obj_cam, int steps, PhotometricHit* hit) const {
     const Vec3d along = T_obj_cam.R * hit->ray_cam;
     double depth_m = hit->depth_m, phi = 0, slope = 0, grey;
@@ -46,7 +45,7 @@ struct PhotometricTerm {
       if (!(slope < -kMinSlant * norm(along) * norm(normal))) return false;
       depth_m -= phi / slope;
     }
-    if (!(abs(phi) < static_cast<double>(sdf.voxel_m))) return false;
+    if (!(abs(phi) < double(sdf.voxel_m))) return false;
     const Vec3d p = T_obj_cam.t + depth_m * along;
     if (!sample_brightness(sdf, colors, p, &grey, &rise)) return false;
     // The hit slides along its ray so that it stays on the surface.

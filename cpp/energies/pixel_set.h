@@ -17,7 +17,7 @@ struct PixelSet {
   std::vector<float> hit_m, gain;  // see PixelsView
   std::vector<int> at;             // index in the depth image
 
-  int count() const { return static_cast<int>(depth_m.size()); }
+  int count() const { return int(depth_m.size()); }
 
   void clear() {
     for (std::vector<float>* v : floats()) v->clear();
@@ -29,23 +29,22 @@ struct PixelSet {
   }
   // Sets pixel k; its hit starts at the measured depth.
   void set(int k, Vec2f u, float depth, float noise_scale, int index, float p_foreground = 0) {
-    const auto i = static_cast<std::size_t>(k);
+    const auto i = std::size_t(k);
     u_px[i] = u.x, v_px[i] = u.y, depth_m[i] = depth, per_noise[i] = 1 / noise_scale;
     foreground[i] = p_foreground, at[i] = index;
     hit_m[i] = depth, gain[i] = 1.0f;
   }
   void resize(int n) {
-    for (std::vector<float>* v : floats()) v->resize(static_cast<std::size_t>(n));
-    at.resize(static_cast<std::size_t>(n));
+    for (std::vector<float>* v : floats()) v->resize(std::size_t(n));
+    at.resize(n);
   }
   // Copies pixel `from` of the other (or this) set to pixel `to`; its hit starts at the measured depth.
   void copy(const PixelSet& other, int from, int to) {
-    const auto i = static_cast<std::size_t>(from), j = static_cast<std::size_t>(to);
+    const auto i = std::size_t(from), j = std::size_t(to);
     u_px[j] = other.u_px[i], v_px[j] = other.v_px[i], depth_m[j] = other.depth_m[i];
     per_noise[j] = other.per_noise[i], foreground[j] = other.foreground[i], at[j] = other.at[i];
     hit_m[j] = depth_m[j], gain[j] = 1.0f;
   }
-  // Appends the pixels of `other`, unchanged.
   void append(const PixelSet& other) {
     const auto join = [](const auto& from, auto* to) { to->insert(to->end(), from.begin(), from.end()); };
     join(other.u_px, &u_px), join(other.v_px, &v_px), join(other.depth_m, &depth_m);
@@ -57,13 +56,12 @@ struct PixelSet {
     std::copy(depth_m.begin(), depth_m.end(), hit_m.begin());
     std::fill(gain.begin(), gain.end(), 1.0f);
   }
-  // `requested` pixels of `other` (all if it has fewer), spread evenly over its order; their hits start at
-  // the measured depths.
+  // `requested` pixels of `other` (or all), spread evenly; their hits start at the measured depths.
   void assign_subset(const PixelSet& other, int requested) {
     const int n = other.count(), m = std::clamp(requested, 0, n);
     resize(m);
-    const double stride = m > 0 ? static_cast<double>(n) / m : 1;
-    for (int k = 0; k < m; ++k) copy(other, static_cast<int>(k * stride), k);
+    const double stride = m > 0 ? double(n) / m : 1;
+    for (int k = 0; k < m; ++k) copy(other, int(k * stride), k);
   }
   PixelsView<float> view() {
     return {count(),          u_px.data(),  v_px.data(), depth_m.data(),

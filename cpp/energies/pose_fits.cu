@@ -17,7 +17,7 @@ __device__ void put_at(const optim::PosePoint<6>& at, SingleObject<float>* field
 }
 __device__ void put_at(const optim::PosePoint<7>& at, ScaledObject<float>* field) {
   field->T_obj_cam = at.T_obj_cam[0].cast<float>();
-  field->scale = static_cast<float>(std::exp(at.log_scale));
+  field->scale = float(std::exp(at.log_scale));
 }
 
 // One evaluation of every search and its next step, or several in turn if an object has one block.
@@ -36,7 +36,7 @@ struct LookAndGoOn {
   bool begins;
 
   __device__ void operator()() const {
-    const int problem = static_cast<int>(blockIdx.x) / blocks;
+    const int problem = int(blockIdx.x) / blocks;
     for (int k = 0; k < looks; ++k) {
       if (!(begins && k == 0) && !fits[problem].search.searching) return;
       look(problem, begins && k == 0);
@@ -48,9 +48,9 @@ struct LookAndGoOn {
   __device__ void look(int problem, bool first) const {
     Problem& given = problems[problem];
     PoseFit<P>& fit = fits[problem];
-    const int share = static_cast<int>(blockIdx.x) % blocks;
-    double* const of_problem = partial + static_cast<std::size_t>(problem) * blocks * N;
-    sum_pixels(given, fit, share, first, of_problem + static_cast<std::size_t>(share) * N);
+    const int share = int(blockIdx.x) % blocks;
+    double* const of_problem = partial + std::size_t(problem) * blocks * N;
+    sum_pixels(given, fit, share, first, of_problem + std::size_t(share) * N);
     if (!is_last_block(&fit.arrived, blocks)) return;
     SDFTRACK_SHARED(double[N], total);
     add_blocks(of_problem, blocks, N, total);
@@ -74,9 +74,8 @@ struct LookAndGoOn {
     put_at(point_of(fit, first), &term.field);
     term.reclassify = first;
     float sums[N] = {};
-    for (int i = share * kBlockThreads + static_cast<int>(threadIdx.x); i < count;
-         i += blocks * kBlockThreads) {
-      if (settle_steps > 0) term.pixels.hit_m[i] = term.pixels.depth_m[i] - static_cast<float>(kHitLead_m);
+    for (int i = share * kBlockThreads + int(threadIdx.x); i < count; i += blocks * kBlockThreads) {
+      if (settle_steps > 0) term.pixels.hit_m[i] = term.pixels.depth_m[i] - float(kHitLead_m);
       for (int step = 0; step < settle_steps; ++step) term.settle(i, 1);
       add_contribution(term.linearize(i), sums);
       sums[N - 1] += term.pixels.gain[i] == 0.0f ? 1.0f : 0.0f;
@@ -89,7 +88,7 @@ struct LookAndGoOn {
     found.cost = total[0], found.count = count_of(given) + given.beside.lines.count;
     for (int a = 0; a < P; ++a) found.gradient[a] = total[1 + a];
     for (int k = 0; k < P * (P + 1) / 2; ++k) found.hessian[k] = total[1 + P + k];
-    if (first) fit->hits = static_cast<int>(total[N - 1]), fit->pixels = count_of(given);
+    if (first) fit->hits = int(total[N - 1]), fit->pixels = count_of(given);
     fit->arrived = 0;
     fit->search.looked(found, given.rules, first);
   }
@@ -109,7 +108,7 @@ class Batch {
       most_pixels_ = std::max(most_pixels_, p.term.pixels.count);
     }
     fits_at_ = places_.add<Fit>(n_);
-    steps_at_ = places_.add<optim::LmStep>(n_ * static_cast<std::size_t>(room_));
+    steps_at_ = places_.add<optim::LmStep>(n_ * std::size_t(room_));
     results_end_ = places_.end();
     problems_at_ = places_.add<Problem>(n_);
     for (const Problem& p : problems_) beside_.emplace_back(&places_, p.beside);
@@ -125,7 +124,7 @@ class Batch {
     for (std::size_t k = 0; k < n_; ++k) {
       Fit fit = fits_[k];
       fit.arrived = 0;
-      fit.search.kept = there<optim::LmStep>(steps_at_) + k * static_cast<std::size_t>(room_);
+      fit.search.kept = there<optim::LmStep>(steps_at_) + k * std::size_t(room_);
       put(&fit, 1, here + fits_at_ + k * sizeof(Fit));
       Problem problem = problems_[k];
       beside_[k].put_to(here, w_.problems.data(), &problem.beside);
@@ -135,10 +134,9 @@ class Batch {
   }
 
   void launch_all(int rounds) {
-    const int all = static_cast<int>(n_),
-              requested = static_cast<int>(blocks_of(most_pixels_, kBlockThreads));
+    const int all = int(n_), requested = int(blocks_of(most_pixels_, kBlockThreads));
     const int blocks = std::clamp(kAllBlocks / all, 1, std::min(requested, kMostBlocks));
-    const std::size_t sums = n_ * static_cast<std::size_t>(blocks) * kLookSums<Field::P>;
+    const std::size_t sums = n_ * std::size_t(blocks) * kLookSums<Field::P>;
     if (w_.search_partial.size() < sums) w_.search_partial.room(sums);
     LookAndGoOn<Field, Penalty> kernel{there<Problem>(problems_at_), there<Fit>(fits_at_),
                                        w_.search_partial.data(),     blocks,
@@ -156,7 +154,7 @@ class Batch {
     const std::byte* const here = w_.problems_here.data();
     std::memcpy(static_cast<void*>(fits_.data()), here + fits_at_, n_ * sizeof(Fit));
     for (Fit& fit : fits_) fit.search.kept = nullptr;
-    steps->resize(n_ * static_cast<std::size_t>(room_));
+    steps->resize(n_ * std::size_t(room_));
     if (!steps->empty())
       std::memcpy(static_cast<void*>(steps->data()), here + steps_at_, steps->size() * sizeof(optim::LmStep));
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sum over pixels on the CPU: fixed chunks, added in order, so the sum has the same bits on any number of
-// threads.
+// Sum over pixels on the CPU: fixed chunks, added in order: the same bits on any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +16,9 @@ constexpr std::size_t kChunksWorthThreads = 16;
 // Sum of sum_of(begin, end) over the chunks of 0..count-1.
 template <class S, class SumOf>
 S reduce_cpu(int count, int threads, const SumOf& sum_of) {
-  const auto chunks = static_cast<std::size_t>((count + kChunk - 1) / kChunk);
+  const auto chunks = std::size_t((count + kChunk - 1) / kChunk);
   const auto chunk_sum = [&](std::size_t c) {
-    const int begin = static_cast<int>(c) * kChunk;
+    const int begin = int(c) * kChunk;
     return sum_of(begin, std::min(count, begin + kChunk));
   };
   S total{};

@@ -13,7 +13,7 @@ namespace sdftrack::energies {
 constexpr int kBlockThreads = 256, kBlockWarps = kBlockThreads / 32;
 constexpr int kMaxBlocks = 264;  // two per multiprocessor of a large GPU; then more pixels per thread
 
-inline int blocks_for(int count) { return static_cast<int>(blocks_of(count, kBlockThreads, kMaxBlocks)); }
+inline int blocks_for(int count) { return int(blocks_of(count, kBlockThreads, kMaxBlocks)); }
 
 // The numbers that a linearisation sums: cost, gradient, lower triangle of the Hessian.
 template <int P>
@@ -26,13 +26,13 @@ __device__ void add_warps(const T (&of_warp)[kBlockWarps][N], double* partial) {
   __syncthreads();
   for (int k = threadIdx.x; k < N; k += kBlockThreads) {
     double sum = 0;
-    for (int w = 0; w < kBlockWarps; ++w) sum += static_cast<double>(of_warp[w][k]);
+    for (int w = 0; w < kBlockWarps; ++w) sum += double(of_warp[w][k]);
     partial[k] = sum;
   }
 }
 template <int N>
 __device__ double* of_this_block(double* partial) {
-  return partial + static_cast<std::size_t>(blockIdx.x) * N;
+  return partial + std::size_t(blockIdx.x) * N;
 }
 
 template <class T, int N>
@@ -192,7 +192,7 @@ __device__ inline void add_blocks(const volatile double* partial, int blocks, in
   const int lane = threadIdx.x % 32;
   for (int k = threadIdx.x / 32; k < n; k += kBlockWarps) {
     double sum = 0;
-    for (int b = lane; b < blocks; b += 32) sum += partial[static_cast<std::size_t>(b) * n + k];
+    for (int b = lane; b < blocks; b += 32) sum += partial[std::size_t(b) * n + k];
     for (int half = 16; half > 0; half /= 2) sum += __shfl_down_sync(0xffffffffu, sum, half);
     if (lane == 0) total[k] = sum;
   }

@@ -54,7 +54,7 @@ void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions&, Si
   *field = {*sdf, x.T_obj_cam[0].cast<float>()};
 }
 void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions&, ScaledObject<float>* field) {
-  *field = {*sdf, x.T_obj_cam[0].cast<float>(), static_cast<float>(std::exp(x.log_scale.at(0)))};
+  *field = {*sdf, x.T_obj_cam[0].cast<float>(), float(std::exp(x.log_scale.at(0)))};
 }
 template <class Inner>
 void make(const SdfView* sdf, const optim::State& x, const SdfEnergyOptions& options,
@@ -80,10 +80,10 @@ struct ColorSums {
     if (!o.color) return true;
     const float share = std::min(1.0f, pixels.foreground[i] / o.color_prior), per_noise = pixels.per_noise[i];
     const DepthLogistic<float> depth{o.scale_m, o.outlier_floor};
-    cost += static_cast<double>(share * depth(residual_m, per_noise).cost);
-    weight += static_cast<double>(share);
+    cost += double(share * depth(residual_m, per_noise).cost);
+    weight += double(share);
     if (std::abs(residual_m) < 2 * o.scale_m / per_noise)
-      foreground += static_cast<double>(pixels.foreground[i]), ++on_surface;
+      foreground += double(pixels.foreground[i]), ++on_surface;
     return share > 0.5f;
   }
   void finish(EnergySummary* out) const {
@@ -94,7 +94,7 @@ struct ColorSums {
 
 void start_hits(PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->depth_m.size(); ++i)
-    pixels->hit_m[i] = pixels->depth_m[i] - static_cast<float>(kHitLead_m);
+    pixels->hit_m[i] = pixels->depth_m[i] - float(kHitLead_m);
 }
 
 }  // namespace
@@ -169,17 +169,15 @@ const float* SdfEnergy::distances(const optim::State& x) {
 }
 
 int SdfEnergy::count_near(const optim::State& x, double reach_m) {
-  const auto reach = static_cast<float>(reach_m);
+  const auto reach = float(reach_m);
   const float* const phi = distances(x);
-  return static_cast<int>(
-      std::count_if(phi, phi + pixels_->count(), [&](float d) { return std::abs(d) < reach; }));
+  return int(std::count_if(phi, phi + pixels_->count(), [&](float d) { return std::abs(d) < reach; }));
 }
 
 void SdfEnergy::enter_device(CudaWork* device) {
   leave_device();
   device_pixels_ = device->upload(*pixels_);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(objects_); ++k)
-    device_sdfs_[k] = device->volume(sdfs_[k]);
+  for (std::size_t k = 0; k < std::size_t(objects_); ++k) device_sdfs_[k] = device->volume(sdfs_[k]);
   device_ = device;
 }
 
@@ -234,7 +232,7 @@ void SdfEnergy::leave_device() {
 }
 
 void SdfEnergy::keep_near(const float* phi, double reach_m) {
-  const auto reach = static_cast<float>(reach_m);
+  const auto reach = float(reach_m);
   const int n = pixels_->count();
   int kept = 0;
   while (kept < n && std::abs(phi[kept]) < reach) ++kept;  // often all: these pixels stay in place
@@ -272,18 +270,18 @@ EnergySummary SdfEnergy::summarize(const optim::State& x, int pixel_budget, Summ
   if (objects_ > 1) throw std::logic_error("SdfEnergy: a union is not summarised, its objects are");
   EnergySummary out;
   const int budget = whole_lanes(pixel_budget);
-  scratch->residuals.resize(static_cast<std::size_t>(budget));
-  scratch->places.resize(static_cast<std::size_t>(budget));
+  scratch->residuals.resize(budget);
+  scratch->places.resize(budget);
   scratch->noises.clear();
   with_term(x, false, [&](const auto& term, const auto& ops) {
     const bool ray_hit = term.residual == Residual::kRayHit;
     const auto sums = ops.summarize(term, budget, sdfs_[0].voxel_m, ray_hit, scratch->residuals.data(),
                                     scratch->places.data());
     ColorSums colors;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(sums.count); ++k) {
+    for (std::size_t k = 0; k < std::size_t(sums.count); ++k) {
       const int i = scratch->places[k];
-      const bool told = colors.add(options_, scratch->residuals[k], term.pixels, i);
-      if (told && (term.pixels.gain[i] == 0.0f || !ray_hit))
+      const bool added = colors.add(options_, scratch->residuals[k], term.pixels, i);
+      if (added && (term.pixels.gain[i] == 0.0f || !ray_hit))
         scratch->noises.push_back(std::abs(scratch->residuals[k]) * term.pixels.per_noise[i]);
     }
     if constexpr (std::decay_t<decltype(term)>::P <= kMaxUnknowns) out = summary_of(sums, term.pixels.count);
@@ -294,14 +292,14 @@ EnergySummary SdfEnergy::summarize(const optim::State& x, int pixel_budget, Summ
 }
 
 void SdfEnergy::read(const optim::State& x, PixelReadings* out) {
-  const auto n = static_cast<std::size_t>(pixels_->count());
+  const auto n = std::size_t(pixels_->count());
   out->residual_m.resize(n), out->weight.resize(n), out->hit.resize(n);
   CudaWork* const device = std::exchange(device_, nullptr);  // the host's copy is used
   with_term(x, false, [&](const auto& term, const auto&) {
     for (int i = 0; i < term.pixels.count; ++i) {
       FieldRow<float, std::decay_t<decltype(term)>::P> row;
       const auto reading = term.read(i, 1, &row);
-      const auto j = static_cast<std::size_t>(i);
+      const auto j = std::size_t(i);
       out->residual_m[j] = reading.residual_m;
       out->weight[j] = term.curve(i, 1, reading.residual_m).curvature;
       out->hit[j] = term.pixels.gain[i] == 0.0f;

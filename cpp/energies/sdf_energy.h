@@ -42,8 +42,7 @@ class SdfEnergy final : public optim::Energy {
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 
-  // From now on the sums run on the GPU, until leave_device() brings the hits and classes back. The pixels
-  // must not change in between.
+  // Sums run on the GPU until leave_device() brings hits and classes back; the pixels must not change.
   void enter_device(CudaWork* device);
   void leave_device();
 
@@ -63,8 +62,7 @@ class SdfEnergy final : public optim::Energy {
   // `steps` Newton steps of every ray from the measured depths. The next linearisation decides which rays
   // meet the model. The decision is then fixed, so that costs may be compared.
   void settle(const optim::State& x, int steps, CudaWork* device = nullptr);
-  // One more Newton step of every ray from its last hit: gives the hits at x if the last state was close to
-  // x.
+  // One more Newton step of every ray from its last hit: the hits at x if the last state was close.
   void follow_hits(const optim::State& x);
   // Decides at x which rays meet the model, after `steps` steps.
   void classify(const optim::State& x, int steps);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of the kernels of complete searches: one block of memory for all sent data, and the test for the last
-// block.
+// Parts of the kernels of complete searches: one block of sent data, and the test for the last block.
 #pragma once
 
 #include "energies/beside_cuda.cuh"
@@ -8,8 +7,7 @@
 
 namespace sdftrack::energies {
 
-// Whether all other blocks, counted in `arrived`, have written their sums. All threads of the block must call
-// it.
+// Whether all other blocks, counted in `arrived`, have written their sums; called by all threads.
 __device__ inline bool is_last_block(unsigned* arrived, int blocks) {
   SDFTRACK_SHARED(int, last);
   __threadfence();
@@ -20,7 +18,6 @@ __device__ inline bool is_last_block(unsigned* arrived, int blocks) {
   return last != 0;
 }
 
-// Brings the volumes of a Beside to the device.
 inline void bring_volumes(CudaWork* work, Beside* given) {
   PhotometricTerm& term = given->brightness.term;
   if (given->brightness.count == 0) return;
@@ -69,11 +66,10 @@ class SentPart {
 class SentBeside {
  public:
   SentBeside(Places* places, const Beside& given)
-      : points_(places, given.outline.points_obj.points,
-                static_cast<std::size_t>(given.outline.points_obj.n)),
+      : points_(places, given.outline.points_obj.points, std::size_t(given.outline.points_obj.n)),
         grid_(places, given.outline.grid.distance_px, grid_size(given.outline)),
-        hits_(places, given.brightness.hits, static_cast<std::size_t>(given.brightness.count)),
-        lines_(places, given.lines.lines, static_cast<std::size_t>(given.lines.count)) {}
+        hits_(places, given.brightness.hits, std::size_t(given.brightness.count)),
+        lines_(places, given.lines.lines, std::size_t(given.lines.count)) {}
   void put_to(std::byte* here, std::byte* there, Beside* given) const {
     given->outline.points_obj.points = points_.put_to(here, there);
     given->outline.grid.distance_px = grid_.put_to(here, there);
@@ -83,9 +79,7 @@ class SentBeside {
 
  private:
   static std::size_t grid_size(const OutlineTerm<float>& term) {
-    return term.points_obj.n > 0
-               ? static_cast<std::size_t>(term.grid.width) * static_cast<std::size_t>(term.grid.height)
-               : 0;
+    return term.points_obj.n > 0 ? std::size_t(term.grid.width) * term.grid.height : 0;
   }
   SentPart<Vec3f> points_;
   SentPart<float> grid_;

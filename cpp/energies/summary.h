@@ -34,7 +34,7 @@ template <int P>
 EnergySummary summary_of(const TermSums<P>& sums, int pixels) {
   constexpr double kMinSlope = 0.05;
   EnergySummary out;
-  const double scale_up = sums.count > 0 ? static_cast<double>(pixels) / sums.count : 0;
+  const double scale_up = sums.count > 0 ? double(pixels) / sums.count : 0;
   const auto matrix = [](const Sums<double, P>& s, double factor) {
     SmallMatrix M(P, P);
     for (int a = 0, k = 0; a < P; ++a)

@@ -104,10 +104,10 @@ HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m,
   const int count = term.pixels.count, all = whole_lanes(count) / kLanes;
   const int runs = all < budget / kLanes ? all : budget / kLanes;
   const int every = runs < 2 * kErrorRuns ? 1 : runs / kErrorRuns, looks = (runs + every - 1) / every;
-  const float share = looks > 0 ? static_cast<float>(runs) / static_cast<float>(looks) : 0;
+  const float share = looks > 0 ? float(runs) / float(looks) : 0;
   Notes<L, LaneTerm> notes{term, L(voxel_m), out, {}, {}, {}};
   for (int k = 0; k < runs; ++k) {
-    const int first = static_cast<int>(static_cast<long>(k) * all / runs) * kLanes;
+    const int first = int(static_cast<long>(k) * all / runs) * kLanes;
     const int end = first + kLanes < count ? first + kLanes : count;
     for (int i = first; i < end; i += kWidth<L>) {
       const int n = end - i < kWidth<L> ? end - i : kWidth<L>;
@@ -119,8 +119,7 @@ HD void note(const LaneTerm& term, int budget, float voxel_m, float* residual_m,
   notes.flush();
 }
 
-// The gradient of the pixels whose rays miss the model, by whole runs, so that packs of any width fill the
-// same partial sums.
+// The gradient of the pixels whose rays miss the model, by whole runs: the same sums for all packs.
 template <class L, class LaneTerm, int P = LaneTerm::P>
 HD void note_missed(const LaneTerm& term, TermSums<P>* out) {
   Block<P, kNoteBlock> block;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The contribution of one pixel, or of a pack of neighbouring pixels: the only code that the CPU loop and a
-// CUDA kernel share.
+// The contribution of one pixel or pack of pixels: what the CPU loop and a CUDA kernel share.
 #pragma once
 
 #include <type_traits>
@@ -54,7 +53,7 @@ struct Sums {
 
   template <class U>
   HD void add(const Contribution<U, P>& c) {
-    cost += static_cast<double>(c.cost), count += 1;
+    cost += double(c.cost), count += 1;
     for (int a = 0, k = 0; a < P; ++a) {
       gradient[a] += static_cast<S>(c.slope * c.J[a]);
       const U weighted = c.curvature * c.J[a];

@@ -47,22 +47,17 @@ std::vector<std::uint8_t> bytes_of(const char* path) {
 int main(int argc, char** argv) try {
   if (argc < 10) return std::puts("reconstruct IMAGES MASK PLY WIDTH HEIGHT FX FY CX CY [VOXELS]"), 2;
   const auto number = [&](int i) { return std::atof(argv[i]); };
-  const sdftrack::DepthCamera camera{static_cast<int>(number(4)),
-                                     static_cast<int>(number(5)),
-                                     number(6),
-                                     number(7),
-                                     number(8),
-                                     number(9),
-                                     {}};
+  const sdftrack::DepthCamera camera{int(number(4)), int(number(5)), number(6), number(7),
+                                     number(8),      number(9),      {}};
   sdftrack::ReconstructorSetup setup;
-  if (argc > 10) setup.voxels = static_cast<int>(number(10));
+  if (argc > 10) setup.voxels = int(number(10));
   sdftrack::Reconstructor reconstructor(camera, setup);
   const std::vector<std::uint8_t> mask = bytes_of(argv[2]);
   sdftrack::Place place;
   place.mask = mask.data();
 
   std::ifstream images(argv[1], std::ios::binary);
-  std::vector<std::uint16_t> depth(static_cast<std::size_t>(camera.width) * camera.height);
+  std::vector<std::uint16_t> depth(std::size_t(camera.width) * camera.height);
   if (mask.size() != depth.size()) return std::puts("MASK: expected one byte for each pixel"), 2;
   const auto bytes = static_cast<std::streamsize>(2 * depth.size());
   for (int i = 0; images.read(reinterpret_cast<char*>(depth.data()), bytes); ++i) {
@@ -71,7 +66,7 @@ int main(int argc, char** argv) try {
     const sdftrack::ReconstructionResult& found =
         i == 0 ? reconstructor.start(frame, place) : reconstructor.track(frame);
     const Eigen::Matrix<double, 3, 4> T = found.pose.T_cam_obj.matrix().topRows<3>();
-    std::printf("%d %d %.17g", found.index, static_cast<int>(found.pose.status), found.shape_change_m);
+    std::printf("%d %d %.17g", found.index, int(found.pose.status), found.shape_change_m);
     for (int k = 0; k < 12; ++k) std::printf(" %.17g", T(k / 4, k % 4));
     std::printf(" %s\n", found.pose.reason.c_str());
   }

@@ -22,7 +22,7 @@ sdftrack::Shape ball() {
       vertices.col(v) =
           kRadius_m * Eigen::Vector3d(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
     }
-  const int north = static_cast<int>(vertices.cols()) - 2, south = north + 1;
+  const int north = int(vertices.cols()) - 2, south = north + 1;
   vertices.col(north) << 0, 0, kRadius_m;
   vertices.col(south) << 0, 0, -kRadius_m;
   std::vector<Eigen::Vector3i> faces;
@@ -46,9 +46,9 @@ void draw(const sdftrack::DepthCamera& camera, const Eigen::Vector3d& centre, st
       const Eigen::Vector3d ray((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1);
       const double a = ray.squaredNorm(), b = ray.dot(centre);
       const double root = b * b - a * (centre.squaredNorm() - kRadius_m * kRadius_m);
-      float& pixel = (*depth_m)[static_cast<std::size_t>(y) * camera.width + x];
+      float& pixel = (*depth_m)[std::size_t(y) * camera.width + x];
       const double z = root > 0 ? (b - std::sqrt(root)) / a : 0;
-      if (z > 0 && (pixel == 0 || z < pixel)) pixel = static_cast<float>(z);
+      if (z > 0 && (pixel == 0 || z < pixel)) pixel = float(z);
     }
 }
 
@@ -62,13 +62,12 @@ int main() {
   for (int i = 0; i < 40; ++i) {
     const double x = 0.006 * (i - 20);
     const Eigen::Vector3d centres[] = {{x, 0.01, 0.6}, {-x, -0.01, 0.75}};
-    std::vector<float> depth_m(static_cast<std::size_t>(camera.width) * camera.height, 0.0f);
+    std::vector<float> depth_m(std::size_t(camera.width) * camera.height, 0.0f);
     for (const Eigen::Vector3d& centre : centres) draw(camera, centre, &depth_m);
     sdftrack::Frame frame;
     frame.depth_m = depth_m.data(), frame.time_s = i / 30.0;
     std::vector<sdftrack::Place> places(2);
-    for (int k = 0; k < 2; ++k)
-      places[static_cast<std::size_t>(k)].T_cam_obj = Eigen::Isometry3d(Eigen::Translation3d(centres[k]));
+    for (int k = 0; k < 2; ++k) places[k].T_cam_obj = Eigen::Isometry3d(Eigen::Translation3d(centres[k]));
     const sdftrack::TrackResult& found = i == 0 ? tracker.start(frame, places) : tracker.track(frame);
     for (std::size_t k = 0; k < 2; ++k) {
       const sdftrack::TrackedPose& one = found.objects[k];

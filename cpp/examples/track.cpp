@@ -20,17 +20,12 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const auto number = [&](int i) { return std::atof(argv[i]); };
-  const sdftrack::DepthCamera camera{static_cast<int>(number(3)),
-                                     static_cast<int>(number(4)),
-                                     number(5),
-                                     number(6),
-                                     number(7),
-                                     number(8),
-                                     {}};
+  const sdftrack::DepthCamera camera{int(number(3)), int(number(4)), number(5), number(6),
+                                     number(7),      number(8),      {}};
   sdftrack::Tracker tracker(sdftrack::Shape::from_mesh_file(argv[1]), camera);
 
   std::ifstream images(argv[2], std::ios::binary);
-  std::vector<std::uint16_t> depth(static_cast<std::size_t>(camera.width) * camera.height);
+  std::vector<std::uint16_t> depth(std::size_t(camera.width) * camera.height);
   std::vector<std::uint8_t> mask(depth.size());
   sdftrack::Place place;
   if (how == "click") place.click_px = {number(10), number(11)};
@@ -48,9 +43,8 @@ int main(int argc, char** argv) try {
         (i == 0 ? tracker.start(frame, place) : tracker.track(frame)).objects.front();
     const Eigen::Vector3d t = pose.T_cam_obj.translation();
     const Eigen::Quaterniond q(pose.T_cam_obj.linear());
-    std::printf("%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %s\n", i,
-                static_cast<int>(pose.status), pose.confidence, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(),
-                q.z(), pose.reason.c_str());
+    std::printf("%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %s\n", i, int(pose.status),
+                pose.confidence, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(), pose.reason.c_str());
   }
   return 0;
 } catch (const std::exception& error) {

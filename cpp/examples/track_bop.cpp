@@ -22,7 +22,7 @@ int main(int argc, char** argv) try {
   const auto& first = sequence.instances(0);
   for (std::size_t k = 0; k < first.size(); ++k)
     if (first[k].object == object) {
-      mask = sequence.mask(0, static_cast<int>(k));
+      mask = sequence.mask(0, int(k));
       if (mask.empty())
         place.T_cam_obj = first[k].T_cam_obj;
       else
@@ -37,8 +37,8 @@ int main(int argc, char** argv) try {
     const Eigen::Vector3d t = pose.T_cam_obj.translation();
     const Eigen::Quaterniond q(pose.T_cam_obj.linear());
     std::printf("%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %s\n", sequence.id(i),
-                static_cast<int>(pose.status), pose.confidence, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(),
-                q.z(), pose.reason.c_str());
+                int(pose.status), pose.confidence, t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
+                pose.reason.c_str());
   }
   return 0;
 } catch (const std::exception& error) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A build without CUDA has this in place of points_cuda.cu and selection_cuda.cu: errors.
+// In a build without CUDA, in place of the .cu files of this folder: the error of no_cuda.h.
 #include "base/no_cuda.h"
 #include "frame/points_cuda.h"
 #include "frame/selection_cuda.h"

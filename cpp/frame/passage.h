@@ -30,7 +30,7 @@ inline Passage pass(const Shape& shape, const SdfView& coarse, const ObjectRay& 
   constexpr int kMost = 48;
   constexpr double kHitVoxels = 0.3;
   constexpr float kCoarseBeyond = 3;  // coarse voxels from the surface: beyond, the fine field is not needed
-  const double voxel = static_cast<double>(shape.sdf.voxel_m);
+  const double voxel = double(shape.sdf.voxel_m);
   const double length = norm(ray.along), reach = 0.5 * shape.diameter_m + 4 * voxel;
   const double middle = -dot(ray.eye, ray.along) / (length * length);
   double t = std::max(1e-3, middle - reach / length);
@@ -42,7 +42,7 @@ inline Passage pass(const Shape& shape, const SdfView& coarse, const ObjectRay& 
     Vec3f unused;
     sample(coarse, p, &phi, &unused);
     if (phi < kCoarseBeyond * coarse.voxel_m) sample(shape.sdf, p, &phi, &unused);
-    const auto distance = static_cast<double>(phi);
+    const auto distance = double(phi);
     if (distance < best.phi) best.t = t, best.phi = distance;
     if (distance < kHitVoxels * voxel) return {true, t, distance};
     t += std::max(distance, voxel) / length;

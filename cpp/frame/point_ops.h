@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Loops over a shape's points and a search's measurements, compiled once per instruction set like
-// energies/term_ops.h.
+// Loops over a shape's points and a search's measurements, one per instruction set (energies/term_ops.h).
 #pragma once
 
 #include "base/isa.h"
-#include "frame/pull_terms.h"
 #include "frame/quick_terms.h"
 #include "frame/select_terms.h"
 #include "frame/sight_terms.h"
@@ -52,8 +50,7 @@ struct PointOps {
 
   // The slope of the cost times the scale, for `count` rays that meet the model.
   void (*pulls)(const PullTerm<float>&, int count, float* pull);
-  // Writes the candidates among pixels [x0, x1) of row y as image indices; returns their number. `at` has
-  // room for kLanes more.
+  // Writes the candidates of pixels [x0, x1) of row y to `at` (room for kLanes more); returns their number.
   int (*candidates)(const SelectTerm<float>&, int y, int x0, int x1, int* at);
 
   // Defined in points_*.cpp.

@@ -34,14 +34,14 @@ struct WarpSums {
     if (filled == kBlock) flush();
   }
   __device__ void flush() {
-    const int lane = static_cast<int>(threadIdx.x) % kWarp;
+    const int lane = int(threadIdx.x) % kWarp;
 #pragma unroll
     for (int n = 0; n < N; ++n) {
       float sum = part[n];
 #pragma unroll
       for (int half = kLanes / 2; half > 0; half /= 2) sum += __shfl_down_sync(kAll, sum, half);
       sum = __shfl_sync(kAll, sum, 0);
-      if (lane == n) total += static_cast<double>(sum);
+      if (lane == n) total += double(sum);
       part[n] = 0;
     }
     filled = 0;
@@ -51,7 +51,7 @@ struct WarpSums {
 // Calls `add` with the contribution of a point in each of the first kLanes lanes, 0 beyond the last point.
 template <class Term, class Add>
 __device__ void each_lanes(const Term& term, int count, const Add& add) {
-  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int lane = int(threadIdx.x) % kWarp;
   for (int first = 0; first < count; first += kWarp) {
     Contribution<float, 6> c{};
     if (first + lane < count) c = term.linearize(first + lane);
@@ -71,9 +71,7 @@ struct Poses {
   const PoseOf* poses;
   int count;
 
-  __device__ int of_warp() const {
-    return static_cast<int>(blockIdx.x) * kPosesOfBlock + static_cast<int>(threadIdx.x) / kWarp;
-  }
+  __device__ int of_warp() const { return int(blockIdx.x) * kPosesOfBlock + int(threadIdx.x) / kWarp; }
   __device__ QuickTerms at(int k) const {
     QuickTerms moved = terms[poses[k].terms];
     moved.move_to(poses[k].T_obj_cam);
@@ -90,7 +88,7 @@ struct LinearizePoses {
   double* out;  // kSummed for each pose
 
   __device__ void operator()() const {
-    const int k = poses.of_warp(), lane = static_cast<int>(threadIdx.x) % kWarp;
+    const int k = poses.of_warp(), lane = int(threadIdx.x) % kWarp;
     if (k >= poses.count) return;
     const QuickTerms terms = poses.at(k);
     WarpSums<kSummed> sums;
@@ -111,7 +109,7 @@ struct LinearizePoses {
     each_lanes(terms.surface, terms.surface.points_obj.count(), add);
     each_lanes(terms.outline, terms.outline.points_obj.count(), add);
     if (sums.filled > 0) sums.flush();
-    if (lane < kSummed) out[static_cast<std::size_t>(k) * kSummed + lane] = sums.total;
+    if (lane < kSummed) out[std::size_t(k) * kSummed + lane] = sums.total;
   }
 };
 
@@ -122,7 +120,7 @@ struct CostOfPoses {
   QuickCost* out;
 
   __device__ void operator()() const {
-    const int k = poses.of_warp(), lane = static_cast<int>(threadIdx.x) % kWarp;
+    const int k = poses.of_warp(), lane = int(threadIdx.x) % kWarp;
     if (k >= poses.count) return;
     const QuickTerms terms = poses.at(k);
     const Sum readings = cost_of(terms.readings, terms.readings.readings_cam.count()),
@@ -176,7 +174,7 @@ struct PointsOnDevice::Impl {
       *list = static_cast<const T*>(known->second);
     }
   }
-  void send(PointsView* view) { send(&view->points, static_cast<std::size_t>(view->n)); }
+  void send(PointsView* view) { send(&view->points, std::size_t(view->n)); }
 
   // Uploads the terms and all data that they read.
   Poses prepare(const std::vector<QuickTerms>& here, const std::vector<PoseOf>& at) {
@@ -186,26 +184,25 @@ struct PointsOnDevice::Impl {
       if (sdf.id != 0)
         sdf = work->volume(sdf);
       else
-        send(&sdf.phi, static_cast<std::size_t>(sdf.nx) * static_cast<std::size_t>(sdf.ny) *
-                           static_cast<std::size_t>(sdf.nz));
+        send(&sdf.phi, std::size_t(sdf.nx) * sdf.ny * sdf.nz);
       t.solids.field.sdf = sdf;
       for (PointsView* const view : {&t.readings.readings_cam, &t.solids.readings_cam, &t.surface.points_obj,
                                      &t.surface.normals_obj, &t.outline.points_obj})
         send(view);
       if (t.surface.points_obj.n > 0) {
         NodesView& nodes = t.surface.nodes;
-        send(&nodes.depth_m, static_cast<std::size_t>(nodes.width) * static_cast<std::size_t>(nodes.height));
+        send(&nodes.depth_m, std::size_t(nodes.width) * nodes.height);
       }
       if (t.outline.points_obj.n > 0) {
         energies::DistanceView& grid = t.outline.grid;
-        send(&grid.distance_px, static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
+        send(&grid.distance_px, std::size_t(grid.width) * grid.height);
       }
     }
     QuickTerms* const terms_gpu = terms.room(here.size());
     PoseOf* const poses_gpu = poses.room(at.size());
     work->stream().upload(terms_there.data(), here.size(), terms_gpu);
     work->stream().upload(at.data(), at.size(), poses_gpu);
-    return {terms_gpu, poses_gpu, static_cast<int>(at.size())};
+    return {terms_gpu, poses_gpu, int(at.size())};
   }
 };
 

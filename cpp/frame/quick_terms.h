@@ -1,11 +1,27 @@
 // SPDX-License-Identifier: MIT
-// The contribution of one point to a rough fit: a measurement or a surface point. For outline points see
-// energies/outline_term.h.
+// The contribution of one point to a rough fit (outline points: energies/outline_term.h).
 #pragma once
 
 #include "energies/outline_term.h"
+#include "energies/penalty.h"
 
 namespace sdftrack::frame {
+
+// How strongly a measurement pulls the pose.
+template <class T>
+struct PullTerm {
+  energies::DepthLogistic<T> penalty;
+  const float *hit_m, *depth_m, *per_noise;
+
+  template <class U>
+  HD PullTerm<U> cast() const {
+    return {penalty.template cast<U>(), hit_m, depth_m, per_noise};
+  }
+  HD T pull(int i, int n) const {
+    const T residual_m = load<T>(hit_m + i, n) - load<T>(depth_m + i, n);
+    return penalty.scale_m * penalty(residual_m, load<T>(per_noise + i, n)).slope;
+  }
+};
 
 using energies::contribution_of;
 using energies::OutlineTerm;
@@ -85,17 +101,14 @@ struct SurfaceTerm {
   HD energies::Contribution<T, 6> linearize(IntOf<T> k) const {
     const Vec3<T> p_obj = points_obj.at<T>(k), n_obj = normals_obj.at<T>(k), p = T_cam_obj * p_obj,
                   n_cam = T_cam_obj.R * n_obj;
-    const T inv = T(1.0f / static_cast<float>(nodes.step)), half = T(0.5f);
+    const T inv = T(1.0f / float(nodes.step)), half = T(0.5f);
     const Vec2<T> u = project(K, p);
-    const T x = (u.x - T(static_cast<float>(nodes.x0))) * inv + half,
-            y = (u.y - T(static_cast<float>(nodes.y0))) * inv + half;
-    const auto within = (x > T(0)) & (y > T(0)) & (x < T(static_cast<float>(nodes.width))) &
-                        (y < T(static_cast<float>(nodes.height))) & (p.z > T(1e-3f)) &
-                        (dot(n_cam, p) <= T(-kFacing) * p.z);
+    const T x = (u.x - T(float(nodes.x0))) * inv + half, y = (u.y - T(float(nodes.y0))) * inv + half;
+    const auto within = (x > T(0)) & (y > T(0)) & (x < T(float(nodes.width))) & (y < T(float(nodes.height))) &
+                        (p.z > T(1e-3f)) & (dot(n_cam, p) <= T(-kFacing) * p.z);
     const IntOf<T> i = truncate(select(within, x, T(0))), j = truncate(select(within, y, T(0)));
-    const T z = gather<T>(nodes.depth_m, j * nodes.width + i), step = T(static_cast<float>(nodes.step));
-    const Vec3<T> r = ray(K, T(static_cast<float>(nodes.x0)) + real<T>(i) * step,
-                          T(static_cast<float>(nodes.y0)) + real<T>(j) * step);
+    const T z = gather<T>(nodes.depth_m, j * nodes.width + i), step = T(float(nodes.step));
+    const Vec3<T> r = ray(K, T(float(nodes.x0)) + real<T>(i) * step, T(float(nodes.y0)) + real<T>(j) * step);
     const T residual = dot(n_cam, z * r - p);
     return contribution_of(penalty(residual, T(1)), n_obj, p_obj, within & (z > T(0)));
   }

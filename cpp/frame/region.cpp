@@ -26,7 +26,7 @@ double reading_at(const DepthFrame& frame, const Camera& camera, Vec3d p_cam) {
 Rect mask_bounds(const unsigned char* mask, int width, int height) {
   Rect r{width, height, 0, 0};
   for (int y = 0; y < height; ++y) {
-    const unsigned char* row = mask + static_cast<std::ptrdiff_t>(y) * width;
+    const unsigned char* row = mask + y * width;
     int x = 0;
     while (x < width && !row[x]) ++x;
     if (x == width) continue;
@@ -49,7 +49,7 @@ Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam
     low[0] = std::min(low[0], u.x), low[1] = std::min(low[1], u.y);
     high[0] = std::max(high[0], u.x), high[1] = std::max(high[1], u.y);
   }
-  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, static_cast<double>(n))); };
+  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, double(n))); };
   return {clip(std::floor(low[0]), camera.width), clip(std::floor(low[1]), camera.height),
           clip(std::ceil(high[0]) + 1, camera.width), clip(std::ceil(high[1]) + 1, camera.height)};
 }
@@ -66,7 +66,7 @@ namespace {
 // Index of the stored pixel to which the lens maps an ideal pixel's ray. -1 outside the image.
 int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
   if (frame.rays) {
-    const Vec2d u = camera.project_point(ray(camera.K, static_cast<double>(x), static_cast<double>(y)));
+    const Vec2d u = camera.project_point(ray(camera.K, double(x), double(y)));
     x = to_int(std::round(u.x)), y = to_int(std::round(u.y));
     if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return -1;
   }
@@ -77,10 +77,10 @@ int stored_pixel(const DepthFrame& frame, const Camera& camera, int x, int y) {
 void free_columns(const ImageView<float>& depth_m, const Rect& part, float far,
                   std::vector<unsigned char>* columns) {
   const int n = part.x1 - part.x0;
-  columns->assign(static_cast<std::size_t>(n), 1);
+  columns->assign(std::size_t(n), 1);
   unsigned char* const free = columns->data();
   for (int y = part.y0; y < part.y1; ++y) {
-    const float* const row = depth_m.data + static_cast<std::ptrdiff_t>(y) * depth_m.width + part.x0;
+    const float* const row = depth_m.data + y * depth_m.width + part.x0;
     for (int x = 0; x < n; ++x) free[x] &= static_cast<unsigned char>(row[x] > far);
   }
 }
@@ -104,19 +104,19 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
   grid->width = (rect.x1 - rect.x0 + step - 1) / step + 2;
   grid->height = (rect.y1 - rect.y0 + step - 1) / step + 2;
   grid->x0 = rect.x0 - step + (step - 1) / 2, grid->y0 = rect.y0 - step + (step - 1) / 2;
-  scratch->free.assign(static_cast<std::size_t>(grid->width) * static_cast<std::size_t>(grid->height), 0);
-  const auto far = static_cast<float>(depth_range(shape, T_cam_obj, padding_m).far_m);
-  const auto middle = static_cast<float>(T_cam_obj.t.z);
+  scratch->free.assign(std::size_t(grid->width) * grid->height, 0);
+  const auto far = float(depth_range(shape, T_cam_obj, padding_m).far_m);
+  const auto middle = float(T_cam_obj.t.z);
   const auto is_free = [&](int x, int y) {
     const int at = stored_pixel(frame, camera, x, y);
     if (at < 0) return false;
     const float z = frame.depth_m.data[at];
     if (z > 0) return z > far;
-    return is_background && (*is_background)(at, {static_cast<float>(x), static_cast<float>(y)}, middle);
+    return is_background && (*is_background)(at, {float(x), float(y)}, middle);
   };
   const bool plain = !frame.rays && !is_background;
   for (int j = 1; j + 1 < grid->height; ++j) {
-    unsigned char* const nodes = scratch->free.data() + static_cast<std::ptrdiff_t>(j) * grid->width;
+    unsigned char* const nodes = scratch->free.data() + std::ptrdiff_t(j) * grid->width;
     const int y0 = rect.y0 + (j - 1) * step, y1 = std::min(y0 + step, rect.y1);
     if (plain) free_columns(frame.depth_m, {rect.x0, y0, rect.x1, y1}, far, &scratch->columns);
     for (int i = 1; i + 1 < grid->width; ++i) {
@@ -124,7 +124,7 @@ void free_space_grid(const DepthFrame& frame, const Camera& camera, const Shape&
       bool free = true;
       for (int x = x0; free && x < x1; ++x)
         if (plain)
-          free = scratch->columns[static_cast<std::size_t>(x - rect.x0)];
+          free = scratch->columns[x - rect.x0];
         else
           for (int y = y0; free && y < y1; ++y) free = is_free(x, y);
       nodes[i] = free;

@@ -51,8 +51,7 @@ struct Rect {
 // The smallest rectangle that contains all pixels of a mask; empty if the mask is.
 Rect mask_bounds(const unsigned char* mask, int width, int height);
 
-// The image region that the box, padded, can project to; the whole image when the box reaches behind the
-// camera.
+// The image region that the padded box can project to; the whole image when it reaches behind the camera.
 Rect projected_box(const Camera& camera, const Shape& shape, const Rigidd& T_cam_obj, double padding_m);
 
 struct DepthRange {
@@ -79,8 +78,7 @@ struct DepthNoiseLaw {
   double at(double depth_m) const { return noise_m + noise_per_m * depth_m * depth_m; }
 };
 
-// The distance to the nearest pixel that might show the object, on a grid of about 40 x 40 nodes over the
-// region.
+// The distance to the nearest pixel that might show the object, on about 40 x 40 nodes.
 struct FreeSpaceScratch {
   std::vector<unsigned char> free, columns;
   energies::DistanceScratch transform;

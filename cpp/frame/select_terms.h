@@ -11,9 +11,8 @@ constexpr int kRowsAhead = 3;
 
 // See IdealPixel (region.h).
 HD Vec2f ideal_pixel(const float* rays, const Intrinsics<float>& K, int width, int x, int y) {
-  if (!rays) return {static_cast<float>(x), static_cast<float>(y)};
-  const float* r = rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                               static_cast<std::size_t>(x));
+  if (!rays) return {float(x), float(y)};
+  const float* r = rays + 2 * (std::size_t(y) * width + x);
   return {K.fx * r[0] + K.cx, K.fy * r[1] + K.cy};
 }
 
@@ -24,12 +23,12 @@ struct Spread {
 
   HD static Spread of(int requested, int count) {
     const int n = requested < 0 ? 0 : (requested < count ? requested : count);
-    return {n, n > 0 ? static_cast<double>(count) / n : 1.0};
+    return {n, n > 0 ? double(count) / n : 1.0};
   }
-  HD int candidate(int k) const { return static_cast<int>(k * stride); }
+  HD int candidate(int k) const { return int(k * stride); }
   // The k whose candidate this is; -1: it is not selected.
   HD int place_of(int candidate_) const {
-    const int about = static_cast<int>(candidate_ / stride);
+    const int about = int(candidate_ / stride);
     for (int k = about > 0 ? about - 1 : 0; k <= about + 1 && k < requested; ++k)
       if (candidate(k) == candidate_) return k;
     return -1;
@@ -93,11 +92,10 @@ struct SelectTerm {
  private:
   HD Vec3<T> ray_of(int x, int y, int n) const {
     if (!rays) {
-      const T u = real<T>(indices<T>(x, n)), v = T(static_cast<float>(y));
+      const T u = real<T>(indices<T>(x, n)), v = T(float(y));
       return {(u - K.cx) * inv_fx, (v - K.cy) * inv_fy, T(1)};
     }
-    const float* r = rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                 static_cast<std::size_t>(x));
+    const float* r = rays + 2 * (std::size_t(y) * width + x);
     T a, b;
     gather_pair(r, 2 * indices<T>(0, n), &a, &b);
     return {a, b, T(1)};

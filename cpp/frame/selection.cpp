@@ -27,14 +27,14 @@ Lookout lookout_for(const DepthFrame& frame, const Camera& camera, const Shape& 
                     const Plane* plane) {
   const double reference = noise.at(T_cam_obj.t.z);
   const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
-  const auto pad = static_cast<float>(padding_m);
+  const auto pad = float(padding_m);
   return {projected_box(camera, shape, T_cam_obj, padding_m),
           {frame.depth_m.data, frame.rays, camera.width, camera.K.cast<float>(),
-           static_cast<float>(std::max(1e-3, range.near_m)), static_cast<float>(range.far_m),
-           inverse(T_cam_obj).cast<float>(), shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
-           plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0},
-           plane ? static_cast<float>(plane->offset_m) : 0.0f, plane ? kPlaneTolerance_m : -1.0f},
-          {static_cast<float>(noise.noise_m / reference), static_cast<float>(noise.noise_per_m / reference)}};
+           float(std::max(1e-3, range.near_m)), float(range.far_m), inverse(T_cam_obj).cast<float>(),
+           shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
+           plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0}, plane ? float(plane->offset_m) : 0.0f,
+           plane ? kPlaneTolerance_m : -1.0f},
+          {float(noise.noise_m / reference), float(noise.noise_per_m / reference)}};
 }
 
 void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const Shape& shape,
@@ -45,7 +45,7 @@ void PixelSelection::choose(const DepthFrame& frame, const Camera& camera, const
   frame_ = frame, K_ = lookout.term.K, count_ = 0, noise_ = lookout.noise;
   if (rect.empty()) return;
   const PointOps& ops = point_ops_for(used_isa());
-  const auto area = static_cast<std::size_t>(rect.x1 - rect.x0) * static_cast<std::size_t>(rect.y1 - rect.y0);
+  const auto area = std::size_t(rect.x1 - rect.x0) * std::size_t(rect.y1 - rect.y0);
   if (at_.size() < area + energies::kLanes) at_.resize(area + energies::kLanes);  // a pack is stored whole
   for (int y = rect.y0; y < rect.y1; ++y) {
     int* const row = at_.data() + count_;
@@ -62,13 +62,13 @@ void PixelSelection::pack(int requested, energies::PixelSet* out) const {
   const int width = frame_.depth_m.width;
   int y = 0, next_row = width;  // of the current pixel
   for (int k = 0; k < n; ++k) {
-    const int at = at_[static_cast<std::size_t>(spread.candidate(k))];
+    const int at = at_[spread.candidate(k)];
     while (at >= next_row) ++y, next_row += width;
     const Vec2f u = ideal(at - (next_row - width), y);
-    const auto i = static_cast<std::size_t>(k);
+    const auto i = std::size_t(k);
     out->at[i] = at, out->u_px[i] = u.x, out->v_px[i] = u.y, out->depth_m[i] = frame_.depth_m.data[at];
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+  for (std::size_t i = 0; i < std::size_t(n); ++i) {
     out->per_noise[i] = noise_.per_noise(out->depth_m[i]);
   }
   std::fill(out->foreground.begin(), out->foreground.end(), 0.0f);

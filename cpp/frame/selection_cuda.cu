@@ -22,16 +22,14 @@ struct Rows {
   int objects, most;  // rows of the largest region, at least one
   int* counts;        // candidates per row, object after object
 
-  __device__ int row() const {
-    return static_cast<int>(blockIdx.x) * kWarps + static_cast<int>(threadIdx.x) / 32;
-  }
+  __device__ int row() const { return int(blockIdx.x) * kWarps + int(threadIdx.x) / 32; }
   __device__ bool exists(int row) const { return row < objects * most; }
 
   // Calls found(x, number of candidates to its left in the row); returns the number of candidates.
   template <class Found>
   __device__ int each_candidate(const Place& place, int y, const Found& found) const {
     const Rect& rect = place.lookout.rect;
-    const int lane = static_cast<int>(threadIdx.x) % 32;
+    const int lane = int(threadIdx.x) % 32;
     int before = 0;
     if (y >= rect.y1) return 0;
     for (int x0 = rect.x0; x0 < rect.x1; x0 += 32) {
@@ -75,7 +73,7 @@ struct PackRows {
     const int object = row / rows.most, mine = row % rows.most;
     const Place& place = rows.places[object];
     int before = 0, all = 0;
-    for (int k = static_cast<int>(threadIdx.x) % 32; k < rows.most; k += 32) {
+    for (int k = int(threadIdx.x) % 32; k < rows.most; k += 32) {
       const int count = rows.counts[object * rows.most + k];
       before += k < mine ? count : 0, all += count;
     }
@@ -120,9 +118,9 @@ Band band_of(const std::vector<Lookout>& lookouts) {
 // Uploads the rows of a band, `channels` numbers per pixel, to the same positions as in the image.
 template <class T>
 void send(const DeviceStream& stream, const T* image, int width, int channels, Band band, T* device) {
-  const auto row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
-  const std::size_t first = row * static_cast<std::size_t>(band.y0);
-  stream.upload(image + first, row * static_cast<std::size_t>(band.y1 - band.y0), device + first);
+  const auto row = std::size_t(width) * channels;
+  const std::size_t first = row * std::size_t(band.y0);
+  stream.upload(image + first, row * std::size_t(band.y1 - band.y0), device + first);
 }
 
 }  // namespace
@@ -143,7 +141,7 @@ PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& fram
   out.all = work->make_room(all);
 
   const int width = frame.depth_m.width;
-  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(frame.depth_m.height);
+  const auto pixels = std::size_t(width) * frame.depth_m.height;
   const Band band = band_of(lookouts);
   w.image.room(pixels * (frame.rays ? 3 : 1));
   float* const depth_m = w.image.data();
@@ -163,10 +161,9 @@ PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& fram
   }
   w.stream.upload(w.places_here.data(), bytes, w.places.data());
 
-  w.chosen.room(n * static_cast<std::size_t>(most + 1));
+  w.chosen.room(n * std::size_t(most + 1));
   out.counts = w.chosen.data();
-  const Rows rows{reinterpret_cast<const Place*>(w.places.data()), static_cast<int>(n), most,
-                  w.chosen.data() + n};
+  const Rows rows{reinterpret_cast<const Place*>(w.places.data()), int(n), most, w.chosen.data() + n};
   const unsigned blocks = blocks_of(static_cast<std::int64_t>(n) * most, kWarps);
   launch(w.stream, blocks, CountRows{rows});
   launch(w.stream, blocks,

@@ -8,7 +8,6 @@
 
 #include "base/to_int.h"
 #include "base/volume_id.h"
-#include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
 
@@ -30,7 +29,7 @@ Box box_of_inside(const SdfView& sdf) {
     for (int y = 0; y < sdf.ny; ++y, row += sdf.nx)
       for (int x = 0; x < sdf.nx; ++x)
         if (row[x] <= 0) {
-          const float at[3] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+          const float at[3] = {float(x), float(y), float(z)};
           const float radius = -row[x] / sdf.voxel_m;
           if (-row[x] > box.depth_m) box.depth_m = -row[x], std::copy(at, at + 3, box.middle);
           for (int a = 0; a < 3; ++a) {
@@ -60,11 +59,11 @@ constexpr int kCoarseInPart = 50;  // at most, for a partly known shape; at leas
 // Voxels between neighbouring nodes, for `nodes` on the longest side.
 float coarse_step(const SdfView& sdf, int nodes) {
   const int longest = std::max({sdf.nx, sdf.ny, sdf.nz});
-  return std::max(1.0f, static_cast<float>(longest - 1) / static_cast<float>(nodes - 1));
+  return std::max(1.0f, float(longest - 1) / float(nodes - 1));
 }
 
 float node_value(const SdfView& sdf, float step, int x, int y, int z) {
-  const Vec3f at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  const Vec3f at{float(x), float(y), float(z)};
   float phi;
   Vec3f gradient;
   sample(sdf, sdf.origin_obj + step * sdf.voxel_m * at, &phi, &gradient);
@@ -75,14 +74,11 @@ float node_value(const SdfView& sdf, float step, int x, int y, int z) {
 template <class ValueAt>
 void make_coarse(float step, const ValueAt& value_at, Shape* shape) {
   const SdfView& sdf = shape->sdf;
-  const auto count = [&](int n) {
-    return std::max(2, to_int(std::ceil(static_cast<float>(n - 1) / step)) + 1);
-  };
+  const auto count = [&](int n) { return std::max(2, to_int(std::ceil(float(n - 1) / step)) + 1); };
   SdfView& coarse = shape->coarse_sdf;
   coarse = {nullptr, count(sdf.nx), count(sdf.ny), count(sdf.nz), step * sdf.voxel_m, sdf.origin_obj};
   shape->coarse_phi.clear();
-  shape->coarse_phi.reserve(static_cast<std::size_t>(coarse.nx) * static_cast<std::size_t>(coarse.ny) *
-                            static_cast<std::size_t>(coarse.nz));
+  shape->coarse_phi.reserve(std::size_t(coarse.nx) * coarse.ny * coarse.nz);
   for (int z = 0; z < coarse.nz; ++z)
     for (int y = 0; y < coarse.ny; ++y)
       for (int x = 0; x < coarse.nx; ++x) shape->coarse_phi.push_back(value_at(x, y, z));
@@ -123,7 +119,7 @@ void put_surface(const std::vector<sdf::SurfaceSample>& samples, Shape* shape) {
 }
 
 void choose_outline(int count, Shape* shape) {
-  const std::size_t n = shape->points.size(), m = std::min(n, static_cast<std::size_t>(std::max(0, count)));
+  const std::size_t n = shape->points.size(), m = std::min(n, std::size_t(std::max(0, count)));
   for (std::size_t k = 0; k < m; ++k) shape->outline.push_back(shape->points[k * n / m]);
 }
 
@@ -186,18 +182,15 @@ Shape make_shape(const PartialShape& known, int point_count, int outline_count) 
   shape.smooth_normals = smooth_normals(shape.points, shape.normals, kSmoothShare * shape.diameter_m);
   choose_outline(outline_count, &shape);
   const std::size_t searched = std::min<std::size_t>(kSearchPoints, shape.points.size());
-  shape.search_points.assign(shape.points.begin(),
-                             shape.points.begin() + static_cast<std::ptrdiff_t>(searched));
-  shape.search_normals.assign(shape.normals.begin(),
-                              shape.normals.begin() + static_cast<std::ptrdiff_t>(searched));
+  shape.search_points.assign(shape.points.begin(), shape.points.begin() + std::ptrdiff_t(searched));
+  shape.search_normals.assign(shape.normals.begin(), shape.normals.begin() + std::ptrdiff_t(searched));
   pick_coarse(&shape);
   const std::vector<float>& phi = shape.coarse_phi;
-  const auto deepest = static_cast<int>(std::min_element(phi.begin(), phi.end()) - phi.begin());
+  const auto deepest = int(std::min_element(phi.begin(), phi.end()) - phi.begin());
   const SdfView& c = shape.coarse_sdf;
-  shape.depth_m = std::max(0.0f, -phi[static_cast<std::size_t>(deepest)]);
-  shape.middle = c.origin_obj + c.voxel_m * Vec3f{static_cast<float>(deepest % c.nx),
-                                                  static_cast<float>(deepest / c.nx % c.ny),
-                                                  static_cast<float>(deepest / (c.nx * c.ny))};
+  shape.depth_m = std::max(0.0f, -phi[deepest]);
+  shape.middle = c.origin_obj + c.voxel_m * Vec3f{float(deepest % c.nx), float(deepest / c.nx % c.ny),
+                                                  float(deepest / (c.nx * c.ny))};
   return shape;
 }
 

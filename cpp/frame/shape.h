@@ -3,16 +3,41 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "base/to_int.h"
+#include "base/views.h"
 #include "energies/color_field.h"
-#include "frame/seen.h"
 #include "frame/slips.h"
 #include "sdf/surface_samples.h"
 
 namespace sdftrack::frame {
+
+// Which part of a shape's surface is known: while a shape is reconstructed, only that may be matched.
+
+// How much of the surface was seen near each voxel: a grid like that of the shape's volume.
+struct SeenView {
+  const std::uint16_t* amount = nullptr;  // nullptr: the whole surface is known
+  int stride = 1;
+  std::uint16_t least = 1;  // a smaller amount counts as unseen; 0: all is seen
+
+  bool at(std::size_t voxel) const { return !amount || amount[voxel * std::size_t(stride)] >= least; }
+  // Whether the surface below p_obj was seen, by the voxel nearest to that surface point.
+  bool below(const SdfView& sdf, Vec3f p_obj) const {
+    if (!amount || least == 0) return true;
+    float phi;
+    Vec3f gradient;
+    sample(sdf, p_obj, &phi, &gradient);
+    const Vec3f q = (1 / sdf.voxel_m) * (p_obj - phi * gradient - sdf.origin_obj);
+    const int x = to_int(q.x + 0.5f), y = to_int(q.y + 0.5f), z = to_int(q.z + 0.5f);
+    if (!(q.x > 0 && q.y > 0 && q.z > 0) || x >= sdf.nx || y >= sdf.ny || z >= sdf.nz) return false;
+    const std::size_t i = (std::size_t(z) * sdf.ny + y) * sdf.nx + x;
+    return at(i);
+  }
+};
 
 // The tracker's own object frame has its origin at the centre of the object's box, so that translation and
 // rotation are hardly coupled: p_centred = p_obj - centre_obj.

@@ -14,8 +14,7 @@ using energies::PointsView;
 constexpr float kSeenFacing = 0.25f;  // cosine of the incidence below which a point is not used
 constexpr int kMarchSteps = 24, kNearSteps = 4;
 
-// Surface points as a camera sees them, `facing` the cosine of the incidence; 0: turned away, or hidden by
-// the object itself.
+// Surface points as a camera sees them. `facing`: cosine of the incidence; 0: turned away or hidden.
 template <class T>
 struct Sight {
   T facing;

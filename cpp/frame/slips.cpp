@@ -60,14 +60,14 @@ Moments moments_of(const std::vector<Vec3f>& points) {
     m.square.r0 = m.square.r0 + p.x * p, m.square.r1 = m.square.r1 + p.y * p,
     m.square.r2 = m.square.r2 + p.z * p;
   }
-  const double n = std::max<double>(1, static_cast<double>(points.size()));
+  const double n = std::max<double>(1, double(points.size()));
   const auto over_n = [n](const Vec3d& v) { return Vec3d{v.x / n, v.y / n, v.z / n}; };
   return {over_n(m.mean), {over_n(m.square.r0), over_n(m.square.r1), over_n(m.square.r2)}};
 }
 
 std::array<std::vector<Vec3f>, 2> smooth_normals(const std::vector<Vec3f>& points,
                                                  const std::vector<Vec3f>& normals, double radius_m) {
-  const auto most = static_cast<float>(radius_m * radius_m);
+  const auto most = float(radius_m * radius_m);
   std::array<std::vector<Vec3f>, 2> smooth;
   for (std::size_t half = 0; half < 2; ++half) {
     const Neighbourhood others(points, normals, half);
@@ -91,12 +91,11 @@ std::vector<std::array<double, 6>> slips_of(const std::vector<Vec3f>& points,
     J << n.x, n.y, n.z, m.x, m.y, m.z;
     squares += J * J.transpose();
   }
-  const optim::Eigenpairs<6> motions =
-      optim::eigenpairs(Matrix6d(squares / static_cast<double>(points.size())));
+  const optim::Eigenpairs<6> motions = optim::eigenpairs(Matrix6d(squares / double(points.size())));
   std::vector<std::array<double, 6>> slips;
   for (int i = 0; i < kMost && motions.values[i] < kSlope * kSlope; ++i) {
     std::array<double, 6>& slip = slips.emplace_back();
-    for (int k = 0; k < 6; ++k) slip[static_cast<std::size_t>(k)] = motions.vectors(k, i);
+    for (int k = 0; k < 6; ++k) slip[k] = motions.vectors(k, i);
   }
   return slips;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The rigid motions that map a shape onto itself, in its object frame, and which of the equivalent poses is
-// reported.
+// The rigid motions that map a shape onto itself, and which of the equivalent poses is reported.
 #pragma once
 
 #include <vector>

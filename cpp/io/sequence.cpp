@@ -53,7 +53,7 @@ std::vector<double> numbers_of(const cv::FileNode& node, std::size_t count, cons
   std::vector<double> out;
   if (node.isSeq())
     for (const cv::FileNode one : node)
-      if (one.isReal() || one.isInt()) out.push_back(static_cast<double>(one));
+      if (one.isReal() || one.isInt()) out.push_back(double(one));
   if (out.size() != count || !std::all_of(out.begin(), out.end(), [](double v) { return std::isfinite(v); }))
     throw std::invalid_argument(where + ": expected " + std::to_string(count) + " numbers");
   return out;
@@ -91,7 +91,7 @@ Instance instance_of(const cv::FileNode& node, const std::string& where) {
       (given.transpose() * given - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kRotationError)
     throw std::invalid_argument(where + ": cam_R_m2c: expected a rotation, row by row");
   Instance out;
-  out.object = static_cast<int>(node["obj_id"]);
+  out.object = int(node["obj_id"]);
   out.T_cam_obj.linear() = given;
   out.T_cam_obj.translation() = kMetresPerMm * Eigen::Map<const Eigen::Vector3d>(t_mm.data());
   return out;
@@ -119,14 +119,13 @@ struct Sequence::Scene {
       const std::string where = file.string() + ", image " + std::to_string(id);
       if (!node.isMap()) throw std::invalid_argument(where + ": expected an object with cam_K");
       const std::vector<double> K = numbers_of(node["cam_K"], 9, where + ": cam_K");
-      const double mm = node["depth_scale"].empty() ? 1.0 : static_cast<double>(node["depth_scale"]);
+      const double mm = node["depth_scale"].empty() ? 1.0 : double(node["depth_scale"]);
       if (!(mm > 0)) throw std::invalid_argument(where + ": depth_scale: expected mm per unit, above 0");
       if (found.empty()) own_camera = {0, 0, K[0], K[4], K[2], K[5], {}};
       if (K[0] != own_camera.fx || K[4] != own_camera.fy || K[2] != own_camera.cx || K[5] != own_camera.cy)
         throw std::invalid_argument(where + ": cam_K: expected that of the first image, got another camera");
       const cv::FileNode time = node["timestamp"];  // an addition to BOP's files
-      const double time_s =
-          time.empty() ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(time);
+      const double time_s = time.empty() ? std::numeric_limits<double>::quiet_NaN() : double(time);
       found[id] = {id, kMetresPerMm * mm, time_s, {}};
     });
     for (auto& [id, image] : found) images.push_back(std::move(image));
@@ -166,10 +165,10 @@ struct Sequence::Scene {
   }
 
   const Image& image(int i) const {
-    if (i < 0 || i >= static_cast<int>(images.size()))
+    if (i < 0 || i >= int(images.size()))
       throw std::invalid_argument("image: expected 0.." + std::to_string(images.size() - 1) + ", got " +
                                   std::to_string(i));
-    return images[static_cast<std::size_t>(i)];
+    return images[i];
   }
 
   Frame frame(int i) {
@@ -199,7 +198,7 @@ Sequence::Sequence(Sequence&&) noexcept = default;
 Sequence& Sequence::operator=(Sequence&&) noexcept = default;
 Sequence::~Sequence() = default;
 
-int Sequence::size() const { return static_cast<int>(scene_->images.size()); }
+int Sequence::size() const { return int(scene_->images.size()); }
 const DepthCamera& Sequence::camera() const { return scene_->own_camera; }
 int Sequence::id(int i) const { return scene_->image(i).id; }
 Frame Sequence::frame(int i) { return scene_->frame(i); }

@@ -14,8 +14,8 @@ struct RatioView {
 };
 
 // Where the mean log ratio changes its sign between two voxels, the surface lies at the zero of the line
-// through both. Returns the distance of voxel i to the plane through these points on its axes. row, slice:
-// offsets of its neighbours along y and z.
+// through both. Returns the distance of voxel i to the plane through these points. row, slice: offsets along
+// y and z.
 HD float crossing_distance(const RatioView& evidence, std::size_t i, std::size_t row, std::size_t slice,
                            float voxel_m) {
   const float own = evidence.mean(i);

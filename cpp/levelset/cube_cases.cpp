@@ -26,7 +26,7 @@ Ring corners_of(int axis, int side) {
 // Along the face's border, each run of inside corners starts and ends at an edge; a line of the surface joins
 // the two edges. next: from the start of a line to its end.
 void add_lines(int inside, const Ring& ring, std::array<int, kEdges>* next) {
-  const auto corner = [&](int i) { return ring[static_cast<std::size_t>(i & 3)]; };
+  const auto corner = [&](int i) { return ring[i & 3]; };
   const auto in = [&](int i) { return (inside >> corner(i) & 1) != 0; };
   for (int i = 0; i < 4; ++i) {
     if (in(i) || !in(i + 1)) continue;
@@ -34,7 +34,7 @@ void add_lines(int inside, const Ring& ring, std::array<int, kEdges>* next) {
     while (in(last + 1)) ++last;
     const int begin = edge_between(corner(i), corner(i + 1)),
               end = edge_between(corner(last), corner(last + 1));
-    (*next)[static_cast<std::size_t>(begin)] = end;
+    (*next)[begin] = end;
   }
 }
 
@@ -46,10 +46,10 @@ std::vector<Loop> loops_of(int inside) {
   std::vector<Loop> loops;
   for (int first = 0; first < kEdges; ++first) {
     Loop loop;
-    for (int e = first; next[static_cast<std::size_t>(e)] != kNone;) {
+    for (int e = first; next[e] != kNone;) {
       loop.push_back(e);
       const int at = e;
-      e = next[static_cast<std::size_t>(at)], next[static_cast<std::size_t>(at)] = kNone;
+      e = next[at], next[at] = kNone;
     }
     if (!loop.empty()) loops.push_back(loop);
   }
@@ -81,7 +81,7 @@ std::size_t apex_of(const Loop& loop) {
 std::array<CubeCase, kCubeCases> make_cube_cases() {
   std::array<CubeCase, kCubeCases> cases{};
   for (int inside = 0; inside < kCubeCases; ++inside) {
-    CubeCase& out = cases[static_cast<std::size_t>(inside)];
+    CubeCase& out = cases[inside];
     int at = 0;
     for (const Loop& loop : loops_of(inside)) {
       const std::size_t apex = apex_of(loop), n = loop.size();

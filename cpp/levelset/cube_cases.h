@@ -38,9 +38,8 @@ struct CubeCase {
   std::uint8_t edges[3 * kMostTriangles];  // three per triangle, counter-clockwise seen from outside
 };
 
-// Indexed by the bits of the inside corners. If only two opposite corners of a face are inside, the surface
-// separates them. This rule depends only on the face, so that the cell behind it uses the same lines and the
-// surface has no holes.
+// Indexed by the bits of the inside corners. Between only two opposite inside corners of a face the surface
+// separates them: a rule of the face alone, so that both cells agree and the surface has no holes.
 std::array<CubeCase, kCubeCases> make_cube_cases();
 
 }  // namespace sdftrack::levelset

@@ -33,15 +33,12 @@ struct BlockList {
   int* count;
 };
 
-__device__ inline int global_thread(int threads) {
-  return static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x);
-}
+__device__ inline int global_thread(int threads) { return int(blockIdx.x) * threads + int(threadIdx.x); }
 
-// Joins a value of each thread of a block, in halves, that is, in a fixed order. `all` has room for the
-// `count` values, a power of 2.
+// Joins a value of each thread in halves, in a fixed order. `all` has room for `count`, a power of 2.
 template <class T, class Join>
 __device__ T over_block(T own, T* all, int count, const Join& join) {
-  const int t = static_cast<int>(threadIdx.x);
+  const int t = int(threadIdx.x);
   __syncthreads();
   all[t] = own;
   for (int half = count / 2; half > 0; half /= 2) {
@@ -62,7 +59,7 @@ struct ListBlocks {
   BlockList lists;
   __device__ void operator()() const {
     SDFTRACK_SHARED(int[kThreadsOfList], before);
-    const int list = static_cast<int>(blockIdx.x), t = static_cast<int>(threadIdx.x);
+    const int list = int(blockIdx.x), t = int(threadIdx.x);
     const int each = (blocks + kThreadsOfList - 1) / kThreadsOfList, first = least(blocks, each * t),
               last = least(blocks, first + each);
     int own = 0;
@@ -75,7 +72,7 @@ struct ListBlocks {
       before[t] += more;
       __syncthreads();
     }
-    int* const out = lists.blocks + static_cast<std::size_t>(list) * static_cast<std::size_t>(blocks);
+    int* const out = lists.blocks + std::size_t(list) * blocks;
     int at = before[t] - own;
     for (int b = first; b < last; ++b)
       if (rule(list, b)) out[at++] = b;

@@ -22,7 +22,7 @@ class DeviceFrame {
   void send(const FrameEvidence& frame, const DeviceStream& stream) {
     stream.wait();
     const PixelRect& rect = frame.rect;
-    const auto n = static_cast<std::size_t>(rect.count());
+    const auto n = std::size_t(rect.count());
     make_room(n, rect);
     // Words first, so that each array lies at a multiple of its element size.
     unsigned char *const here = staging_.data(), *const there = sent_.data();
@@ -69,13 +69,13 @@ class DeviceFrame {
     room(&role, n), room(&parent, n), room(&reached, n), room(&state, n);
     room(&pixels, n), room(&source, n), room(&image_role, n);
     room(&edge, n), room(&spread, n), room(&border, n);
-    room(&tiles, static_cast<std::size_t>(tiles_along(rect.width()) * tiles_along(rect.height())));
+    room(&tiles, std::size_t(tiles_along(rect.width()) * tiles_along(rect.height())));
   }
   // Copies the rectangle's part of an image.
   template <class T>
   static void cut(const T* image, int width, const PixelRect& rect, T* to) {
     for (int y = rect.y0; y < rect.y1; ++y, to += rect.width())
-      std::copy_n(image + static_cast<std::ptrdiff_t>(y) * width + rect.x0, rect.width(), to);
+      std::copy_n(image + y * width + rect.x0, rect.width(), to);
   }
 
   PinnedBuffer<unsigned char> staging_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Fusion of a frame into a volume on a GPU.
 #include "levelset/device_work.cuh"
-#include "levelset/evidence_kernels.cuh"
 #include "levelset/image_kernels.cuh"
 
 namespace sdftrack::levelset {
@@ -57,11 +56,10 @@ void DeviceVolume::fuse(const Camera& camera, const Rigidd& T_cam_obj,
   const DeviceBlocks of = v.of_blocks();
   launch(v.stream, v.for_each_block(), ChooseBlocks{sight, of});
   v.make_lists(IsMarked{of.marked});
-  launch(
-      v.stream, v.for_listed(),
-      FuseBlocks{evidence_term(rect, reinterpret_cast<const float*>(f.pixels.data()), camera, options), sight,
-                 v.of_voxels(), of, v.list(0), f.readings().rgb, f.source.data(), options.max_weight,
-                 options.color_reach_voxels * static_cast<float>(v.blocks.grid.voxel_m)});
+  launch(v.stream, v.for_listed(),
+         FuseBlocks{evidence_term(rect, reinterpret_cast<const float*>(f.pixels.data()), camera, options),
+                    sight, v.of_voxels(), of, v.list(0), f.readings().rgb, f.source.data(),
+                    options.max_weight, options.color_reach_voxels * float(v.blocks.grid.voxel_m)});
   v.older |= kColorNotShown;
   ++v.frame;
 }

@@ -1,10 +1,46 @@
 // SPDX-License-Identifier: MIT
 // Transfer of a volume on a GPU to the host.
+#include <cstdint>
+
 #include "base/parallel.h"
+#include "levelset/device_blocks.cuh"
 #include "levelset/device_work.cuh"
-#include "levelset/show_kernels.cuh"
 
 namespace sdftrack::levelset {
+
+// Transfer of a volume on the GPU to the host: the blocks of which the host's copy is older.
+
+// Writes the blocks to their places in the host's memory, without work on the host.
+struct ShowBlocks {
+  static constexpr const char* kName = "volume: show changed blocks";
+  static constexpr int kThreads = 128;
+  using Color = std::uint64_t;  // a VoxelColor as one word, for the transfer over the bus
+  static_assert(sizeof(Color) == sizeof(VoxelColor));
+  BlockLattice blocks;
+  int what;  // Shown
+  const float* phi;
+  const Color* colors;
+  float* phi_here;
+  Color* colors_here;
+  int* shown;
+  __device__ void operator()() const {
+    for (int b = int(blockIdx.x); b < blocks.count(); b += int(gridDim.x)) {
+      const int older = shown[b] & what;
+      if (!older) continue;
+      std::size_t first;
+      const BlockRows rows = blocks.rows(b, &first);
+      for (int i = int(threadIdx.x); i < kBlockVoxels; i += kThreads) {
+        const VoxelPlace at(i);
+        if (at.x >= rows.nx || at.y >= rows.ny || at.z >= rows.nz) continue;
+        const std::size_t voxel = first + rows.offset(at.z * rows.ny + at.y) + std::size_t(at.x);
+        if (older & kPhiNotShown) phi_here[voxel] = phi[voxel];
+        if (older & kColorNotShown) colors_here[voxel] = colors[voxel];
+      }
+      __syncthreads();  // each thread has read the present mark
+      if (threadIdx.x == 0) shown[b] &= ~what;
+    }
+  }
+};
 
 void DeviceVolume::settle() {
   Impl& v = *impl_;
@@ -58,7 +94,7 @@ void DeviceVolume::download(EvidenceVolume* evidence, int threads) {
   v.stream.download(of.turned, v.count, to.turned);
   v.stream.wait();
   v.on_its_way = false;
-  const auto slice = static_cast<std::size_t>(v.blocks.grid.nx) * static_cast<std::size_t>(v.blocks.grid.ny);
+  const auto slice = std::size_t(v.blocks.grid.nx) * v.blocks.grid.ny;
   parallel_for(v.voxels / slice, threads, [&](std::size_t z) {
     std::copy_n(v.colors_here.data() + z * slice, slice, to.colors + z * slice);
   });

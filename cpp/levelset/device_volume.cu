@@ -19,7 +19,7 @@ DeviceVolume::Impl::Impl(EvidenceVolume* evidence, int device_)
     : device(device_),
       blocks(evidence->blocks()),
       voxels(blocks.grid.size()),
-      count(static_cast<std::size_t>(blocks.count())),
+      count(std::size_t(blocks.count())),
       log_ratio(voxels),
       weight(voxels),
       phi(voxels),
@@ -87,7 +87,7 @@ DeviceVolume::~DeviceVolume() = default;
 void DeviceVolume::update(int rounds, float band_voxels, bool all) {
   Impl& v = *impl_;
   const DeviceScope scope(v.device);
-  const auto voxel_m = static_cast<float>(v.blocks.grid.voxel_m);
+  const auto voxel_m = float(v.blocks.grid.voxel_m);
   const float band_m = band_voxels * voxel_m;
   const DeviceBlocks of = v.of_blocks();
   v.older |= kPhiNotShown;
@@ -119,7 +119,7 @@ void DeviceVolume::sweep_far(float band_voxels) {
   const DeviceScope scope(v.device);
   const sdf::Grid& grid = v.blocks.grid;
   const sdf::Grid lattice = coarse_lattice(grid);
-  const float band_m = band_voxels * static_cast<float>(grid.voxel_m);
+  const float band_m = band_voxels * float(grid.voxel_m);
   const unsigned threads = blocks_of(static_cast<std::int64_t>(lattice.size()), kThreadsPerVoxels);
   float *from = v.nodes.data(), *to = v.other_nodes.data();
   Impl::Report* const report = v.report.data();
@@ -141,11 +141,11 @@ void DeviceVolume::fill_far(float band_voxels, int z0, int z1) {
   if (z1 <= z0) return;
   const DeviceScope scope(v.device);
   const sdf::Grid& grid = v.blocks.grid;
-  const std::size_t slice = static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny),
-                    first = slice * static_cast<std::size_t>(z0), last = slice * static_cast<std::size_t>(z1);
+  const std::size_t slice = std::size_t(grid.nx) * grid.ny, first = slice * std::size_t(z0),
+                    last = slice * std::size_t(z1);
   launch(v.stream, blocks_of(static_cast<std::int64_t>(last - first), kThreadsPerVoxels),
          FillFar{v.blocks, coarse_lattice(grid), v.other_nodes.data(), &v.report.data()->has_surface,
-                 band_voxels * static_cast<float>(grid.voxel_m), first, last, v.phi.data(), v.shown.data()});
+                 band_voxels * float(grid.voxel_m), first, last, v.phi.data(), v.shown.data()});
   v.older |= kPhiNotShown;
 }
 

@@ -13,8 +13,7 @@ namespace sdftrack::levelset {
 
 class DeviceVolume {
  public:
-  // Copies the evidence to the device; of the distances only the signs are known. Throws std::runtime_error
-  // if the device has too little memory.
+  // Copies the evidence; of the distances only the signs. Throws std::runtime_error without enough memory.
   DeviceVolume(EvidenceVolume* evidence, int device);
   ~DeviceVolume();
   DeviceVolume(const DeviceVolume&) = delete;
@@ -36,12 +35,11 @@ class DeviceVolume {
   std::vector<sdf::VoxelBox> surface_boxes() const;
   double change_m() const;
 
-  // The distances and colours of the device; brings the changes since the last call. Their addresses stay the
-  // same.
+  // The distances and colours of the device, with the changes since the last call; the addresses stay.
   std::span<const float> phi();
   std::span<const VoxelColor> colors();
-  // Starts to bring both. The next call of phi() or colors() waits for the end; until then their spans hold a
-  // mixture of old and new values.
+  // Starts to bring both; phi() or colors() waits for the end. Until then their spans hold old and new
+  // values.
   void begin_to_show();
   // Brings all evidence to the host.
   void download(EvidenceVolume* evidence, int threads);

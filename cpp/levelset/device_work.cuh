@@ -32,9 +32,7 @@ struct DeviceVolume::Impl {
             b + 6 * n, b + 7 * n, b + 8 * n, shown.data(), moved.data(), change.data()};
   }
   // The k-th list, at most `count` long.
-  BlockList list(int k) {
-    return {lists.data() + static_cast<std::size_t>(k) * count, report.data()->listed + k};
-  }
+  BlockList list(int k) { return {lists.data() + std::size_t(k) * count, report.data()->listed + k}; }
   template <class Rule>
   void make_lists(const Rule& rule, unsigned how_many = 1) {
     launch(stream, how_many, ListBlocks<Rule>{rule, blocks.count(), list(0)});

@@ -14,7 +14,7 @@ struct FillSides {
   std::size_t n;
   float* phi;
   __device__ void operator()() const {
-    const std::size_t i = static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    const std::size_t i = std::size_t(blockIdx.x) * kThreads + threadIdx.x;
     if (i < n) phi[i] = log_ratio[i] > 0 ? -far_m : far_m;
   }
 };
@@ -55,8 +55,8 @@ struct CrossBlocks {
   __device__ void operator()() const {
     SDFTRACK_SHARED(SurfaceChange[kBlockVoxels], changes);
     SDFTRACK_SHARED(int, found);
-    const int t = static_cast<int>(threadIdx.x);
-    for (int k = static_cast<int>(blockIdx.x); k < *list.count; k += static_cast<int>(gridDim.x)) {
+    const int t = int(threadIdx.x);
+    for (int k = int(blockIdx.x); k < *list.count; k += int(gridDim.x)) {
       const int b = list.blocks[k];
       if (t == 0) found = 0;
       __syncthreads();
@@ -99,8 +99,8 @@ struct CrossBlocks {
               z = kBlockSide * blocks.z(b) + at.z;
     if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1 || z < r.z0 || z >= r.z1) return 0;
     if (!concerns(b, x, y, z)) return 0;
-    const std::size_t row = static_cast<std::size_t>(blocks.grid.nx),
-                      slice = row * static_cast<std::size_t>(blocks.grid.ny), i = blocks.grid.index(x, y, z);
+    const std::size_t row = std::size_t(blocks.grid.nx), slice = row * std::size_t(blocks.grid.ny),
+                      i = blocks.grid.index(x, y, z);
     const float* const p = voxels.log_ratio + i;
     const float *const y0 = p - row, *const y1 = p + row, *const z0 = p - slice, *const z1 = p + slice;
     float* const phi = voxels.phi + i;
@@ -137,9 +137,9 @@ struct AddChanges {
     SDFTRACK_SHARED(int[kThreadsPerVoxels], counts);
     double sum = 0;
     int count = 0;
-    for (int k = static_cast<int>(threadIdx.x); k < *list.count; k += kThreads) {
+    for (int k = int(threadIdx.x); k < *list.count; k += kThreads) {
       const int b = list.blocks[k];
-      if (of.role[b] == kChanged) sum += static_cast<double>(of.change[b].sum_m), count += of.change[b].count;
+      if (of.role[b] == kChanged) sum += double(of.change[b].sum_m), count += of.change[b].count;
     }
     sum = over_block(sum, sums, kThreads, [](double a, double b) { return a + b; });
     count = over_block(count, counts, kThreads, [](int a, int b) { return a + b; });
@@ -206,8 +206,8 @@ struct FindNear {
   float band_m;
   __device__ void operator()() const {
     SDFTRACK_SHARED(float[kBlockVoxels], all);
-    const VoxelPlace at(static_cast<int>(threadIdx.x));
-    for (int k = static_cast<int>(blockIdx.x); k < *list.count; k += static_cast<int>(gridDim.x)) {
+    const VoxelPlace at(int(threadIdx.x));
+    for (int k = int(blockIdx.x); k < *list.count; k += int(gridDim.x)) {
       const int b = list.blocks[k];
       const VoxelRange r = blocks.inner(b);
       const int x = kBlockSide * blocks.x(b) + at.x, y = kBlockSide * blocks.y(b) + at.y,
@@ -250,12 +250,12 @@ struct RelaxBlocks {
   __device__ void operator()() const {
     SDFTRACK_SHARED(float[kSide * kSide * kSide], tile);
     SDFTRACK_SHARED(int, changed);
-    for (int k = static_cast<int>(blockIdx.x); k < *list.count; k += static_cast<int>(gridDim.x)) {
+    for (int k = int(blockIdx.x); k < *list.count; k += int(gridDim.x)) {
       const int b = list.blocks[k];
       const VoxelRange r = blocks.inner(b);
       const int nx = r.x1 - r.x0, ny = r.y1 - r.y0, nz = r.z1 - r.z0;
       if (threadIdx.x == 0) changed = 0;
-      for (int i = static_cast<int>(threadIdx.x); i < kSide * kSide * kSide; i += kThreads) {
+      for (int i = int(threadIdx.x); i < kSide * kSide * kSide; i += kThreads) {
         const int x = i % kSide, y = i / kSide % kSide, z = i / (kSide * kSide);
         if (nx > 0 && ny > 0 && nz > 0 && x < nx + 2 && y < ny + 2 && z < nz + 2)
           tile[i] = phi[blocks.grid.index(r.x0 - 1 + x, r.y0 - 1 + y, r.z0 - 1 + z)];
@@ -263,7 +263,7 @@ struct RelaxBlocks {
       __syncthreads();
       if (const int own = sweep(nx, ny, nz, tile)) atomicOr(&changed, own);
       __syncthreads();
-      for (int i = static_cast<int>(threadIdx.x); i < kBlockVoxels; i += kThreads) {
+      for (int i = int(threadIdx.x); i < kBlockVoxels; i += kThreads) {
         const VoxelPlace at(i);
         if (at.x < nx && at.y < ny && at.z < nz)
           phi[blocks.grid.index(r.x0 + at.x, r.y0 + at.y, r.z0 + at.z)] =
@@ -280,8 +280,7 @@ struct RelaxBlocks {
  private:
   enum Swept { kOther = 1, kMovedOn = 2 };  // a thread's voxel has changed; by more than settled_m
   __device__ int sweep(int nx, int ny, int nz, float* tile) const {
-    const int x = static_cast<int>(threadIdx.x) % kBlockSide,
-              line = static_cast<int>(threadIdx.x) / kBlockSide;
+    const int x = int(threadIdx.x) % kBlockSide, line = int(threadIdx.x) / kBlockSide;
     int swept = 0;
     for (int front = 0; front < 2 * kBlockSide - 1; ++front) {
       const int rank = front - line;

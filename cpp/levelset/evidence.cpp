@@ -33,7 +33,7 @@ EvidenceVolume::EvidenceVolume(const sdf::Grid& grid, const float* prior)
       log_ratio_(grid.size()),
       weight_(grid.size()),
       colors_(grid.size()),
-      empty_(static_cast<std::size_t>(blocks_.count())),
+      empty_(std::size_t(blocks_.count())),
       spoken_(empty_.size()),
       turned_(empty_.size(), 1) {
   if (prior) std::copy_n(prior, grid.size(), log_ratio_.begin());
@@ -50,25 +50,24 @@ EvidenceVolume EvidenceVolume::padded(const std::array<int, 3>& before,
   EvidenceVolume larger(grid, nullptr);
   for (int z = 0; z < before_grid.nz; ++z)
     for (int y = 0; y < before_grid.ny; ++y) {
-      const auto from = static_cast<std::ptrdiff_t>(before_grid.index(0, y, z)),
-                 to = static_cast<std::ptrdiff_t>(
+      const auto from = std::ptrdiff_t(before_grid.index(0, y, z)),
+                 to = std::ptrdiff_t(
                      grid.index(kBlock * before[0], y + kBlock * before[1], z + kBlock * before[2]));
       std::copy_n(log_ratio_.begin() + from, before_grid.nx, larger.log_ratio_.begin() + to);
       std::copy_n(weight_.begin() + from, before_grid.nx, larger.weight_.begin() + to);
       std::copy_n(colors_.begin() + from, before_grid.nx, larger.colors_.begin() + to);
     }
-  for (int b = 0; b < static_cast<int>(spoken_.size()); ++b) {
+  for (int b = 0; b < int(spoken_.size()); ++b) {
     const int x = blocks_.x(b) + before[0], y = blocks_.y(b) + before[1], z = blocks_.z(b) + before[2];
-    larger.spoken_[static_cast<std::size_t>((z * larger.blocks_.by + y) * larger.blocks_.bx + x)] =
-        spoken_[static_cast<std::size_t>(b)];
+    larger.spoken_[(z * larger.blocks_.by + y) * larger.blocks_.bx + x] = spoken_[b];
   }
   larger.frame_ = frame_;
   return larger;
 }
 
 void EvidenceVolume::bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_inside, int threads) {
-  parallel_for(static_cast<std::size_t>(grid().nz), threads, [&](std::size_t slice) {
-    const int z = static_cast<int>(slice);
+  parallel_for(grid().nz, threads, [&](std::size_t slice) {
+    const int z = int(slice);
     for (int y = 0; y < grid().ny; ++y)
       for (int x = 0; x < grid().nx; ++x) {
         const std::size_t at = grid().index(x, y, z);
@@ -80,14 +79,11 @@ void EvidenceVolume::bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_
 
 void find_tiles(const EvidenceImage& image, float reach_m, std::vector<Tile>* tiles) {
   const int tiles_x = tiles_along(image.width());
-  tiles->assign(static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_along(image.height())),
-                Tile::empty());
+  tiles->assign(std::size_t(tiles_x) * std::size_t(tiles_along(image.height())), Tile::empty());
   const EvidencePixel* pixel = image.pixels().data();
   for (int y = 0; y < image.height(); ++y)
     for (int x = 0; x < image.width(); ++x, ++pixel)
-      (*tiles)[static_cast<std::size_t>(y / kTile) * static_cast<std::size_t>(tiles_x) +
-               static_cast<std::size_t>(x / kTile)]
-          .add(*pixel, reach_m);
+      (*tiles)[std::size_t(y / kTile) * tiles_x + std::size_t(x / kTile)].add(*pixel, reach_m);
 }
 
 const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const FrameColors& colors,
@@ -107,26 +103,21 @@ const std::vector<int>& EvidenceVolume::fuse(const EvidenceImage& image, const F
                          frame_,
                          options.known_every};
   const int blocks = blocks_.count();
-  touched_.assign(static_cast<std::size_t>(blocks), 0);
+  touched_.assign(blocks, 0);
 
-  parallel_for(static_cast<std::size_t>((blocks + kBlocksAtOnce - 1) / kBlocksAtOnce), threads,
-               [&](std::size_t chunk) {
-                 const int first = static_cast<int>(chunk) * kBlocksAtOnce,
-                           last = std::min(blocks, first + kBlocksAtOnce);
-                 int here[kBlocksAtOnce], n = 0;
-                 for (int b = first; b < last; ++b)
-                   if (!sight.rests(b, spoken_[static_cast<std::size_t>(b)]) &&
-                       sight.touches(b, empty_[static_cast<std::size_t>(b)]))
-                     here[n++] = b;
-                 for (int k = 0; k < n; ++k) {
-                   prefetch_block(here[std::min(k + 1, n - 1)]);
-                   touched_[static_cast<std::size_t>(here[k])] =
-                       fuse_block(here[k], term, sight, image, colors, options);
-                 }
-               });
+  parallel_for((blocks + kBlocksAtOnce - 1) / kBlocksAtOnce, threads, [&](std::size_t chunk) {
+    const int first = int(chunk) * kBlocksAtOnce, last = std::min(blocks, first + kBlocksAtOnce);
+    int here[kBlocksAtOnce], n = 0;
+    for (int b = first; b < last; ++b)
+      if (!sight.rests(b, spoken_[b]) && sight.touches(b, empty_[b])) here[n++] = b;
+    for (int k = 0; k < n; ++k) {
+      prefetch_block(here[std::min(k + 1, n - 1)]);
+      touched_[here[k]] = fuse_block(here[k], term, sight, image, colors, options);
+    }
+  });
   changed_.clear();
   for (int b = 0; b < blocks; ++b)
-    if (touched_[static_cast<std::size_t>(b)]) changed_.push_back(b);
+    if (touched_[b]) changed_.push_back(b);
   ++frame_;
   return changed_;
 }
@@ -148,15 +139,15 @@ bool EvidenceVolume::fuse_block(int block, const EvidenceTerm<float>& term, cons
   const BlockChange change =
       for_isa<VoxelOps>(used_isa())
           .fuse(term, place, rows, options.max_weight, &log_ratio_[first], &weight_[first], distance);
-  empty_[static_cast<std::size_t>(block)] = change.empty;
-  unsigned char& spoken = spoken_[static_cast<std::size_t>(block)];
+  empty_[block] = change.empty;
+  unsigned char& spoken = spoken_[block];
   if (change.near && spoken < kKnownFrames) ++spoken;
-  const float reach = options.color_reach_voxels * static_cast<float>(grid().voxel_m);
+  const float reach = options.color_reach_voxels * float(grid().voxel_m);
   for (int row = 0; row < rows.ny * rows.nz; ++row)
     if (change.near >> row & 1)
       color_row(term, image, colors, place.at(rows, row), place.x.cast<float>(), rows.nx,
                 distance + kBlock * row, reach, first + rows.offset(row));
-  turned_[static_cast<std::size_t>(block)] = change.turned;
+  turned_[block] = change.turned;
   return change.near || change.turned || change.inside;
 }
 
@@ -166,9 +157,9 @@ void EvidenceVolume::color_row(const EvidenceTerm<float>& term, const EvidenceIm
                                const float* distance_m, float reach_m, std::size_t at) {
   for (int k = 0; k < count; ++k) {
     if (!(std::abs(distance_m[k]) < reach_m)) continue;
-    const std::size_t j = colored_pixel(term, p_cam + static_cast<float>(k) * step_cam);
+    const std::size_t j = colored_pixel(term, p_cam + float(k) * step_cam);
     const float slant = image.pixels()[j].slant;
-    colors_[at + static_cast<std::size_t>(k)].add(color_of(colors.rgb, image.source()[j]), slant * slant);
+    colors_[at + std::size_t(k)].add(color_of(colors.rgb, image.source()[j]), slant * slant);
   }
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -52,7 +51,7 @@ class EvidenceVolume {
   void bound_guess(const std::function<bool(Vec3d p_obj)>& may_be_inside, int threads);
 
   // Whether a voxel of this block changed between inside and outside, or was seen for the first time.
-  bool turned(int block) const { return turned_[static_cast<std::size_t>(block)]; }
+  bool turned(int block) const { return turned_[block]; }
 
   const sdf::Grid& grid() const { return blocks_.grid; }
   const BlockLattice& blocks() const { return blocks_; }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A volume as blocks of 8^3 voxels: those on which a frame can have evidence, and the colours that it adds to
-// the surface.
+// A volume as blocks of 8^3 voxels: which may have evidence of a frame, and the colours that it adds.
 #pragma once
 
 #include <cstddef>
@@ -102,8 +101,7 @@ struct BlockSight {
   const Tile* tiles;
   int frame, known_every;
 
-  // Whether any measurement behind or within the block can have evidence on it; empty: the block is known to
-  // be empty.
+  // Whether any measurement can have evidence on the block; empty: the block is known to be empty.
   HD bool touches(int block, bool empty) const {
     const double voxel = blocks.grid.voxel_m;
     const Vec3d middle = T_cam_obj * (blocks.corner(block) + voxel * 0.5 * (kBlockSide - 1) * Vec3d{1, 1, 1});
@@ -118,8 +116,7 @@ struct BlockSight {
     const double from = middle.z - radius, to = middle.z + radius;
     for (int y = first_y; y <= last_y; ++y)
       for (int x = first_x; x <= last_x; ++x) {
-        const Tile& tile = tiles[static_cast<std::size_t>(y) * static_cast<std::size_t>(tiles_x) +
-                                 static_cast<std::size_t>(x)];
+        const Tile& tile = tiles[std::size_t(y) * tiles_x + x];
         if (from < tile.surface_to_m && to > tile.surface_from_m) return true;
         if (from < tile.last_m && !empty) return true;
       }
@@ -127,8 +124,7 @@ struct BlockSight {
   }
 
   // One more frame changes a block with much evidence little: it takes every `known_every`-th frame.
-  // Neighbours mostly take the same frames, because the blocks on both sides of a surface share work. spoken:
-  // frames so far.
+  // Neighbours mostly take the same frames, because they share work. spoken: frames so far.
   HD bool rests(int block, int spoken) const {
     if (spoken < kKnownFrames) return false;
     const int group =
@@ -149,7 +145,7 @@ constexpr float kSeenScale = 256;
 struct VoxelColor {
   std::uint16_t r, g, b, seen;
 
-  HD float seen_sum() const { return static_cast<float>(seen) / kSeenScale; }
+  HD float seen_sum() const { return float(seen) / kSeenScale; }
   // rgb: nullptr, or black, where the colour camera has not seen the voxel.
   HD void add(const unsigned char* rgb, float weight) {
     constexpr float kMost = 65535.0f / kSeenScale;
@@ -162,23 +158,22 @@ struct VoxelColor {
 
  private:
   HD static std::uint16_t mixed(std::uint16_t before, unsigned char now, float share) {
-    const float x =
-        static_cast<float>(before) + share * (256.0f * static_cast<float>(now) - static_cast<float>(before));
+    const float x = float(before) + share * (256.0f * float(now) - float(before));
     return static_cast<std::uint16_t>(x + 0.5f);
   }
 };
 
 // The colour of the pixel measured at `source`; nullptr: not known.
 HD const unsigned char* color_of(const unsigned char* rgb, int source) {
-  return rgb && source >= 0 ? rgb + 3 * static_cast<std::ptrdiff_t>(source) : nullptr;
+  return rgb && source >= 0 ? rgb + 3 * std::ptrdiff_t(source) : nullptr;
 }
 
 // The pixel of an evidence image that gives a voxel its colour.
 HD std::size_t colored_pixel(const EvidenceTerm<float>& term, Vec3f p_cam) {
   const Vec2f u = project(term.K, p_cam);
-  const int x = to_int_within(u.x - static_cast<float>(term.x0) + 0.5f, 0, term.width - 1),
-            y = to_int_within(u.y - static_cast<float>(term.y0) + 0.5f, 0, term.height - 1);
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(term.width) + static_cast<std::size_t>(x);
+  const int x = to_int_within(u.x - float(term.x0) + 0.5f, 0, term.width - 1),
+            y = to_int_within(u.y - float(term.y0) + 0.5f, 0, term.height - 1);
+  return std::size_t(y) * term.width + x;
 }
 
 }  // namespace sdftrack::levelset

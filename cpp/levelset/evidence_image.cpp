@@ -14,8 +14,8 @@ void spread(const unsigned char* from, int reach, int n, int lines, std::size_t 
     int last = -2 * reach - 1;  // the last 1 up to x + reach
     for (int x = -reach; x < n; ++x) {
       const int ahead = x + reach;
-      if (ahead < n && from[static_cast<std::size_t>(ahead) * step]) last = ahead;
-      if (x >= 0) to[static_cast<std::size_t>(x) * step] = last >= x - reach;
+      if (ahead < n && from[std::size_t(ahead) * step]) last = ahead;
+      if (x >= 0) to[std::size_t(x) * step] = last >= x - reach;
     }
   }
 }
@@ -25,7 +25,7 @@ void spread(const unsigned char* from, int reach, int n, int lines, std::size_t 
 void EvidenceImage::make(const ImageView<float>& depth_m, const Camera& camera, const PixelRect& rect,
                          const PixelRole* role, const EvidenceImageOptions& options) {
   rect_ = rect;
-  const auto count = static_cast<std::size_t>(rect.count());
+  const auto count = std::size_t(rect.count());
   pixels_.resize(count), source_.resize(count), role_.resize(count), edge_.resize(count),
       border_.resize(count), spread_.resize(count);
   read(depth_m, camera, role);
@@ -57,16 +57,15 @@ void EvidenceImage::find_borders(const EvidenceImageOptions& options) {
   int i = 0;
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x, ++i) {
-      const auto at = static_cast<std::size_t>(i);
+      const auto at = std::size_t(i);
       if (x + 1 < w && planes.differs(i, i + 1, options.jump_m)) edge_[at] = edge_[at + 1] = 1;
-      if (y + 1 < h && planes.differs(i, i + w, options.jump_m))
-        edge_[at] = edge_[at + static_cast<std::size_t>(w)] = 1;
+      if (y + 1 < h && planes.differs(i, i + w, options.jump_m)) edge_[at] = edge_[at + std::size_t(w)] = 1;
     }
   border_ = edge_;
   if (options.border_px <= 1) return;
   const int reach = options.border_px - 1;  // edge pixels are at the border themselves
-  spread(edge_.data(), reach, w, h, 1, static_cast<std::size_t>(w), spread_.data());
-  spread(spread_.data(), reach, h, w, static_cast<std::size_t>(w), 1, border_.data());
+  spread(edge_.data(), reach, w, h, 1, std::size_t(w), spread_.data());
+  spread(spread_.data(), reach, h, w, std::size_t(w), 1, border_.data());
 }
 
 }  // namespace sdftrack::levelset

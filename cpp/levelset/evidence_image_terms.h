@@ -82,7 +82,7 @@ struct ImagePlanes {
       dv += 2 * (depth(i, s, 2) - depth(i, s, -2)) + depth(i, s, 1) - depth(i, s, -1);
     }
     du /= 30, dv /= 30;
-    const float u = static_cast<float>(rect.x0 + x) - K.cx, v = static_cast<float>(rect.y0 + y) - K.cy;
+    const float u = float(rect.x0 + x) - K.cx, v = float(rect.y0 + y) - K.cy;
     const float slant = pixel.depth_m / norm(Vec3f{K.fx * du, K.fy * dv, pixel.depth_m + u * du + v * dv});
     if (slant < options.min_slant) return;
     pixel.slant = slant, pixel.du_m = du, pixel.dv_m = dv;

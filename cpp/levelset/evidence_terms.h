@@ -83,9 +83,9 @@ struct EvidenceTerm {
 
   HD Evidence<T> at(Vec3<T> p_cam) const {
     const T z = select(p_cam.z > T(0.01f), p_cam.z, T(0.01f)), inv_z = T(1) / z;
-    const T u = T(K.fx) * p_cam.x * inv_z + T(K.cx - static_cast<float>(x0)),
-            v = T(K.fy) * p_cam.y * inv_z + T(K.cy - static_cast<float>(y0));
-    const T right = T(static_cast<float>(width) - 0.51f), low = T(static_cast<float>(height) - 0.51f);
+    const T u = T(K.fx) * p_cam.x * inv_z + T(K.cx - float(x0)),
+            v = T(K.fy) * p_cam.y * inv_z + T(K.cy - float(y0));
+    const T right = T(float(width) - 0.51f), low = T(float(height) - 0.51f);
     const auto seen = (p_cam.z > T(0.01f)) & (u > T(-0.49f)) & (v > T(-0.49f)) & (u < right) & (v < low);
     const T uc = select(seen, u, T(0)), vc = select(seen, v, T(0));
     const IntOf<T> ui = truncate(uc + T(0.5f)), vi = truncate(vc + T(0.5f)), i = (vi * width + ui) * 4;
@@ -100,8 +100,7 @@ struct EvidenceTerm {
   // (4.29) to (4.31): the voxel's range along the ray of the nearest pixel minus the measured range. All
   // measurements count alike, whatever their slope and noise; the space in front is not carved.
   HD Evidence<T> along_ray(Vec3<T> p_cam, T ui, T vi, T depth, T slant) const {
-    const T x = (ui - T(K.cx - static_cast<float>(x0))) * T(1 / K.fx),
-            y = (vi - T(K.cy - static_cast<float>(y0))) * T(1 / K.fy);
+    const T x = (ui - T(K.cx - float(x0))) * T(1 / K.fx), y = (vi - T(K.cy - float(y0))) * T(1 / K.fy);
     const T length = sqrt(x * x + y * y + T(1));
     const T behind_m = (p_cam.x * x + p_cam.y * y + p_cam.z) / length - depth * length;
     const auto says = (slant > T(0)) & (abs(behind_m) < T(kPrintedReach * form.sigma_d_m));
@@ -119,17 +118,17 @@ struct EvidenceTerm {
     const auto near = surface & (slant > T(min_slant)) & (d < T(kReachPerSigma * form.sigma_d_m));
     const T weight = select(near, slant * quality * quality, T(0));
     const auto close = near & (d > T(-kReachPerSigma * form.sigma_d_m));
-    const T said = any(close) ? select(close, weight * log_ratio(d, blur, form), T(0)) : T(0);
+    const T ratio = any(close) ? select(close, weight * log_ratio(d, blur, form), T(0)) : T(0);
     const T from = select(T(3) * blur > T(carve_from_m), T(3) * blur, T(carve_from_m));
     const auto carved = readable & (d < T(-1) * from);
     // Just in front of the surface a measurement's log ratio can be stronger than that of carving.
-    const auto says_more = close & (said < T(kCarvedRatio));
+    const auto stronger = close & (ratio < T(kCarvedRatio));
     const auto faint = slant < T(0.5f * (kCarves + kCarvesFaintly));
     const T past_weight = select(faint, T(kFaint * kCarvedWeight), T(kCarvedWeight)),
             past_ratio = select(faint, T(kFaintMean * kFaint * kCarvedWeight), T(kCarvedRatio));
-    const T carved_ratio = select(says_more, said, past_ratio),
-            carved_weight = select(says_more, weight, past_weight);
-    return {select(carved, carved_ratio, said), select(carved, carved_weight, weight),
+    const T carved_ratio = select(stronger, ratio, past_ratio),
+            carved_weight = select(stronger, weight, past_weight);
+    return {select(carved, carved_ratio, ratio), select(carved, carved_weight, weight),
             select(near, d, T(kNoSurface_m))};
   }
 };
@@ -145,16 +144,16 @@ struct FusedVoxel {
 
 // own and before: the voxel's log ratio and weight so far.
 template <class T>
-HD FusedVoxel<T> fused(const Evidence<T>& said, T own, T before, T limit, bool printed) {
+HD FusedVoxel<T> fused(const Evidence<T>& evidence, T own, T before, T limit, bool printed) {
   // Where there is other evidence, faint carving would erode rims that are seldom seen.
-  const auto idle = (said.weight < T(2 * kFaint * kCarvedWeight)) & (before > T(kUnknownWeight));
-  const T more = select(idle, T(0), said.weight), sum = before + more;
+  const auto idle = (evidence.weight < T(2 * kFaint * kCarvedWeight)) & (before > T(kUnknownWeight));
+  const T more = select(idle, T(0), evidence.weight), sum = before + more;
   const auto first = (before == T(0)) & (more > T(0));
   // The prior counts until the first evidence; in the printed form it remains as a factor (4.35).
   const T known = printed ? own : select(first, T(0), own);
   const T kept = any(sum > limit) ? select(sum > limit, limit / sum, T(1)) : T(1);
   FusedVoxel<T> out;
-  out.log_ratio = kept * (known + select(idle, T(0), said.log_ratio)), out.weight = kept * sum;
+  out.log_ratio = kept * (known + select(idle, T(0), evidence.log_ratio)), out.weight = kept * sum;
   out.inside = out.log_ratio > T(0);
   const T was = select(own > T(0), T(1), T(0)), is = select(out.inside, T(1), T(0));
   out.turned = (was != is) | first;

@@ -56,23 +56,23 @@ std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float
   const VoxelOps& ops = for_isa<VoxelOps>(used_isa());
   const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
                                options.printed};
-  const auto voxel_m = static_cast<float>(grid.voxel_m);
+  const auto voxel_m = float(grid.voxel_m);
   std::vector<float> phi(phi_m, phi_m + grid.size());
   if (steps == 0) return phi;
   for (float& x : phi) x /= voxel_m;
   std::vector<float> next(grid.size()), flux[3];
   for (std::vector<float>& f : flux) f.resize(grid.size());
-  const auto slices = static_cast<std::size_t>(grid.nz);
+  const auto slices = std::size_t(grid.nz);
   for (int step = 0; step < steps; ++step) {
     check_interrupt();
     parallel_for(slices, threads, [&](std::size_t z) {
-      each_run(grid, static_cast<int>(z), [&](const Neighbours* at, std::size_t i, int count) {
+      each_run(grid, int(z), [&](const Neighbours* at, std::size_t i, int count) {
         float* const out[3] = {&flux[0][i], &flux[1][i], &flux[2][i]};
         ops.flux(term, at, &phi[i], count, out);
       });
     });
     parallel_for(slices, threads, [&](std::size_t z) {
-      each_run(grid, static_cast<int>(z), [&](const Neighbours* at, std::size_t i, int count) {
+      each_run(grid, int(z), [&](const Neighbours* at, std::size_t i, int count) {
         const float* const from[3] = {&flux[0][i], &flux[1][i], &flux[2][i]};
         ops.step(term, at, &phi[i], log_ratio + i, from, count, &next[i]);
       });

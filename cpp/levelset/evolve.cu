@@ -33,11 +33,11 @@ struct Volume {
   // Calls work(x, y, first z, last z + 1) for the columns of a thread.
   template <class Body>
   __device__ void each_of_mine(const Body& work) const {
-    const int x = static_cast<int>(blockIdx.x) * kWide + static_cast<int>(threadIdx.x) % kWide,
-              y = static_cast<int>(blockIdx.y) * kHigh + static_cast<int>(threadIdx.x) / kWide;
+    const int x = int(blockIdx.x) * kWide + int(threadIdx.x) % kWide,
+              y = int(blockIdx.y) * kHigh + int(threadIdx.x) / kWide;
     if (x >= nx || y >= ny) return;
     for (std::int64_t z = std::int64_t{blockIdx.z} * kDeep; z < nz; z += std::int64_t{gridDim.z} * kDeep)
-      work(x, y, static_cast<int>(z), static_cast<int>(z + kDeep < nz ? z + kDeep : nz));
+      work(x, y, int(z), int(z + kDeep < nz ? z + kDeep : nz));
   }
   __device__ std::int64_t index(int x, int y, int z) const {
     return (static_cast<std::int64_t>(z) * ny + y) * nx + x;
@@ -186,7 +186,7 @@ std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const 
   if (steps == 0) return out;
   const EvolveTerm<float> term{1 / options.sigma_h, 1 / (options.sigma_phi * options.sigma_phi), options.dt,
                                options.printed};
-  const auto voxel_m = static_cast<float>(grid.voxel_m);
+  const auto voxel_m = float(grid.voxel_m);
   const auto n = static_cast<std::int64_t>(grid.size());
   const unsigned blocks = blocks_of(n, Scale::kThreads);
   const Volume volume{grid.nx, grid.ny, grid.nz};

@@ -24,7 +24,7 @@ float longest_step(const EvolveOptions& options);
 std::vector<float> evolve(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                           const EvolveOptions& options, int threads);
 
-// As evolve(), on a CUDA device; defined in evolve.cu, or evolve_none.cpp.
+// As evolve(), on a CUDA device.
 std::vector<float> evolve_cuda(const sdf::Grid& grid, const float* phi_m, const float* log_ratio, int steps,
                                const EvolveOptions& options, int device);
 

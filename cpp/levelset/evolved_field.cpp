@@ -39,9 +39,8 @@ void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions
 
 // The mean change of the field over its slope, at the voxels within one voxel of the surface.
 void EvolvedField::measure_change(const std::vector<float>& next) {
-  const auto voxel = static_cast<float>(grid_.voxel_m);
-  const std::size_t row = static_cast<std::size_t>(grid_.nx),
-                    slice = row * static_cast<std::size_t>(grid_.ny);
+  const auto voxel = float(grid_.voxel_m);
+  const std::size_t row = std::size_t(grid_.nx), slice = row * std::size_t(grid_.ny);
   double sum_m = 0;
   int count = 0;
   for (int z = 1; z + 1 < grid_.nz; ++z)
@@ -52,7 +51,7 @@ void EvolvedField::measure_change(const std::vector<float>& next) {
         const float gx = phi_[i + 1] - phi_[i - 1], gy = phi_[i + row] - phi_[i - row],
                     gz = phi_[i + slice] - phi_[i - slice];
         const float slope = std::sqrt(gx * gx + gy * gy + gz * gz) / (2 * voxel);
-        sum_m += static_cast<double>(std::abs(next[i] - phi_[i]) / std::max(slope, 0.1f));
+        sum_m += double(std::abs(next[i] - phi_[i]) / std::max(slope, 0.1f));
         ++count;
       }
   change_m_ = count > 0 ? sum_m / count : 0;

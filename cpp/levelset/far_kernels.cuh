@@ -20,7 +20,7 @@ struct StartNodes {
   int* has_surface;
   __device__ void operator()() const {
     const int i = global_thread(kThreads);
-    if (static_cast<std::size_t>(i) >= lattice.size()) return;
+    if (std::size_t(i) >= lattice.size()) return;
     const int x = i % lattice.nx, y = i / lattice.nx % lattice.ny, z = i / (lattice.nx * lattice.ny);
     const float own = abs(phi[coarse_voxel(grid, x, y, z)]);
     known[i] = own < band_m;
@@ -40,14 +40,13 @@ struct SweepNodes {
   int* changed;
   __device__ void operator()() const {
     const int i = global_thread(kThreads);
-    if (static_cast<std::size_t>(i) >= lattice.size() || known[i]) return;
+    if (std::size_t(i) >= lattice.size() || known[i]) return;
     const int row = lattice.nx, slice = row * lattice.ny;
     const float a = nearer(i, i % row, lattice.nx, 1), b = nearer(i, i / row % lattice.ny, lattice.ny, row),
                 c = nearer(i, i / slice, lattice.nz, slice);
     const float own = from[i];
     float now = own;
-    if (least(a, least(b, c)) < own)
-      now = least(sdf::godunov(a, b, c, static_cast<float>(lattice.voxel_m)), own);
+    if (least(a, least(b, c)) < own) now = least(sdf::godunov(a, b, c, float(lattice.voxel_m)), own);
     to[i] = now;
     if (now < own) atomicOr(changed, 1);
   }
@@ -67,7 +66,7 @@ struct SignNodes {
   float* nodes;
   __device__ void operator()() const {
     const int i = global_thread(kThreads);
-    if (static_cast<std::size_t>(i) >= lattice.size()) return;
+    if (std::size_t(i) >= lattice.size()) return;
     const int x = i % lattice.nx, y = i / lattice.nx % lattice.ny, z = i / (lattice.nx * lattice.ny);
     nodes[i] = phi[coarse_voxel(grid, x, y, z)] < 0 ? -from[i] : from[i];
   }
@@ -86,14 +85,13 @@ struct FillFar {
   float* phi;
   int* shown;
   __device__ void operator()() const {
-    const std::size_t i = first + static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    const std::size_t i = first + std::size_t(blockIdx.x) * kThreads + threadIdx.x;
     if (i >= last || !*has_surface) return;
     const float own = phi[i];
     if (abs(own) < band_m) return;
     const sdf::Grid& grid = blocks.grid;
-    const auto row = static_cast<std::size_t>(grid.nx), slice = row * static_cast<std::size_t>(grid.ny);
-    const int vx = static_cast<int>(i % row), vy = static_cast<int>(i % slice / row),
-              vz = static_cast<int>(i / slice);
+    const auto row = std::size_t(grid.nx), slice = row * std::size_t(grid.ny);
+    const int vx = int(i % row), vy = int(i % slice / row), vz = int(i / slice);
     const CoarsePlace x = coarse_place(vx, lattice.nx), y = coarse_place(vy, lattice.ny),
                       z = coarse_place(vz, lattice.nz);
     const float there =

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Distances beyond the band, from a lattice of every kCoarse-th voxel (docs/math/reconstruction.md, section
-// 3).
+// Distances beyond the band, from every kCoarse-th voxel (docs/math/reconstruction.md, section 3).
 #pragma once
 
 #include "levelset/eikonal_terms.h"
@@ -28,7 +27,7 @@ struct CoarsePlace {
 };
 HD CoarsePlace coarse_place(int voxel, int nodes) {
   const int cell = least(voxel / kCoarse, nodes - 2);
-  return {cell, 1.0f / kCoarse * static_cast<float>(voxel) - static_cast<float>(cell)};
+  return {cell, 1.0f / kCoarse * float(voxel) - float(cell)};
 }
 HD float mix(float a, float b, float t) { return a + t * (b - a); }
 // Interpolates along y and z between the nodes with the given x.

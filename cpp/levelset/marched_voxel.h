@@ -24,8 +24,7 @@ constexpr int kOneFace = 1 << 16;
 HD int vertices_of(int packed) { return packed % kOneFace; }
 HD int faces_of(int packed) { return packed / kOneFace; }
 
-// The number of a voxel's cut edges on axes before `axis`. edges: the cut ones that start at it, a bit per
-// axis.
+// The number of a voxel's cut edges on axes before `axis`. edges: the cut ones, a bit per axis.
 HD int cut_edges_before(int edges, int axis) {
   const int before = edges & ((1 << axis) - 1);
   return (before & 1) + (before >> 1 & 1);

@@ -27,19 +27,19 @@ struct VoxelLoops {
       float* const weights = weight + rows.offset(row);
       each_pack<L>(0, rows.nx, [&](int i, int n) SDFTRACK_INLINE {
         const L k = real<L>(indices<L>(i, n));
-        const Evidence<L> said = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
+        const Evidence<L> evidence = term.at({first.x + k * sx, first.y + k * sy, first.z + k * sz});
         const L before = load<L>(weights + i, n), own = load<L>(ratios + i, n);
-        const FusedVoxel<L> now = fused(said, own, before, limit, given.form.printed);
+        const FusedVoxel<L> now = fused(evidence, own, before, limit, given.form.printed);
         store(now.log_ratio, ratios + i, n);
         store(now.weight, weights + i, n);
         const auto here = among_first<L>(n);
         change.turned |= any(now.turned & here);
         change.inside |= any(now.inside & here);
         change.empty &= !any(now.unsure & here);
-        if (!any(said.distance_m < L(kNoSurface_m))) return;
+        if (!any(evidence.distance_m < L(kNoSurface_m))) return;
         if (!(change.near >> row & 1)) std::fill_n(distance_m + kBlockSide * row, kBlockSide, kNoSurface_m);
         change.near |= std::uint64_t{1} << row;
-        store(said.distance_m, distance_m + kBlockSide * row + i, n);
+        store(evidence.distance_m, distance_m + kBlockSide * row + i, n);
       });
     }
     change.empty &= change.near == 0;
@@ -70,7 +70,7 @@ struct VoxelLoops {
     int found = 0;
     for (int row = 0; row < rows.ny * rows.nz; ++row)
       each_pack<L>(0, rows.nx, [&](int x, int n) SDFTRACK_INLINE {
-        const std::size_t first = rows.offset(row) + static_cast<std::size_t>(x);
+        const std::size_t first = rows.offset(row) + std::size_t(x);
         const float* const p = log_ratio + first;
         const L own = load<L>(p, n);
         const L a = load<L>(p - 1, n), b = load<L>(p + 1, n), c = load<L>(p - rows.row, n),
@@ -80,7 +80,7 @@ struct VoxelLoops {
                   most(most(most(a, b), most(c, d)), most(e, f)), load<L>(phi + first, n), L(voxel_m));
         store(now.phi, phi + first, n);
         const auto chosen = now.crossed & among_first<L>(n);
-        if (any(chosen)) found += keep(chosen, static_cast<int>(first), out + found);
+        if (any(chosen)) found += keep(chosen, int(first), out + found);
       });
     return found;
   }

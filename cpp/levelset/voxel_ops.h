@@ -18,10 +18,7 @@ struct BlockRows {
   int row, slice;
 
   // Offset of row k, counted along y, then z.
-  HD std::size_t offset(int k) const {
-    return static_cast<std::size_t>(k % ny) * static_cast<std::size_t>(row) +
-           static_cast<std::size_t>(k / ny) * static_cast<std::size_t>(slice);
-  }
+  HD std::size_t offset(int k) const { return std::size_t(k % ny) * row + std::size_t(k / ny) * slice; }
 };
 
 // The place of a block's voxels in the camera's frame: the first one and the steps along the axes.
@@ -30,12 +27,10 @@ struct BlockPlace {
 
   // The first voxel of a row, rounded once.
   HD Vec3f at(const BlockRows& rows, int k) const {
-    return (first + static_cast<double>(k % rows.ny) * y + static_cast<double>(k / rows.ny) * z)
-        .cast<float>();
+    return (first + double(k % rows.ny) * y + double(k / rows.ny) * z).cast<float>();
   }
 };
 
-// What a frame has changed in a block.
 struct BlockChange {
   std::uint64_t near;  // a bit for each row: a surface is measured near some of its voxels
   bool turned;         // some voxels changed between inside and outside, or are known for the first time
@@ -56,9 +51,8 @@ struct VoxelOps {
   // of the surface changed by more than settled_m.
   bool (*relax)(const EikonalTerm<float>&, const BlockRows&, bool forward, float settled_m, float band_m,
                 float* phi);
-  // Finds the voxels of such a block whose log ratio differs in sign from a neighbour's, as offsets from the
-  // first; `at` has room for kLanes more. The distances of the other voxels keep their size and take the sign
-  // of their log ratio.
+  // Finds the voxels of such a block whose log ratio differs in sign from a neighbour's, as offsets; `at` has
+  // room for kLanes more. The other distances keep their size and take the sign of their log ratio.
   int (*crossed)(const float* log_ratio, const BlockRows&, float voxel_m, float* phi, int* at);
   // For `count` voxels in a row with neighbours at the same offsets: flux gives the flux of a step of the
   // evolution along x, y and z; step gives the voxels after the step.

@@ -41,19 +41,19 @@ class March {
 
  private:
   void place_blocks() {
-    starts_.resize(static_cast<std::size_t>(blocks_.count()));
+    starts_.resize(blocks_.count());
     std::vector<int> counts(starts_.size(), 0);
-    parallel_for(starts_.size(), threads_, [&](std::size_t b) { counts[b] = count(static_cast<int>(b)); });
+    parallel_for(starts_.size(), threads_, [&](std::size_t b) { counts[b] = count(int(b)); });
     int vertices = 0, faces = 0;
     for (std::size_t b = 0; b < starts_.size(); ++b) {
       const bool some = counts[b] > 0;
-      starts_[b] = {vertices, faces, some ? static_cast<int>(slots_.size()) : kNoVertex};
-      if (some) slots_.push_back(static_cast<int>(b));
+      starts_[b] = {vertices, faces, some ? int(slots_.size()) : kNoVertex};
+      if (some) slots_.push_back(int(b));
       vertices += vertices_of(counts[b]), faces += faces_of(counts[b]);
     }
     voxels_.resize(slots_.size() * kBlockVoxels);
-    out_.vertices.resize(3 * static_cast<std::size_t>(vertices));
-    out_.faces.resize(3 * static_cast<std::size_t>(faces));
+    out_.vertices.resize(3 * std::size_t(vertices));
+    out_.faces.resize(3 * std::size_t(faces));
   }
 
   int count(int b) const {
@@ -68,13 +68,11 @@ class March {
   void over_slots(const Place& place) {
     parallel_for(slots_.size(), threads_, [&](std::size_t slot) {
       const int b = slots_[slot];
-      place(b, starts_[static_cast<std::size_t>(b)]);
+      place(b, starts_[b]);
     });
   }
 
-  VoxelVertices& voxel(int slot, int t) {
-    return voxels_[static_cast<std::size_t>(slot) * kBlockVoxels + static_cast<std::size_t>(t)];
-  }
+  VoxelVertices& voxel(int slot, int t) { return voxels_[std::size_t(slot) * kBlockVoxels + t]; }
 
   void place_vertices(int b, const BlockStart& start) {
     const Tile tile(blocks_, b, phi_);
@@ -85,7 +83,7 @@ class March {
       Vec3d cut[3];
       marched.cut_edges(cut);
       for (int k = 0; k < marched.vertices(); ++k, ++first) {
-        double* const to = out_.vertices.data() + 3 * static_cast<std::ptrdiff_t>(start.vertex + first);
+        double* const to = out_.vertices.data() + 3 * std::ptrdiff_t(start.vertex + first);
         to[0] = cut[k].x, to[1] = cut[k].y, to[2] = cut[k].z;
       }
     }
@@ -93,10 +91,10 @@ class March {
 
   void place_faces(int b, const BlockStart& start) {
     const Tile tile(blocks_, b, phi_);
-    std::int32_t* to = out_.faces.data() + 3 * static_cast<std::ptrdiff_t>(start.face);
+    std::int32_t* to = out_.faces.data() + 3 * std::ptrdiff_t(start.face);
     for (int t = 0; t < kBlockVoxels; ++t) {
       const MarchedVoxel marched(blocks_, b, t, tile.values);
-      const CubeCase& cell = cases_[static_cast<std::size_t>(marched.inside)];
+      const CubeCase& cell = cases_[marched.inside];
       for (int k = 0; k < 3 * marched.faces(cases_.data()); ++k)
         *to++ = vertex_on(marched, cube_edge(cell.edges[k]));
     }
@@ -104,7 +102,7 @@ class March {
 
   std::int32_t vertex_on(const MarchedVoxel& marched, CubeEdge edge) {
     const VertexPlace place(blocks_, marched, edge);
-    const BlockStart& start = starts_[static_cast<std::size_t>(place.block)];
+    const BlockStart& start = starts_[place.block];
     return start.vertex + vertex_of(voxel(start.slot, place.voxel), edge.axis);
   }
 

@@ -37,7 +37,7 @@ const float* values_there(const sdf::Grid& grid, const float* phi, int device, W
 ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi_here, int device) {
   ZeroMesh out;  // before `work`, whose destructor waits for writes to it
   const BlockLattice blocks(grid);
-  const auto count = static_cast<std::size_t>(blocks.count());
+  const auto count = std::size_t(blocks.count());
   const auto work = pool_of<Work>().borrow(device);
   const DeviceStream& stream = work->stream;
   const float* const phi = values_there(grid, phi_here, device, &*work);
@@ -50,9 +50,8 @@ ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi_here, int device
   stream.download(places.totals, kTotals, work->totals_here.data());
   stream.wait();
   if (totals[kSlots] == 0) return out;
-  const auto vertices = static_cast<std::size_t>(totals[kVertices]),
-             faces = static_cast<std::size_t>(totals[kFaces]),
-             slots = static_cast<std::size_t>(totals[kSlots]);
+  const auto vertices = std::size_t(totals[kVertices]), faces = std::size_t(totals[kFaces]),
+             slots = std::size_t(totals[kSlots]);
   VoxelVertices* const voxels = work->voxels.room(slots * kBlockVoxels);
   Vec3d* const vertices_there = work->vertices.room(vertices);
   std::int32_t* const faces_there = work->faces.room(3 * faces);

@@ -19,7 +19,7 @@ struct ZeroMesh {
 ZeroMesh zero_mesh(const sdf::Grid& grid, const float* phi, int threads = 0);
 
 // The same mesh, found on a CUDA device. phi: in host memory, also as a copy of device memory
-// (base/device_copies.h). Defined in zero_mesh.cu, or zero_mesh_none.cpp.
+// (base/device_copies.h).
 ZeroMesh zero_mesh_cuda(const sdf::Grid& grid, const float* phi, int device);
 
 }  // namespace sdftrack::levelset

@@ -24,10 +24,9 @@ struct BlockPlaces {
 // The voxel of a thread. All threads of a block read the tile.
 __device__ inline MarchedVoxel marched_voxel(const BlockLattice& blocks, int b, const float* phi,
                                              float* tile) {
-  for (int k = static_cast<int>(threadIdx.x); k < kTileVoxels; k += kBlockVoxels)
-    tile[k] = tile_value(blocks, b, k, phi);
+  for (int k = int(threadIdx.x); k < kTileVoxels; k += kBlockVoxels) tile[k] = tile_value(blocks, b, k, phi);
   __syncthreads();
-  return {blocks, b, static_cast<int>(threadIdx.x), tile};
+  return {blocks, b, int(threadIdx.x), tile};
 }
 
 // The counts of the voxels, summed over each block.
@@ -42,7 +41,7 @@ struct CountOverBlocks {
   __device__ void operator()() const {
     SDFTRACK_SHARED(float[kTileVoxels], tile);
     SDFTRACK_SHARED(int[kBlockVoxels], all);
-    const int b = static_cast<int>(blockIdx.x);
+    const int b = int(blockIdx.x);
     const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
     const int sum =
         over_block(count(voxel), all, kBlockVoxels, [](int left, int right) { return left + right; });
@@ -58,7 +57,7 @@ struct CountVertices {
 
 // The sum of the values of all earlier threads; `all` has room for `threads` values.
 __device__ inline int sum_before(int own, int* all, int threads) {
-  const int t = static_cast<int>(threadIdx.x);
+  const int t = int(threadIdx.x);
   __syncthreads();
   all[t] = own;
   __syncthreads();
@@ -80,7 +79,7 @@ struct PlaceBlocks {
   BlockPlaces to;
   __device__ void operator()() const {
     SDFTRACK_SHARED(int[kThreadsOfList], all);
-    const int t = static_cast<int>(threadIdx.x), each = (blocks + kThreads - 1) / kThreads,
+    const int t = int(threadIdx.x), each = (blocks + kThreads - 1) / kThreads,
               first = least(blocks, each * t), last = least(blocks, first + each);
     int own[3] = {0, 0, 0}, at[3];
     for (int b = first; b < last; ++b) add(counts[b], own);
@@ -114,7 +113,7 @@ struct PlaceVertices {
     const int b = of.blocks[blockIdx.x];
     const MarchedVoxel voxel = marched_voxel(blocks, b, phi, tile);
     const int first = sum_before(voxel.vertices(), all, kThreads);
-    voxels[static_cast<std::size_t>(blockIdx.x) * kBlockVoxels + threadIdx.x] = voxel.numbered(first);
+    voxels[std::size_t(blockIdx.x) * kBlockVoxels + threadIdx.x] = voxel.numbered(first);
     voxel.cut_edges(vertices + of.vertex[b] + first);
   }
 };
@@ -144,8 +143,7 @@ struct PlaceFaces {
   // An edge of the cell starts at the voxel at one of its corners, possibly in another block.
   __device__ std::int32_t vertex_on(const MarchedVoxel& voxel, CubeEdge edge) const {
     const VertexPlace place(blocks, voxel, edge);
-    const VoxelVertices own =
-        voxels[static_cast<std::size_t>(of.slot[place.block]) * kBlockVoxels + place.voxel];
+    const VoxelVertices own = voxels[std::size_t(of.slot[place.block]) * kBlockVoxels + place.voxel];
     return of.vertex[place.block] + vertex_of(own, edge.axis);
   }
 };

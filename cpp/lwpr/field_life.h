@@ -13,7 +13,7 @@ struct FieldStart {
 
 // A projection starts along an axis: u_r = e_r (u = 0 would give 0 / 0). The record has room for it.
 HD void begin_projection(const FieldLayout& at, double* head) {
-  const int r = static_cast<int>(head[FieldLayout::kProjections]);
+  const int r = int(head[FieldLayout::kProjections]);
   double* const projection = head + at.record_size(r);
   head[FieldLayout::kProjections] = r + 1;
   head[FieldLayout::kWanted] = 0;
@@ -40,8 +40,7 @@ HD int first_projections(const FieldLayout& at) { return at.n < 2 ? at.n : 2; }
 
 // Of two fields that both cover a sample, the one with the larger error is removed, else the younger one.
 HD bool older_goes(const FieldLayout& at, const double* older, const double* younger) {
-  const int to = static_cast<int>(older[FieldLayout::kTrusted]),
-            ty = static_cast<int>(younger[FieldLayout::kTrusted]);
+  const int to = int(older[FieldLayout::kTrusted]), ty = int(younger[FieldLayout::kTrusted]);
   if (!(to > 0 && ty > 0)) return ty > 0;
   return older[at.record_size(to - 1) + FieldLayout::kMSE] * younger[FieldLayout::kW] >
          younger[at.record_size(ty - 1) + FieldLayout::kMSE] * older[FieldLayout::kW];

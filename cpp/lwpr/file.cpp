@@ -65,10 +65,10 @@ class Reader {
     const double value = next();
     if (!(value >= 0 && value <= kMaxCount * kMaxCount && value == std::floor(value)))
       refuse("a model with an invalid count");
-    return static_cast<std::size_t>(value);
+    return std::size_t(value);
   }
   std::vector<double> numbers(std::size_t n) {
-    if (n > static_cast<std::size_t>(end_ - at)) refuse("a truncated model");
+    if (n > std::size_t(end_ - at)) refuse("a truncated model");
     const double* const from = at;
     at += n;
     return {from, at};
@@ -125,11 +125,10 @@ LwprModel LwprModel::from_bytes(const char* data, std::size_t size) {
   Reader in(numbers.data(), end);
   const std::size_t n_in = in.count(), n_out = in.count();
   if (n_in > kMaxCount || n_out > kMaxCount) refuse("a model with an invalid count");
-  const auto samples = static_cast<double>(in.count());
+  const auto samples = double(in.count());
   const LwprOptions options = read_options(&in);
   std::vector<double> norm_in = in.numbers(n_in), norm_out = in.numbers(n_out);
-  LwprModel model(static_cast<int>(n_in), static_cast<int>(n_out), options, std::move(norm_in),
-                  std::move(norm_out));
+  LwprModel model(int(n_in), int(n_out), options, std::move(norm_in), std::move(norm_out));
   model.samples_ = samples;
   for (LwprUnit& unit : model.units_)
     if (!unit.read_from(&in.at, end)) refuse("a model with inconsistent fields");

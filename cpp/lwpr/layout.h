@@ -66,7 +66,7 @@ struct FieldLayout {
   HD int projection_size() const { return r() + row; }
   // Size with `count` projections; with many inputs and projections it exceeds an int.
   HD std::ptrdiff_t record_size(int count) const {
-    return projections() + static_cast<std::ptrdiff_t>(count) * projection_size();
+    return projections() + std::ptrdiff_t(count) * projection_size();
   }
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A step of a field's metric down the gradient of the penalised leave-one-out cost (docs/math/lwpr.md, eq.
-// 8), with rates that may be learnt (eq. 10). Included only by files that are compiled for one instruction
-// set.
+// A step of a field's metric down the gradient of the penalised leave-one-out cost (docs/math/lwpr.md, eq. 8,
+// 10). Included only by files that are compiled for one instruction set.
 #pragma once
 
 #include <cmath>

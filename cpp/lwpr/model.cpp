@@ -21,7 +21,7 @@ constexpr std::size_t kMaxKept = 1 << 17;            // numbers of a batch that 
 constexpr int kMaxFull = 1000, kMaxInputs = 100000;  // inputs: the memory of a field
 
 void check_norm(const char* name, const std::vector<double>& norm, int expected) {
-  if (norm.size() != static_cast<std::size_t>(expected))
+  if (norm.size() != std::size_t(expected))
     throw std::invalid_argument(std::string(name) + ": expected " + std::to_string(expected) +
                                 " numbers, got " + std::to_string(norm.size()));
   for (const double value : norm)
@@ -71,7 +71,7 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
   check_norm("norm_in", norm_in_, n_in);
   check_norm("norm_out", norm_out_, n_out);
   at_ = FieldLayout(n_in, options.diagonal, options.meta);
-  units_.assign(static_cast<std::size_t>(n_out), LwprUnit(at_, options));
+  units_.assign(n_out, LwprUnit(at_, options));
 }
 
 LwprModel::LwprModel(const LwprModel& other)
@@ -83,8 +83,8 @@ LwprModel::LwprModel(const LwprModel& other)
       samples_(other.samples_) {}
 
 void LwprModel::update(const double* x, const double* y, std::size_t count, int threads) {
-  const auto n = static_cast<std::size_t>(n_in()), m = static_cast<std::size_t>(n_out());
-  const auto row = static_cast<std::size_t>(at_.row);
+  const auto n = std::size_t(n_in()), m = std::size_t(n_out());
+  const auto row = std::size_t(at_.row);
   check_finite("x", x, count, norm_in_);
   check_finite("y", y, count, norm_out_);
   if (rows_.size() < count * row) rows_.assign(count * row, 0.0);
@@ -97,7 +97,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
   std::size_t done = 0;
   const auto settle = [&] {
     for (LwprUnit& unit : units_) unit.settle();
-    samples_ += static_cast<double>(done);
+    samples_ += double(done);
     if (rows_.size() > kMaxKept) rows_ = {};
   };
   try {
@@ -120,7 +120,7 @@ void LwprModel::update(const double* x, const double* y, std::size_t count, int 
 void LwprModel::update_cuda(const double* x, const double* y, std::size_t count, int device) {
   const std::vector<double> rows = scaled_rows(x, count, "x");
   check_finite("y", y, count, norm_out_);
-  const auto m = static_cast<std::size_t>(n_out());
+  const auto m = std::size_t(n_out());
   std::vector<double> outputs(m * count);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t k = 0; k < m; ++k) outputs[k * count + i] = y[i * m + k] / norm_out_[k];
@@ -135,11 +135,11 @@ void LwprModel::update_cuda(const double* x, const double* y, std::size_t count,
     samples_ = samples_fetched_;
     throw;
   }
-  samples_ += static_cast<double>(count);
+  samples_ += double(count);
 }
 
 std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, const char* name) const {
-  const auto n = static_cast<std::size_t>(n_in()), row = static_cast<std::size_t>(at_.row);
+  const auto n = std::size_t(n_in()), row = std::size_t(at_.row);
   check_finite(name, x, count, norm_in_);
   std::vector<double> rows(count * row, 0.0);
   for (std::size_t i = 0; i < count; ++i)
@@ -149,7 +149,7 @@ std::vector<double> LwprModel::scaled_rows(const double* x, std::size_t count, c
 
 void LwprModel::predict(const double* x, std::size_t count, int threads, double* mean, double* sd) const {
   const std::vector<double> rows = scaled_rows(x, count, "x");
-  const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  const auto m = std::size_t(n_out()), row = std::size_t(at_.row);
   const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
     check_interrupt();
@@ -159,9 +159,9 @@ void LwprModel::predict(const double* x, std::size_t count, int threads, double*
       for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
         const double* const at = rows.data() + i * row;
         if (sd) {
-          const LwprPrediction said = unit.predict_with_sd(at, &scratch);
-          mean[i * m + output] = said.mean * norm_out_[output];
-          sd[i * m + output] = said.sd * norm_out_[output];
+          const LwprPrediction predicted = unit.predict_with_sd(at, &scratch);
+          mean[i * m + output] = predicted.mean * norm_out_[output];
+          sd[i * m + output] = predicted.sd * norm_out_[output];
         } else {
           mean[i * m + output] = unit.predict(at, &scratch) * norm_out_[output];
         }
@@ -172,7 +172,7 @@ void LwprModel::predict(const double* x, std::size_t count, int threads, double*
 
 void LwprModel::activations(const double* x, std::size_t count, int threads, double* out) const {
   const std::vector<double> rows = scaled_rows(x, count, "x");
-  const auto m = static_cast<std::size_t>(n_out()), row = static_cast<std::size_t>(at_.row);
+  const auto m = std::size_t(n_out()), row = std::size_t(at_.row);
   const std::vector<LwprUnit>& now = units();
   parallel_for((count + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
     check_interrupt();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Locally weighted projection regression (Vijayakumar, D'Souza, Schaal 2005; thesis 6.3.2): a function from
-// numbers to numbers, learnt sample by sample. There is one unit per output; the units share only the scaling
-// of the inputs.
+// Locally weighted projection regression (Vijayakumar, D'Souza, Schaal 2005; thesis 6.3.2), learnt sample by
+// sample: one unit per output; the units share only the scaling of the inputs.
 #pragma once
 
 #include <memory>
@@ -20,19 +19,18 @@ constexpr double kMaxSize = 1e25;
 
 class LwprModel {
  public:
-  // norm_in, norm_out: divisors of the inputs and outputs, one for each. Throws std::invalid_argument for
-  // values out of range.
+  // norm_in, norm_out: divisors of inputs and outputs. std::invalid_argument for values out of range.
   LwprModel(int n_in, int n_out, const LwprOptions& options, std::vector<double> norm_in,
             std::vector<double> norm_out);
   LwprModel(const LwprModel& other);  // on the host
   LwprModel(LwprModel&&) = default;
 
   int n_in() const { return at_.n; }
-  int n_out() const { return static_cast<int>(units_.size()); }
+  int n_out() const { return int(units_.size()); }
   const LwprOptions& options() const { return options_; }
   const std::vector<double>& norm_in() const { return norm_in_; }
   const std::vector<double>& norm_out() const { return norm_out_; }
-  const LwprUnit& unit(int output) const { return units()[static_cast<std::size_t>(output)]; }
+  const LwprUnit& unit(int output) const { return units()[output]; }
   double samples() const { return samples_; }
 
   // x: count x n_in, y: count x n_out, row by row. Outputs are learnt in parallel on `threads` threads (0:
@@ -48,8 +46,7 @@ class LwprModel {
   void predict(const double* x, std::size_t count, int threads, double* mean, double* sd) const;
   // The largest activation of each output's fields, 0 where all are below the cutoff: count x n_out.
   void activations(const double* x, std::size_t count, int threads, double* out) const;
-  // As predict (no sd) on the GPU, with `at_once` samples at a time. Throws std::runtime_error in a build
-  // without CUDA.
+  // As predict (no sd) on the GPU, `at_once` samples at a time. std::runtime_error in a build without CUDA.
   void predict_cuda(const double* x, std::size_t count, int device, double* mean,
                     std::size_t at_once = std::size_t{1} << 17) const;
   // Predicts from samples on the device; the means stay there.
@@ -58,8 +55,7 @@ class LwprModel {
   // In units of the outputs; see LwprUnit.
   std::vector<double> training_error() const;
 
-  // The whole model in bytes, with a version and a checksum, and back. Throws std::invalid_argument for
-  // invalid bytes.
+  // The whole model in bytes, with version and checksum, and back. std::invalid_argument for invalid bytes.
   std::string bytes() const;
   static LwprModel from_bytes(const char* data, std::size_t size);
 
@@ -69,7 +65,7 @@ class LwprModel {
     if (on_device_) on_device_->fetch(&units_);
     return units_;
   }
-  void say_the_rest(const double* x, std::size_t count, double* mean) const;
+  void predict_the_rest(const double* x, std::size_t count, double* mean) const;
   std::vector<double> scaled_rows(const double* x, std::size_t count, const char* name) const;
 
   LwprOptions options_;

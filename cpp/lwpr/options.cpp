@@ -33,7 +33,7 @@ void check_lwpr_options(const LwprOptions& o) {
 }
 
 std::vector<double> initial_metric(const LwprOptions& options, int n_in) {
-  const auto n = static_cast<std::size_t>(n_in), given = options.init_D.size();
+  const auto n = std::size_t(n_in), given = options.init_D.size();
   for (const double d : options.init_D)
     if (!std::isfinite(d)) refuse_metric("a number that is not finite");
   if (given != n * n || n == 1) {

@@ -2,7 +2,6 @@
 // The options of locally weighted projection regression; docs/lwpr.md explains each.
 #pragma once
 
-#include <string>
 #include <vector>
 
 namespace sdftrack::lwpr {

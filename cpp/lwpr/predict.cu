@@ -22,7 +22,7 @@ constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20;  // of inputs or ou
 struct Column {
   const double* at;
   std::size_t stride;
-  HD double operator[](int i) const { return at[static_cast<std::size_t>(i) * stride]; }
+  HD double operator[](int i) const { return at[std::size_t(i) * stride]; }
 };
 
 struct UnitOnDevice {
@@ -33,7 +33,7 @@ struct UnitOnDevice {
 
 // The flags that the host checks at the end.
 struct Flags {
-  int not_finite = 0, not_said = 0;
+  int not_finite = 0, not_predicted = 0;
 };
 
 // Scales the samples to the units of the model, column by column.
@@ -47,20 +47,19 @@ struct ScaleSamples {
   Flags* flags;
 
   __device__ void operator()() const {
-    const std::size_t i = static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    const std::size_t i = std::size_t(blockIdx.x) * kThreads + threadIdx.x;
     if (i >= count) return;
     bool finite = true;
     for (int j = 0; j < n; ++j) {
-      const double value = x[i * static_cast<std::size_t>(n) + static_cast<std::size_t>(j)];
+      const double value = x[i * std::size_t(n) + std::size_t(j)];
       finite = finite && value - value == 0 && fabs(value) <= kMaxSize * norm[j];
-      columns[static_cast<std::size_t>(j) * count + i] = value / norm[j];
+      columns[std::size_t(j) * count + i] = value / norm[j];
     }
     if (!finite) atomicOr(&flags->not_finite, 1);
   }
 };
 
-// A row of blocks for each output. NaN where no ready field is active: the host computes the prediction
-// there.
+// A row of blocks for each output. NaN where no ready field is active: the host predicts there.
 struct Predict {
   static constexpr const char* kName = "LWPR prediction";
   static constexpr int kThreads = 128;
@@ -72,14 +71,13 @@ struct Predict {
   Flags* flags;
 
   __device__ void operator()() const {
-    const std::size_t i = static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x;
+    const std::size_t i = std::size_t(blockIdx.x) * kThreads + threadIdx.x;
     if (i >= count) return;
     const UnitOnDevice unit = units[blockIdx.y];
     const Column sample{x + i, count};
     double w_sum = 0, wy = 0;
     for (int k = 0; k < unit.fields; ++k) {
-      const LanesAt<double> read{blocks + unit.first +
-                                 static_cast<std::size_t>(k / kFieldLanes) * at.block_size() +
+      const LanesAt<double> read{blocks + unit.first + std::size_t(k / kFieldLanes) * at.block_size() +
                                  k % kFieldLanes};
       const double q = field_distance2<0>(at, read, sample);
       if (!(q < unit.q_max)) continue;
@@ -88,7 +86,7 @@ struct Predict {
       wy += w * field_value<0>(at, read, sample);
     }
     mean[i * gridDim.y + blockIdx.y] = w_sum > 0 ? wy / w_sum * norm_out[blockIdx.y] : nan("");
-    if (!(w_sum > 0)) atomicOr(&flags->not_said, 1);
+    if (!(w_sum > 0)) atomicOr(&flags->not_predicted, 1);
   }
 };
 
@@ -99,8 +97,7 @@ struct Work {
   DeviceBuffer<UnitOnDevice> units;
   DeviceBuffer<double> blocks, norms;
 
-  // Samples that are copied to the device or lie there, and their means. While one lane computes, the host
-  // copies for the other.
+  // Samples on the device, and their means; while one lane computes, the host copies for the other.
   struct Lane {
     DeviceStream stream;
     PinnedBuffer<double> x_here, mean_here;
@@ -136,13 +133,13 @@ Model queue_model(Work* work, const FieldLayout& at, const std::vector<LwprUnit>
   stream.upload(there.data(), m, work->units.room(m));
   stream.upload(norm_in.data(), n, norms);
   stream.upload(norm_out.data(), m, norms + n);
-  return {at, static_cast<int>(m), norms + n};
+  return {at, int(m), norms + n};
 }
 
 // Queues the computation of the samples' means, (count, outputs), in the caller's units.
 void queue_means(Work* work, Work::Lane* lane, const Model& model, const double* x, std::size_t count,
                  double* mean) {
-  const auto n = static_cast<std::size_t>(model.at.n);
+  const auto n = std::size_t(model.at.n);
   const DeviceStream& stream = lane->stream;
   stream.fill_zero(lane->flags.data(), 1);
   const unsigned rows = blocks_of(static_cast<std::int64_t>(count), Predict::kThreads);
@@ -181,7 +178,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
   Flags all;
   const auto finish_lane = [&all](Work::Lane* lane) {
     const Flags flags = finish(lane);
-    all.not_finite |= flags.not_finite, all.not_said |= flags.not_said;
+    all.not_finite |= flags.not_finite, all.not_predicted |= flags.not_predicted;
   };
   std::size_t turn = 0;
   for (std::size_t done = 0; done < count; done += most, ++turn) {
@@ -197,7 +194,7 @@ void LwprModel::predict_cuda(const double* x, std::size_t count, int device, dou
   }
   for (std::size_t k = 0; k < 2; ++k) finish_lane(&work->lanes[(turn + k) % 2]);
   if (all.not_finite) scaled_rows(x, count, "x");  // throws, naming the sample
-  if (all.not_said) say_the_rest(x, count, mean);
+  if (all.not_predicted) predict_the_rest(x, count, mean);
 }
 
 DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, int device) const {
@@ -217,14 +214,14 @@ DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, i
   queue_means(&*work, &lane, model, there, count, means);
   stream.wait();
   const Flags flags = *lane.flags_here.data();
-  if (flags.not_finite || flags.not_said) {
-    std::vector<double> here(inputs), said(outputs);
+  if (flags.not_finite || flags.not_predicted) {
+    std::vector<double> here(inputs), predicted(outputs);
     stream.download(there, inputs, here.data());
-    stream.download(means, outputs, said.data());
+    stream.download(means, outputs, predicted.data());
     stream.wait();
     if (flags.not_finite) scaled_rows(here.data(), count, "x");
-    say_the_rest(here.data(), count, said.data());
-    stream.upload(said.data(), outputs, means);
+    predict_the_rest(here.data(), count, predicted.data());
+    stream.upload(predicted.data(), outputs, means);
     stream.wait();
   }
   mean.written_on(stream.get());
@@ -232,7 +229,7 @@ DeviceArray LwprModel::predict_there(const ForeignArray& x, std::size_t count, i
 }
 
 // Predicts on the host where no field on the device was active.
-void LwprModel::say_the_rest(const double* x, std::size_t count, double* mean) const {
+void LwprModel::predict_the_rest(const double* x, std::size_t count, double* mean) const {
   const std::size_t n = norm_in_.size(), m = norm_out_.size();
   const std::vector<LwprUnit>& now = units();
   LwprScratch scratch;

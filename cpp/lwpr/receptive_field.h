@@ -83,7 +83,7 @@ class FieldUpdate {
   // Learns a sample x (a whole row: zeros at the end) with the value y and the activation w. Returns true if
   // another projection is needed.
   HD bool learn(const double* x, double y, double w) {
-    const int R = N == 1 || N == 2 ? N : static_cast<int>(head_[FieldLayout::kProjections]);
+    const int R = N == 1 || N == 2 ? N : int(head_[FieldLayout::kProjections]);
     const double e = regress(x, y, w, R);
     const int T = trusted();
     if (T > 0) judge(x, e, w, N == 1 || N == 2 ? N : T);
@@ -97,7 +97,7 @@ class FieldUpdate {
 
  private:
   HD double* projection(int r) const { return head_ + at_.record_size(r); }
-  HD int trusted() const { return static_cast<int>(head_[FieldLayout::kTrusted]); }
+  HD int trusted() const { return int(head_[FieldLayout::kTrusted]); }
 
   // Eqs. 2 to 4. Returns the residual after the projections that are trusted.
   HD double regress(const double* x, double y, double w, int R) {

@@ -29,7 +29,7 @@ Extent extent_of(int axis, const std::vector<FieldReach>& reaches) {
     e.high = std::max(e.high, r.center[axis] + r.half[axis]);
     half.push_back(r.half[axis]);
   }
-  std::nth_element(half.begin(), half.begin() + static_cast<std::ptrdiff_t>(half.size() / 2), half.end());
+  std::nth_element(half.begin(), half.begin() + std::ptrdiff_t(half.size() / 2), half.end());
   e.reach = half[half.size() / 2];
   return e;
 }
@@ -46,7 +46,7 @@ void LwprSearch::choose_axes(int n, const std::vector<FieldReach>& reaches) {
   }
   std::sort(spread.begin(), spread.end());
   axes_ = std::min(n, 3);
-  for (int a = 0; a < axes_; ++a) axis_[a] = spread[static_cast<std::size_t>(a)].second;
+  for (int a = 0; a < axes_; ++a) axis_[a] = spread[a].second;
 }
 
 void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
@@ -64,12 +64,12 @@ void LwprSearch::build(int n, const std::vector<FieldReach>& reaches) {
     cells_[a] = to_int_within(requested, 1, kMaxCells[axes_ - 1]);
     origin_[a] = e.low - spare;
     per_cell_[a] = cells_[a] / length;
-    cells *= static_cast<std::size_t>(cells_[a]);
+    cells *= std::size_t(cells_[a]);
   }
   lists_.assign(cells, {});
   ready_ = true;
   for (std::size_t k = 0; k < reaches.size(); ++k)
-    if (!add(static_cast<int>(k), reaches[k])) ready_ = false;  // an unbounded reach
+    if (!add(int(k), reaches[k])) ready_ = false;  // an unbounded reach
 }
 
 // Cells along an axis. Rounded monotonically as in near(): places within the reach fall into these cells.
@@ -88,9 +88,9 @@ bool LwprSearch::add(int field, const FieldReach& reach) {
   for (int i = first[0]; i <= last[0]; ++i)
     for (int j = first[1]; j <= last[1]; ++j)
       for (int k = first[2]; k <= last[2]; ++k) {
-        std::size_t cell = static_cast<std::size_t>(i);
-        if (axes_ > 1) cell = cell * static_cast<std::size_t>(cells_[1]) + static_cast<std::size_t>(j);
-        if (axes_ > 2) cell = cell * static_cast<std::size_t>(cells_[2]) + static_cast<std::size_t>(k);
+        std::size_t cell = std::size_t(i);
+        if (axes_ > 1) cell = cell * std::size_t(cells_[1]) + std::size_t(j);
+        if (axes_ > 2) cell = cell * std::size_t(cells_[2]) + std::size_t(k);
         std::vector<int>& list = lists_[cell];
         const auto at = std::lower_bound(list.begin(), list.end(), field);
         if (at == list.end() || *at != field) list.insert(at, field);

@@ -25,8 +25,7 @@ class LwprSearch {
   void forget() { ready_ = false; }
   // `reaches`: one for each field 0, 1, 2, ... of n inputs.
   void build(int n, const std::vector<FieldReach>& reaches);
-  // Adds a field, or extends the reach of one. Returns false if it leaves the grid, which must then be built
-  // again.
+  // Adds a field, or extends its reach. False if it leaves the grid, which must then be built again.
   bool add(int field, const FieldReach& reach);
   // Outside the grid there are no fields, because all lie inside.
   Fields near(const double* x) const {
@@ -34,10 +33,10 @@ class LwprSearch {
     for (int a = 0; a < axes_; ++a) {
       const double at = (x[axis_[a]] - origin_[a]) * per_cell_[a];
       if (!(at >= 0 && at < cells_[a])) return {nullptr, 0};
-      cell = cell * static_cast<std::size_t>(cells_[a]) + static_cast<std::size_t>(at);
+      cell = cell * std::size_t(cells_[a]) + std::size_t(at);
     }
     const std::vector<int>& fields = lists_[cell];
-    return {fields.data(), static_cast<int>(fields.size())};
+    return {fields.data(), int(fields.size())};
   }
 
  private:

@@ -12,11 +12,10 @@ constexpr double kMostSamples =
     1e15;                        // that a field has learnt from: larger whole numbers cannot be distinguished
 constexpr int kSearchFrom = 48;  // number of fields from which on a grid is faster than evaluating all
 
-// Memory for a field's arithmetic: per learning thread, not per output, because with a full metric it is two
-// matrices.
+// Memory for a field's arithmetic: per learning thread, for with a full metric it is two matrices.
 double* learn_scratch(const FieldLayout& at) {
   thread_local std::vector<double> room;
-  const auto requested = static_cast<std::size_t>(scratch_size(at));
+  const auto requested = std::size_t(scratch_size(at));
   if (room.size() < requested) room.resize(requested);
   return room.data();
 }
@@ -42,7 +41,7 @@ void LwprUnit::update(const double* x, double y) {
   const int count = active(x, &own_);
   learn(x, y, count);
   double largest = 0;
-  for (int i = 0; i < count; ++i) largest = std::max(largest, own_.w[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < count; ++i) largest = std::max(largest, own_.w[i]);
   if (largest < settings_.w_gen) {
     add_field(x);
     own_.index[0] = size() - 1, own_.w[0] = 1;
@@ -59,8 +58,8 @@ void LwprUnit::learn(const double* x, double y, int active) {
   const bool requested = ops_->learn(at_, settings_.field, blocks_.data(), records_.data(), record_stride_,
                                      learn_scratch(at_), x, y, {own_.index.data(), own_.w.data()}, active);
   for (int i = 0; i < active; ++i) {
-    const int k = own_.index[static_cast<std::size_t>(i)];
-    changed_[static_cast<std::size_t>(k)] = 1;
+    const int k = own_.index[i];
+    changed_[k] = 1;
     if (search_.ready() && settings_.field.update_D) follow(k);
     if (requested && record(k)[FieldLayout::kWanted] > 0) add_projection(k);
   }
@@ -76,14 +75,14 @@ void LwprUnit::add_field(const double* x) {
     search_.forget();
     return;
   }
-  known_M_.resize(static_cast<std::size_t>(k + 1) * static_cast<std::size_t>(at_.metric_size()));
-  known_drift2_.resize(static_cast<std::size_t>(k + 1));
+  known_M_.resize(std::size_t(k + 1) * at_.metric_size());
+  known_drift2_.resize(k + 1);
   known_drift2_.back() = -1;  // not in the search yet
   follow(k);
 }
 
 void LwprUnit::add_projection(int k) {
-  reserve_projections(static_cast<int>(record(k)[FieldLayout::kProjections]) + 1);
+  reserve_projections(int(record(k)[FieldLayout::kProjections]) + 1);
   begin_projection(at_, record_of(k));
 }
 
@@ -91,8 +90,8 @@ void LwprUnit::add_projection(int k) {
 void LwprUnit::remove_field(int k) {
   const int last = size() - 1;
   move_field(at_, lane_of(last), record(last), record_stride_, lane_of(k), record_of(k));
-  changed_[static_cast<std::size_t>(k)] = changed_.back();
-  records_.resize(static_cast<std::size_t>(last * record_stride_));
+  changed_[k] = changed_.back();
+  records_.resize(last * record_stride_);
   changed_.pop_back();
   search_.forget();
 }
@@ -101,15 +100,14 @@ void LwprUnit::remove_field(int k) {
 void LwprUnit::prune(int count) {
   int first = 0, second = -1;
   for (int i = 1; i < count; ++i) {
-    const auto w = [&](int a) { return own_.w[static_cast<std::size_t>(a)]; };
+    const auto w = [&](int a) { return own_.w[a]; };
     if (w(i) > w(first))
       second = first, first = i;
     else if (second < 0 || w(i) > w(second))
       second = i;
   }
-  if (own_.w[static_cast<std::size_t>(second)] <= settings_.w_prune) return;
-  const int one = own_.index[static_cast<std::size_t>(first)],
-            two = own_.index[static_cast<std::size_t>(second)];
+  if (own_.w[second] <= settings_.w_prune) return;
+  const int one = own_.index[first], two = own_.index[second];
   const int a = std::min(one, two), b = std::max(one, two);
   remove_field(older_goes(at_, record(a), record(b)) ? a : b);
 }
@@ -117,10 +115,10 @@ void LwprUnit::prune(int count) {
 // Reserves room for this number of fields, the last of them empty.
 void LwprUnit::reserve_fields(int fields) {
   const int blocks = (fields + kFieldLanes - 1) / kFieldLanes;
-  const auto want = static_cast<std::size_t>(blocks) * static_cast<std::size_t>(at_.block_size());
+  const auto want = std::size_t(blocks) * at_.block_size();
   if (blocks_.size() < want) blocks_.resize(want, std::numeric_limits<double>::quiet_NaN());
-  records_.resize(static_cast<std::size_t>(fields * record_stride_), 0.0);
-  changed_.resize(static_cast<std::size_t>(fields), 1);
+  records_.resize(fields * record_stride_, 0.0);
+  changed_.resize(fields, 1);
   room_in(&own_);
 }
 
@@ -128,7 +126,7 @@ void LwprUnit::reserve_fields(int fields) {
 void LwprUnit::reserve_projections(int count) {
   const std::ptrdiff_t requested = at_.record_size(count);
   if (requested <= record_stride_) return;
-  std::vector<double> wider(static_cast<std::size_t>(size() * requested), 0.0);
+  std::vector<double> wider(size() * requested, 0.0);
   for (int k = 0; k < size(); ++k)
     std::copy(record(k), record(k) + record_stride_, wider.data() + k * requested);
   records_ = std::move(wider);
@@ -137,7 +135,7 @@ void LwprUnit::reserve_projections(int count) {
 
 void LwprUnit::settle() {
   for (int k = 0; k < size(); ++k)
-    if (changed_[static_cast<std::size_t>(k)]) settle_field(k), changed_[static_cast<std::size_t>(k)] = 0;
+    if (changed_[k]) settle_field(k), changed_[k] = 0;
   if (!search_.ready() && size() >= kSearchFrom) build_search();
 }
 
@@ -148,7 +146,7 @@ void LwprUnit::settle_field(int k) {
   double* const lane = lane_of(k);
   double* const g = learn_scratch(at_);
   std::fill(g, g + at_.row, 0.0);
-  const int T = static_cast<int>(head[FieldLayout::kTrusted]);
+  const int T = int(head[FieldLayout::kTrusted]);
   for (int r = T - 1; r >= 0; --r) {
     const double* const pr = head + at_.record_size(r);
     const double *const u = pr + at_.u(), *const p = pr + at_.p();
@@ -167,19 +165,18 @@ void LwprUnit::settle_field(int k) {
 }
 
 void LwprUnit::append_to(std::vector<double>* out) const {
-  out->insert(out->end(), {static_cast<double>(size()), seen_.count, seen_.mean});
+  out->insert(out->end(), {double(size()), seen_.count, seen_.mean});
   for (int k = 0; k < size(); ++k) {
     for (int row = 0; row < at_.n + at_.metric_size(); ++row) out->push_back(lane(k, row));
     const double* const head = record(k);
-    out->insert(out->end(), head, head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections])));
+    out->insert(out->end(), head, head + at_.record_size(int(head[FieldLayout::kProjections])));
   }
 }
 
 bool LwprUnit::read_from(const double** from, const double* end) {
   const double* at = *from;
-  if (end - at < 3 || !(at[0] >= 0 && at[0] <= static_cast<double>(end - at) && at[0] == std::floor(at[0])))
-    return false;
-  const int fields = static_cast<int>(at[0]), seen_rows = at_.n + at_.metric_size();
+  if (end - at < 3 || !(at[0] >= 0 && at[0] <= double(end - at) && at[0] == std::floor(at[0]))) return false;
+  const int fields = int(at[0]), seen_rows = at_.n + at_.metric_size();
   LwprUnit fresh = *this;
   fresh.blocks_.clear(), fresh.records_.clear(), fresh.changed_.clear();
   fresh.search_.forget();
@@ -191,9 +188,9 @@ bool LwprUnit::read_from(const double** from, const double* end) {
     const double R = head[FieldLayout::kProjections], T = head[FieldLayout::kTrusted];
     if (!(R >= 1 && R <= at_.n && T >= 0 && T <= R && R == std::floor(R) && T == std::floor(T))) return false;
     if (!(head[FieldLayout::kCount] >= 0 && head[FieldLayout::kCount] <= kMostSamples)) return false;
-    const std::ptrdiff_t numbers = at_.record_size(static_cast<int>(R));
+    const std::ptrdiff_t numbers = at_.record_size(int(R));
     if (end - head < numbers) return false;
-    fresh.reserve_projections(static_cast<int>(R));
+    fresh.reserve_projections(int(R));
     fresh.reserve_fields(k + 1);
     for (int row = 0; row < seen_rows; ++row) fresh.lane_of(k)[row * kFieldLanes] = at[row];
     std::copy(head, head + numbers, fresh.record_of(k));
@@ -207,7 +204,7 @@ bool LwprUnit::read_from(const double** from, const double* end) {
 
 void LwprUnit::take(const OutputsSeen& seen, int fields, const double* blocks, const double* records,
                     std::ptrdiff_t stride) {
-  const auto count = static_cast<std::size_t>(fields);
+  const auto count = std::size_t(fields);
   seen_ = seen;
   blocks_.assign(blocks, blocks + (fields + kFieldLanes - 1) / kFieldLanes * at_.block_size());
   records_.assign(records, records + fields * stride);

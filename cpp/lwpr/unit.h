@@ -25,7 +25,6 @@ struct LwprScratch {
   std::vector<double> w, row;
 };
 
-// The options that a unit needs.
 struct UnitSettings {
   explicit UnitSettings(const LwprOptions& options);
   FieldSettings field;
@@ -57,9 +56,8 @@ class LwprUnit {
   // Root of the weighted mean of the squared residuals after the last projection (e of eq. 6.12).
   double training_error() const;
 
-  int size() const { return static_cast<int>(changed_.size()); }
+  int size() const { return int(changed_.size()); }
   const double* record(int k) const { return records_.data() + k * record_stride_; }
-  // Number `row` of field k's lane.
   double lane(int k, int row) const { return *(lane_of(k) + row * kFieldLanes); }
   const FieldLayout& layout() const { return at_; }
   const std::vector<double>& blocks() const { return blocks_; }  // the numbers that predictions read
@@ -67,8 +65,7 @@ class LwprUnit {
   const OutputsSeen& seen() const { return seen_; }
   std::ptrdiff_t record_stride() const { return record_stride_; }
 
-  // The whole state of a unit as numbers, and back; read_from leaves the unit unchanged if the numbers do not
-  // fit.
+  // The whole state as numbers, and back; read_from leaves the unit unchanged if they do not fit.
   void append_to(std::vector<double>* out) const;
   bool read_from(const double** from, const double* end);
   // Takes over a GPU's result: `fields` fields, their blocks, and a record every `stride` numbers.
@@ -77,7 +74,7 @@ class LwprUnit {
 
  private:
   double* lane_of(int k) {
-    return blocks_.data() + static_cast<std::ptrdiff_t>(k / kFieldLanes) * at_.block_size() + k % kFieldLanes;
+    return blocks_.data() + std::ptrdiff_t(k / kFieldLanes) * at_.block_size() + k % kFieldLanes;
   }
   const double* lane_of(int k) const { return const_cast<LwprUnit*>(this)->lane_of(k); }
   double* record_of(int k) { return records_.data() + k * record_stride_; }

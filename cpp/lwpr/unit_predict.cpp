@@ -17,26 +17,25 @@ namespace {
 
 // s^T P s of x in a field's projections.
 double leverage(const FieldLayout& at, const double* head, const double* x, std::vector<double>* z) {
-  z->resize(static_cast<std::size_t>(at.n));
-  for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] = x[j] - head[at.mean() + j];
+  z->resize(std::size_t(at.n));
+  for (int j = 0; j < at.n; ++j) (*z)[j] = x[j] - head[at.mean() + j];
   double sum = 0;
-  for (int r = 0; r < static_cast<int>(head[FieldLayout::kTrusted]); ++r) {
+  for (int r = 0; r < int(head[FieldLayout::kTrusted]); ++r) {
     const double* const pr = head + at.record_size(r);
     double length2 = 0, s = 0;
     for (int j = 0; j < at.n; ++j) {
       const double u = pr[at.u() + j];
-      length2 += u * u, s += (*z)[static_cast<std::size_t>(j)] * u;
+      length2 += u * u, s += (*z)[j] * u;
     }
     s = length2 > 0 ? s / std::sqrt(length2) : 0.0;
     sum += s * s / pr[FieldLayout::kSS];
-    for (int j = 0; j < at.n; ++j) (*z)[static_cast<std::size_t>(j)] -= s * pr[at.p() + j];
+    for (int j = 0; j < at.n; ++j) (*z)[j] -= s * pr[at.p() + j];
   }
   return sum;
 }
 
-// Noise variance of a field that is ready.
 double noise_variance(const FieldLayout& at, const double* head) {
-  const double* const pr = head + at.record_size(static_cast<int>(head[FieldLayout::kTrusted]) - 1);
+  const double* const pr = head + at.record_size(int(head[FieldLayout::kTrusted]) - 1);
   const double W = pr[FieldLayout::kSumW];
   return pr[FieldLayout::kMSE] / std::max(W - head[FieldLayout::kLeverage], (1 - kMaxLeverage) * W);
 }
@@ -52,8 +51,8 @@ LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) 
     return y;
   };
   for (int i = 0; i < count; ++i) {
-    const int k = scratch->index[static_cast<std::size_t>(i)];
-    const double w = scratch->w[static_cast<std::size_t>(i)];
+    const int k = scratch->index[i];
+    const double w = scratch->w[i];
     if (lane(k, at_.ready()) > 0)
       w_sum += w, wy += w * field_says(k);
     else
@@ -64,8 +63,8 @@ LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) 
   const double mean = wy / w_sum;
   double variance = 0;
   for (int i = 0; i < count; ++i) {
-    const int k = scratch->index[static_cast<std::size_t>(i)];
-    const double w = scratch->w[static_cast<std::size_t>(i)];
+    const int k = scratch->index[i];
+    const double w = scratch->w[i];
     if (!(lane(k, at_.ready()) > 0)) continue;
     const double off = field_says(k) - mean;
     variance += w * off * off +
@@ -77,7 +76,7 @@ LwprPrediction LwprUnit::predict_with_sd(const double* x, LwprScratch* scratch) 
 double LwprUnit::largest_activation(const double* x, LwprScratch* scratch) const {
   const int count = active(x, scratch);
   double largest = 0;
-  for (int i = 0; i < count; ++i) largest = std::max(largest, scratch->w[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < count; ++i) largest = std::max(largest, scratch->w[i]);
   return largest;
 }
 
@@ -85,7 +84,7 @@ double LwprUnit::training_error() const {
   double squares = 0, weights = 0;
   for (int k = 0; k < size(); ++k) {
     const double* const head = record(k);
-    const double* const last = head + at_.record_size(static_cast<int>(head[FieldLayout::kProjections]) - 1);
+    const double* const last = head + at_.record_size(int(head[FieldLayout::kProjections]) - 1);
     squares += last[FieldLayout::kMSE], weights += last[FieldLayout::kSumW];
   }
   return weights > 0 ? std::sqrt(squares / weights) : 0.0;

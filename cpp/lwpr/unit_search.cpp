@@ -20,7 +20,7 @@ FieldList LwprUnit::fields_near(const double* x) const {
 }
 
 ActiveFields LwprUnit::room_in(LwprScratch* scratch) const {
-  const auto room = static_cast<std::size_t>(size() + kFieldLanes);
+  const auto room = std::size_t(size() + kFieldLanes);
   if (scratch->index.size() < room) scratch->index.resize(2 * room), scratch->w.resize(2 * room);
   return {scratch->index.data(), scratch->w.data()};
 }
@@ -36,14 +36,14 @@ void LwprUnit::reach_of(int k, double* half) {
   const double* const lane = lane_of(k);
   const auto M = [&](int i, int j) { return lane[(n + at_.entry(i, j)) * kFieldLanes]; };
   double whole2 = 0;
-  inverse_.resize(static_cast<std::size_t>(n));
+  inverse_.resize(n);
   for (int i = 0; i < n; ++i) {  // row i of the inverse, from its diagonal on
     double length2 = 0;
     for (int j = i; j < (at_.diagonal ? i + 1 : n); ++j) {
       double sum = j == i ? 1 : 0;
-      for (int l = i; l < j; ++l) sum -= inverse_[static_cast<std::size_t>(l)] * M(l, j);
+      for (int l = i; l < j; ++l) sum -= inverse_[l] * M(l, j);
       const double entry = sum / M(j, j);
-      inverse_[static_cast<std::size_t>(j)] = entry;
+      inverse_[j] = entry;
       length2 += entry * entry;
     }
     half[i] = std::sqrt(length2 * settings_.q_max) * kReachMargin;
@@ -51,16 +51,15 @@ void LwprUnit::reach_of(int k, double* half) {
   }
   // M + E has an inverse whose rows are at most 1 / (1 - |E| |M^-1|) times as long (Frobenius norms).
   const double drift = (1 - 1 / kReachMargin) / std::sqrt(whole2);
-  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
-  for (std::size_t e = 0; e < size; ++e)
-    known_M_[i * size + e] = lane[(static_cast<std::size_t>(n) + e) * kFieldLanes];
+  const auto i = std::size_t(k), size = std::size_t(at_.metric_size());
+  for (std::size_t e = 0; e < size; ++e) known_M_[i * size + e] = lane[(std::size_t(n) + e) * kFieldLanes];
   known_drift2_[i] = drift * drift;
 }
 
 // Keeps the search valid after a change of a field's metric.
 void LwprUnit::follow(int k) {
-  const auto i = static_cast<std::size_t>(k), size = static_cast<std::size_t>(at_.metric_size());
-  const double* const lane = lane_of(k) + static_cast<std::ptrdiff_t>(at_.n) * kFieldLanes;
+  const auto i = std::size_t(k), size = std::size_t(at_.metric_size());
+  const double* const lane = lane_of(k) + at_.n * kFieldLanes;
   const double* const known = known_M_.data() + i * size;
   double moved2 = 0;
   for (std::size_t e = 0; e < size; ++e) {
@@ -68,7 +67,7 @@ void LwprUnit::follow(int k) {
     moved2 += by * by;
   }
   if (moved2 <= known_drift2_[i]) return;
-  half_.resize(static_cast<std::size_t>(2 * at_.n));
+  half_.resize(2 * at_.n);
   reach_of(k, half_.data());
   double* const center = half_.data() + at_.n;
   for (int j = 0; j < at_.n; ++j) center[j] = this->lane(k, j);
@@ -76,15 +75,15 @@ void LwprUnit::follow(int k) {
 }
 
 void LwprUnit::build_search() {
-  const auto fields = static_cast<std::size_t>(size()), n = static_cast<std::size_t>(at_.n);
-  known_M_.resize(fields * static_cast<std::size_t>(at_.metric_size()));
+  const auto fields = std::size_t(size()), n = std::size_t(at_.n);
+  known_M_.resize(fields * std::size_t(at_.metric_size()));
   known_drift2_.resize(fields);
   std::vector<double> numbers(2 * fields * n);
   std::vector<FieldReach> reaches;
   for (std::size_t k = 0; k < fields; ++k) {
     double* const half = numbers.data() + 2 * k * n;
-    reach_of(static_cast<int>(k), half);
-    for (std::size_t j = 0; j < n; ++j) half[n + j] = lane(static_cast<int>(k), static_cast<int>(j));
+    reach_of(int(k), half);
+    for (std::size_t j = 0; j < n; ++j) half[n + j] = lane(int(k), int(j));
     reaches.push_back({half + n, half});
   }
   search_.build(at_.n, reaches);

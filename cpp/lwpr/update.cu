@@ -27,10 +27,10 @@ struct Image {
         records(outputs * record_numbers(at)) {}
 
   std::size_t block_numbers(const FieldLayout& at) const {  // of an output
-    return static_cast<std::size_t>(room.fields / kFieldLanes) * static_cast<std::size_t>(at.block_size());
+    return std::size_t(room.fields / kFieldLanes) * at.block_size();
   }
   std::size_t record_numbers(const FieldLayout& at) const {
-    return static_cast<std::size_t>(room.fields) * static_cast<std::size_t>(at.record_size(room.projections));
+    return std::size_t(room.fields) * std::size_t(at.record_size(room.projections));
   }
   // Stores the fields of an output, whose records lie `stride` apart.
   void put(const FieldLayout& at, std::size_t output, int fields, const double* from_blocks,
@@ -138,10 +138,10 @@ class Units final : public UnitsOnDevice {
   }
 
   void run(const double* rows, const double* y, long long count) {
-    const std::size_t samples = static_cast<std::size_t>(count), outputs = progress_.size();
+    const std::size_t samples = std::size_t(count), outputs = progress_.size();
     for (Progress& one : progress_) one.next = 0;
     stream_.upload(first_M_.data(), first_M_.size(), metric_.room(first_M_.size()));
-    const std::size_t numbers = samples * static_cast<std::size_t>(at_.row);
+    const std::size_t numbers = samples * std::size_t(at_.row);
     stream_.upload(rows, numbers, x_.room(numbers));
     stream_.upload(y, outputs * samples, y_.room(outputs * samples));
     const StreamWaiter waiter(stream_);
@@ -161,8 +161,7 @@ class Units final : public UnitsOnDevice {
   template <int N>
   void start(long long count) {
     using Kernel = LearnSamples<N>;
-    const std::size_t each =
-        N > 0 ? 0 : static_cast<std::size_t>(Kernel::kThreads) * static_cast<std::size_t>(scratch_size(at_));
+    const std::size_t each = N > 0 ? 0 : std::size_t(Kernel::kThreads) * scratch_size(at_);
     const std::size_t outputs = progress_.size(),
                       together = N > 0 ? outputs : std::clamp(kMaxScratch / each, std::size_t{1}, outputs);
     double* const scratch = scratch_.room(together * each);

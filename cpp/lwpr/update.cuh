@@ -66,7 +66,7 @@ struct LearnSamples {
     SDFTRACK_SHARED(int, found);
     SDFTRACK_SHARED(int, full);
     SDFTRACK_SHARED(TwoFields[kThreads], most);
-    const int thread = static_cast<int>(threadIdx.x);
+    const int thread = int(threadIdx.x);
     const unsigned output = first_output + blockIdx.x;
     const double* const values = y + output * count;
     int fields = progress[output].fields;
@@ -100,20 +100,19 @@ struct LearnSamples {
 
  private:
   __device__ double* lane(unsigned output, int k) const {
-    const std::size_t block = output * static_cast<std::size_t>(room.fields / kFieldLanes) +
-                              static_cast<std::size_t>(k / kFieldLanes);
-    return blocks + block * static_cast<std::size_t>(at.block_size()) + k % kFieldLanes;
+    const std::size_t block = output * std::size_t(room.fields / kFieldLanes) + std::size_t(k / kFieldLanes);
+    return blocks + block * std::size_t(at.block_size()) + k % kFieldLanes;
   }
   __device__ double* record(unsigned output, int k) const {
-    const std::size_t before = output * static_cast<std::size_t>(room.fields) + static_cast<std::size_t>(k);
-    return records + before * static_cast<std::size_t>(at.record_size(room.projections));
+    const std::size_t before = output * std::size_t(room.fields) + std::size_t(k);
+    return records + before * std::size_t(at.record_size(room.projections));
   }
 
   // Updates this thread's fields, which no other thread reads or writes.
   __device__ TwoFields learn(unsigned output, int fields, const double* sample, double value,
                              int* full) const {
     TwoFields mine;
-    for (int k = static_cast<int>(threadIdx.x); k < fields; k += kThreads) {
+    for (int k = int(threadIdx.x); k < fields; k += kThreads) {
       const double q = field_distance2<N>(at, LanesAt<double>{lane(output, k)}, sample);
       if (!(q < settings.q_max)) continue;
       const double w = exp_of<long long>(-0.5 * q);
@@ -128,8 +127,7 @@ struct LearnSamples {
     double small[N > 0 ? 5 * N : 1];
     double* own = small;
     if constexpr (N == 0)
-      own = scratch + (static_cast<std::size_t>(blockIdx.x) * kThreads + threadIdx.x) *
-                          static_cast<std::size_t>(scratch_size(at));
+      own = scratch + (std::size_t(blockIdx.x) * kThreads + threadIdx.x) * scratch_size(at);
     FieldUpdate<N>(at, settings.field, lane(output, k), record(output, k), own).learn(sample, value, w);
   }
 

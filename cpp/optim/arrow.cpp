@@ -13,7 +13,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 class ArrowSystem {
  public:
-  explicit ArrowSystem(ArrowEnergy& energy) : energy_(energy) { look_at(false, &here_); }
+  explicit ArrowSystem(ArrowEnergy& energy) : energy_(energy) { linearize(false, &here_); }
 
   double cost() const { return here_.cost; }
   double count() const { return here_.count; }
@@ -53,7 +53,7 @@ class ArrowSystem {
   }
   double look() {
     energy_.retract(poses_, shared_);
-    look_at(true, &next_);
+    linearize(true, &next_);
     return next_.cost;
   }
   void accept(bool looked) {
@@ -64,7 +64,7 @@ class ArrowSystem {
   bool step_is_small() const { return energy_.is_small(poses_, shared_); }
 
  private:
-  struct Look {
+  struct Linearized {
     std::vector<ArrowBlock> blocks;
     ArrowBlock prior;
     double cost = 0, count = 0;
@@ -82,7 +82,7 @@ class ArrowSystem {
     return linear + 0.5 * bent;
   }
 
-  void look_at(bool trial, Look* to) {
+  void linearize(bool trial, Linearized* to) {
     to->prior.reset(energy_.shared_unknowns());
     energy_.linearize(trial, &to->blocks, &to->prior);
     to->cost = to->prior.cost, to->count = 0;
@@ -90,7 +90,7 @@ class ArrowSystem {
   }
 
   ArrowEnergy& energy_;
-  Look here_, next_;
+  Linearized here_, next_;
   std::vector<Solved> solved_;
   std::vector<Vector6d> poses_;
   SharedVector shared_;

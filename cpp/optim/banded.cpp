@@ -75,8 +75,7 @@ void spline_values(const SplineTimes& times, const double* coefficients, std::si
   for (std::size_t c = 0; c < count; ++c)
     for (std::size_t k = 0; k < times.count; ++k) {
       const double* const weights = times.weights + k * times.width;
-      const double* const from =
-          coefficients + (static_cast<std::size_t>(times.first[k]) * components + c) * columns;
+      const double* const from = coefficients + (std::size_t(times.first[k]) * components + c) * columns;
       double* const to = values + (c * times.count + k) * columns;
       each_block(0, columns, [&]<std::size_t K>(std::size_t s) {
         double sum[K] = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small dense systems: Eigen's decompositions, compiled once for every size that is used (dense_solve_*.cpp,
-// dense_eigenpairs_*.cpp), because each instantiation takes seconds to compile.
+// dense_eigenpairs.cpp), because each instantiation takes seconds to compile.
 #pragma once
 
 #include <Eigen/Core>

@@ -7,7 +7,7 @@ namespace sdftrack::optim {
 
 void SumEnergy::linearize(const State& x, NormalEquations* out) {
   for (auto& [energy, weight] : terms_) {
-    one_.reset(static_cast<int>(out->gradient.size()));
+    one_.reset(int(out->gradient.size()));
     energy->linearize(x, &one_);
     out->add(one_, weight);
   }
@@ -21,29 +21,28 @@ double SumEnergy::cost(const State& x) {
 
 void GroupEnergy::add(Energy* energy, double weight, const int* objects, int count) {
   Term term{energy, weight, {}, count};
-  std::copy_n(objects, std::min(static_cast<std::size_t>(count), kMost), term.objects.begin());
+  std::copy_n(objects, std::min(std::size_t(count), kMost), term.objects.begin());
   terms_.push_back(term);
 }
 
 const State& GroupEnergy::state_of(const Term& term, const State& x) {
   part_.K = x.K;
-  part_.T_obj_cam.resize(static_cast<std::size_t>(term.count));
-  for (std::size_t k = 0; k < part_.T_obj_cam.size(); ++k)
-    part_.T_obj_cam[k] = x.T_obj_cam[static_cast<std::size_t>(term.objects[k])];
+  part_.T_obj_cam.resize(term.count);
+  for (std::size_t k = 0; k < part_.T_obj_cam.size(); ++k) part_.T_obj_cam[k] = x.T_obj_cam[term.objects[k]];
   return part_;
 }
 
 void GroupEnergy::linearize(const State& x, NormalEquations* out) {
   for (const Term& term : terms_) {
-    NormalEquations& one = one_[static_cast<std::size_t>(term.count - 1)];
+    NormalEquations& one = one_[term.count - 1];
     one.reset(6 * term.count);
     term.energy->linearize(state_of(term, x), &one);
     out->cost += term.weight * one.cost, out->count += one.count;
     for (int a = 0; a < term.count; ++a) {
-      const int to = 6 * term.objects[static_cast<std::size_t>(a)];
+      const int to = 6 * term.objects[a];
       out->gradient.segment<6>(to) += term.weight * one.gradient.segment<6>(6 * a);
       for (int b = 0; b < term.count; ++b)
-        out->hessian.block<6, 6>(to, 6 * term.objects[static_cast<std::size_t>(b)]) +=
+        out->hessian.block<6, 6>(to, 6 * term.objects[b]) +=
             term.weight * one.hessian.block<6, 6>(6 * a, 6 * b);
     }
   }

@@ -16,12 +16,12 @@ namespace {
 constexpr Eigen::Index kDense = 48;  // up to this number of unknowns a dense factorisation is faster
 
 void find_free_unknowns(const LmOptions& options, int n, std::vector<int>* free) {
-  if (!options.fixed.empty() && static_cast<int>(options.fixed.size()) != n)
+  if (!options.fixed.empty() && int(options.fixed.size()) != n)
     throw std::invalid_argument("fixed: expected one entry per unknown (" + std::to_string(n) + "), got " +
                                 std::to_string(options.fixed.size()));
   free->clear();
   for (int i = 0; i < n; ++i)
-    if (options.fixed.empty() || !options.fixed[static_cast<std::size_t>(i)]) free->push_back(i);
+    if (options.fixed.empty() || !options.fixed[i]) free->push_back(i);
 }
 
 // work->delta: the damped step over the free unknowns, 0 elsewhere.
@@ -31,9 +31,9 @@ void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
   Eigen::MatrixXd& A = work->A;
   A.resize(n, n), work->rhs.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const int row = free[static_cast<std::size_t>(i)];
+    const int row = free[i];
     work->rhs[i] = -eq.gradient[row];
-    for (Eigen::Index j = 0; j < n; ++j) A(i, j) = eq.hessian(row, free[static_cast<std::size_t>(j)]);
+    for (Eigen::Index j = 0; j < n; ++j) A(i, j) = eq.hessian(row, free[j]);
   }
   damp(damping, &A);
   if (n <= kDense) {
@@ -45,7 +45,7 @@ void find_damped_step(const NormalEquations& eq, double damping, LmWork* work) {
     work->rhs = factor.solve(work->rhs);
   }
   work->delta.setZero(eq.gradient.size());
-  for (Eigen::Index i = 0; i < n; ++i) work->delta[free[static_cast<std::size_t>(i)]] = work->rhs[i];
+  for (Eigen::Index i = 0; i < n; ++i) work->delta[free[i]] = work->rhs[i];
 }
 
 bool is_small(const Eigen::VectorXd& delta, const Unknowns& unknowns, const State& x,
@@ -110,7 +110,7 @@ class DenseSystem {
   DenseSystem(Energy& energy, const LmOptions& options, State* x, LmWork* work)
       : energy_(energy), options_(options), unknowns_(energy.unknowns()), x_(x), work_(work) {
     find_free_unknowns(options, unknowns_.size(), &work->free);
-    look_at(*x, &work->here);
+    linearize(*x, &work->here);
   }
   double cost() const { return work_->here.cost; }
   double count() const { return work_->here.count; }
@@ -127,7 +127,7 @@ class DenseSystem {
   }
   double look() {
     move();
-    look_at(work_->trial, &work_->next);
+    linearize(work_->trial, &work_->next);
     return work_->next.cost;
   }
   void accept(bool looked) {
@@ -139,7 +139,7 @@ class DenseSystem {
 
  private:
   void move() { retract(unknowns_, *x_, work_->delta, &work_->trial); }
-  void look_at(const State& x, NormalEquations* to) {
+  void linearize(const State& x, NormalEquations* to) {
     to->reset(unknowns_.size());
     energy_.linearize(x, to);
   }

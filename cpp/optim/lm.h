@@ -26,7 +26,7 @@ struct LmRecord {
 
   void clear_steps() { steps.clear(); }
   void add(const LmStep& step) { steps.push_back(step); }
-  int trials() const { return static_cast<int>(steps.size()); }
+  int trials() const { return int(steps.size()); }
 };
 
 struct LmResult : LmRecord {

@@ -12,7 +12,6 @@ void damp(double damping, Matrix* A) {
   for (auto i = A->rows(); i-- > 0;) (*A)(i, i) = damped((*A)(i, i), damping, floor);
 }
 
-// System: see lm_rules.h.
 template <class System>
 void run_lm(System& system, const LmRules& rules, LmRecord* out) {
   LmTrial trial;

@@ -19,8 +19,7 @@ struct State {
   std::vector<double> log_size{};
 };
 
-// The blocks of a problem: per object (v, w) [, log scale]; then the log sizes; then fx, fy, cx, cy if
-// requested.
+// The blocks of a problem: per object (v, w) [, log scale]; then the log sizes; then [fx, fy, cx, cy].
 struct Unknowns {
   int objects = 1;
   bool scale = false;

@@ -24,7 +24,7 @@ PriorTerm PosePrior::term() const {
 }
 
 double PosePrior::cost(const State& x) {
-  const Rigidd D = x.T_obj_cam[static_cast<std::size_t>(object_)] * inverse(T_prior_);
+  const Rigidd D = x.T_obj_cam[object_] * inverse(T_prior_);
   Eigen::Matrix<double, 6, 1> e;
   prior_error(D, e.data());
   return 0.5 * e.dot(information_ * e);
@@ -32,7 +32,7 @@ double PosePrior::cost(const State& x) {
 
 void PosePrior::linearize(const State& x, NormalEquations* out) {
   PriorRow row;
-  prior_row(x.T_obj_cam[static_cast<std::size_t>(object_)] * inverse(T_prior_), &row);
+  prior_row(x.T_obj_cam[object_] * inverse(T_prior_), &row);
   const Eigen::Matrix<double, 6, 1> e = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(row.e);
   const Eigen::Matrix<double, 6, 6> J =
       Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(row.J[0]);

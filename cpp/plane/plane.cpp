@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "plane/plane.h"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "base/to_int.h"
 
 namespace sdftrack::plane {
@@ -47,7 +43,7 @@ bool flat(const std::vector<PlaneReading>& patch, const PlaneRuler& ruler, const
     const double e = gauge.residual(p);
     squares += e * e / gauge.variance(gauge.depth(p));
   }
-  return squares < kPatchRough * kPatchRough * static_cast<double>(patch.size());
+  return squares < kPatchRough * kPatchRough * double(patch.size());
 }
 
 // The measurements in the square of nodes around a node; none if too few were measured.
@@ -56,11 +52,11 @@ void patch_about(const PlaneGrid& grid, int column, int row, int half, std::vect
   if (column < half || row < half || column + half >= grid.columns || row + half >= grid.rows) return;
   for (int j = row - half; j <= row + half; ++j)
     for (int i = column - half; i <= column + half; ++i) {
-      const PlaneReading& p = grid.nodes[static_cast<std::size_t>(j * grid.columns + i)];
+      const PlaneReading& p = grid.nodes[j * grid.columns + i];
       if (p.depth_m > 0) patch->push_back(p);
     }
   const int side = 2 * half + 1;
-  if (static_cast<double>(patch->size()) < kPatchFilled * side * side) patch->clear();
+  if (double(patch->size()) < kPatchFilled * side * side) patch->clear();
 }
 
 struct Candidate {
@@ -110,15 +106,15 @@ std::vector<PlaneReading> whole_patch(const frame::DepthFrame& frame, const Came
 bool step_behind(const std::vector<PlaneReading>& few, const PlaneRuler& ruler, Candidate* best) {
   const PlaneGauge gauge(best->plane, ruler);
   const double length = gauge.length, bin_m = std::max(0.005, ruler.tolerance_m);
-  std::vector<int> counts(static_cast<std::size_t>(kBehind_m / bin_m) + 2, 0);
+  std::vector<int> counts(std::size_t(kBehind_m / bin_m) + 2, 0);
   for (const PlaneReading& p : few) {
     const double below_m = -gauge.residual(p) / length;
-    if (below_m > 2 * bin_m && below_m < kBehind_m) ++counts[static_cast<std::size_t>(below_m / bin_m)];
+    if (below_m > 2 * bin_m && below_m < kBehind_m) ++counts[below_m / bin_m];
   }
   const auto fullest = std::max_element(counts.begin(), counts.end()) - counts.begin();
-  if (2 * counts[static_cast<std::size_t>(fullest)] < kBehindShare * best->votes) return false;
+  if (2 * counts[fullest] < kBehindShare * best->votes) return false;
   Candidate behind = *best;
-  const double offset_m = 1 / length + (static_cast<double>(fullest) + 0.5) * bin_m;
+  const double offset_m = 1 / length + (double(fullest) + 0.5) * bin_m;
   behind.plane.g = (1 / (length * offset_m)) * best->plane.g;
   double scale = 1;
   if (!fit_plane(few, ruler, kRounds, PlaneStart::kRough, &behind.plane, &scale)) return false;
@@ -157,7 +153,7 @@ PlaneMiss started(const frame::DepthFrame& frame, const Camera& camera, const Pl
   if (options.method == PlaneMethod::kPrinted) return PlaneMiss::kNone;
   double scale = 1;
   const bool holds = fit_plane(few, ruler, kRounds, PlaneStart::kRough, plane, &scale) &&
-                     2 * static_cast<std::size_t>(plane_votes(patch, ruler, *plane)) > patch.size();
+                     2 * std::size_t(plane_votes(patch, ruler, *plane)) > patch.size();
   return holds ? PlaneMiss::kNone : PlaneMiss::kSmall;
 }
 
@@ -179,7 +175,6 @@ PlaneMiss first_plane(const frame::DepthFrame& frame, const Camera& camera, cons
   return best.votes > 0 ? PlaneMiss::kNone : PlaneMiss::kSmall;
 }
 
-// Refits the plane to all measurements of the grid, by the given method.
 bool refitted(const PlaneGrid& grid, const PlaneRuler& ruler, PlaneMethod method, FoundPlane* found) {
   if (method == PlaneMethod::kPrinted) return true;
   return fit_plane(grid.read, ruler, kLastRounds, PlaneStart::kNear, &found->plane, &found->noise_scale) &&
@@ -202,8 +197,8 @@ FoundPlane search_plane(const frame::DepthFrame& frame, const Camera& camera, co
   if (found.miss != PlaneMiss::kNone) return found;
   const int votes =
       refitted(grid, ruler, options.method, &found) ? plane_votes(grid.read, ruler, found.plane) : 0;
-  found.share = static_cast<double>(votes) / static_cast<double>(grid.read.size());
-  if (found.share < kMinShare || votes < static_cast<int>(kMinPoints)) found.miss = PlaneMiss::kSmall;
+  found.share = double(votes) / double(grid.read.size());
+  if (found.share < kMinShare || votes < int(kMinPoints)) found.miss = PlaneMiss::kSmall;
   return found;
 }
 
@@ -225,7 +220,7 @@ void PlaneFollower::update(const frame::DepthFrame& frame, const Camera& camera,
     moved.g = (-1 / plane_->offset_m) * plane_->normal_cam;
     double scale = 1;
     if (fit_plane(grid_.read, ruler, kRounds, PlaneStart::kRough, &moved, &scale) &&
-        plane_votes(grid_.read, ruler, moved) > kMinShare * static_cast<double>(grid_.read.size())) {
+        plane_votes(grid_.read, ruler, moved) > kMinShare * double(grid_.read.size())) {
       plane_ = normal_form(moved);
       return;
     }

@@ -40,7 +40,7 @@ double middle_variance(const std::vector<Vec3d>& points) {
     const Eigen::Vector3d e(p.x, p.y, p.z);
     mean += e, second += e * e.transpose();
   }
-  const auto n = static_cast<double>(std::max<std::size_t>(1, points.size()));
+  const auto n = double(std::max<std::size_t>(1, points.size()));
   mean /= n;
   const Eigen::Matrix3d covariance = second / n - mean * mean.transpose();
   return optim::eigenpairs<3>(covariance).values(1);
@@ -48,10 +48,8 @@ double middle_variance(const std::vector<Vec3d>& points) {
 
 // The plane of three points about `apart_m` apart, found from a position in the list.
 bool triple_plane(const std::vector<Vec3d>& points, int seed, double apart_m, frame::Plane* plane) {
-  const auto n = static_cast<double>(points.size());
-  const auto pick = [&](int k) {
-    return points[static_cast<std::size_t>(std::fmod(0.5 + 0.7548776662 * k, 1.0) * n)];
-  };
+  const auto n = double(points.size());
+  const auto pick = [&](int k) { return points[std::size_t(std::fmod(0.5 + 0.7548776662 * k, 1.0) * n)]; };
   const Vec3d a = pick(seed);
   Vec3d b = a, normal{0, 0, 0};
   for (int k = 1; k <= 24; ++k) {
@@ -93,7 +91,7 @@ std::optional<frame::Plane> plane_among(const std::vector<Vec3d>& points, double
   if (most < 3) return std::nullopt;
   for (const double reach : {4.0, 3.0, 2.0})
     if (!refit(points, reach * tolerance_m, &best)) return std::nullopt;
-  if (static_cast<double>(count(best)) < min_share * static_cast<double>(points.size())) return std::nullopt;
+  if (double(count(best)) < min_share * double(points.size())) return std::nullopt;
   // The width of a uniform strip is the square root of 12 times its standard deviation.
   std::vector<Vec3d> held;
   for (const Vec3d& p : points)

@@ -2,7 +2,6 @@
 #include "plane/plane_fit.h"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 
 #include "base/to_int.h"
@@ -20,8 +19,7 @@ constexpr double kMinRound = 1e-6;  // squared ratio of the extents in the image
 constexpr double kMinScale = 0.1;   // of the noise: smallest scale for the penalty of a bend
 constexpr std::size_t kFewest = 6;
 
-// Whether measurements with these normal equations span an area of the image, by the spread on the shorter
-// axis.
+// Whether measurements with these normal equations span an area, by the spread on the shorter axis.
 bool spans_area(const Eigen::Matrix3d& A) {
   if (!(A(2, 2) > 0)) return false;
   const Eigen::Vector2d mean = A.block<2, 1>(0, 2) / A(2, 2);
@@ -36,7 +34,7 @@ void row_of(const PlaneReading& p, double* row) {
   row[0] = p.x, row[1] = p.y, row[2] = 1;
   if constexpr (P > 3) {
     const std::array<double, kBendTerms> t = bend_terms(p.u, p.v);
-    for (int j = 0; j < kBendTerms; ++j) row[3 + j] = t[static_cast<std::size_t>(j)] / p.depth_m;
+    for (int j = 0; j < kBendTerms; ++j) row[3 + j] = t[j] / p.depth_m;
   }
 }
 
@@ -66,13 +64,13 @@ struct PlaneSums {
     const Eigen::Matrix<double, P, 1> found = optim::solve_symmetric<P, 1>(M, rhs);
     if (!found.allFinite() || !(found.template head<3>().norm() > 0)) return false;
     plane->g = {found(0), found(1), found(2)};
-    for (int i = 3; i < P; ++i) plane->bend[static_cast<std::size_t>(i - 3)] = found(i);
+    for (int i = 3; i < P; ++i) plane->bend[i - 3] = found(i);
     return true;
   }
 };
 
 double median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
   return *middle;
 }
@@ -137,7 +135,7 @@ PlaneReading plane_reading(const frame::DepthFrame& frame, const Camera& camera,
   const double z = frame.depth_m(x, y);
   if (!(z > 0 && std::isfinite(z))) return p;
   if (frame.rays) {
-    const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
+    const float* r = frame.rays + 2 * (std::ptrdiff_t(y) * camera.width + x);
     p.x = r[0], p.y = r[1];
   } else {
     p.x = (x - camera.K.cx) / camera.K.fx, p.y = (y - camera.K.cy) / camera.K.fy;
@@ -165,7 +163,7 @@ PlaneReading reading_near(const frame::DepthFrame& frame, const Camera& camera, 
 
 void fill_grid(const frame::DepthFrame& frame, const Camera& camera,
                const std::vector<frame::Rect>& leave_out, int requested, PlaneGrid* grid) {
-  const double pixels = static_cast<double>(camera.width) * camera.height;
+  const double pixels = double(camera.width) * camera.height;
   const int step = std::max(1, to_int(std::sqrt(pixels / requested)));
   grid->step = step, grid->nodes.clear(), grid->read.clear();
   grid->columns = (camera.width - step / 2 + step - 1) / step;

@@ -26,8 +26,8 @@ constexpr double kPlaneSigmas = 3;             // of the noise: tolerance for me
 constexpr double kPlaneNoiseFloor_m = 0.0005;  // a sensor that rounds has measurements without any scatter
 constexpr int kBendTerms = 7;                  // u^2, uv, v^2, u^3, u^2 v, u v^2, v^3
 
-// 1 / Z = g . (x, y, 1) on a pixel's ray (eq. 1). A bent plane (eq. 8) adds bend . terms / Z, where u, v are
-// pixels from the image's centre over half its longer side.
+// 1 / Z = g . (x, y, 1) on a pixel's ray (eq. 1). A bent plane (eq. 8) adds bend . terms / Z; u, v: pixels
+// from the image's centre over half its longer side.
 struct InversePlane {
   Vec3d g{0, 0, 0};
   std::array<double, kBendTerms> bend{};
@@ -63,8 +63,7 @@ struct PlaneRuler {
   DepthNoise noise;
 };
 PlaneRuler plane_ruler(const Camera& camera, double tolerance_m, const DepthNoise& noise);
-// Residuals 1 - Z g . r of measurements, which are |g| times the height over the plane, and their variance by
-// the law (eq. 3, 4).
+// Residuals 1 - Z g . r, |g| times the height over the plane, and their variance by the law (eq. 3, 4).
 struct PlaneGauge {
   PlaneGauge(const InversePlane& plane_, const PlaneRuler& ruler)
       : plane(plane_),

@@ -2,9 +2,7 @@
 #include "plane/plane_mask.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "base/parallel.h"
@@ -35,20 +33,20 @@ struct MaskRow {
       const float z = depth_m[x];
       const float q = ray(x);
       const float e = 1.0f - z * q - bent_by(x);
-      const float away = z - static_cast<float>(DepthNoise::kNoiseNearest_m);
+      const float away = z - float(DepthNoise::kNoiseNearest_m);
       const float along = (near_m + per_m * away * away) * q, across = sideways * z;
       const float noise2 = std::max(along * along + across * across, floor2);
       const float e2 = e * e;
       const bool seen = z > 0.0f;
       const bool out = seen & (e2 > std::max(tolerance2, slab2 * noise2));
       const bool raised = seen & !out & (e > 0.0f) & (e2 > foot2 * noise2);
-      mask[x] = static_cast<unsigned char>(static_cast<int>(out) | (static_cast<int>(raised & feet) << 1));
+      mask[x] = static_cast<unsigned char>(int(out) | (int(raised & feet) << 1));
     }
   }
 };
 
 MaskRow mask_row(const Camera& camera, const InversePlane& plane, const PlaneSlab& slab) {
-  const auto f = [](double v) { return static_cast<float>(v); };
+  const auto f = [](double v) { return float(v); };
   const double length = norm(plane.g), s2 = slab.noise_scale * slab.noise_scale;
   MaskRow m{};
   m.g[0] = f(plane.g.x), m.g[1] = f(plane.g.y), m.g[2] = f(plane.g.z);
@@ -69,16 +67,15 @@ MaskRow mask_row(const Camera& camera, const InversePlane& plane, const PlaneSla
 void run_row(const frame::DepthFrame& frame, const Camera& camera, const InversePlane& plane, MaskRow m,
              int y, unsigned char* mask) {
   const int width = camera.width;
-  const float* depth_m = frame.depth_m.data + static_cast<std::ptrdiff_t>(y) * width;
+  const float* depth_m = frame.depth_m.data + y * width;
   const double half = 0.5 * std::max(camera.width, camera.height);
   const double v = (y - 0.5 * (camera.height - 1)) / half;
   const auto& b = plane.bend;
-  m.bend[0] = static_cast<float>(v * v * (b[2] + v * b[6])),
-  m.bend[1] = static_cast<float>(v * (b[1] + v * b[5]));
-  m.bend[2] = static_cast<float>(b[0] + v * b[4]), m.bend[3] = static_cast<float>(b[3]);
+  m.bend[0] = float(v * v * (b[2] + v * b[6])), m.bend[1] = float(v * (b[1] + v * b[5]));
+  m.bend[2] = float(b[0] + v * b[4]), m.bend[3] = float(b[3]);
   const auto straight = [](int) { return 0.0f; };
   const auto bent = [&m](int x) {
-    const float u = m.u0 + m.du * static_cast<float>(x);
+    const float u = m.u0 + m.du * float(x);
     return m.bend[0] + u * (m.bend[1] + u * (m.bend[2] + u * m.bend[3]));
   };
   const auto run = [&](auto ray) {
@@ -88,13 +85,13 @@ void run_row(const frame::DepthFrame& frame, const Camera& camera, const Inverse
       m.run(depth_m, width, ray, straight, mask);
   };
   if (frame.rays) {
-    const float* r = frame.rays + 2 * static_cast<std::ptrdiff_t>(y) * width;
+    const float* r = frame.rays + 2 * std::ptrdiff_t(y) * width;
     run([&m, r](int x) { return m.g[0] * r[2 * x] + m.g[1] * r[2 * x + 1] + m.g[2]; });
   } else {
     const double ry = (y - camera.K.cy) / camera.K.fy;
-    const auto first = static_cast<float>(plane.g.y * ry + plane.g.z - plane.g.x * camera.K.cx / camera.K.fx);
-    const auto slope = static_cast<float>(plane.g.x / camera.K.fx);
-    run([first, slope](int x) { return first + slope * static_cast<float>(x); });
+    const auto first = float(plane.g.y * ry + plane.g.z - plane.g.x * camera.K.cx / camera.K.fx);
+    const auto slope = float(plane.g.x / camera.K.fx);
+    run([first, slope](int x) { return first + slope * float(x); });
   }
 }
 
@@ -106,7 +103,7 @@ void grow_feet(const frame::DepthFrame& frame, const Camera& camera, const Plane
   const double reach = kFoot * slab.tolerance_m * std::sqrt(camera.K.fx * camera.K.fy);
   std::vector<int> ring, next;
   const auto near = [&](int at, int level) {
-    return level < std::ceil(reach / static_cast<double>(frame.depth_m.data[at]));
+    return level < std::ceil(reach / double(frame.depth_m.data[at]));
   };
   const auto take = [&](int at, int level) {
     if (mask[at] != kRaised || !near(at, level)) return;
@@ -117,11 +114,10 @@ void grow_feet(const frame::DepthFrame& frame, const Camera& camera, const Plane
            (y > 0 && mask[at - w] == kOut) || (y + 1 < h && mask[at + w] == kOut);
   };
   for (int y = 0; y < h; ++y) {
-    unsigned char* row = mask + static_cast<std::ptrdiff_t>(y) * w;
-    for (auto* p = static_cast<unsigned char*>(std::memchr(row, kRaised, static_cast<std::size_t>(w))); p;
-         p = static_cast<unsigned char*>(
-             std::memchr(p + 1, kRaised, static_cast<std::size_t>(row + w - p - 1)))) {
-      const int x = static_cast<int>(p - row), at = y * w + x;
+    unsigned char* row = mask + y * w;
+    for (auto* p = static_cast<unsigned char*>(std::memchr(row, kRaised, std::size_t(w))); p;
+         p = static_cast<unsigned char*>(std::memchr(p + 1, kRaised, std::size_t(row + w - p - 1)))) {
+      const int x = int(p - row), at = y * w + x;
       if (beside_out(at, x, y)) take(at, 0);
     }
   }
@@ -135,7 +131,7 @@ void grow_feet(const frame::DepthFrame& frame, const Camera& camera, const Plane
       if (y + 1 < h) take(at + w, level);
     }
   }
-  for (std::ptrdiff_t i = 0, n = static_cast<std::ptrdiff_t>(w) * h; i < n; ++i) mask[i] &= 1;
+  for (std::ptrdiff_t i = 0, n = std::ptrdiff_t(w) * h; i < n; ++i) mask[i] &= 1;
   static_assert((kFoundFoot & 1) == 1 && (kRaised & 1) == 0);
 }
 
@@ -145,10 +141,10 @@ void mask_plane(const frame::DepthFrame& frame, const Camera& camera, const Inve
                 const PlaneSlab& slab, int threads, unsigned char* mask) {
   const MaskRow m = mask_row(camera, plane, slab);
   const int chunks = (camera.height + kChunkRows - 1) / kChunkRows;
-  parallel_for(static_cast<std::size_t>(chunks), threads, [&](std::size_t chunk) {
-    const int first = static_cast<int>(chunk) * kChunkRows;
+  parallel_for(chunks, threads, [&](std::size_t chunk) {
+    const int first = int(chunk) * kChunkRows;
     for (int y = first; y < std::min(camera.height, first + kChunkRows); ++y)
-      run_row(frame, camera, plane, m, y, mask + static_cast<std::ptrdiff_t>(y) * camera.width);
+      run_row(frame, camera, plane, m, y, mask + y * camera.width);
   });
   if (m.feet) grow_feet(frame, camera, slab, mask);
 }

@@ -23,8 +23,8 @@ double largest(const std::vector<Vec3d>& points) {
   const std::optional<frame::Plane> plane =
       plane_among(points, kTolerance_m, kRaySeeds, kHeld / kMoreThan, kExtent_m);
   if (!plane) return 0;
-  return static_cast<double>(std::count_if(
-      points.begin(), points.end(), [&](const Vec3d& p) { return on_plane(*plane, p, kTolerance_m); }));
+  return double(std::count_if(points.begin(), points.end(),
+                              [&](const Vec3d& p) { return on_plane(*plane, p, kTolerance_m); }));
 }
 
 }  // namespace
@@ -35,13 +35,13 @@ bool is_ray_length(const frame::DepthFrame& frame, const Camera& camera) {
   std::vector<Vec3d> by_z, by_length;
   for (int y = step / 2; y < camera.height; y += step)
     for (int x = step / 2; x < camera.width; x += step) {
-      const auto reading_m = static_cast<double>(frame.depth_m(x, y));
+      const auto reading_m = double(frame.depth_m(x, y));
       if (!(reading_m > 0 && reading_m < kFar_m)) continue;
       const Vec3d ray = rays.at(x, y);
       by_z.push_back(reading_m * ray), by_length.push_back((reading_m / norm(ray)) * ray);
     }
   const double flat = largest(by_length);
-  return flat > kHeld * static_cast<double>(by_z.size()) && flat > kMoreThan * largest(by_z);
+  return flat > kHeld * double(by_z.size()) && flat > kMoreThan * largest(by_z);
 }
 
 }  // namespace sdftrack::plane

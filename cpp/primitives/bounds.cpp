@@ -29,7 +29,7 @@ optim::State moved(const optim::State& x, Vec3d shift_obj) {
 
 // States grown along length i: two that keep one end each, and one that keeps the centre.
 std::vector<optim::State> grown(PrimitiveKind kind, const optim::State& x, int i) {
-  const auto at = static_cast<std::size_t>(i);
+  const auto at = std::size_t(i);
   optim::State bigger = x;
   const double length = std::exp(x.log_size[at]);
   const double more = std::max(kGrowth * length, kMinGrowth_m);
@@ -66,9 +66,8 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
   part.points = std::min(energy.points, kPoints), part.rays = std::min(energy.rays, kRays);
   PrimitiveEnergy cost(fit->kind, &view, part);
   const double here = cost.cost(fit->x);
-  const auto rays = static_cast<int>(view.outline.size());
-  const double rise =
-      kRise * std::min(1.0, static_cast<double>(part.rays) / std::max(1, std::min(rays, energy.rays)));
+  const auto rays = int(view.outline.size());
+  const double rise = kRise * std::min(1.0, double(part.rays) / std::max(1, std::min(rays, energy.rays)));
   optim::LmOptions lm;
   lm.max_steps = kSteps, lm.cost_gain = 0.5;
   for (int i = 0; i < size_count(fit->kind); ++i) {
@@ -79,14 +78,14 @@ void find_bounds(const PrimitiveView& view, const PrimitiveEnergyOptions& energy
       if (c < least) least = c, best = x;
     }
     if (least - here > rise) {
-      lm.fixed.assign(static_cast<std::size_t>(cost.unknowns().size()), false);
-      lm.fixed[static_cast<std::size_t>(6 + i)] = true;
+      lm.fixed.assign(cost.unknowns().size(), false);
+      lm.fixed[6 + i] = true;
       optim::LmResult result;
       result.x = best;
       optim::minimize(cost, lm, work, &result);
       least = result.cost;
     }
-    fit->bounded[static_cast<std::size_t>(i)] = least - here > rise;
+    fit->bounded[i] = least - here > rise;
   }
 }
 
@@ -104,14 +103,14 @@ Eigen::MatrixXd fit_covariance(const PrimitiveView& view, const PrimitiveEnergyO
   }
   // Residuals are smaller than the noise, because the unknowns were fitted to them, and their spread is
   // itself an estimate: Student's variance (docs/math/primitives.md, eq. 3). If infinite, the prior remains.
-  const int told = fit.freedom - kUntold;
-  if (told <= 0) return prior.cwiseInverse().asDiagonal();
+  const int known_freedom = fit.freedom - kFreedomWithoutMean;
+  if (known_freedom <= 0) return prior.cwiseInverse().asDiagonal();
   PrimitiveEnergy::Sandwich at = cost.sandwich(fit.x);
   at.A.diagonal() += prior;
   const Eigen::MatrixXd inverse = optim::inverse_symmetric<Eigen::Dynamic>(at.A);
   if (few) at.B = cost.sandwich(fit.x, &inverse).B;
   at.B.diagonal() += prior;
-  const double share = few ? static_cast<double>(fit.freedom) / told : 1.0;
+  const double share = few ? double(fit.freedom) / known_freedom : 1.0;
   return share * inverse * at.B * inverse.transpose();
 }
 
@@ -120,7 +119,7 @@ Eigen::MatrixXd camera_covariance(const PrimitiveFit& fit) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6 + n, 6 + n);
   J.topLeftCorner<6, 6>() = optim::camera_by_increment(inverse(fit.x.T_obj_cam[0]), Vec3d{0, 0, 0});
   const PrimitiveSize size = fit.size();
-  for (int i = 0; i < n; ++i) J(6 + i, 6 + i) = size[static_cast<std::size_t>(i)];
+  for (int i = 0; i < n; ++i) J(6 + i, 6 + i) = size[i];
   return J * fit.covariance * J.transpose();
 }
 

@@ -5,11 +5,9 @@
 #include <cmath>
 
 #include "energies/penalty.h"
-#include "primitives/outline_curve.h"
 #include "primitives/packed_terms.h"
 #include "primitives/residuals.h"
 #include "primitives/solids.h"
-#include "primitives/standing.h"
 
 namespace sdftrack::primitives {
 
@@ -25,8 +23,7 @@ constexpr double kLostBeside = 0.65;
 // the rim stops 0.6 s inside the cloud's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1, kCrowdedSolid = 0.02;
 constexpr double kMaxLeverage = 0.9;  // of one measurement: more is rounding
-// Twice the nats that a length e times above its limit costs; measurements with a common error would gain
-// hundreds by it.
+// Twice the nats that a length e times above its limit costs; a common error would gain hundreds.
 constexpr double kFar = 2e4;
 constexpr double kThin = 8;  // twice the nats that a length e times below its limit costs
 
@@ -36,7 +33,7 @@ double with_slack(const OutlineRay& ray, double clearance_m) {
 
 FloatSolid float_solid(const PrimitiveField& field, Vec3d origin) {
   const Rigidd& T = field.T_obj_cam;
-  const auto f = [](double v) { return static_cast<float>(v); };
+  const auto f = [](double v) { return float(v); };
   return {{T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
           (T * origin).cast<float>(),
           {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])}};
@@ -45,11 +42,11 @@ FloatSolid float_solid(const PrimitiveField& field, Vec3d origin) {
 }  // namespace
 
 std::size_t PrimitiveEnergy::points() const {
-  return std::min(view_->points.size(), static_cast<std::size_t>(options_.points));
+  return std::min(view_->points.size(), std::size_t(options_.points));
 }
 
 std::size_t PrimitiveEnergy::rays() const {
-  return std::min(view_->outline.size(), static_cast<std::size_t>(options_.rays));
+  return std::min(view_->outline.size(), std::size_t(options_.rays));
 }
 
 ReadingTerm PrimitiveEnergy::term(const PrimitiveField& field) const {
@@ -66,7 +63,7 @@ OutlineTerm PrimitiveEnergy::outline_term(const PrimitiveField& field) const {
 void PrimitiveEnergy::add_packs(const PrimitiveField& field, Weighing weighing, PrimitiveSums* sums) const {
   ReadingSums packs;
   const ReadingOps& ops = for_isa<ReadingOps>(used_isa());
-  const int k = static_cast<int>(kind_);
+  const int k = int(kind_);
   ops.linearize[k](term(field), weighing, &packs);
   ops.linearize_outline[k](outline_term(field), weighing, &packs);
   sums->cost += packs.cost;
@@ -91,7 +88,7 @@ void PrimitiveEnergy::visit_points(const PrimitiveField& field, const Add& add) 
       ray_residual(field, view_->points[i], &r);
     else
       point_residual(field, view_->points[i], &r);
-    const double per_noise = options_.per_noise ? per_s * static_cast<double>(options_.per_noise[i]) : per_s;
+    const double per_noise = options_.per_noise ? per_s * double(options_.per_noise[i]) : per_s;
     add(
         energies::logistic_mixture(r.m, per_noise, 1 - e, e, energies::Curvature::kIrls),
         [&] { return energies::logistic_mixture_second(r.m, per_noise, 1 - e, e); }, r.J, -1.0);
@@ -137,12 +134,12 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
   for (int i = 0; i < size_count(kind_); ++i) {
     double J[P] = {};
     J[6 + i] = 1;
-    const double log_size = x.log_size[static_cast<std::size_t>(i)];
+    const double log_size = x.log_size[i];
     const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
     const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
     const bool open = o.crowded && size_of(kind_, i).has_end && !has_apex(kind_);
     const double crowd = has_inside(kind_) ? kCrowdedSolid : kCrowd;
-    const double spread = open ? crowd * static_cast<double>(points()) : 0.0;
+    const double spread = open ? crowd * double(points()) : 0.0;
     const double pull = o.shrink + spread;
     // The pull is linear; a curvature of the same size keeps a step below an e-fold.
     add(
@@ -157,8 +154,7 @@ void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* o
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   PrimitiveSums sums;
   const int n = unknowns().size();
-  if (in_packs())
-    add_packs(field, Weighing::kSolve, &sums), out->count += static_cast<double>(points() + rays());
+  if (in_packs()) add_packs(field, Weighing::kSolve, &sums), out->count += double(points() + rays());
   visit(field, x, [&](const energies::Curve<double>& c, const auto&, const double(&J)[P], double) {
     sums.add(c.cost, c.slope, c.curvature, J, n);
     out->count += 1;
@@ -170,8 +166,7 @@ double PrimitiveEnergy::cost(const optim::State& x) {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
   double cost = 0;
   if (in_packs())
-    cost += readings_cost(x) +
-            for_isa<ReadingOps>(used_isa()).outline_cost[static_cast<int>(kind_)](outline_term(field));
+    cost += readings_cost(x) + for_isa<ReadingOps>(used_isa()).outline_cost[int(kind_)](outline_term(field));
   visit(field, x,
         [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) { cost += c.cost; });
   return cost;
@@ -179,7 +174,7 @@ double PrimitiveEnergy::cost(const optim::State& x) {
 
 double PrimitiveEnergy::readings_cost(const optim::State& x) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[static_cast<int>(kind_)](term(field));
+  if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[int(kind_)](term(field));
   double cost = 0;
   visit_points(field, [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) {
     cost += c.cost;
@@ -216,7 +211,7 @@ std::vector<double> PrimitiveEnergy::clearances(const optim::State& x) const {
   std::vector<double> out(rays());
   if (in_packs()) {
     std::vector<float> m(out.size());
-    for_isa<ReadingOps>(used_isa()).clearances[static_cast<int>(kind_)](outline_term(field), m.data());
+    for_isa<ReadingOps>(used_isa()).clearances[int(kind_)](outline_term(field), m.data());
     out.assign(m.begin(), m.end());
     return out;
   }
@@ -249,7 +244,7 @@ double PrimitiveEnergy::outline_agreement(const optim::State& x) const {
 
 void PrimitiveEnergy::slants(const optim::State& x, std::vector<float>* per_noise) const {
   const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
-  per_noise->assign(std::min(view_->points.size(), static_cast<std::size_t>(options_.points)), 1.0f);
+  per_noise->assign(std::min(view_->points.size(), std::size_t(options_.points)), 1.0f);
   if (!view_->along_rays) return;
   for (std::size_t i = 0; i < per_noise->size(); ++i) {
     const Vec3d& p = view_->points[i];
@@ -257,7 +252,7 @@ void PrimitiveEnergy::slants(const optim::State& x, std::vector<float>* per_nois
     Vec3d grad;
     field.value(p, &phi, &grad);
     const double cosine = std::abs(dot(grad, p)) / norm(p);
-    (*per_noise)[i] = static_cast<float>(std::clamp(cosine / kSlanted, kMinSay, 1.0));
+    (*per_noise)[i] = float(std::clamp(cosine / kSlanted, kMinSay, 1.0));
   }
 }
 
@@ -266,7 +261,7 @@ void PrimitiveEnergy::residuals(const optim::State& x, std::vector<double>* out)
   out->clear();
   if (in_packs()) {
     std::vector<float> phi(points());
-    for_isa<ReadingOps>(used_isa()).residuals[static_cast<int>(kind_)](term(field), phi.data());
+    for_isa<ReadingOps>(used_isa()).residuals[int(kind_)](term(field), phi.data());
     out->assign(phi.begin(), phi.end());
     return;
   }

@@ -32,10 +32,10 @@ class ResidualImage {
     x0_ = x1, y0_ = y1;
     for (const Pixel& p : view.pixels) x0_ = std::min(x0_, p.x), y0_ = std::min(y0_, p.y);
     width_ = x1 - x0_ + 1, height_ = y1 - y0_ + 1;
-    at_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), kNone);
+    at_.assign(std::size_t(width_) * height_, kNone);
     count_ = std::min(r.size(), view.pixels.size());
     for (std::size_t i = 0; i < count_; ++i)
-      at_[index(view.pixels[i])] = static_cast<float>(std::clamp(r[i] / scale_m, -kClip, kClip));
+      at_[index(view.pixels[i])] = float(std::clamp(r[i] / scale_m, -kClip, kClip));
   }
 
   // Mean product of pixels `lag` apart along x or y, over their mean square.
@@ -48,8 +48,8 @@ class ResidualImage {
         if (q.x - x0_ >= width_ || q.y - y0_ >= height_) continue;
         const float there = at_[index(q)];
         if (there == kNone) continue;
-        products += static_cast<double>(here) * static_cast<double>(there);
-        squares += 0.5 * static_cast<double>(here * here + there * there);
+        products += double(here) * double(there);
+        squares += 0.5 * double(here * here + there * there);
       }
     }
     return squares > 0 ? products / squares : 0.0;
@@ -58,10 +58,7 @@ class ResidualImage {
  private:
   static constexpr float kNone = 1e9f;
 
-  std::size_t index(Pixel p) const {
-    return static_cast<std::size_t>(p.y - y0_) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(p.x - x0_);
-  }
+  std::size_t index(Pixel p) const { return std::size_t(p.y - y0_) * width_ + std::size_t(p.x - x0_); }
 
   const PrimitiveView& view_;
   int x0_ = 0, y0_ = 0, width_ = 0, height_ = 0;
@@ -74,9 +71,9 @@ struct Costs {
 };
 
 double seen_rays(const PrimitiveView& view, std::size_t first) {
-  const auto end = view.outline.begin() + static_cast<std::ptrdiff_t>(first);
-  return static_cast<double>(std::count_if(view.outline.begin(), end,
-                                           [](const OutlineRay& ray) { return ray.sight != Sight::kLost; }));
+  const auto end = view.outline.begin() + std::ptrdiff_t(first);
+  return double(std::count_if(view.outline.begin(), end,
+                              [](const OutlineRay& ray) { return ray.sight != Sight::kLost; }));
 }
 
 Costs costs_of(const PrimitiveFit& fit, const PrimitiveView& view, const PrimitiveFitOptions& options,
@@ -89,8 +86,7 @@ Costs costs_of(const PrimitiveFit& fit, const PrimitiveView& view, const Primiti
   const std::vector<double> d = energy.clearances(fit.x);
   const double seen = seen_rays(view, d.size());
   Costs out;
-  out.readings = energy.readings_cost(fit.x) /
-                 static_cast<double>(std::min(view.points.size(), static_cast<std::size_t>(e.points)));
+  out.readings = energy.readings_cost(fit.x) / double(std::min(view.points.size(), std::size_t(e.points)));
   if (seen > 0) out.rays = energy.outline_cost(d) / seen;
   return out;
 }
@@ -125,7 +121,7 @@ std::vector<KindEvidence> compare_kinds(const std::vector<PrimitiveFit>& fits, c
   std::vector<KindEvidence> out(fits.size());
   if (!best) return out;
   const double alike_px2 = correlated_px2(*best, view, options);
-  const auto count = static_cast<double>(view.points.size());
+  const auto count = double(view.points.size());
   const double effective = std::min(count, std::clamp(count / alike_px2, kLeastEffective, kMostEffective));
   const double rays = seen_rays(view, view.outline.size()) / (kRaysPerPixel * std::sqrt(alike_px2));
   parallel_for(fits.size(), threads, [&](std::size_t k) {

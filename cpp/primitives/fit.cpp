@@ -26,8 +26,7 @@ constexpr double kOutlines_px[] = {0.5, 0.35, 0.25, 0.15};  // scales of a lost 
 constexpr double kThinPart = 0.08;                          // of the diameter
 constexpr double kFarthest = 2;                             // of the diameter: limit of all lengths
 constexpr double kAtLimit = 0.97;                           // of that limit
-// sd of the gap between an object and its table: a plane of thousands of measurements is known to 0.01 to
-// 0.03 mm.
+// sd of the gap between an object and its table, whose plane is known to 0.01 to 0.03 mm.
 constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, and of the measurements' scale
 // A round body within 10 degrees of standing on its base, or a cylinder of lying on its side, is also fitted
 // in that position, which is kept unless it costs more than kFlat nats. In 800 views of standing solids it
@@ -44,8 +43,7 @@ struct Candidate {
 optim::State state_of(PrimitiveKind kind, const PrimitiveGuess& guess) {
   optim::State x;
   x.T_obj_cam = {guess.T_obj_cam};
-  for (int i = 0; i < size_count(kind); ++i)
-    x.log_size.push_back(std::log(guess.size[static_cast<std::size_t>(i)]));
+  for (int i = 0; i < size_count(kind); ++i) x.log_size.push_back(std::log(guess.size[i]));
   return x;
 }
 
@@ -85,12 +83,12 @@ class Fitter {
     optim::LmOptions lm;
     lm.max_steps = trials, lm.cost_gain = rough ? kRough : kLittle;
     if (!rough) lm.sure_gain = kSure;
-    lm.fixed.assign(static_cast<std::size_t>(energy.unknowns().size()), false);
+    lm.fixed.assign(energy.unknowns().size(), false);
     for (std::size_t i = 0; i < c->x.log_size.size(); ++i) lm.fixed[6 + i] = rigid;
     optim::LmResult& result = result_;
     result.x = c->x;
     optim::minimize(energy, lm, &work_, &result);
-    steps_ += static_cast<int>(result.steps.size());
+    steps_ += int(result.steps.size());
     c->x = result.x, c->cost = result.cost;
   }
 
@@ -113,8 +111,8 @@ class Fitter {
     // A fit can bring as many residuals as there are unknowns to 0; these do not show the spread. For few
     // points: the median of the others.
     std::size_t at = r.size() / 2;
-    if (few_) at = std::min(r.size() - 1, (r.size() + static_cast<std::size_t>(free_count(kind_))) / 2);
-    const auto middle = r.begin() + static_cast<std::ptrdiff_t>(at);
+    if (few_) at = std::min(r.size() - 1, (r.size() + std::size_t(free_count(kind_))) / 2);
+    const auto middle = r.begin() + std::ptrdiff_t(at);
     std::nth_element(r.begin(), middle, r.end());
     return std::clamp(kLogisticOfSd * kMadToSd * *middle, kMinScale_m, kMaxScale_m);
   }
@@ -220,7 +218,7 @@ void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options
     if (!(std::abs(r[i]) < tolerance)) continue;
     squares += r[i] * r[i], inside += 1;
   }
-  fit->inliers = inside / static_cast<double>(std::max<std::size_t>(1, r.size()));
+  fit->inliers = inside / double(std::max<std::size_t>(1, r.size()));
   fit->rms_m = inside > 0 ? std::sqrt(squares / inside) : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -245,17 +243,18 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
   const PrimitiveEnergyOptions last = fitter.fine(&best);
   fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
-  fit.freedom = static_cast<int>(std::min(view.points.size(), static_cast<std::size_t>(last.points)) +
-                                 std::min(view.outline.size(), static_cast<std::size_t>(last.rays))) +
+  fit.freedom = int(std::min(view.points.size(), std::size_t(last.points)) +
+                    std::min(view.outline.size(), std::size_t(last.rays))) +
                 (view.stands ? 1 : 0) - free_count(kind);
   fit.covariance = fit_covariance(view, last, fit, cloud.diameter_m);
   PrimitiveEnergyOptions doubtful = last;  // a sharp outline turns misfits of a wrong kind into evidence
   doubtful.outline_scale_px = kOutlines_px[0];
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const auto at = std::size_t(i);
     fit.far[at] = fit.x.log_size[at] > std::log(kAtLimit * last.far_m);
-    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kUntold || fit.far[at])
+    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kFreedomWithoutMean ||
+        fit.far[at])
       fit.bounded[at] = false;
   }
   count_inliers(view, options, &fit);

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A solid fitted to a view: guesses, rigid at an arbitrary size, then pose and lengths together (thesis,
-// section 3.8).
+// A solid fitted to a view: guesses, rigid at a given size, then pose and lengths together (thesis, 3.8).
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
-#include <vector>
 
 #include "optim/lm.h"
 #include "primitives/energies.h"
@@ -13,7 +11,8 @@
 
 namespace sdftrack::primitives {
 
-constexpr int kUntold = 2;  // with this many degrees of freedom or fewer an estimated variance has no mean
+constexpr int kFreedomWithoutMean =
+    2;  // with this many degrees of freedom or fewer an estimated variance has no mean
 
 struct PrimitiveFitOptions {
   Scaling scaling = Scaling::kExact;

@@ -22,8 +22,8 @@ constexpr double kRamps = 2;        // depth steps between pixels, before a meas
 constexpr int kLost_px = 3;         // largest width of a rim without measurements
 
 Vec3d ray_at(const frame::DepthFrame& frame, const Camera& camera, int x, int y) {
-  if (!frame.rays) return ray(camera.K, static_cast<double>(x), static_cast<double>(y));
-  const float* r = frame.rays + 2 * (static_cast<std::ptrdiff_t>(y) * camera.width + x);
+  if (!frame.rays) return ray(camera.K, double(x), double(y));
+  const float* r = frame.rays + 2 * (std::ptrdiff_t(y) * camera.width + x);
   return {r[0], r[1], 1};
 }
 
@@ -61,7 +61,7 @@ class OutlineFinder {
         labels_(labels),
         reach_px_(reach_px),
         window_{camera.width, camera.height},
-        off_(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0) {}
+        off_(std::size_t(camera.width) * camera.height, 0) {}
 
   std::vector<OutlineRay> rays() {
     int x0 = window_.width, y0 = window_.height, x1 = 0, y1 = 0;
@@ -81,10 +81,7 @@ class OutlineFinder {
   }
 
  private:
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(window_.width) +
-           static_cast<std::size_t>(x);
-  }
+  std::size_t at(int x, int y) const { return std::size_t(y) * window_.width + x; }
   Label label(int x, int y) const { return static_cast<Label>(labels_[at(x, y)]); }
   bool is_on(int x, int y) const { return label(x, y) == Label::kOn && frame_.depth_m(x, y) > 0; }
   float nearest_on(int x, int y, int reach_px) const {
@@ -149,7 +146,7 @@ std::vector<std::size_t> spread_order(std::size_t n) {
   std::vector<std::size_t> out(n);
   if (n == 0) return out;
   // Steps of the golden section through 0 .. n - 1, made coprime so that each comes once.
-  auto step = static_cast<std::size_t>(0.6180339887498949 * static_cast<double>(n));
+  auto step = std::size_t(0.6180339887498949 * double(n));
   step = std::max<std::size_t>(1, step);
   while (std::gcd(step, n) != 1) ++step;
   for (std::size_t i = 0, at = n / 2; i < n; ++i, at = (at + step) % n) out[i] = at;
@@ -161,8 +158,7 @@ LabelledPoints labelled_points(const frame::DepthFrame& frame, const Camera& cam
   LabelledPoints found, out;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
-      if (labels[static_cast<std::ptrdiff_t>(y) * camera.width + x] != static_cast<std::uint8_t>(Label::kOn))
-        continue;
+      if (labels[std::ptrdiff_t(y) * camera.width + x] != static_cast<std::uint8_t>(Label::kOn)) continue;
       const double z = frame.depth_m(x, y);
       if (z > 0) found.points.push_back(z * ray_at(frame, camera, x, y)), found.pixels.push_back({x, y});
     }

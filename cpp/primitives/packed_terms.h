@@ -18,28 +18,17 @@ inline ReadingTerm reading_term(const FloatPoints& p, bool along_rays, const flo
           along_rays ? p.ray_x.data() : nullptr,
           along_rays ? p.ray_y.data() : nullptr,
           per_noise,
-          static_cast<int>(count),
+          int(count),
           solid,
-          static_cast<float>(per_s),
-          static_cast<float>(outlier_floor)};
+          float(per_s),
+          float(outlier_floor)};
 }
 
 inline OutlineTerm outline_term(const FloatRays& r, std::size_t count, const FloatSolid& solid,
                                 double scale_px, double floor, double lost_floor, bool lost_counts) {
-  return {r.ray_x.data(),
-          r.ray_y.data(),
-          r.near_m.data(),
-          r.far_m.data(),
-          r.pixel_m.data(),
-          r.slack_m.data(),
-          r.side.data(),
-          r.lost.data(),
-          static_cast<int>(count),
-          solid,
-          static_cast<float>(scale_px),
-          static_cast<float>(floor),
-          static_cast<float>(lost_floor),
-          lost_counts};
+  return {r.ray_x.data(),   r.ray_y.data(), r.near_m.data(),   r.far_m.data(), r.pixel_m.data(),
+          r.slack_m.data(), r.side.data(),  r.lost.data(),     int(count),     solid,
+          float(scale_px),  float(floor),   float(lost_floor), lost_counts};
 }
 
 }  // namespace sdftrack::primitives

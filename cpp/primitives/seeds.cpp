@@ -40,7 +40,7 @@ bool normal_at(const std::vector<Vec3d>& points, Vec3d p, double reach, Vec3d* n
   Eigen::Matrix3d M;
   M << second[0], second[1], second[2], second[1], second[3], second[4], second[2], second[4], second[5];
   const Eigen::Vector3d s(sum[0], sum[1], sum[2]);
-  M = M / count - s * s.transpose() / (static_cast<double>(count) * count);
+  M = M / count - s * s.transpose() / (double(count) * count);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(M);
   if (!(solver.eigenvalues()[1] > 2 * solver.eigenvalues()[0])) return false;
@@ -54,11 +54,11 @@ Span span_along(const std::vector<Vec3d>& points, Vec3d direction) {
   std::vector<double> at;
   const std::size_t n = std::min(points.size(), kSpanPoints);
   for (std::size_t i = 0; i < n; ++i) at.push_back(dot(points[i], direction));
-  const auto out = static_cast<std::ptrdiff_t>(n / 100);
+  const auto out = std::ptrdiff_t(n / 100);
   std::nth_element(at.begin(), at.begin() + out, at.end());
-  const double low = at[static_cast<std::size_t>(out)];
+  const double low = at[out];
   std::nth_element(at.begin(), at.end() - 1 - out, at.end());
-  return {low, at[n - 1 - static_cast<std::size_t>(out)]};
+  return {low, at[n - 1 - std::size_t(out)]};
 }
 
 void across(Vec3d axis, Vec3d* u, Vec3d* v) {
@@ -100,8 +100,8 @@ bool meeting_point(const std::vector<Oriented>& normals, Vec3d* centre) {
 SeedCloud seed_cloud(const PrimitiveView& view) {
   SeedCloud cloud{{}, {}, {}, {0, 0, 0}, 0, &view, false};
   const std::size_t n = std::min(view.points.size(), kNormalPoints);
-  cloud.points.assign(view.points.begin(), view.points.begin() + static_cast<std::ptrdiff_t>(n));
-  for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / static_cast<double>(n)) * p;
+  cloud.points.assign(view.points.begin(), view.points.begin() + std::ptrdiff_t(n));
+  for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / double(n)) * p;
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     const Span s = span_along(cloud.points, axis);
     cloud.diameter_m = std::hypot(cloud.diameter_m, s.high - s.low);

@@ -59,7 +59,7 @@ class Picker {
   explicit Picker(unsigned seed) : state_(seed * 2654435761u + 12345u) {}
   std::size_t operator()(std::size_t n) {
     state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
-    return static_cast<std::size_t>((state_ >> 33) % n);
+    return std::size_t((state_ >> 33) % n);
   }
 
  private:

@@ -33,7 +33,7 @@ bool algebraic_ball(const std::vector<Vec3d>& points, Vec3d mean, Vec3d* centre,
 double median_distance(const std::vector<Vec3d>& points, Vec3d centre) {
   std::vector<double> d;
   for (std::size_t i = 0; i < std::min(points.size(), kFitted); ++i) d.push_back(norm(points[i] - centre));
-  std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
+  std::nth_element(d.begin(), d.begin() + std::ptrdiff_t(d.size() / 2), d.end());
   return d[d.size() / 2];
 }
 

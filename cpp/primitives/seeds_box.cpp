@@ -68,13 +68,13 @@ PrimitiveGuess box_around(const SeedCloud& cloud, Vec3d x, Vec3d y, Vec3d z) {
       if (up > 0.95) s.low = std::min(s.low, table);
       if (up < -0.95) s.high = std::max(s.high, -table);
     }
-    g.size[static_cast<std::size_t>(k)] = s.high - s.low;
+    g.size[k] = s.high - s.low;
     middle[k] = 0.5 * (s.low + s.high);
   }
   // A single visible face does not show the thickness of the box: it starts at an arbitrary one.
   const double thick = 0.25 * std::max({g.size[0], g.size[1], g.size[2]});
   for (int k = 0; k < 3; ++k) {
-    double& length = g.size[static_cast<std::size_t>(k)];
+    double& length = g.size[k];
     if (length >= 0.3 * thick) continue;
     const double away = dot(axes[k], cloud.mean) > 0 ? 1 : -1;
     middle[k] += away * 0.5 * (thick - length);

@@ -89,7 +89,7 @@ void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<
 void guess_boxes_of_few(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out) {
   Picker pick(seed + 1);
   constexpr std::size_t kSteps = 1 << 20;
-  const auto uniform = [&] { return (static_cast<double>(pick(kSteps)) + 0.5) / kSteps; };
+  const auto uniform = [&] { return (double(pick(kSteps)) + 0.5) / kSteps; };
   for (int k = 0; k < kFewFrames; ++k) {
     // A uniformly random frame: an axis anywhere on the sphere, and a rotation about it.
     const double up = 2 * uniform() - 1, around = 6.283185307179586 * uniform();

@@ -30,7 +30,7 @@ std::vector<Vec3d> near_plane(const SeedCloud& cloud, Vec3d n, Vec3d at) {
 Oriented plane_through(const std::vector<Vec3d>& points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Vec3d& p : points) mean += Eigen::Vector3d(p.x, p.y, p.z);
-  mean /= static_cast<double>(points.size());
+  mean /= double(points.size());
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (const Vec3d& p : points) {
     const Eigen::Vector3d d = Eigen::Vector3d(p.x, p.y, p.z) - mean;

@@ -70,8 +70,7 @@ std::vector<Oriented> sides_of(PrimitiveKind kind, const std::vector<Oriented>& 
   return sides;
 }
 
-// The position of the axis: projected along it, the normals' lines of a round body meet in it. Robust 2D fit;
-// caps are left out.
+// The axis' position: projected along it, a round body's normals meet in it. Robust; caps are left out.
 bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* middle) {
   std::vector<double> weight(sides.size(), 1.0);
   for (int round = 0; round < 3; ++round) {
@@ -99,9 +98,9 @@ bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* midd
 }
 
 double quantile(std::vector<double> x, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1));
+  const auto at = std::ptrdiff_t(share * double(x.size() - 1));
   std::nth_element(x.begin(), x.begin() + at, x.end());
-  return x[static_cast<std::size_t>(at)];
+  return x[at];
 }
 
 // Robust fit of r = r0 - k z to the side's measurements; k: the taper.

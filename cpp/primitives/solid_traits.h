@@ -1,13 +1,27 @@
 // SPDX-License-Identifier: MIT
-// What a kind of primitive defines: the members of SolidTraits<kind>, in a header for each kind.
+// The kinds of primitives, and what each defines: the members of SolidTraits<kind> (solids.h).
 #pragma once
 
-#include <vector>
+#include <array>
 
 #include "base/vec.h"
-#include "primitives/kind.h"
+#include "sdf/solid_sample.h"
 
 namespace sdftrack::primitives {
+
+// The kinds of shapes that are given by a formula. Centred at mid-height, axis along z, a cone's apex at +z;
+// a plane patch has its normal along z. A new kind needs a name here and its SolidTraits in solids.h.
+enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid, kPlane, kEnd };
+constexpr int kPrimitiveKinds = int(PrimitiveKind::kEnd);
+
+// How the lengths enter phi.
+enum class Scaling {
+  kExact,    // the exact distance to the solid of these lengths
+  kPrinted,  // a unit solid under S = diag(s) (thesis Eq. 3.27), its field divided by |S^-1 grad| to first
+             // order
+};
+
+using PrimitiveSize = std::array<double, sdf::kMaxSizes>;  // m; lengths that a kind lacks are 1
 
 struct PrimitiveGuess;
 struct SeedCloud;

@@ -25,7 +25,7 @@ void standing_residual(const PrimitiveField& field, const PrimitiveSize& size, c
   const double J[6] = {-m.x, -m.y, -m.z, turn.x, turn.y, turn.z};
   for (int j = 0; j < 6; ++j) out->J[j] = J[j];
   for (int i = 0; i < sdf::kMaxSizes; ++i)
-    out->J[6 + i] = i < size_count(field.kind) ? -size[static_cast<std::size_t>(i)] * reach.size[i] : 0.0;
+    out->J[6 + i] = i < size_count(field.kind) ? -size[i] * reach.size[i] : 0.0;
 }
 
 int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, const frame::Plane& plane,

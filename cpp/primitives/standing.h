@@ -15,8 +15,7 @@ enum class Rest {
   kSide,   // a line on the side of a cylinder
 };
 
-// Whether the solid may stand on the plane. A patch parallel to the table is the top of something; only a
-// steep patch stands.
+// Whether the solid may stand on the plane. A parallel patch is the top of something; a steep one may.
 bool may_stand(const PrimitiveField& field, const frame::Plane& plane);
 
 // The gap between the solid and the plane, and its derivative: the lowest point's distance from the plane.

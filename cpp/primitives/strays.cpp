@@ -30,7 +30,7 @@ double usual_reach(const std::vector<Vec3d>& points) {
     std::nth_element(apart.begin(), apart.begin() + kNeighbour, apart.end());
     reach.push_back(std::sqrt(apart[kNeighbour]));
   }
-  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
+  const auto middle = reach.begin() + std::ptrdiff_t(reach.size() / 2);
   std::nth_element(reach.begin(), middle, reach.end());
   return *middle;
 }
@@ -67,7 +67,7 @@ class Cells {
   }
 
  private:
-  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kNone = std::size_t(-1);
 
   Vec3d cell(Vec3d p, Vec3d by) const {
     const Vec3d at = (1 / reach_m_) * (p - points_.front());
@@ -77,7 +77,7 @@ class Cells {
     std::uint64_t key = 0;
     for (const double x : {cell.x, cell.y, cell.z})
       key = (key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(x))) * 0x9e3779b97f4a7c15u;
-    return static_cast<std::size_t>(key >> 20) & (first_.size() - 1);
+    return std::size_t(key >> 20) & (first_.size() - 1);
   }
 
   const std::vector<Vec3d>& points_;
@@ -98,8 +98,8 @@ PrimitiveView without_strays(const PrimitiveView& view) {
   out.points.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
     if (cells.has_neighbours(i, kNeighbour)) out.points.push_back(points[i]);
-  const auto left_out = static_cast<double>(points.size() - out.points.size());
-  if (left_out < kFewStrays * static_cast<double>(points.size())) return view;
+  const auto left_out = double(points.size() - out.points.size());
+  if (left_out < kFewStrays * double(points.size())) return view;
   out.pack();
   return out;
 }

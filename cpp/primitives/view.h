@@ -31,7 +31,7 @@ struct FloatPoints {
       const Vec3f d = (p - origin).cast<float>();
       x_m.push_back(d.x), y_m.push_back(d.y), z_m.push_back(d.z);
       if (!rays) continue;
-      ray_x.push_back(static_cast<float>(p.x / p.z)), ray_y.push_back(static_cast<float>(p.y / p.z));
+      ray_x.push_back(float(p.x / p.z)), ray_y.push_back(float(p.y / p.z));
     }
   }
 };
@@ -43,7 +43,7 @@ struct FloatRays {
   std::vector<float> lost;  // 1: nothing is seen
 
   explicit FloatRays(const std::vector<OutlineRay>& rays = {}) {
-    const auto put = [](std::vector<float>* to, double x) { to->push_back(static_cast<float>(x)); };
+    const auto put = [](std::vector<float>* to, double x) { to->push_back(float(x)); };
     for (const OutlineRay& r : rays) {
       put(&ray_x, r.ray.x), put(&ray_y, r.ray.y), put(&near_m, r.near_m), put(&far_m, r.far_m);
       put(&pixel_m, r.pixel_m), put(&slack_m, r.sight == Sight::kBeside ? r.slack_m : 0.0);

@@ -39,18 +39,17 @@ std::string printed(const char* format, Numbers... numbers) {
   return text;
 }
 
-// The points of a depth image.
 frame::PointImage points_of(const ImageView<float>& depth_m, const Camera& camera) {
   const LensRays lens(camera);
   frame::PointImage out;
   out.width = depth_m.width, out.height = depth_m.height;
-  out.p.reserve(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  out.p.reserve(std::size_t(out.width) * out.height);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {
       const float z = depth_m(x, y);
       // Rays are rounded to float, as in a camera's table.
       const Vec3d ray = lens.at(x, y).cast<float>().cast<double>();
-      out.p.push_back(z > 0 && std::isfinite(z) ? static_cast<double>(z) * ray : Vec3d{0, 0, 0});
+      out.p.push_back(z > 0 && std::isfinite(z) ? double(z) * ray : Vec3d{0, 0, 0});
     }
   return out;
 }
@@ -61,7 +60,6 @@ bool above_all(Vec3d p_cam, const std::vector<PlaneBelow>& planes) {
   });
 }
 
-// The mask without its measurements on or below planes.
 PixelMask without_planes(const PixelMask& mask, const frame::PointImage& points,
                          const std::vector<PlaneBelow>& planes) {
   PixelMask out = mask;
@@ -92,7 +90,7 @@ PixelMask rectangle(const ImageView<float>& depth_m, const frame::Rect& box) {
 
 // A ball fitted to a mask: its diameter is the longer side, its front touches the measurements.
 Ball ball_of(const ImageView<float>& depth_m, const PixelMask& mask, const Camera& camera) {
-  const double share = frame::count(mask) / static_cast<double>(mask.on.size());
+  const double share = frame::count(mask) / double(mask.on.size());
   if (share > kMostOfImage)
     throw std::invalid_argument(
         printed("mask: expected the object alone, got %.0f %% of the image", 100 * share));
@@ -192,7 +190,7 @@ std::vector<PlaneBelow> planes_under(const frame::PointImage& points, const Pixe
     const auto over = std::count_if(own.begin(), own.end(), [&](Vec3d p) {
       return dot(p, plane.normal_cam) + plane.offset_m > -plane.thick_m;
     });
-    if (static_cast<double>(over) > kAboveShare * static_cast<double>(own.size())) kept.push_back(plane);
+    if (double(over) > kAboveShare * double(own.size())) kept.push_back(plane);
   }
   return without_doubles(std::move(kept), middle);
 }
@@ -256,8 +254,8 @@ void bound_object(const ImageView<float>& depth_m, const Camera& camera, const B
   const frame::PointImage points = points_of(depth_m, camera);
   if (options.planes) view.planes = planes_under(points, found->on_object, 2 * found->ball.radius_m, false);
   const PixelMask free = without_planes(found->on_object, points, view.planes);
-  const double before = static_cast<double>(readings_in(found->on_object, depth_m)),
-               after = static_cast<double>(readings_in(free, depth_m));
+  const double before = double(readings_in(found->on_object, depth_m)),
+               after = double(readings_in(free, depth_m));
   if (after < kOwnShare * before)
     throw std::invalid_argument(
         printed("mask: expected an object, got a plane that extends beyond it (%.0f %% of its depth "
@@ -309,10 +307,10 @@ double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask) 
           bends.push_back(std::abs(depth_m(x + dx, y + dy) - 2 * depth_m(x, y) + depth_m(x - dx, y - dy)));
     if (bends.size() <= kFewestReadings / 2) continue;
     std::sort(bends.begin(), bends.end());
-    bends.resize(static_cast<std::size_t>(kBendsKept * static_cast<double>(bends.size())));
+    bends.resize(std::size_t(kBendsKept * double(bends.size())));
     double sum = 0;
     for (const double bend : bends) sum += bend * bend;
-    found.push_back(kOfKeptBends * std::sqrt(sum / static_cast<double>(bends.size()) / 6));
+    found.push_back(kOfKeptBends * std::sqrt(sum / double(bends.size()) / 6));
   }
   if (found.empty()) return kUsualNoise_m;
   return std::max(kMinNoise_m, found.size() == 1 ? found[0] : 0.5 * (found[0] + found[1]));

@@ -21,9 +21,8 @@ struct Ball {
   double shorter_m = 0;  // the shorter side of the mask
 };
 
-// Bounds on the object in the first camera's frame. from_m: for each pixel the least depth of the object
-// along its ray: 0 in the mask, 1 mm in the margin around it, infinite where the object cannot be. The object
-// is above the planes.
+// Bounds on the object in the first camera's frame. from_m: for each pixel its least depth: 0 in the mask, 1
+// mm in the margin around it, infinite where it cannot be. The object is above the planes.
 struct ViewBounds {
   std::vector<float> from_m;
   std::vector<PlaneBelow> planes;
@@ -65,8 +64,7 @@ struct KnownShape {
 Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint& place, const Camera& camera,
                       const KnownShape* initial, const BeginningOptions& options);
 
-// As find_object with the pose of a shape, whose outline is unknown, but which stands on planes that are seen
-// around it.
+// As find_object with a pose, for a shape whose outline is unknown, on planes seen around it.
 Beginning find_standing(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
                         const KnownShape& shape, const BeginningOptions& options);
 

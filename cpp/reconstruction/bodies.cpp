@@ -8,7 +8,7 @@ namespace sdftrack::reconstruction {
 namespace {
 
 int root_of(std::vector<BodyRun>* runs, int i) {
-  const auto parent = [&](int k) -> int& { return (*runs)[static_cast<std::size_t>(k)].body; };
+  const auto parent = [&](int k) -> int& { return (*runs)[k].body; };
   while (parent(i) != i) i = parent(i) = parent(parent(i));
   return i;
 }
@@ -16,12 +16,11 @@ int root_of(std::vector<BodyRun>* runs, int i) {
 // Joins the runs [a, a_end) and [b, b_end) of two neighbouring rows where they overlap.
 void join_rows(int a, int a_end, int b, int b_end, std::vector<BodyRun>* runs) {
   while (a < a_end && b < b_end) {
-    const BodyRun &first = (*runs)[static_cast<std::size_t>(a)],
-                  &other = (*runs)[static_cast<std::size_t>(b)];
+    const BodyRun &first = (*runs)[a], &other = (*runs)[b];
     const bool first_ends = first.x1 < other.x1;
     if (first.x0 < other.x1 && other.x0 < first.x1) {
       const int one = root_of(runs, a), two = root_of(runs, b);
-      (*runs)[static_cast<std::size_t>(std::max(one, two))].body = std::min(one, two);
+      (*runs)[std::max(one, two)].body = std::min(one, two);
     }
     ++(first_ends ? a : b);
   }
@@ -32,7 +31,7 @@ void join_rows(int a, int a_end, int b, int b_end, std::vector<BodyRun>* runs) {
 Bodies bodies_of(int nx, int ny, int nz, const float* phi) {
   Bodies out;
   std::vector<int> first;  // run of each row
-  const auto count = [&] { return static_cast<int>(out.runs.size()); };
+  const auto count = [&] { return int(out.runs.size()); };
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y, phi += nx) {
       const int begin = count();
@@ -48,16 +47,15 @@ Bodies bodies_of(int nx, int ny, int nz, const float* phi) {
         join_rows(first[row - back], first[row - back + 1], begin, count(), &out.runs);
       };
       if (y > 0) join(1);
-      if (z > 0) join(static_cast<std::size_t>(ny));
+      if (z > 0) join(std::size_t(ny));
     }
   std::vector<long> voxels(out.runs.size(), 0);
   for (int i = 0; i < count(); ++i) {
-    BodyRun& run = out.runs[static_cast<std::size_t>(i)];
+    BodyRun& run = out.runs[i];
     run.body = root_of(&out.runs, i);
-    voxels[static_cast<std::size_t>(run.body)] += run.x1 - run.x0;
+    voxels[run.body] += run.x1 - run.x0;
   }
-  if (!voxels.empty())
-    out.largest = static_cast<int>(std::max_element(voxels.begin(), voxels.end()) - voxels.begin());
+  if (!voxels.empty()) out.largest = int(std::max_element(voxels.begin(), voxels.end()) - voxels.begin());
   return out;
 }
 

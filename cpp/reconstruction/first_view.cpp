@@ -10,15 +10,9 @@ FirstView::FirstView(const Camera& camera, const Rigidd& T_cam_obj, std::vector<
                      std::vector<PlaneBelow> planes, const Place& place)
     : from_m_(std::move(from_m)),
       planes_(std::move(planes)),
-      term_{LensRays(camera),
-            camera.width,
-            camera.height,
-            T_cam_obj,
-            place,
-            from_m_.data(),
-            planes_.data(),
-            static_cast<int>(planes_.size())} {
-  if (from_m_.size() != static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height))
+      term_{LensRays(camera), camera.width,   camera.height,      T_cam_obj, place,
+            from_m_.data(),   planes_.data(), int(planes_.size())} {
+  if (from_m_.size() != std::size_t(camera.width) * camera.height)
     throw std::invalid_argument("from_m: expected one number for each of the camera's pixels");
 }
 

@@ -15,8 +15,7 @@ struct PlaneBelow {
   double thick_m;   // measurements lower than this belong to the plane
 };
 
-// The approximate place of the object. A bent plane (by a lens) departs from the one fitted next to the
-// object.
+// The approximate place of the object: a bent plane departs from the one fitted next to it.
 struct Place {
   Vec3d middle_cam;
   double radius_m;
@@ -64,7 +63,7 @@ struct FirstViewTerm {
   HD double from(Vec3d p_cam) const {
     const Vec2d u = lens_pixel(lens, p_cam);
     const int x = to_int_within(u.x + 0.5, 0, width - 1), y = to_int_within(u.y + 0.5, 0, height - 1);
-    return static_cast<double>(from_m[y * width + x]);
+    return double(from_m[y * width + x]);
   }
 };
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The options of a reconstruction, one line each: a new one is a member of ReconstructionOptions and a line
-// here.
+// The options of a reconstruction, one line each for each member of ReconstructionOptions.
 #pragma once
 
 #include "base/option_schema.h"

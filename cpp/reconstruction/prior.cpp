@@ -16,8 +16,8 @@ constexpr float kInfluence = 0.5f;   // a of thesis Eq. 4.34
 
 // Scaled to full weight a few voxels from the surface.
 void fade(double weight, double voxel_m, std::vector<float>* inside_m) {
-  const auto factor = static_cast<float>(weight / (kFades_voxels * voxel_m));
-  const auto most = static_cast<float>(weight);
+  const auto factor = float(weight / (kFades_voxels * voxel_m));
+  const auto most = float(weight);
   for (float& value : *inside_m) value = std::clamp(value * factor, -most, most);
 }
 
@@ -54,16 +54,16 @@ std::vector<float> distances_at(const sdf::Grid& grid, const KnownShape& shape) 
     double phi;
     Vec3d unused;
     sample(view, grid.point(x, y, z), &phi, &unused);
-    return static_cast<float>(phi);
+    return float(phi);
   });
 }
 
 std::vector<float> ball_prior(const Ball& ball, double weight, const sdf::Grid& grid, bool bounded) {
-  const auto radius = static_cast<float>(ball.radius_m * (bounded ? kWider : 1));
-  const auto back = static_cast<float>(ball.shorter_m - ball.behind_m);
-  const auto voxel = static_cast<float>(grid.voxel_m);
+  const auto radius = float(ball.radius_m * (bounded ? kWider : 1));
+  const auto back = float(ball.shorter_m - ball.behind_m);
+  const auto voxel = float(grid.voxel_m);
   const Vec3f origin = grid.origin_obj.cast<float>();
-  const auto at = [&](int i, float first) { return static_cast<float>(i) * voxel + first; };
+  const auto at = [&](int i, float first) { return float(i) * voxel + first; };
   std::vector<float> guess = filled(grid, [&](int ix, int iy, int iz) {
     const float x = at(ix, origin.x), y = at(iy, origin.y), z = at(iz, origin.z);
     const float inside = radius - std::sqrt(z * z + y * y + x * x);
@@ -84,13 +84,12 @@ std::vector<float> printed_shape(const Ball& ball, const KnownShape* initial, co
   if (initial) return distances_at(grid, *initial);
   const double radius_m = std::sqrt(0.5 * ball.shorter_m * ball.radius_m);
   const Vec3d back = ((radius_m - ball.behind_m) / ball.centre_cam.z) * ball.centre_cam;
-  return filled(grid, [&](int x, int y, int z) {
-    return static_cast<float>(norm(grid.point(x, y, z) - back) - radius_m);
-  });
+  return filled(grid,
+                [&](int x, int y, int z) { return float(norm(grid.point(x, y, z) - back) - radius_m); });
 }
 
 std::vector<float> printed_prior(const float* shape_m, std::size_t count, double voxel_m) {
-  const auto fades = static_cast<float>(kFades_voxels * voxel_m);
+  const auto fades = float(kFades_voxels * voxel_m);
   std::vector<float> guess;
   guess.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {

@@ -20,7 +20,7 @@ constexpr int kYoungRounds = 6;  // after this (even) number of updates of far d
 ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
   options = check_options(options);
   if (options.evolved) {
-    options.evidence.form = {true, options.sigma_d_voxels * static_cast<float>(grid.voxel_m)};
+    options.evidence.form = {true, options.sigma_d_voxels * float(grid.voxel_m)};
     options.evidence.max_weight = std::numeric_limits<float>::max();
     options.evidence.known_every = 1;
   }
@@ -33,8 +33,8 @@ levelset::EvidenceVolume guessed(const sdf::Grid& grid, const float* prior, cons
                                  int threads) {
   if (!prior || !view) return {grid, prior};
   std::vector<float> kept(prior, prior + grid.size());
-  parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t slice) {
-    const int z = static_cast<int>(slice);
+  parallel_for(grid.nz, threads, [&](std::size_t slice) {
+    const int z = int(slice);
     for (int y = 0; y < grid.ny; ++y)
       for (int x = 0; x < grid.nx; ++x) {
         float& ratio = kept[grid.index(x, y, z)];
@@ -65,7 +65,7 @@ Reconstruction::Reconstruction(levelset::EvidenceVolume evidence, const Reconstr
       device_(device),
       evidence_(std::move(evidence)) {
   levelset::SensorNoise& noise = options_.evidence.noise;
-  noise.min_m = std::max(noise.min_m, static_cast<float>(grid().voxel_m));
+  noise.min_m = std::max(noise.min_m, float(grid().voxel_m));
   // A measurement at normal incidence weighs 1 in any volume.
   noise.usual_m = std::max(noise.usual_m, noise.min_m);
 }
@@ -121,7 +121,7 @@ void Reconstruction::measure_all(int threads) {
     on_device_->settle();
     return;
   }
-  std::vector<int> all(static_cast<std::size_t>(evidence_.blocks().count()));
+  std::vector<int> all(evidence_.blocks().count());
   std::iota(all.begin(), all.end(), 0);
   distance_->update(evidence_, all, kFirstRounds, band, threads, true);
   distance_->sweep_far(band);
@@ -151,11 +151,10 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
   reading_distance_m_.assign(readings_.size(), kNone);
   for (std::size_t i = 0; i < readings_.size(); ++i)
     if (!std::isnan(readings_[i].x)) sample(sdf, readings_[i], &reading_distance_m_[i], &unused);
-  // The object is not where its recording's first frame leaves no room, nor where other frames have seen free
-  // space.
+  // Not where the recording's first frame leaves no room, nor where other frames have seen free space.
   const auto has_room = [&](int x, int y) {
     const int i = (y - frame.rect.y0) * frame.rect.width() + x - frame.rect.x0;
-    const Vec3d p_obj = readings_[static_cast<std::size_t>(i)].cast<double>();
+    const Vec3d p_obj = readings_[i].cast<double>();
     return !(view_ && !view_->may_hold(p_obj)) && !looked_past(p_obj);
   };
   roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles,

@@ -12,17 +12,17 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
                                                          const RoleOptions& options,
                                                          const std::function<bool(int, int)>& has_room) {
   const int w = rect.width(), h = rect.height();
-  roles_.assign(static_cast<std::size_t>(rect.count()), levelset::PixelRole::kUnknown);
+  roles_.assign(rect.count(), levelset::PixelRole::kUnknown);
   const auto may_be = [&](std::size_t i) {
-    return !std::isnan(distance_m[i]) && options.may_be(foreground, static_cast<int>(i));
+    return !std::isnan(distance_m[i]) && options.may_be(foreground, int(i));
   };
   const auto room = [&](int i) { return has_room(rect.x0 + i % w, rect.y0 + i / w); };
   open_.clear();
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     if (std::isnan(distance_m[i])) continue;
     roles_[i] = levelset::PixelRole::kBeyond;
-    if (may_be(i) && options.starts(distance_m[i]) && room(static_cast<int>(i)))
-      roles_[i] = levelset::PixelRole::kObject, open_.push_back(static_cast<int>(i));
+    if (may_be(i) && options.starts(distance_m[i]) && room(int(i)))
+      roles_[i] = levelset::PixelRole::kObject, open_.push_back(int(i));
   }
   while (!open_.empty()) {
     const int i = open_.back(), x = i % w, y = i / w;
@@ -31,7 +31,7 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
     const auto visit = [&](int nx, int ny) {
       if (nx < 0 || ny < 0 || nx >= w || ny >= h) return;
       const int at = ny * w + nx;
-      const auto j = static_cast<std::size_t>(at);
+      const auto j = std::size_t(at);
       if (roles_[j] != levelset::PixelRole::kBeyond || !may_be(j)) return;
       if (!options.joins(depth_m(rect.x0 + nx, rect.y0 + ny), z) || !room(at)) return;
       roles_[j] = levelset::PixelRole::kObject, open_.push_back(at);
@@ -44,7 +44,7 @@ const std::vector<levelset::PixelRole>& RoleFinder::find(const levelset::PixelRe
 const std::vector<levelset::PixelRole>* RoleFinder::from_colors(const levelset::PixelRect& rect,
                                                                 const ImageView<float>& depth_m,
                                                                 const float* foreground) {
-  roles_.resize(static_cast<std::size_t>(rect.count()));
+  roles_.resize(rect.count());
   bool known = false;
   std::size_t i = 0;
   for (int y = rect.y0; y < rect.y1; ++y)
@@ -60,13 +60,11 @@ const std::vector<levelset::PixelRole>* RoleFinder::from_colors(const levelset::
 const std::vector<levelset::PixelRole>& RoleFinder::from_mask(const levelset::PixelRect& rect,
                                                               const ImageView<float>& depth_m,
                                                               const unsigned char* mask) {
-  roles_.resize(static_cast<std::size_t>(rect.count()));
+  roles_.resize(rect.count());
   std::size_t i = 0;
   for (int y = rect.y0; y < rect.y1; ++y)
     for (int x = rect.x0; x < rect.x1; ++x, ++i) {
-      const unsigned char inside =
-          mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(depth_m.width) +
-               static_cast<std::size_t>(x)];
+      const unsigned char inside = mask[std::size_t(y) * depth_m.width + x];
       roles_[i] = masked_role(depth_m(x, y), inside);
     }
   return roles_;

@@ -24,14 +24,8 @@ constexpr float kJustOutside_m = 1e-6f;
 struct Part {
   int low[3], n[3];  // x, y, z
 
-  std::size_t size() const {
-    return static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
-  }
-  std::size_t index(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(n[0]) +
-           static_cast<std::size_t>(x);
-  }
+  std::size_t size() const { return std::size_t(n[0]) * n[1] * n[2]; }
+  std::size_t index(int x, int y, int z) const { return (std::size_t(z) * n[1] + y) * n[0] + x; }
 };
 
 Part part_around(const std::vector<sdf::VoxelBox>& boxes, const sdf::Grid& grid) {
@@ -57,14 +51,14 @@ std::vector<T> copied(const Part& part, const sdf::Grid& grid, const Value& valu
   for (int z = 0; z < part.n[2]; ++z)
     for (int y = 0; y < part.n[1]; ++y, to += part.n[0]) {
       const std::size_t from = grid.index(part.low[0], part.low[1] + y, part.low[2] + z);
-      for (int x = 0; x < part.n[0]; ++x) to[x] = value(from + static_cast<std::size_t>(x));
+      for (int x = 0; x < part.n[0]; ++x) to[x] = value(from + std::size_t(x));
     }
   return out;
 }
 
 // Half of a Gaussian's weights, from the middle on; their whole sum is 1.
 std::vector<double> gaussian(double sigma) {
-  const int reach = static_cast<int>(kBlurEnds * sigma + 0.5);
+  const int reach = int(kBlurEnds * sigma + 0.5);
   std::vector<double> out;
   double sum = 0;
   for (int i = 0; i <= reach; ++i) {
@@ -78,26 +72,25 @@ std::vector<double> gaussian(double sigma) {
 // Blurs along one axis, mirrored at the ends of the part.
 void blur_axis(const Part& part, int axis, const std::vector<double>& weights, int threads,
                std::vector<float>* values) {
-  const int n = part.n[axis], reach = static_cast<int>(weights.size()) - 1;
+  const int n = part.n[axis], reach = int(weights.size()) - 1;
   const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
   const auto at = [&](int i, int j, int k) {
     return axis == 0 ? part.index(i, j, k) : axis == 1 ? part.index(j, i, k) : part.index(j, k, i);
   };
-  parallel_for(static_cast<std::size_t>(part.n[b]), threads, [&](std::size_t slice) {
-    const int k = static_cast<int>(slice);
-    std::vector<double> line(static_cast<std::size_t>(n + 2 * reach));
+  parallel_for(part.n[b], threads, [&](std::size_t slice) {
+    const int k = int(slice);
+    std::vector<double> line(n + 2 * reach);
     for (int j = 0; j < part.n[a]; ++j) {
       for (int i = -reach; i < n + reach; ++i) {
         int from = i;
         while (from < 0 || from >= n) from = from < 0 ? -1 - from : 2 * n - 1 - from;
-        line[static_cast<std::size_t>(i + reach)] = (*values)[at(from, j, k)];
+        line[i + reach] = (*values)[at(from, j, k)];
       }
       for (int i = 0; i < n; ++i) {
         const double* const middle = line.data() + i + reach;
         double sum = middle[0] * weights[0];
-        for (int w = reach; w > 0; --w)
-          sum += (middle[-w] + middle[w]) * weights[static_cast<std::size_t>(w)];
-        (*values)[at(i, j, k)] = static_cast<float>(sum);
+        for (int w = reach; w > 0; --w) sum += (middle[-w] + middle[w]) * weights[w];
+        (*values)[at(i, j, k)] = float(sum);
       }
     }
   });
@@ -112,7 +105,7 @@ std::vector<float> blurred(const Part& part, std::vector<float> values, double s
 // The unobserved part of the field has no detail; the observed part is unchanged, within a band.
 void smooth_where_unseen(const Part& part, const std::vector<std::uint16_t>& seen, double voxel_m,
                          int threads, std::vector<float>* phi) {
-  const auto band = static_cast<float>(kBand_voxels * voxel_m);
+  const auto band = float(kBand_voxels * voxel_m);
   for (float& value : *phi) value = std::clamp(value, -band, band);
   std::vector<float> share(seen.begin(), seen.end());
   for (float& value : share) value = value > 0 ? 1.0f : 0.0f;
@@ -130,7 +123,7 @@ void leave_largest(const Part& part, double voxel_m, std::vector<float>* phi) {
   for (const BodyRun& run : bodies.runs)
     if (run.body != bodies.largest)
       for (int x = run.x0; x < run.x1; ++x) (*phi)[part.index(x, run.y, run.z)] = kJustOutside_m;
-  const auto outside = static_cast<float>(voxel_m);
+  const auto outside = float(voxel_m);
   for (int z = 0; z < part.n[2]; ++z)
     for (int y = 0; y < part.n[1]; ++y)
       for (int x = 0; x < part.n[0]; ++x) {
@@ -171,13 +164,12 @@ void fill_cavities(int nx, int ny, int nz, const float* weight, float* phi) {
   std::vector<unsigned char> open(part.size()), inside(part.size()), enclosed(part.size());
   for (std::size_t i = 0; i < part.size(); ++i)
     inside[i] = phi[i] <= 0, open[i] = !inside[i] && weight[i] <= kMinWeight;
-  const std::size_t step[3] = {1, static_cast<std::size_t>(nx),
-                               static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny)};
+  const std::size_t step[3] = {1, std::size_t(nx), std::size_t(nx) * ny};
   // The first known voxel backwards along each grid line.
   const auto follow = [&](std::size_t first, std::size_t by, int n, bool back) {
     bool behind = false;
     for (int k = 0; k < n; ++k) {
-      const std::size_t i = first + by * static_cast<std::size_t>(back ? n - 1 - k : k);
+      const std::size_t i = first + by * std::size_t(back ? n - 1 - k : k);
       if (!open[i]) behind = inside[i];
       enclosed[i] = static_cast<unsigned char>(enclosed[i] + behind);
     }
@@ -187,8 +179,7 @@ void fill_cavities(int nx, int ny, int nz, const float* weight, float* phi) {
     for (int k = 0; k < part.n[b]; ++k)
       for (int j = 0; j < part.n[a]; ++j)
         for (const bool back : {false, true})
-          follow(step[a] * static_cast<std::size_t>(j) + step[b] * static_cast<std::size_t>(k), step[axis],
-                 part.n[axis], back);
+          follow(step[a] * std::size_t(j) + step[b] * std::size_t(k), step[axis], part.n[axis], back);
   }
   for (std::size_t i = 0; i < part.size(); ++i)
     if (open[i] && enclosed[i] >= kEnclosed) phi[i] = -phi[i];
@@ -218,7 +209,7 @@ SurfaceMesh surface_mesh(const Reconstruction& volume, int threads) {
   mesh.faces = std::move(zero.faces);
   for (std::size_t i = 0; i + 2 < zero.vertices.size(); i += 3) {
     const double* const v = &zero.vertices[i];
-    const auto nearest = [&](int a) { return part.low[a] + static_cast<int>(std::nearbyint(v[a])); };
+    const auto nearest = [&](int a) { return part.low[a] + int(std::nearbyint(v[a])); };
     const levelset::VoxelColor& color = colors[grid.index(nearest(0), nearest(1), nearest(2))];
     const auto place = [&](int a, double origin) { return (v[a] + part.low[a]) * grid.voxel_m + origin; };
     mesh.vertices.push_back(

@@ -33,7 +33,7 @@ struct MeshRays {
     const Vec3d a = mesh.vertices[f.a], across = cross(mesh.vertices[f.b] - a, mesh.vertices[f.c] - a);
     Vec3d n = T_cam_obj.R * ((1 / norm(across)) * across);
     if (dot(n, along) > 0) n = -n;
-    out.depth_m = static_cast<float>(first.hit.t), out.normal_cam = n.cast<float>();
+    out.depth_m = float(first.hit.t), out.normal_cam = n.cast<float>();
     if (!colors) return out;
     for (int k = 0; k < 3; ++k) {
       const double c = first.hit.wa * colors[3 * f.a + k] + first.hit.wb * colors[3 * f.b + k] +

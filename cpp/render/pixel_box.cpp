@@ -24,7 +24,7 @@ constexpr int kBorderSteps = 32;
 Bounds ideal_image(const Camera& camera) {
   Bounds b;
   for (int i = 0; i <= kBorderSteps; ++i) {
-    const double s = static_cast<double>(i) / kBorderSteps;
+    const double s = double(i) / kBorderSteps;
     const double u = s * camera.width - 0.5, v = s * camera.height - 0.5;
     for (const Vec3d& r : {camera.pixel_ray(u, -0.5), camera.pixel_ray(u, camera.height - 0.5),
                            camera.pixel_ray(-0.5, v), camera.pixel_ray(camera.width - 0.5, v)})
@@ -37,7 +37,7 @@ Bounds ideal_image(const Camera& camera) {
 Bounds through_lens(const Camera& camera, const Bounds& ideal) {
   Bounds px;
   for (int i = 0; i <= kBorderSteps; ++i) {
-    const double s = static_cast<double>(i) / kBorderSteps;
+    const double s = double(i) / kBorderSteps;
     const double x = ideal.x0 + s * (ideal.x1 - ideal.x0), y = ideal.y0 + s * (ideal.y1 - ideal.y0);
     for (const Vec3d& r :
          {Vec3d{x, ideal.y0, 1}, Vec3d{x, ideal.y1, 1}, Vec3d{ideal.x0, y, 1}, Vec3d{ideal.x1, y, 1}}) {
@@ -71,7 +71,7 @@ PixelBox pixel_box(const Camera& camera, const Rigidd& T_cam_obj, Vec3d low_obj,
   }
   const Bounds px = through_lens(camera, ideal);
   constexpr double kMargin = 2;  // the lens bends the border between the points of through_lens a little
-  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, static_cast<double>(n))); };
+  const auto clip = [](double v, int n) { return to_int(std::clamp(v, 0.0, double(n))); };
   return {clip(std::floor(px.x0 - kMargin), camera.width), clip(std::floor(px.y0 - kMargin), camera.height),
           clip(std::ceil(px.x1 + kMargin) + 1, camera.width),
           clip(std::ceil(px.y1 + kMargin) + 1, camera.height)};

@@ -16,7 +16,7 @@ constexpr int kRowsPerChunk = 8;
 }  // namespace
 
 MeshImage::MeshImage(const Camera& camera, bool colored) {
-  const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const std::size_t pixels = std::size_t(camera.width) * camera.height;
   depth_m.resize(pixels), normals_cam.resize(3 * pixels);
   if (colored) colors.resize(3 * pixels);
 }
@@ -37,16 +37,14 @@ MeshImage raycast_mesh(const sdf::MeshView& mesh, const sdf::Bvh& bvh, const std
 
   const MeshRays rays{mesh, bvh.view(), colors, LensRays(camera), T_cam_obj, inverse(T_cam_obj)};
   const auto rows = [&](std::size_t chunk) {
-    const int begin = px.y0 + static_cast<int>(chunk) * kRowsPerChunk,
-              end = std::min(px.y1, begin + kRowsPerChunk);
+    const int begin = px.y0 + int(chunk) * kRowsPerChunk, end = std::min(px.y1, begin + kRowsPerChunk);
     check_interrupt();
     for (int v = begin; v < end; ++v)
       for (int u = px.x0; u < px.x1; ++u) {
-        out.put(rays.trace(u, v), static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) +
-                                      static_cast<std::size_t>(u));
+        out.put(rays.trace(u, v), std::size_t(v) * camera.width + u);
       }
   };
-  parallel_for(static_cast<std::size_t>((px.y1 - px.y0 + kRowsPerChunk - 1) / kRowsPerChunk), threads, rows);
+  parallel_for((px.y1 - px.y0 + kRowsPerChunk - 1) / kRowsPerChunk, threads, rows);
   return out;
 }
 

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The rays of mesh_ray.h, a thread for each pixel that the mesh's box covers.
-#include <algorithm>
 
 #include "base/device_pool.h"
 #include "base/launch.cuh"
-#include "render/mesh_ray.h"
 #include "render/pixel_box.h"
 #include "render/raycast_mesh.h"
 
@@ -22,11 +20,10 @@ struct TraceMesh {
   MeshHit* out;
 
   __device__ void operator()() const {
-    const int u = px.x0 + static_cast<int>(blockIdx.x * kTile + threadIdx.x),
-              v = px.y0 + static_cast<int>(blockIdx.y * kTile + threadIdx.y);
+    const int u = px.x0 + int(blockIdx.x * kTile + threadIdx.x),
+              v = px.y0 + int(blockIdx.y * kTile + threadIdx.y);
     if (u >= px.x1 || v >= px.y1) return;
-    out[static_cast<std::size_t>(v - px.y0) * static_cast<std::size_t>(px.x1 - px.x0) +
-        static_cast<std::size_t>(u - px.x0)] = rays.trace(u, v);
+    out[std::size_t(v - px.y0) * std::size_t(px.x1 - px.x0) + std::size_t(u - px.x0)] = rays.trace(u, v);
   }
 };
 
@@ -73,8 +70,7 @@ MeshImage raycast_mesh_cuda(const sdf::MeshView& mesh, const sdf::Bvh& bvh, std:
   const auto work = pool_of<Work>().borrow(device);
   if (px.empty()) return out;
   const DeviceStream& stream = work->stream;
-  const auto width = static_cast<std::size_t>(px.x1 - px.x0),
-             height = static_cast<std::size_t>(px.y1 - px.y0), count = width * height;
+  const auto width = std::size_t(px.x1 - px.x0), height = std::size_t(px.y1 - px.y0), count = width * height;
   work->send(mesh, bvh, id);
   const std::uint8_t* const rgb =
       colors ? Work::send(stream, colors, 3 * mesh.vertex_count, &work->colors) : nullptr;
@@ -92,8 +88,7 @@ MeshImage raycast_mesh_cuda(const sdf::MeshView& mesh, const sdf::Bvh& bvh, std:
   for (std::size_t row = 0; row < height; ++row)
     for (std::size_t column = 0; column < width; ++column) {
       const MeshHit& hit = staging[row * width + column];
-      out.put(hit, (static_cast<std::size_t>(px.y0) + row) * static_cast<std::size_t>(camera.width) +
-                       static_cast<std::size_t>(px.x0) + column);
+      out.put(hit, (std::size_t(px.y0) + row) * camera.width + px.x0 + column);
     }
   return out;
 }

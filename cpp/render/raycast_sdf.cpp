@@ -33,7 +33,7 @@ bool misses(const Tile& tile, const SdfRays& rays, double far) {
   const Vec3d margin{cone * far, cone * far, cone * far};
   const Span span = clip(middle, {rays.box.low - margin, rays.box.high + margin});
   const double speed = kSlope * (norm(middle.direction) + cone);
-  const double min_step = kMinStepVoxels * static_cast<double>(sdf.voxel_m) / speed;
+  const double min_step = kMinStepVoxels * double(sdf.voxel_m) / speed;
   for (double t = span.near; t < span.far;) {
     const double clearance = phi_at(sdf, middle, t) - kSlope * cone * t;
     if (!(clearance > 0)) return false;
@@ -54,7 +54,7 @@ double farthest(const Rigidd& T_cam_obj, const Box& box) {
 }  // namespace
 
 SdfImage::SdfImage(const Camera& camera) {
-  const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const std::size_t pixels = std::size_t(camera.width) * camera.height;
   depth_m.resize(pixels), normals_cam.resize(3 * pixels);
 }
 
@@ -68,8 +68,7 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
   const auto trace = [&](int v, int left, int right) {
     for (int u = left; u < right; ++u) {
       const Hit hit = rays.trace(u, v);
-      const std::size_t i =
-          static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(u);
+      const std::size_t i = std::size_t(v) * camera.width + u;
       out.depth_m[i] = hit.depth_m;
       out.normals_cam[3 * i] = hit.normal_cam.x;
       out.normals_cam[3 * i + 1] = hit.normal_cam.y;
@@ -78,14 +77,14 @@ SdfImage raycast_sdf(const SdfView& sdf, const Camera& camera, const Rigidd& T_c
   };
   const auto rows = [&](std::size_t chunk) {
     check_interrupt();
-    const int begin = px.y0 + static_cast<int>(chunk) * kTile, end = std::min(px.y1, begin + kTile);
+    const int begin = px.y0 + int(chunk) * kTile, end = std::min(px.y1, begin + kTile);
     for (int left = px.x0; left < px.x1; left += kTile) {
       const int right = std::min(px.x1, left + kTile);
       if (misses({left, begin, right, end}, rays, far)) continue;
       for (int v = begin; v < end; ++v) trace(v, left, right);
     }
   };
-  parallel_for(static_cast<std::size_t>((px.y1 - px.y0 + kTile - 1) / kTile), threads, rows);
+  parallel_for((px.y1 - px.y0 + kTile - 1) / kTile, threads, rows);
   return out;
 }
 

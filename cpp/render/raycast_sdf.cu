@@ -24,12 +24,11 @@ struct TraceRays {
   float *depth, *normals;
 
   __device__ void operator()() const {
-    const int u = px.x0 + static_cast<int>(blockIdx.x * kTile + threadIdx.x),
-              v = px.y0 + static_cast<int>(blockIdx.y * kTile + threadIdx.y);
+    const int u = px.x0 + int(blockIdx.x * kTile + threadIdx.x),
+              v = px.y0 + int(blockIdx.y * kTile + threadIdx.y);
     if (u >= px.x1 || v >= px.y1) return;
     const Hit hit = rays.trace(u, v);
-    const std::size_t at = static_cast<std::size_t>(v - px.y0) * static_cast<std::size_t>(px.x1 - px.x0) +
-                           static_cast<std::size_t>(u - px.x0);
+    const std::size_t at = std::size_t(v - px.y0) * std::size_t(px.x1 - px.x0) + std::size_t(u - px.x0);
     depth[at] = hit.depth_m;
     normals[3 * at] = hit.normal_cam.x;
     normals[3 * at + 1] = hit.normal_cam.y;
@@ -53,8 +52,7 @@ SdfImage raycast_sdf_cuda(const SdfView& sdf, const Camera& camera, const Rigidd
   const auto work = pool_of<Work>().borrow(device);  // an unknown device is an error even if the box is empty
   if (px.empty()) return out;
   const DeviceStream& stream = work->stream;
-  const auto width = static_cast<std::size_t>(px.x1 - px.x0),
-             height = static_cast<std::size_t>(px.y1 - px.y0), count = width * height;
+  const auto width = std::size_t(px.x1 - px.x0), height = std::size_t(px.y1 - px.y0), count = width * height;
   work->volumes.begin_frame();
   float *pixels = work->pixels.room(kPlanes * count), *staging = work->staging.room(kPlanes * count);
   launch(stream, dim3(blocks_of(px.x1 - px.x0, kTile), blocks_of(px.y1 - px.y0, kTile)),
@@ -63,8 +61,7 @@ SdfImage raycast_sdf_cuda(const SdfView& sdf, const Camera& camera, const Rigidd
   stream.download(pixels, kPlanes * count, staging);
   stream.wait();
   for (std::size_t row = 0; row < height; ++row) {
-    const std::size_t at = (static_cast<std::size_t>(px.y0) + row) * static_cast<std::size_t>(camera.width) +
-                           static_cast<std::size_t>(px.x0);
+    const std::size_t at = (std::size_t(px.y0) + row) * camera.width + px.x0;
     std::copy_n(staging + row * width, width, out.depth_m.data() + at);
     std::copy_n(staging + count + 3 * row * width, 3 * width, out.normals_cam.data() + 3 * at);
   }

@@ -44,9 +44,8 @@ struct Box {
 // The centres of a volume's first and last voxel.
 HD Box box_of(const SdfView& sdf) {
   const Vec3d low = sdf.origin_obj.cast<double>();
-  const Vec3d size{static_cast<double>(sdf.nx - 1), static_cast<double>(sdf.ny - 1),
-                   static_cast<double>(sdf.nz - 1)};
-  return {low, low + static_cast<double>(sdf.voxel_m) * size};
+  const Vec3d size{double(sdf.nx - 1), double(sdf.ny - 1), double(sdf.nz - 1)};
+  return {low, low + double(sdf.voxel_m) * size};
 }
 
 HD Span clip(const Ray& ray, const Box& box) {
@@ -86,7 +85,7 @@ HD double root(const SdfView& sdf, const Ray& ray, double a, double phi_a, doubl
 // Depth of the first point where the ray enters the object, 0 if it does not. A ray that starts inside (the
 // camera is in the object, or the box cuts the object) must leave it first.
 HD double first_zero(const SdfView& sdf, const Ray& ray, Span span) {
-  const double per_m = 1 / norm(ray.direction), min_step = kMinStepVoxels * static_cast<double>(sdf.voxel_m);
+  const double per_m = 1 / norm(ray.direction), min_step = kMinStepVoxels * double(sdf.voxel_m);
   double t = span.near, phi = phi_at(sdf, ray, t);
   while (t < span.far) {
     const double next = smaller(span.far, moved(t, larger(abs(phi), min_step) * per_m));
@@ -124,7 +123,7 @@ struct SdfRays {
     Vec3d g;
     sample(sdf, r.at(depth), &phi, &g);
     const Vec3d n = (1 / larger(norm(g), 1e-12)) * (T_cam_obj.R * g);
-    return {static_cast<float>(depth), n.cast<float>()};
+    return {float(depth), n.cast<float>()};
   }
 };
 

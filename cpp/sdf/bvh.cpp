@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -51,7 +50,7 @@ Split best_split(const std::vector<Item>& items, std::size_t begin, std::size_t 
     std::array<Box3, kBins> boxes;
     std::array<int, kBins> counts{};
     for (std::size_t i = begin; i < end; ++i) {
-      const auto b = static_cast<std::size_t>(bin_of(split, items[i].centre));
+      const auto b = std::size_t(bin_of(split, items[i].centre));
       boxes[b].add(items[i].box);
       ++counts[b];
     }
@@ -72,7 +71,7 @@ Split best_split(const std::vector<Item>& items, std::size_t begin, std::size_t 
       if (left_count && cost < best_cost) {
         best_cost = cost;
         best = split;
-        best.bin = static_cast<int>(b);
+        best.bin = int(b);
       }
     }
   }
@@ -80,15 +79,15 @@ Split best_split(const std::vector<Item>& items, std::size_t begin, std::size_t 
 }
 
 std::size_t divide(std::vector<Item>& items, std::size_t begin, std::size_t end, int depth) {
-  const auto first = items.begin() + static_cast<std::ptrdiff_t>(begin);
-  const auto last = items.begin() + static_cast<std::ptrdiff_t>(end);
+  const auto first = items.begin() + std::ptrdiff_t(begin);
+  const auto last = items.begin() + std::ptrdiff_t(end);
   std::size_t middle = begin;
   if (depth < kMaxDepth) {
     const Split split = best_split(items, begin, end);
     if (split.axis >= 0) {
       const auto m = std::stable_partition(
           first, last, [&](const Item& item) { return bin_of(split, item.centre) <= split.bin; });
-      middle = static_cast<std::size_t>(m - items.begin());
+      middle = std::size_t(m - items.begin());
     }
   }
   return middle == begin || middle == end ? begin + (end - begin) / 2 : middle;
@@ -151,8 +150,8 @@ Bvh::Bvh(const MeshView& mesh) {
   }
   places_.resize(items.size());
   for (const Item& item : items) {
-    places_[static_cast<std::size_t>(item.face)] = static_cast<std::int32_t>(faces_.size());
-    triangles_.push_back(mesh.triangle(static_cast<std::size_t>(item.face)));
+    places_[item.face] = static_cast<std::int32_t>(faces_.size());
+    triangles_.push_back(mesh.triangle(std::size_t(item.face)));
     faces_.push_back(item.face);
   }
 }
@@ -165,25 +164,24 @@ Closest Bvh::closest(Vec3d p, double limit2, std::int32_t guess) const {
     const double d2 = dot(d, d);
     if (d2 < best.distance2) best = {d2, q, faces_[i]};
   };
-  if (guess >= 0) visit(static_cast<std::size_t>(places_[static_cast<std::size_t>(guess)]));
+  if (guess >= 0) visit(std::size_t(places_[guess]));
   std::array<std::pair<double, std::int32_t>, kBvhStack> stack;
   int top = 0;
-  stack[static_cast<std::size_t>(top++)] = {nodes_[0].box.distance2(p), 0};
+  stack[top++] = {nodes_[0].box.distance2(p), 0};
   while (top > 0) {
-    const auto [near2, index] = stack[static_cast<std::size_t>(--top)];
+    const auto [near2, index] = stack[--top];
     if (near2 >= best.distance2) continue;
-    const BvhNode& node = nodes_[static_cast<std::size_t>(index)];
+    const BvhNode& node = nodes_[index];
     if (node.count) {
-      for (std::int32_t i = 0; i < node.count; ++i) visit(static_cast<std::size_t>(node.first + i));
+      for (std::int32_t i = 0; i < node.count; ++i) visit(std::size_t(node.first + i));
       continue;
     }
-    std::pair<double, std::int32_t> left{nodes_[static_cast<std::size_t>(node.first)].box.distance2(p),
-                                         node.first};
-    std::pair<double, std::int32_t> right{nodes_[static_cast<std::size_t>(node.first) + 1].box.distance2(p),
+    std::pair<double, std::int32_t> left{nodes_[node.first].box.distance2(p), node.first};
+    std::pair<double, std::int32_t> right{nodes_[std::size_t(node.first) + 1].box.distance2(p),
                                           node.first + 1};
     if (left.first < right.first) std::swap(left, right);  // the nearer one is popped first
-    if (left.first < best.distance2) stack[static_cast<std::size_t>(top++)] = left;
-    if (right.first < best.distance2) stack[static_cast<std::size_t>(top++)] = right;
+    if (left.first < best.distance2) stack[top++] = left;
+    if (right.first < best.distance2) stack[top++] = right;
   }
   return best;
 }

@@ -43,8 +43,8 @@ bool left_of(const Corner& a, const Corner& b, std::int64_t e) {
 Corner snap(const Grid& grid, Vec3d p) {
   const double s = 1 / grid.voxel_m;
   const auto subvoxel = [&](double x_m) {
-    const double x = std::round(x_m * s * static_cast<double>(kSubvoxel));
-    if (!(std::abs(x) <= static_cast<double>(kFarthest)))
+    const double x = std::round(x_m * s * double(kSubvoxel));
+    if (!(std::abs(x) <= double(kFarthest)))
       throw std::invalid_argument("mesh: expected vertices within " + std::to_string(kFarthest / kSubvoxel) +
                                   " voxels of the volume; choose larger voxels or a part of the mesh");
     return static_cast<std::int64_t>(x);
@@ -53,12 +53,8 @@ Corner snap(const Grid& grid, Vec3d p) {
           (p.x - grid.origin_obj.x) * s};
 }
 
-int first_line(std::int64_t low) {
-  return static_cast<int>(std::max<std::int64_t>(0, (low + kSubvoxel - 1) / kSubvoxel));
-}
-int last_line(std::int64_t high, int n) {
-  return static_cast<int>(std::min<std::int64_t>(n - 1, high / kSubvoxel));
-}
+int first_line(std::int64_t low) { return int(std::max<std::int64_t>(0, (low + kSubvoxel - 1) / kSubvoxel)); }
+int last_line(std::int64_t high, int n) { return int(std::min<std::int64_t>(n - 1, high / kSubvoxel)); }
 
 void add_crossings(const Triangle& t, const Grid& grid, std::vector<Crossing>* out) {
   Corner a = snap(grid, t.a), b = snap(grid, t.b), c = snap(grid, t.c);
@@ -73,12 +69,8 @@ void add_crossings(const Triangle& t, const Grid& grid, std::vector<Crossing>* o
       const std::int64_t y = iy * kSubvoxel, z = iz * kSubvoxel;
       const std::int64_t wa = edge(b, c, y, z), wb = edge(c, a, y, z), wc = edge(a, b, y, z);
       if (!left_of(b, c, wa) || !left_of(c, a, wb) || !left_of(a, b, wc)) continue;
-      const double x =
-          (static_cast<double>(wa) * a.x + static_cast<double>(wb) * b.x + static_cast<double>(wc) * c.x) /
-          static_cast<double>(std::abs(area));
-      out->push_back(
-          {static_cast<std::size_t>(iz) * static_cast<std::size_t>(grid.ny) + static_cast<std::size_t>(iy), x,
-           step});
+      const double x = (double(wa) * a.x + double(wb) * b.x + double(wc) * c.x) / double(std::abs(area));
+      out->push_back({std::size_t(iz) * grid.ny + iy, x, step});
     }
 }
 
@@ -93,16 +85,15 @@ std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid,
 
   std::vector<std::int8_t> winding(grid.size(), 0);
   const auto slice = [&](std::size_t iz) {
-    const std::size_t begin = iz * static_cast<std::size_t>(grid.ny),
-                      end = begin + static_cast<std::size_t>(grid.ny);
+    const std::size_t begin = iz * std::size_t(grid.ny), end = begin + std::size_t(grid.ny);
     const auto before = [](const Crossing& c, std::size_t row) { return c.row < row; };
     auto next = std::lower_bound(crossings.begin(), crossings.end(), begin, before);
     while (next != crossings.end() && next->row < end) {
       const std::size_t row = next->row;
-      std::int8_t* line = &winding[row * static_cast<std::size_t>(grid.nx)];
+      std::int8_t* line = &winding[row * std::size_t(grid.nx)];
       int number = 0, ix = 0;
       for (; next != crossings.end() && next->row == row; ++next) {
-        const int stop = to_int(std::clamp(std::ceil(next->x_vox), 0.0, static_cast<double>(grid.nx)));
+        const int stop = to_int(std::clamp(std::ceil(next->x_vox), 0.0, double(grid.nx)));
         for (; ix < stop; ++ix) line[ix] = static_cast<std::int8_t>(std::clamp(number, -127, 127));
         number += next->step;
       }
@@ -110,7 +101,7 @@ std::vector<std::int8_t> winding_numbers(const MeshView& mesh, const Grid& grid,
         line[ix] = static_cast<std::int8_t>(std::clamp(number, -127, 127));
     }
   };
-  parallel_for(static_cast<std::size_t>(grid.nz), threads, slice);
+  parallel_for(grid.nz, threads, slice);
   return winding;
 }
 

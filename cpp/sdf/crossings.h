@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Winding number of a closed mesh at every voxel, by counting signed crossings along each row in x. For a
-// closed oriented surface this is the generalised winding number, exactly (docs/math/mesh_to_sdf.md, 2).
+// Winding number of a closed oriented mesh at every voxel, by counting signed crossings along each row in x
+// (docs/math/mesh_to_sdf.md, 2).
 #pragma once
 
 #include <cstdint>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "base/vec.h"
 #include "base/views.h"
@@ -15,20 +14,12 @@ struct Grid {
   double voxel_m;
   Vec3d origin_obj;
 
-  HD std::size_t size() const {
-    return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
-  }
-  HD std::size_t index(int ix, int iy, int iz) const {
-    return (static_cast<std::size_t>(iz) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(iy)) *
-               static_cast<std::size_t>(nx) +
-           static_cast<std::size_t>(ix);
-  }
+  HD std::size_t size() const { return std::size_t(nx) * ny * nz; }
+  HD std::size_t index(int ix, int iy, int iz) const { return (std::size_t(iz) * ny + iy) * nx + ix; }
   HD Vec3d point(int ix, int iy, int iz) const {
     return {origin_obj.x + voxel_m * ix, origin_obj.y + voxel_m * iy, origin_obj.z + voxel_m * iz};
   }
-  SdfView view(const float* phi) const {
-    return {phi, nx, ny, nz, static_cast<float>(voxel_m), origin_obj.cast<float>()};
-  }
+  SdfView view(const float* phi) const { return {phi, nx, ny, nz, float(voxel_m), origin_obj.cast<float>()}; }
 };
 
 }  // namespace sdftrack::sdf

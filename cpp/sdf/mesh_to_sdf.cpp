@@ -34,7 +34,7 @@ void fill_block(const Bvh& bvh, const Grid& grid, Vec3<int> first, double band_m
         if (c.face < 0) continue;
         guess = c.face;  // the next voxel's nearest triangle is usually this one or a neighbour
         const std::size_t i = grid.index(ix, iy, iz);
-        (*u)[i] = static_cast<float>(std::sqrt(c.distance2));
+        (*u)[i] = float(std::sqrt(c.distance2));
         (*known)[i] = 1;
       }
 }
@@ -45,10 +45,9 @@ std::vector<float> mesh_distance(const Bvh& bvh, const Grid& grid, double band_v
   std::vector<float> u(grid.size());
   std::vector<std::uint8_t> known(grid.size(), 0);
   const int bx = blocks(grid.nx), by = blocks(grid.ny), bz = blocks(grid.nz);
-  parallel_for(static_cast<std::size_t>(by) * static_cast<std::size_t>(bz), threads, [&](std::size_t chunk) {
+  parallel_for(std::size_t(by) * bz, threads, [&](std::size_t chunk) {
     check_interrupt();
-    const int iy = static_cast<int>(chunk % static_cast<std::size_t>(by)),
-              iz = static_cast<int>(chunk / static_cast<std::size_t>(by));
+    const int iy = int(chunk % std::size_t(by)), iz = int(chunk / std::size_t(by));
     for (int ix = 0; ix < bx; ++ix)
       fill_block(bvh, grid, {ix * kBlock, iy * kBlock, iz * kBlock}, band_vox * grid.voxel_m, &u, &known);
   });

@@ -27,21 +27,21 @@ std::vector<std::uint8_t> paint(const MeshView& mesh, const std::uint8_t* vertex
                                 const float* phi, double reach_m, int threads) {
   const Bvh bvh(mesh);
   std::vector<std::uint8_t> rgba(4 * grid.size());
-  parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t z) {
+  parallel_for(grid.nz, threads, [&](std::size_t z) {
     for (int y = 0; y < grid.ny; ++y)
       for (int x = 0; x < grid.nx; ++x) {
-        const std::size_t i = grid.index(x, y, static_cast<int>(z));
-        if (std::abs(static_cast<double>(phi[i])) > reach_m + grid.voxel_m) continue;
-        const Closest at = bvh.closest(grid.point(x, y, static_cast<int>(z)), reach_m * reach_m);
+        const std::size_t i = grid.index(x, y, int(z));
+        if (std::abs(double(phi[i])) > reach_m + grid.voxel_m) continue;
+        const Closest at = bvh.closest(grid.point(x, y, int(z)), reach_m * reach_m);
         if (at.face < 0) continue;
-        const auto face = static_cast<std::size_t>(at.face);
+        const auto face = std::size_t(at.face);
         double w[3];
         weigh_corners(mesh.triangle(face), at.point, w);
         const std::int32_t corner[3] = {mesh.faces[face].a, mesh.faces[face].b, mesh.faces[face].c};
         for (int c = 0; c < 3; ++c) {
           double sum = 0.5;
           for (int k = 0; k < 3; ++k) sum += w[k] * vertex_rgb[3 * corner[k] + c];
-          rgba[4 * i + static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(sum);
+          rgba[4 * i + std::size_t(c)] = static_cast<std::uint8_t>(sum);
         }
         rgba[4 * i + 3] = 255;
       }

@@ -57,9 +57,7 @@ ZeroSurface::ZeroSurface(const SdfView& sdf) : sdf_(sdf) {
   for (const auto& [place, at] : order) triangles_.push_back(found[at]);
 }
 
-double ZeroSurface::area_m2() const {
-  return area_vox_ * static_cast<double>(sdf_.voxel_m) * static_cast<double>(sdf_.voxel_m);
-}
+double ZeroSurface::area_m2() const { return area_vox_ * double(sdf_.voxel_m) * double(sdf_.voxel_m); }
 
 std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
   const SdfView& sdf = sdf_;
@@ -67,7 +65,7 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
   std::vector<SurfaceSample> samples;
   if (!(total > 0) || count <= 0) return samples;
 
-  samples.reserve(static_cast<std::size_t>(count));
+  samples.reserve(count);
   double seen = 0;
   int next = 0;
   for (const Triangle& t : triangles_) {
@@ -79,12 +77,12 @@ std::vector<SurfaceSample> ZeroSurface::samples(int count) const {
              r = std::fmod(0.5 + 0.5698402909980532 * next, 1.0);
       if (s + r > 1) s = 1 - s, r = 1 - r;
       const Vec3d vox = t.a + s * (t.b - t.a) + r * (t.c - t.a);
-      Vec3d p = sdf.origin_obj.cast<double>() + static_cast<double>(sdf.voxel_m) * vox, g;
+      Vec3d p = sdf.origin_obj.cast<double>() + double(sdf.voxel_m) * vox, g;
       double phi = 0;
       for (int i = 0; i < 8; ++i) p = newton_to_zero(sdf, p, &phi, &g);
       sample(sdf, p, &phi, &g);
       const double length = norm(g);
-      if (!(length > 1e-6) || std::abs(phi) > 1e-2 * static_cast<double>(sdf.voxel_m)) continue;
+      if (!(length > 1e-6) || std::abs(phi) > 1e-2 * double(sdf.voxel_m)) continue;
       samples.push_back({p.cast<float>(), ((1 / length) * g).cast<float>()});
     }
   }
@@ -99,30 +97,30 @@ std::vector<SurfaceSample> sample_near(const SdfView& sdf, const std::vector<Vox
   };
   std::vector<Near> found;
   const float half = 0.5f * sdf.voxel_m;
-  const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
+  const auto row = std::size_t(sdf.nx), slice = row * std::size_t(sdf.ny);
   for (const VoxelBox& box : boxes)
     for (int z = box.z0; z < box.z1; ++z)
       for (int y = box.y0; y < box.y1; ++y) {
-        const std::size_t at = static_cast<std::size_t>(z) * slice + static_cast<std::size_t>(y) * row;
+        const std::size_t at = std::size_t(z) * slice + std::size_t(y) * row;
         for (int x = box.x0; x < box.x1; ++x) {
-          const std::size_t i = at + static_cast<std::size_t>(x);
+          const std::size_t i = at + std::size_t(x);
           if (std::abs(sdf.phi[i]) < half && requested(i))
             found.push_back({scrambled(static_cast<std::uint32_t>(i)), x, y, z});
         }
       }
   const auto earlier = [](const Near& a, const Near& b) { return a.order < b.order; };
-  const std::size_t kept = std::min(found.size(), static_cast<std::size_t>(std::max(0, count)));
-  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(), earlier);
+  const std::size_t kept = std::min(found.size(), std::size_t(std::max(0, count)));
+  std::partial_sort(found.begin(), found.begin() + std::ptrdiff_t(kept), found.end(), earlier);
   std::vector<SurfaceSample> samples;
   samples.reserve(kept);
   for (std::size_t k = 0; k < kept; ++k) {
     const Vec3d voxel{1.0 * found[k].x, 1.0 * found[k].y, 1.0 * found[k].z};
-    Vec3d p = sdf.origin_obj.cast<double>() + static_cast<double>(sdf.voxel_m) * voxel, g;
+    Vec3d p = sdf.origin_obj.cast<double>() + double(sdf.voxel_m) * voxel, g;
     double phi = 0;
     for (int i = 0; i < 3; ++i) p = newton_to_zero(sdf, p, &phi, &g);
     sample(sdf, p, &phi, &g);
     const double length = norm(g);
-    if (!(length > 1e-6) || std::abs(phi) > 5e-2 * static_cast<double>(sdf.voxel_m)) continue;
+    if (!(length > 1e-6) || std::abs(phi) > 5e-2 * double(sdf.voxel_m)) continue;
     samples.push_back({p.cast<float>(), ((1 / length) * g).cast<float>()});
   }
   return samples;

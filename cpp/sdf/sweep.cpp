@@ -20,12 +20,12 @@ struct Sweep {
 
   // One row, forwards or backwards; returns whether a value fell.
   bool row(int iy, int iz, bool forward) const {
-    const auto nx = static_cast<std::ptrdiff_t>(grid.nx);
+    const auto nx = std::ptrdiff_t(grid.nx);
     const std::ptrdiff_t slice = nx * grid.ny;
-    const auto start = static_cast<std::ptrdiff_t>(grid.index(0, iy, iz));
+    const auto start = std::ptrdiff_t(grid.index(0, iy, iz));
     float* line = u.data() + start;
     const std::uint8_t* fixed = known.data() + start;
-    const float h = static_cast<float>(grid.voxel_m);
+    const float h = float(grid.voxel_m);
     // At the border the missing neighbour is replaced by the one inside.
     const float *y0 = line + (iy > 0 ? -nx : nx), *y1 = line + (iy + 1 < grid.ny ? nx : -nx);
     const float *z0 = line + (iz > 0 ? -slice : slice), *z1 = line + (iz + 1 < grid.nz ? slice : -slice);

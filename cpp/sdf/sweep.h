@@ -9,9 +9,8 @@
 
 namespace sdftrack::sdf {
 
-// u (m, >= 0) is kept where known[i] != 0 and found everywhere else; the input there is ignored. Gauss-Seidel
-// in eight orders with Godunov's upwind difference. One thread: the method depends on the order, and memory
-// is the limit.
+// u (m, >= 0) is kept where known[i] != 0 and found elsewhere. Gauss-Seidel in eight orders with Godunov's
+// upwind difference, on one thread: the method depends on the order.
 void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u);
 
 }  // namespace sdftrack::sdf

@@ -44,24 +44,20 @@ HD void cut_cell(int x, int y, int z, const float (&phi)[8], const Visit& visit)
   constexpr int kPaths[6][2] = {{1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}};
   Corner corners[8];
   for (int k = 0; k < 8; ++k)
-    corners[k] = {{static_cast<double>(x + (k & 1)), static_cast<double>(y + (k >> 1 & 1)),
-                   static_cast<double>(z + (k >> 2))},
-                  phi[k]};
+    corners[k] = {{double(x + (k & 1)), double(y + (k >> 1 & 1)), double(z + (k >> 2))}, phi[k]};
   for (const auto& path : kPaths) cut({corners[0], corners[path[0]], corners[path[1]], corners[7]}, visit);
 }
 
 }  // namespace zero_set
 
-// Six tetrahedra around the diagonal of every cell that the surface enters. visit(Triangle) for each, corners
-// in voxels.
+// Six tetrahedra around the diagonal of every cell on the surface. visit(Triangle): corners in voxels.
 template <class Visit>
 void for_each_zero_triangle(const SdfView& sdf, const Visit& visit) {
-  const auto row = static_cast<std::size_t>(sdf.nx), slice = row * static_cast<std::size_t>(sdf.ny);
+  const auto row = std::size_t(sdf.nx), slice = row * std::size_t(sdf.ny);
   for (int iz = 0; iz + 1 < sdf.nz; ++iz)
     for (int iy = 0; iy + 1 < sdf.ny; ++iy)
       for (int ix = 0; ix + 1 < sdf.nx; ++ix) {
-        const float* c =
-            sdf.phi + static_cast<std::size_t>(iz) * slice + static_cast<std::size_t>(iy) * row + ix;
+        const float* c = sdf.phi + std::size_t(iz) * slice + std::size_t(iy) * row + ix;
         const float* d = c + slice;
         const bool inside = c[0] < 0;  // nearly every cell lies on one side
         if ((c[1] < 0) == inside && (c[row] < 0) == inside && (c[row + 1] < 0) == inside &&

@@ -10,18 +10,17 @@
 
 namespace sdftrack {
 
-struct DepthCamera {
+struct LensCamera {
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
   // OpenCV's rational model: k1 k2 p1 p2 k3 k4 k5 k6.
   std::array<double, 8> distortion{};
 };
 
-// A colour camera beside the depth camera, whose images have a size of their own.
-struct ColorCamera {
-  int width = 0, height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
-  std::array<double, 8> distortion{};     // as above
+using DepthCamera = LensCamera;
+
+// A colour camera next to the depth camera, with images of its own size.
+struct ColorCamera : LensCamera {
   // From the depth camera to this one, metres.
   Eigen::Isometry3d T_color_depth = Eigen::Isometry3d::Identity();
 };

@@ -21,9 +21,7 @@ Eigen::Isometry3d isometry_of(const Rigidd& T) {
   return out;
 }
 
-std::size_t pixels_of(const Camera& camera) {
-  return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-}
+std::size_t pixels_of(const Camera& camera) { return std::size_t(camera.width) * camera.height; }
 
 }  // namespace
 
@@ -36,14 +34,11 @@ Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name) {
   return {nearest_rotation(Mat3d{row(0), row(1), row(2)}), {T(0, 3), T(1, 3), T(2, 3)}};
 }
 
-template <class AnyCamera>
-Camera camera_of(const AnyCamera& c, const char* name) {
+Camera camera_of(const LensCamera& c, const char* name) {
   if (c.width <= 0 || c.height <= 0 || !(c.fx > 0 && c.fy > 0) || !std::isfinite(c.fx + c.fy + c.cx + c.cy))
     throw std::invalid_argument(std::string(name) + ": expected a width, a height and focal lengths above 0");
   return {{c.fx, c.fy, c.cx, c.cy}, c.width, c.height, c.distortion};
 }
-template Camera camera_of(const DepthCamera& camera, const char* name);
-template Camera camera_of(const ColorCamera& camera, const char* name);
 
 TrackedPose pose_of(const tracking::ObjectResult& result) {
   TrackedPose out;

@@ -15,9 +15,8 @@
 namespace sdftrack {
 
 Rigidd rigid_of(const Eigen::Isometry3d& T, const char* name);
-// DepthCamera or ColorCamera. name: of the argument, for errors.
-template <class AnyCamera>
-Camera camera_of(const AnyCamera& camera, const char* name = "camera");
+// name: of the argument, for errors.
+Camera camera_of(const LensCamera& camera, const char* name = "camera");
 TrackedPose pose_of(const tracking::ObjectResult& result);
 tracking::PoseHint hint_of(const Place& place, const Camera& camera);
 

@@ -2,13 +2,12 @@
 #include "sdftrack/reconstructor.h"
 
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
 
 #include "reconstruction/option_schema.h"
 #include "reconstruction/session/session.h"
 #include "reconstruction/surface.h"
-#include "sdf/primitives.h"
+#include "sdf/solids.h"
 #include "sdftrack/conversion.h"
 #include "sdftrack/shape_volume.h"
 #include "tracking/options/option_schema.h"
@@ -28,7 +27,7 @@ sdf::MeshVolume stand_in(double radius_m) {
   for (int z = 0; z < out.grid.nz; ++z)
     for (int y = 0; y < out.grid.ny; ++y)
       for (int x = 0; x < out.grid.nx; ++x)
-        out.phi.push_back(static_cast<float>(sdf::sphere_distance(out.grid.point(x, y, z), radius_m)));
+        out.phi.push_back(float(sdf::sphere_sample(out.grid.point(x, y, z), radius_m).phi_m));
   return out;
 }
 
@@ -112,7 +111,7 @@ class Reconstructor::Session {
     ReconstructedMesh out;
     out.vertices.resize(3, static_cast<Eigen::Index>(found.vertices.size()));
     for (Eigen::Index i = 0; i < out.vertices.cols(); ++i) {
-      const Vec3d& v = found.vertices[static_cast<std::size_t>(i)];
+      const Vec3d& v = found.vertices[i];
       out.vertices.col(i) << v.x, v.y, v.z;
     }
     const auto columns = [](std::size_t numbers) { return static_cast<Eigen::Index>(numbers / 3); };

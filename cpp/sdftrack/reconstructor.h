@@ -51,8 +51,7 @@ struct ReconstructedMesh {
 class Reconstructor {
  public:
   explicit Reconstructor(const DepthCamera& camera, const ReconstructorSetup& setup = {});
-  // initial: a coarse shape of the object or its category, for parts that are not observed; the object frame
-  // is its own.
+  // initial: a coarse shape of the object or its category, for unobserved parts; it has the object frame.
   Reconstructor(const DepthCamera& camera, Shape initial, const ReconstructorSetup& setup = {});
   Reconstructor(Reconstructor&&) noexcept;
   Reconstructor& operator=(Reconstructor&&) noexcept;

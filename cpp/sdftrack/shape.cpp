@@ -24,9 +24,8 @@ Shape Shape::from_mesh(const Vertices& vertices, const Faces& faces, const Shape
   if (faces.size() > 0 && (faces.minCoeff() < 0 || faces.maxCoeff() >= vertices.cols()))
     throw std::invalid_argument("faces: expected vertices 0.." + std::to_string(vertices.cols() - 1));
   // Both matrices hold one column of three numbers after the other, as the lists do.
-  const sdf::MeshView mesh{
-      reinterpret_cast<const Vec3d*>(vertices.data()), static_cast<std::size_t>(vertices.cols()),
-      reinterpret_cast<const sdf::Face*>(faces.data()), static_cast<std::size_t>(faces.cols())};
+  const sdf::MeshView mesh{reinterpret_cast<const Vec3d*>(vertices.data()), std::size_t(vertices.cols()),
+                           reinterpret_cast<const sdf::Face*>(faces.data()), std::size_t(faces.cols())};
   return Shape(std::make_shared<const Volume>(Volume{volume_of(mesh, options)}));
 }
 

@@ -1,12 +1,42 @@
 // SPDX-License-Identifier: MIT
-// A cluster's centre and the sums for its mean: whole numbers, so that the order does not matter.
+// The grid of the initial centres, a centre and the sums for its mean: whole numbers, so that the order of
+// additions does not matter.
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "superpixels/grid.h"
+#include "base/hd.h"
 
 namespace sdftrack::superpixels {
+
+// The largest whole number that is not above x, |x| < 2^31: floor() without a call.
+HD int whole_below(double x) {
+  const int whole = int(x);
+  return whole - (x < whole);
+}
+
+// Place of the pixel or the mean of pixels at `px`, in 1 / unit pixels. Rounded once.
+HD int place_of(double px, double unit) { return whole_below(px * unit + 0.5); }
+
+// nx x ny cells of nearly equal size, with one centre each. A pixel may belong to the centres of the 3 x 3
+// cells around its own. Colours are counted in 1 / scale of a unit of L*a*b*, places in 1 / unit pixels: then
+// the squared distance is a plain sum of squares, (d_lab^2 + (m d_xy / S)^2) scale^2, and fits into 28 bits.
+struct CellGrid {
+  int width = 0, height = 0, nx = 0, ny = 0;
+  double side_px = 1;  // S of Eq. A.1
+  double scale = 32, unit = 1;
+  std::vector<int> x_begin, y_begin;    // of cells, pixels; one more than there are cells
+  std::vector<int> x_middle, y_middle;  // place_of the middles of cells
+
+  int cells() const { return nx * ny; }
+};
+
+// `pixels`: the number of pixels to divide (fewer than width x height with a mask).
+CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, double compactness);
+
+// The largest compactness; from here on colours have no influence.
+constexpr double kMaxCompact = 4000;
 
 // Colour times CellGrid::scale, place in units of CellGrid::unit. `used`: its cell has a pixel inside the
 // mask. `beneath`: the colour of the pixel at its place, for the next image of a video.
@@ -30,7 +60,7 @@ struct CenterSums {
 // a / n to the nearest, halves upwards; 0 < n < 2^31 and |a| < 2^46. The rounding error of the quotient of
 // two doubles is smaller than the distance of such a ratio to a whole number, unless it is one.
 HD int rounded_ratio(std::int64_t a, std::int64_t n) {
-  return whole_below(static_cast<double>(2 * a + n) / static_cast<double>(2 * n));
+  return whole_below(double(2 * a + n) / double(2 * n));
 }
 
 // Without a branch, because the larger one cannot be predicted.
@@ -43,11 +73,11 @@ HD std::int64_t apart(int a, int b) {
 // of colour times the scale).
 HD std::int64_t move_center(const CenterSums& sums, double unit, Center* center) {
   if (sums.count == 0) return 0;
-  const double n = static_cast<double>(sums.count);
+  const double n = double(sums.count);
   Center next = *center;
   for (int i = 0; i < 3; ++i) next.color[i] = rounded_ratio(sums.color[i], sums.count);
-  next.x = place_of(static_cast<double>(sums.x) / n, unit);
-  next.y = place_of(static_cast<double>(sums.y) / n, unit);
+  next.x = place_of(double(sums.x) / n, unit);
+  next.y = place_of(double(sums.y) / n, unit);
   next.z = rounded_ratio(sums.z, sums.count);
   std::int64_t moved = 0;
   for (int i = 0; i < 3; ++i) moved += apart(next.color[i], center->color[i]);

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <climits>
 #include <numeric>
-#include <utility>
 
 #include "base/isa.h"
 
@@ -13,7 +12,7 @@ namespace sdftrack::superpixels {
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+std::size_t at(int i) { return std::size_t(i); }
 
 const RunOps& ops() { return for_isa<RunOps>(used_isa()); }
 
@@ -33,7 +32,7 @@ std::size_t Connect::bytes() const {
 }
 
 void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
-  const auto row = [&](int y) { return codes + static_cast<std::ptrdiff_t>(y) * table_.width; };
+  const auto row = [&](int y) { return codes + y * table_.width; };
   const auto mark = [&](int y) { return first_[at(y) + 1] = ops().mark(table_, y, row(y), masked_); };
   each_row(phases, mark);
   first_[0] = 0;
@@ -41,7 +40,7 @@ void Connect::find_runs(Phases* phases, const std::uint8_t* codes) {
 }
 
 void Connect::join_touching(Phases* phases, const std::uint8_t* codes) {
-  const auto row = [&](int y) { return codes + static_cast<std::ptrdiff_t>(y) * table_.width; };
+  const auto row = [&](int y) { return codes + y * table_.width; };
   const auto join_band = [&](int band) {
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) {
       ops().start(table_, y, row(y), masked_);
@@ -54,7 +53,7 @@ void Connect::join_touching(Phases* phases, const std::uint8_t* codes) {
 
 void Connect::join(Phases* phases, const std::uint8_t* codes, std::int64_t least) {
   join_touching(phases, codes);
-  const int min_size = static_cast<int>(std::clamp<std::int64_t>(least, 1, INT_MAX));
+  const int min_size = int(std::clamp<std::int64_t>(least, 1, INT_MAX));
   for (bool again = false;; again = true) {
     each_row(phases, [&](int y) { return ops().find_small(table_, y, min_size, again); });
     if (std::none_of(counted_.begin(), counted_.end(), [](int n) { return n > 0; })) break;
@@ -63,8 +62,7 @@ void Connect::join(Phases* phases, const std::uint8_t* codes, std::int64_t least
   number_roots(phases);
 }
 
-// A region belongs to the share of bands that contains its root, and so to one thread at a time. Returns
-// whether any was joined.
+// A region belongs to the thread of the bands that contain its root. Returns whether any was joined.
 bool Connect::join_choices(Phases* phases) {
   const auto first_run = [&](int band) { return first_[at(band_begin(band))]; };
   const auto choose = [&](int band, int band_end) {

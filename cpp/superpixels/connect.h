@@ -39,7 +39,7 @@ class Connect {
   std::size_t bytes() const;
 
  private:
-  int band_begin(int band) const { return (*y_begin_)[static_cast<std::size_t>(band)]; }
+  int band_begin(int band) const { return (*y_begin_)[band]; }
   template <class Work>
   void each_row(Phases* phases, const Work& work);
   void join_touching(Phases* phases, const std::uint8_t* codes);
@@ -62,7 +62,7 @@ void Connect::each_row(Phases* phases, const Work& work) {
   const auto band_sum = [&](int band) {
     int sum = 0;
     for (int y = band_begin(band); y < band_begin(band + 1); ++y) sum += work(y);
-    counted_[static_cast<std::size_t>(band)] = sum;
+    counted_[band] = sum;
   };
   phases->each(band_sum);
 }
@@ -80,16 +80,16 @@ void Connect::take_centers(Phases* phases, int centers, const CenterOf& center_o
   };
   each_row(phases, look_up);
   const int runs = table_.first[table_.height];
-  number_.assign(static_cast<std::size_t>(centers), 0);
+  number_.assign(centers, 0);
   for (int run = 0; run < runs; ++run)
-    if (centre_of_run[run] >= 0) number_[static_cast<std::size_t>(centre_of_run[run])] = 1;
+    if (centre_of_run[run] >= 0) number_[centre_of_run[run]] = 1;
   regions_ = 0;
   for (int& n : number_) regions_ += std::exchange(n, regions_);
   phases->each([&](int band) {
     const int end = table_.first[band_begin(band + 1)];
     for (int run = table_.first[band_begin(band)]; run < end; ++run) {
       const int centre = centre_of_run[run];
-      centre_of_run[run] = centre < 0 ? kNobody : kNumberZero - number_[static_cast<std::size_t>(centre)];
+      centre_of_run[run] = centre < 0 ? kNobody : kNumberZero - number_[centre];
     }
   });
 }

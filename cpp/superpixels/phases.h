@@ -18,7 +18,7 @@ class Phases {
       : threads_(std::clamp(thread_count(threads), 1, std::max(1, bands))),
         bands_(bands),
         shares_(threads_ == 1 ? 1 : std::min(bands, 4 * threads_)),
-        next_(static_cast<std::size_t>(threads_)) {}
+        next_(std::size_t(threads_)) {}
 
   // work(band) for all bands.
   template <class Work>
@@ -38,19 +38,19 @@ class Phases {
     std::atomic<int> value{0};
   };
   static int part_of(int all, int part, int parts) {
-    return static_cast<int>(static_cast<std::int64_t>(all) * part / parts);
+    return int(static_cast<std::int64_t>(all) * part / parts);
   }
   // A thread does its own part first, whose rows its caches hold from the phases before, then the remaining
   // work of the others, which is all of it if no other thread came.
   template <class Work>
   void hand_out(int count, const Work& work) {
     for (Counter& next : next_) next.value.store(0, std::memory_order_relaxed);
-    parallel_for(static_cast<std::size_t>(threads_), threads_, [&](std::size_t) {
+    parallel_for(threads_, threads_, [&](std::size_t) {
       const int self = ThreadPool::thread_number();
       for (int other = 0; other < threads_; ++other) {
         const int part = (self + other) % threads_, begin = part_of(count, part, threads_),
                   end = part_of(count, part + 1, threads_);
-        std::atomic<int>& next = next_[static_cast<std::size_t>(part)].value;
+        std::atomic<int>& next = next_[part].value;
         for (int i = begin + next.fetch_add(1, std::memory_order_relaxed); i < end;
              i = begin + next.fetch_add(1, std::memory_order_relaxed))
           work(i);

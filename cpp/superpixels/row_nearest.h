@@ -116,7 +116,7 @@ void nearest_plain(const CellRows& cell, const NearCenters& near, const Tile& ti
 }
 
 void nearest_centers(SlicDistance distance, const CellRows& cell, const NearCenters& near, const Tile& tile) {
-  __builtin_memset(tile.changed, 0, sizeof(std::uint16_t) * static_cast<std::size_t>(changed_slots(cell)));
+  __builtin_memset(tile.changed, 0, sizeof(std::uint16_t) * std::size_t(changed_slots(cell)));
   if (distance == SlicDistance::kThesis)
     nearest_plain<true>(cell, near, tile);
   else if (cell.z)

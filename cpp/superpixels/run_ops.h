@@ -4,7 +4,6 @@
 // per instruction set (row_ops.h), because of the bit counting.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 namespace sdftrack::superpixels {
@@ -24,9 +23,9 @@ struct RunTable {
                           // region's pixels), and in the end kNumberZero - the region's number
   int* best = nullptr;    // of the root of a small region: its choice, or -1
 
-  const std::uint64_t* row_begins(int y) const { return begins + static_cast<std::ptrdiff_t>(y) * words; }
-  std::uint64_t* row_roots(int y) const { return roots + static_cast<std::ptrdiff_t>(y) * words; }
-  std::uint64_t* row_marks(int y) const { return marks + static_cast<std::ptrdiff_t>(y) * words; }
+  const std::uint64_t* row_begins(int y) const { return begins + y * words; }
+  std::uint64_t* row_roots(int y) const { return roots + y * words; }
+  std::uint64_t* row_marks(int y) const { return marks + y * words; }
 };
 
 // The table is passed by value, so that the compiler knows that no write changes its members.
@@ -34,7 +33,6 @@ struct RunOps {
   // Marks the bits of row y and returns the number of its runs. `codes`: of the row; the row above lies
   // before it (y > 0). 64 bytes on either side can be read.
   int (*mark)(RunTable, int y, const std::uint8_t* codes, bool masked);
-  // Makes each run of row y a region of its own.
   void (*start)(RunTable, int y, const std::uint8_t* codes, bool masked);
   // Joins what touches between row y and the one above; in parallel if each thread has rows of its own.
   void (*join)(RunTable, int y);

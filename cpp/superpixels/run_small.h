@@ -60,7 +60,7 @@ HD Worth unless(bool none, Worth worth) {
 HD void offer(const RunTable& t, int own, Worth best) {
   const int chosen = get(t.best, own);
   const Worth before = unless(chosen < 0, worth(t, std::max(chosen, 0)));
-  set(t.best, own, static_cast<int>(std::min(best, before) & INT_MAX));
+  set(t.best, own, int(std::min(best, before) & INT_MAX));
 }
 
 bool choose_row(RunTable t, int y, int from, int until) {

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstring>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -16,7 +15,7 @@ namespace sdftrack::superpixels {
 
 namespace {
 
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+std::size_t at(std::int64_t i) { return std::size_t(i); }
 
 const RowOps& row_ops() { return for_isa<RowOps>(used_isa()); }
 
@@ -46,13 +45,12 @@ void Slic::prepare(const SlicImage& image, const SlicOptions& options) {
     for (int y = grid_.y_begin[at(j)]; y < grid_.y_begin[at(j) + 1]; ++y)
       y_place_[at(y)] = place_of(y, grid_.unit) - grid_.y_middle[at(j)];
   if (!light_made_ || (light_of_ == ColorSpace::kRgb) != (options.space == ColorSpace::kRgb)) {
-    for (int i = 0; i < 256; ++i) light_[i] = static_cast<float>(i) / 255.f;
+    for (int i = 0; i < 256; ++i) light_[i] = float(i) / 255.f;
     if (options.space != ColorSpace::kRgb) row_ops().linearize(light_, 256, light_);
     light_made_ = true, light_of_ = options.space;
   }
 }
 
-// Converts the rows of pixels of a band of cells.
 void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int band, int* c2x) {
   constexpr int kPiece = 512;
   alignas(64) float light[3][kPiece];
@@ -68,7 +66,7 @@ void Slic::convert_rows(const SlicImage& image, const SlicOptions& options, int 
         split(image.floats + first, channels, n, light[0], light[1], light[2]);
       if (!image.bytes && options.space != ColorSpace::kRgb)
         for (auto& channel : light) row_ops().linearize(channel, n, channel);
-      row_ops().convert(options.space, light[0], light[1], light[2], n, static_cast<float>(grid_.scale),
+      row_ops().convert(options.space, light[0], light[1], light[2], n, float(grid_.scale),
                         x_place_.data() + x, c01_.data() + row + x, c2x + row + x);
     }
     std::uint8_t* const row_codes = codes() + row;
@@ -107,7 +105,7 @@ void Slic::sum_home(int i, int band, const CellRows& cell, int x, int y, bool ma
   if (!masked) add_whole(row_ops(), cell, x, y, &own);
   for (int row = 0; row < cell.rows && (masked || cell.z); ++row) {
     const std::ptrdiff_t first = row * cell.stride;
-    const std::uint8_t* const row_codes = codes() + static_cast<std::ptrdiff_t>(y + row) * grid_.width + x;
+    const std::uint8_t* const row_codes = codes() + std::ptrdiff_t(y + row) * grid_.width + x;
     if (masked) add_masked(cell.c01 + first, cell.c2x + first, row_codes, cell.width, x, y + row, &own);
     for (int k = 0; k < cell.width && cell.z; ++k)
       if (row_codes[k] != kOutside) own.z += cell.z[first + k];
@@ -169,7 +167,7 @@ std::int64_t Slic::update(int band) {
 // The cell of the centre of a pixel, -1 outside the mask.
 int Slic::center_of(int x, int y) const {
   const auto cell_of = [](const std::vector<int>& begin, int v) {
-    return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), v) - begin.begin()) - 1;
+    return int(std::upper_bound(begin.begin(), begin.end(), v) - begin.begin()) - 1;
   };
   const int code = codes_[kMargin + at(static_cast<std::int64_t>(y) * grid_.width + x)];
   if (code == kOutside) return -1;
@@ -191,8 +189,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
   std::vector<std::int64_t> moved(at(grid_.ny));
   SlicResult result;
   using Clock = std::chrono::steady_clock;
-  const auto smallest =
-      static_cast<std::int64_t>(options.min_size * (static_cast<double>(inside_) / options.n_segments));
+  const auto smallest = static_cast<std::int64_t>(options.min_size * (double(inside_) / options.n_segments));
   // The colours are not needed once regions are made, nor their second half once labels are written.
   connect_.begin(image.width, &grid_.y_begin, image.mask != nullptr, c01_.data(), labels);
   Phases phases(threads, grid_.ny);
@@ -204,7 +201,7 @@ SlicResult Slic::run(const SlicImage& image, const SlicOptions& options, bool re
     phases.each([&](int band) { moved[at(band)] = update(band); });
     const std::int64_t way = std::accumulate(moved.begin(), moved.end(), std::int64_t{0});
     result.iterations = round;
-    result.residual = static_cast<double>(way) / (grid_.scale * grid_.cells());
+    result.residual = double(way) / (grid_.scale * grid_.cells());
     if (way == 0) break;  // nothing has moved, so nothing will
   }
   phases.each([&](int band) { remember(image, band, c2x); });

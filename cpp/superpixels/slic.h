@@ -81,7 +81,7 @@ class Slic {
   Connect connect_;
 };
 
-// The same on a CUDA device; defined in slic_cuda.cu, or slic_cuda_none.cpp. The labels are copied to the
+// The same on a CUDA device. The labels are copied to the
 // host, or stay on the device in `labels_there`, 4 bytes a pixel.
 SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels,
                      DeviceArray* labels_there = nullptr);

@@ -7,8 +7,8 @@
 
 #include "base/device_pool.h"
 #include "superpixels/slic.h"
-#include "superpixels/slic_labels.cuh"
 #include "superpixels/slic_memory.h"
+#include "superpixels/slic_regions.cuh"
 
 namespace sdftrack::superpixels {
 
@@ -16,16 +16,15 @@ namespace {
 
 std::vector<int> places(int length, const std::vector<int>& begin, const std::vector<int>& middle,
                         double unit) {
-  std::vector<int> out(static_cast<std::size_t>(length));
+  std::vector<int> out(length);
   for (std::size_t i = 0; i < middle.size(); ++i)
-    for (int x = begin[i]; x < begin[i + 1]; ++x)
-      out[static_cast<std::size_t>(x)] = place_of(x, unit) - middle[i];
+    for (int x = begin[i]; x < begin[i + 1]; ++x) out[x] = place_of(x, unit) - middle[i];
   return out;
 }
 
 std::vector<float> light_of_bytes(ColorSpace space) {
   std::vector<float> light(256);
-  for (int i = 0; i < 256; ++i) light[static_cast<std::size_t>(i)] = static_cast<float>(i) / 255.f;
+  for (int i = 0; i < 256; ++i) light[i] = float(i) / 255.f;
   if (space != ColorSpace::kRgb) RowOps::baseline.linearize(light.data(), 256, light.data());
   return light;
 }
@@ -87,7 +86,7 @@ struct Steps {
       }
       if (connected) by_pixel(NumberRoots{p, s});
       by_pixel(WriteLabels{p, s, connected});
-      memory.fetch(static_cast<std::size_t>(s.pixels()), labels);
+      memory.fetch(std::size_t(s.pixels()), labels);
     } while (connected && joins_go_on());
   }
 
@@ -118,17 +117,17 @@ struct Steps {
 SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int device, int* labels,
                      DeviceArray* labels_there) {
   check_slic(image, options);
-  const auto pixels = static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.width);
-  const auto channels = static_cast<std::size_t>(image.channels);
+  const auto pixels = std::size_t(image.height) * image.width;
+  const auto channels = std::size_t(image.channels);
   const auto inside =
       image.mask ? std::count_if(image.mask, image.mask + pixels, [](std::uint8_t v) { return v != 0; })
-                 : static_cast<std::ptrdiff_t>(pixels);
+                 : std::ptrdiff_t(pixels);
   if (inside == 0) throw std::invalid_argument("mask: expected at least one pixel inside, got none");
   const CellGrid g = make_grid(image.width, image.height, inside, options.n_segments, options.compactness);
-  const auto cells = static_cast<std::size_t>(g.cells());
+  const auto cells = std::size_t(g.cells());
   std::vector<int> z(options.depth_weight > 0 ? pixels : 0);
   for (int y = 0; y < image.height && !z.empty(); ++y) {
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
+    const std::size_t row = std::size_t(y) * image.width;
     depth_row(image.depth_m + row, image.width, options.depth_weight * g.scale, z.data() + row);
   }
   const std::vector<float> light = light_of_bytes(options.space);
@@ -178,25 +177,21 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
                           m.block_count.room(pixels / kBlockThreads + 1),
                           m.number.room(cells),
                           m.counters.data()};
-  const double mean = static_cast<double>(inside) / options.n_segments;
+  const double mean = double(inside) / options.n_segments;
   const SlicShape shape{image.width,
                         image.height,
                         image.channels,
                         g.nx,
                         g.ny,
                         g.unit,
-                        static_cast<float>(g.scale),
+                        float(g.scale),
                         options.first_label,
-                        static_cast<int>(options.min_size * mean),
+                        int(options.min_size * mean),
                         options.space,
                         options.distance};
   const std::int64_t largest = static_cast<std::int64_t>(longest(g.x_begin)) * longest(g.y_begin);
-  const Steps steps{m,
-                    planes,
-                    shape,
-                    options.max_iterations,
-                    static_cast<int>((largest + kPart - 1) / kPart),
-                    options.connected};
+  const Steps steps{
+      m, planes, shape, options.max_iterations, int((largest + kPart - 1) / kPart), options.connected};
   steps.by_pixel(ConvertPixels{planes, shape});
   steps.by_cell(PlaceCenters{planes, shape});
   const int rounds = steps.assign();
@@ -206,7 +201,7 @@ SlicResult slic_cuda(const SlicImage& image, const SlicOptions& options, int dev
   SlicResult result;
   result.segments = m.counters_host.data()->segments;
   result.iterations = iterations;
-  result.residual = static_cast<double>(way) / (g.scale * g.cells());
+  result.residual = double(way) / (g.scale * g.cells());
   return result;
 }
 

@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <vector>
 
-#include "base/device_event.h"
+#include "base/device_stream.h"
 #include "superpixels/slic_planes.cuh"
 
 namespace sdftrack::superpixels {
@@ -36,8 +35,7 @@ class SlicInputs {
   }
   std::size_t bytes() const { return end_; }
 
-  // `piece`: pinned, for a piece's bytes or all, whichever is less; in use until the stream has passed this
-  // point.
+  // `piece`: pinned, for a piece's bytes; in use until the stream has passed this point.
   void send(const DeviceStream& stream, std::byte* piece, std::byte* device) const {
     std::size_t begin = 0, sent = 0;  // start of the piece, and how much of it is in transfer
     const auto send_to = [&](std::size_t end) {

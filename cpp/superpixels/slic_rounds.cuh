@@ -70,7 +70,7 @@ struct MoveCenters {
   __device__ void operator()() const {
     if (rounds_ended(p, round)) return;
     if (blockIdx.x == 0 && threadIdx.x == 0) p.counters->moved[ring_slot(round + kAhead)] = 0;
-    const int c = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x);
+    const int c = int(blockIdx.x) * kThreads + int(threadIdx.x);
     if (c >= s.cells()) return;
     Center center = p.centers[s.center_at(round + 1, c)];
     if (center.used) {
@@ -87,9 +87,7 @@ struct MoveCenters {
 };
 
 // |p - c|^2, or d_lab + (m / S) d_xy: compared as in row_loops.h, in the same order.
-__device__ inline float thesis_cost(int color, int place) {
-  return sqrt(static_cast<float>(color)) + sqrt(static_cast<float>(place));
-}
+__device__ inline float thesis_cost(int color, int place) { return sqrt(float(color)) + sqrt(float(place)); }
 
 __device__ inline int warp_sum(int value) {
   for (int by = 16; by > 0; by /= 2) value += __shfl_down_sync(0xffffffffu, value, by);
@@ -113,8 +111,8 @@ struct AssignPixels {
     SDFTRACK_SHARED(NearCenter[kNear], near);
     SDFTRACK_SHARED(int[kNear][kSums], sums);
     if (rounds_ended(p, round)) return;
-    const int cell = static_cast<int>(blockIdx.x) / parts, part = static_cast<int>(blockIdx.x) % parts;
-    const int i = cell % s.nx, j = cell / s.nx, me = static_cast<int>(threadIdx.x);
+    const int cell = int(blockIdx.x) / parts, part = int(blockIdx.x) % parts;
+    const int i = cell % s.nx, j = cell / s.nx, me = int(threadIdx.x);
     if (me < kNear) near[me] = near_center(i, j, me);
     if (me < kNear * kSums) sums[me / kSums][me % kSums] = 0;
     __syncthreads();
@@ -122,9 +120,9 @@ struct AssignPixels {
     const std::int64_t w = p.x_begin[i + 1] - x0, area = w * (p.y_begin[j + 1] - y0);
     const std::int64_t first = static_cast<std::int64_t>(part) * kPart,
                        end = area < first + kPart ? area : first + kPart;
-    const int first_row = static_cast<int>(first / w);
+    const int first_row = int(first / w);
     for (std::int64_t warp = first + me / 32 * 32; warp < end; warp += kBlockThreads)
-      assign_warp({i, j, x0, y0, static_cast<int>(w), first_row, first}, warp, end, near, sums);
+      assign_warp({i, j, x0, y0, int(w), first_row, first}, warp, end, near, sums);
     __syncthreads();
     if (me >= kNear * kSums) return;
     const int k = me / kSums, v = me % kSums, count = sums[k][0];
@@ -152,11 +150,10 @@ struct AssignPixels {
   // 32 pixels of a cell from its `warp`-th on: one for each lane.
   __device__ void assign_warp(const Cell& in, std::int64_t warp, std::int64_t end, const NearCenter* near,
                               int (*sums)[kSums]) const {
-    const int lane = static_cast<int>(threadIdx.x) % 32;
+    const int lane = int(threadIdx.x) % 32;
     const std::int64_t n = warp + lane;
-    const int row = static_cast<int>(n / in.w),
-              column = static_cast<int>(n - static_cast<std::int64_t>(row) * in.w);
-    int id = -1, v[kSums] = {1, 0, 0, 0, static_cast<int>(n - in.first), row - in.first_row, 0};
+    const int row = int(n / in.w), column = int(n - static_cast<std::int64_t>(row) * in.w);
+    int id = -1, v[kSums] = {1, 0, 0, 0, int(n - in.first), row - in.first_row, 0};
     if (n < end) {
       const int y = in.y0 + row, at = y * s.width + in.x0 + column;
       if (!p.mask || p.mask[at]) {

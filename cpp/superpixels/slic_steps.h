@@ -48,14 +48,13 @@ inline void split(const float* values, int channels, int n, float* r, float* g, 
     for (int i = 0; i < n; ++i, values += 3) r[i] = values[0], g[i] = values[1], b[i] = values[2];
 }
 
-// Depth in units of colour. A missing measurement is replaced by the last one to the left, or else the first
-// of the row.
+// Depth in units of colour; a missing measurement is the last one to the left, or the row's first.
 inline void depth_row(const float* depth_m, int n, double scale, int* z) {
   int i = 0;
   while (i < n && !(depth_m[i] > 0)) ++i;
-  int last = i < n ? place_of(static_cast<double>(depth_m[i]), scale) : 0;
+  int last = i < n ? place_of(double(depth_m[i]), scale) : 0;
   for (i = 0; i < n; ++i) {
-    if (depth_m[i] > 0) last = place_of(static_cast<double>(depth_m[i]), scale);
+    if (depth_m[i] > 0) last = place_of(double(depth_m[i]), scale);
     z[i] = last;
   }
 }
@@ -89,7 +88,7 @@ inline void note_beneath(const PixelPlanes& p, double unit, Center* center) {
 
 inline double distance2(const int* a, const int* b) {
   double sum = 0;
-  for (int k = 0; k < 3; ++k) sum += static_cast<double>(a[k] - b[k]) * (a[k] - b[k]);
+  for (int k = 0; k < 3; ++k) sum += double(a[k] - b[k]) * (a[k] - b[k]);
   return sum;
 }
 
@@ -108,8 +107,7 @@ inline bool still_fits(const PixelPlanes& p, const Center& center, const CellBox
          distance2(now.beneath, center.color) <= kAlike * scale * kAlike * scale;
 }
 
-// The pixel of the cell inside the mask that is nearest to its middle, the first of equals; false: there is
-// none.
+// The pixel of the cell in the mask that is nearest to its middle, the first of equals; or false.
 HD bool nearest_inside(const PixelPlanes& p, const CellBox& box, int* px, int* py) {
   const int cx = *px, cy = *py;
   std::int64_t best = -1;
@@ -153,7 +151,7 @@ inline void find_near(const CellGrid& g, const Center* centers, int i, int j, Ne
   NearCenters& near = *found;
   near.count = 0;
   if (!centers[static_cast<std::int64_t>(j) * g.nx + i].used) return;
-  const int x0 = g.x_middle[static_cast<std::size_t>(i)], y0 = g.y_middle[static_cast<std::size_t>(j)];
+  const int x0 = g.x_middle[i], y0 = g.y_middle[j];
   const auto center_at = [&](int id) -> const Center& {
     return centers[static_cast<std::int64_t>(j + id / 3 - 1) * g.nx + i + id % 3 - 1];
   };

@@ -121,9 +121,9 @@ double moved_apart_m(const frame::Shape& shape, const Rigidd& motion) {
     float phi = 0;
     Vec3f slope;
     sample(shape.sdf, moved * p, &phi, &slope);
-    square += static_cast<double>(phi) * static_cast<double>(phi);
+    square += double(phi) * double(phi);
   }
-  return shape.points.empty() ? 0 : std::sqrt(square / static_cast<double>(shape.points.size()));
+  return shape.points.empty() ? 0 : std::sqrt(square / double(shape.points.size()));
 }
 
 bool is_same_surface(const frame::Shape& shape, const Rigidd& motion) {
@@ -137,7 +137,6 @@ double outline_odds(const Fitted& fitted, const Fitted& other) {
          (noise.factor * noise.factor * std::max(1.0, noise.shared_lines));
 }
 
-// Exchanges the pose of an alternative with that of the object.
 void exchange(std::size_t i, TrackedObject* object) {
   const Rigidd back = inverse(object->alternatives[i].motion);
   for (Alternative& a : object->alternatives) {
@@ -219,7 +218,7 @@ void compare_alternatives(FrameContext* context, ObjectFollower* follower, Track
     }
     if (other) follower->give_back(std::move(other->steps));
     if (gone || all[i].log_odds > kDecided)
-      all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
+      all.erase(all.begin() + std::ptrdiff_t(i));
     else
       ++i;
   }
@@ -230,7 +229,7 @@ void doubt_ambiguous(const TrackedObject& object, ObjectResult* result) {
   if (object.alternatives.empty() || result->trust.status != Status::kOk) return;
   result->trust.status = Status::kWeak;
   result->trust.reason = {ReasonCode::kAmbiguous};
-  result->trust.confidence /= static_cast<double>(object.alternatives.size() + 1);
+  result->trust.confidence /= double(object.alternatives.size() + 1);
 }
 
 void doubt_unproven(TrackedObject* object, ObjectResult* result) {

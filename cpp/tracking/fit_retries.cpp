@@ -26,7 +26,7 @@ constexpr double kNextReach_m = 0.06;   // of a search for an object that moved 
 
 double agree_unhidden(const Visibility& seen) {
   const int open = seen.agree + seen.farther + seen.missing;
-  return open > 0 ? static_cast<double>(seen.agree) / open : 0;
+  return open > 0 ? double(seen.agree) / open : 0;
 }
 
 double log_odds(const Fitted& fitted, const TrackerOptions& options) {
@@ -42,7 +42,7 @@ double score(const Fitted& fitted, const TrackedObject& object, const Rigidd& ex
              const TrackerOptions& options) {
   const Visibility& seen = fitted.seen;
   const bool known = object.usual_share > 0;
-  const double past = seen.expected > 0 ? seen.farther / static_cast<double>(seen.expected) : 0;
+  const double past = seen.expected > 0 ? seen.farther / double(seen.expected) : 0;
   const double hidden = known ? 0 : agree_unhidden(seen) - agreeing_share(seen);
   const double away = surface_step(fitted.T_cam_obj, expected, object.shape->diameter_m) /
                       (known ? kStepSd_m + step_m : kGivenSd_m);
@@ -149,8 +149,7 @@ std::optional<Fitted> ObjectFollower::fit(const FrameContext& context, const fra
   return fitter_.fit(frame, context.camera(), target, attempt, context.plane());
 }
 
-// A wide attempt may end far from where its pixels were chosen: it is fitted again from its result, with the
-// pixels there.
+// A wide attempt may end far from where its pixels were chosen: it is fitted again with pixels there.
 Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthFrame& frame,
                                 const TrackedObject& object, const Neighbors* neighbors, const Fitted& wide) {
   std::optional<Fitted> again = fit(context, frame, target_of(context, object, wide.T_cam_obj, neighbors),
@@ -160,9 +159,8 @@ Fitted ObjectFollower::polished(const FrameContext& context, const frame::DepthF
   return *again;
 }
 
-// A fine fit from a given pose may have a long way to go, and has a short range: it is repeated from its
-// result until it rests, or until the evidence clearly falls, as it does where errors of the depth draw the
-// pose away.
+// A fine fit from a given pose may have a long way to go in short steps: it is repeated until it rests, or
+// until the evidence clearly falls, as where errors of the depth draw the pose away.
 std::optional<Fitted> ObjectFollower::settled(const FrameContext& context, const frame::DepthFrame& frame,
                                               const TrackedObject& object, const Rigidd& given,
                                               const Neighbors* neighbors) {

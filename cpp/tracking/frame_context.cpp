@@ -54,7 +54,7 @@ void FrameContext::open_next(const frame::DepthFrame& frame, const std::vector<T
   for (const TrackedObject& object : objects) {
     if (!object.followed() || !frame.color) continue;
     regions_.push_back(frame::projected_box(camera_, *object.shape, object.T_cam_obj, 0));
-    depth_m = static_cast<float>(object.T_cam_obj.t.z);
+    depth_m = float(object.T_cam_obj.t.z);
   }
   fault_ = watch_.look(frame, regions_, depth_m);
 }
@@ -66,9 +66,7 @@ void FrameContext::follow_plane() {
   plane_.update(frame_, camera_, regions_);
 }
 
-std::size_t FrameContext::pixels() const {
-  return static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
-}
+std::size_t FrameContext::pixels() const { return std::size_t(camera_.width) * camera_.height; }
 
 const appearance::ColorModel* FrameContext::colors_of(const TrackedObject& object) const {
   const bool tell =
@@ -109,9 +107,7 @@ void FrameContext::claim(const frame::Shape& shape, const Rigidd& T_cam_obj) {
       float phi;
       Vec3f unused;
       field.value(z * ray(K, u.x, u.y), &phi, &unused);
-      if (std::abs(phi) < kExplained_m)
-        claimed_[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width) +
-                 static_cast<std::size_t>(x)] = 1;
+      if (std::abs(phi) < kExplained_m) claimed_[std::size_t(y) * camera_.width + x] = 1;
     }
 }
 
@@ -139,9 +135,9 @@ frame::DepthFrame FrameContext::unclaimed(const frame::DepthFrame& frame, const 
 frame::DepthFrame FrameContext::without_members(const std::vector<int>& members, int k) {
   claimed_.assign(pixels(), 0);
   for (const int m : members) {
-    const JointFitted& joint = *together_[static_cast<std::size_t>(m)];
+    const JointFitted& joint = *together_[m];
     if (m == k || joint.hidden) continue;
-    claim(*(*objects_)[static_cast<std::size_t>(m)].shape, joint.fitted.T_cam_obj);
+    claim(*(*objects_)[m].shape, joint.fitted.T_cam_obj);
   }
   return unclaimed(frame_, claimed_.data());
 }

@@ -2,7 +2,6 @@
 // What the parts of a tracker share about the current frame.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -51,7 +50,6 @@ class FrameContext {
   // The frame without the measurements on the other members' surfaces, at their jointly fitted poses.
   frame::DepthFrame without_members(const std::vector<int>& members, int k);
 
-  // The joint fit of each object in this frame.
   std::optional<JointFitted>& together(std::size_t k) { return together_[k]; }
   // The joint fit of this object; nullptr: it is fitted alone.
   JointFitted* together_of(const TrackedObject& object);
@@ -64,9 +62,7 @@ class FrameContext {
   }
 
  private:
-  std::size_t number_of(const TrackedObject& object) const {
-    return static_cast<std::size_t>(&object - objects_->data());
-  }
+  std::size_t number_of(const TrackedObject& object) const { return std::size_t(&object - objects_->data()); }
   void claim(const frame::Shape& shape, const Rigidd& T_cam_obj);
 
   TrackerOptions options_;

@@ -56,7 +56,7 @@ bool FrameWatch::repeats(const ImageView<float>& depth_m) {
     const int y = (2 * j + 1) * depth_m.height / (2 * kRows);
     for (int i = 0; i < kRuns; ++i, kept += kRun) {
       const int x = (depth_m.width - run) * (2 * i + 1) / (2 * kRuns);
-      const float* const first = depth_m.data + static_cast<std::ptrdiff_t>(y) * depth_m.width + x;
+      const float* const first = depth_m.data + y * depth_m.width + x;
       for (int k = 0; k < run; ++k) {
         const float now = first[k] > 0 ? first[k] : 0.0f;  // NaN is no measurement
         others += now != kept[k];
@@ -100,8 +100,8 @@ FrameWatch::Brightness FrameWatch::brightness(const frame::DepthFrame& frame,
   for (const frame::Rect& r : regions)
     for (int j = 0; j < kRegionSamples && !r.empty(); ++j)
       for (int i = 0; i < kRegionSamples; ++i) {
-        const auto u = static_cast<float>(r.x0 + (2 * i + 1) * (r.x1 - r.x0) / (2 * kRegionSamples));
-        const auto v = static_cast<float>(r.y0 + (2 * j + 1) * (r.y1 - r.y0) / (2 * kRegionSamples));
+        const auto u = float(r.x0 + (2 * i + 1) * (r.x1 - r.x0) / (2 * kRegionSamples));
+        const auto v = float(r.y0 + (2 * j + 1) * (r.y1 - r.y0) / (2 * kRegionSamples));
         int x, y;
         float unused;
         if (!color.map.find({u, v}, depth_m, &x, &y, &unused)) continue;

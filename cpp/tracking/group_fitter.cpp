@@ -35,16 +35,16 @@ void GroupFitter::find_groups(const Objects& objects, double time_s) {
     if (visited_[first] || !objects[first].placed()) continue;
     if (groups_.size() == group_count_) groups_.emplace_back();
     std::vector<int>& members = groups_[group_count_];
-    members.assign(1, static_cast<int>(first));
+    members.assign(1, int(first));
     visited_[first] = 1;
     for (std::size_t next = 0; next < members.size(); ++next) {
-      const auto a = static_cast<std::size_t>(members[next]);
+      const auto a = std::size_t(members[next]);
       for (std::size_t b = 0; b < objects.size(); ++b) {
         if (visited_[b] || !objects[b].placed() ||
             !may_touch(*objects[a].shape, expected_[a], *objects[b].shape, expected_[b]))
           continue;
         visited_[b] = 1;
-        members.push_back(static_cast<int>(b));
+        members.push_back(int(b));
       }
     }
     std::sort(members.begin(), members.end());
@@ -66,7 +66,7 @@ void GroupFitter::refuse_doubles(FrameContext* context, const Objects& objects, 
   std::size_t kept = 0;
   places_.clear();
   for (const int k : *members) {
-    const auto i = static_cast<std::size_t>(k);
+    const auto i = std::size_t(k);
     const Rigidd& T_cam_obj = expected_[i];
     int inside = -1;
     for (std::size_t j = 0; objects[i].requested && j < kept; ++j)
@@ -87,13 +87,13 @@ void GroupFitter::fit_together(FrameContext* context, const Objects& objects,
                                const std::vector<int>& members) {
   targets_.clear();
   for (const int k : members) {
-    const auto i = static_cast<std::size_t>(k);
+    const auto i = std::size_t(k);
     targets_.push_back(follower_->target_of(*context, objects[i], expected_[i], nullptr));
   }
   std::vector<JointFitted>& fitted =
       joint_.fit(context->frame(), context->camera(), targets_, context->plane());
   for (std::size_t m = 0; m < members.size(); ++m) {
-    std::optional<JointFitted>& kept = context->together(static_cast<std::size_t>(members[m]));
+    std::optional<JointFitted>& kept = context->together(std::size_t(members[m]));
     if (kept) prepend(kept->fitted.steps, &fitted[m].fitted.steps);
     kept = std::move(fitted[m]);
     fitted[m].fitted.steps = follower_->spare_steps();
@@ -105,7 +105,7 @@ void GroupFitter::fit_together(FrameContext* context, const Objects& objects,
 bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std::vector<int>& members) {
   bool moved = false;
   for (const int k : members) {
-    const auto i = static_cast<std::size_t>(k);
+    const auto i = std::size_t(k);
     JointFitted& joint = *context->together(i);
     if (joint.hidden || convincing(joint.fitted, objects[i], options_)) continue;
     const Rigidd before = joint.fitted.T_cam_obj;
@@ -125,12 +125,12 @@ bool GroupFitter::mend(FrameContext* context, const Objects& objects, const std:
 void GroupFitter::give_up_doubles(FrameContext* context, const Objects& objects,
                                   const std::vector<int>& members) const {
   const auto pixels = [&](int k) {
-    const JointFitted& joint = *context->together(static_cast<std::size_t>(k));
+    const JointFitted& joint = *context->together(std::size_t(k));
     return joint.hidden || joint.fitted.steps.empty() ? 0 : joint.fitted.steps.back().pixels;
   };
   for (const int a : members)
     for (const int b : members) {
-      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+      const auto i = std::size_t(a), j = std::size_t(b);
       JointFitted &one = *context->together(i), &two = *context->together(j);
       if (a == b || one.inside >= 0 || two.inside >= 0) continue;
       const energies::SingleObject<float> other = field_of(*objects[j].shape, two.fitted.T_cam_obj);

@@ -73,9 +73,7 @@ void hand_over_find(const Served& from, const Served& to) {
 
 void assign_finds(const std::vector<int>& served, std::vector<TrackedObject>* objects,
                   std::vector<ObjectResult>* results) {
-  const auto at = [&](std::size_t i) -> Served {
-    return {served[i], (*objects)[static_cast<std::size_t>(served[i])], (*results)[i]};
-  };
+  const auto at = [&](std::size_t i) -> Served { return {served[i], (*objects)[served[i]], (*results)[i]}; };
   for (std::size_t i = 0; i < served.size(); ++i) {
     const Served one = at(i);
     if (!one.object.before_found) continue;

@@ -19,12 +19,12 @@ frame::Rect united(const frame::Rect& a, const frame::Rect& b) {
 
 // Shares of the objects in a pixel, from their distances: exp(-a phi) over the sum of all; NaN phi: too far.
 void share_out(const std::vector<float>& phi_m, float sharpness_per_m, float* share) {
-  float least = static_cast<float>(kNear_m), sum = 0;
+  float least = float(kNear_m), sum = 0;
   bool any = false;
   for (const float phi : phi_m)
-    if (std::abs(phi) < static_cast<float>(kNear_m)) least = any ? std::min(least, phi) : phi, any = true;
+    if (std::abs(phi) < float(kNear_m)) least = any ? std::min(least, phi) : phi, any = true;
   for (std::size_t k = 0; k < phi_m.size(); ++k) {
-    const bool near = std::abs(phi_m[k]) < static_cast<float>(kNear_m);
+    const bool near = std::abs(phi_m[k]) < float(kNear_m);
     share[k] = near ? std::exp(sharpness_per_m * (least - phi_m[k])) : 0;
     sum += share[k];
   }
@@ -51,7 +51,7 @@ void Membership::find(const FrameContext& context, const std::vector<TrackedObje
     all = united(all, boxes.back());
     voxel_m = std::min(voxel_m, object.shape->sdf.voxel_m);
   }
-  const float sharpness_per_m = static_cast<float>(options_.coarse_union_sharpness) / voxel_m;
+  const float sharpness_per_m = float(options_.coarse_union_sharpness) / voxel_m;
   const Intrinsics<float> K = camera.K.cast<float>();
   const frame::IdealPixel ideal{context.frame(), K, camera.width};
   std::vector<float> phi_m(count);
@@ -67,8 +67,7 @@ void Membership::find(const FrameContext& context, const std::vector<TrackedObje
         Vec3f unused;
         fields[k].value(z * ray(K, u.x, u.y), &phi_m[k], &unused);
       }
-      const auto at =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
+      const auto at = std::size_t(y) * camera.width + x;
       share_out(phi_m, sharpness_per_m, membership + at * count);
     }
   for (std::size_t k = 0; k < count; ++k) add_foreground(context, objects[k], boxes[k], foreground);
@@ -90,8 +89,8 @@ void Membership::find_foreground(const FrameContext& context, const TrackedObjec
                                  const frame::Rect& box, std::vector<float>* foreground) {
   const frame::DepthFrame& frame = context.frame();
   const Camera& camera = context.camera();
-  const auto width = static_cast<std::size_t>(std::max(0, box.x1 - box.x0));
-  foreground->assign(width * static_cast<std::size_t>(std::max(0, box.y1 - box.y0)),
+  const auto width = std::size_t(std::max(0, box.x1 - box.x0));
+  foreground->assign(width * std::size_t(std::max(0, box.y1 - box.y0)),
                      std::numeric_limits<float>::quiet_NaN());
   const appearance::ColorModel* const colors = context.colors_of(object);
   if (!colors || !frame.depth_m.data || foreground->empty()) return;
@@ -104,7 +103,7 @@ void Membership::find_foreground(const FrameContext& context, const TrackedObjec
       const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
       const int bin = color_reader_.bin(y * camera.width + x, ideal(x, y), z);
-      if (bin >= 0) *to = colors->posterior()[static_cast<std::size_t>(bin)];
+      if (bin >= 0) *to = colors->posterior()[bin];
     }
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The soft assignment of each pixel to the objects (thesis Eq. 5.21), for display or for cutting objects out
-// of an image.
+// The soft assignment of each pixel to the objects (thesis Eq. 5.21), for display or cutting out.
 #pragma once
 
 #include <vector>
@@ -17,8 +16,7 @@ class Membership {
   // shows an object (NaN: not known).
   void find(const FrameContext& context, const std::vector<TrackedObject>& objects, float* membership,
             float* foreground);
-  // The probability by colour that a pixel of the box shows the object: for the box alone, row by row, NaN
-  // where not known.
+  // The same for the pixels of a box, row by row: the probability by colour; NaN where not known.
   void find_foreground(const FrameContext& context, const TrackedObject& object, const frame::Rect& box,
                        std::vector<float>* foreground);
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/motion.h"
 
-#include <cmath>
-
 namespace sdftrack::tracking {
 
 namespace {
@@ -15,7 +13,7 @@ constexpr double kLongestGap_s = 0.5;  // a velocity older than this is not used
 // Seconds where both times are known and in order, else frames.
 double ConstantVelocity::elapsed(double time_s) const {
   const double dt = time_s - time_s_;
-  return dt > 0 ? dt : static_cast<double>(frames_);
+  return dt > 0 ? dt : double(frames_);
 }
 
 void ConstantVelocity::observe(const Rigidd& T_cam_obj, double time_s) {
@@ -41,7 +39,7 @@ Rigidd ConstantVelocity::predict(const Rigidd& last, double time_s) const {
   const bool same_unit = per_second_ == (time_s - time_s_ > 0);
   if (!same_unit || (per_second_ && dt > kLongestGap_s)) return last;
   // After frames without a reliable pose `last` has been predicted already: one frame's share is left.
-  const double step = belief_ * dt / static_cast<double>(frames_);
+  const double step = belief_ * dt / double(frames_);
   return {rotation_exp(step * w_) * last.R, last.t + step * v_};
 }
 

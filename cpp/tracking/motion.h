@@ -49,7 +49,7 @@ class ConstantVelocity {
   Vec3d velocity() const { return v_; }
   Vec3d turn_rate() const { return w_; }
   // The interval of one frame, in the unit of the velocities, for the next observation.
-  double frame_interval(double time_s) const { return elapsed(time_s) / static_cast<double>(frames_); }
+  double frame_interval(double time_s) const { return elapsed(time_s) / double(frames_); }
   // `last` moved on to the time of the next frame.
   Rigidd predict(const Rigidd& last, double time_s) const;
 

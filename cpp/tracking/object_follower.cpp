@@ -18,8 +18,7 @@ constexpr double kStepFades = 0.8;                       // per frame
 constexpr double kClearlyNearer = 0.8;                   // error of one prediction over that of the other
 constexpr double kMinStep_m = 0.005;  // an object at rest may jump this far and still be seen by a narrow fit
 constexpr double kMinMotion_m = 0.002, kMinMotion_rad = 0.01;  // in a frame, of an object at rest
-// Weight of a new frame in the histograms (thesis Eq. 4.22): an object keeps its colours, its surroundings
-// change.
+// Weight of a new frame in the histograms (thesis Eq. 4.22).
 constexpr double kObjectRate = 0.05, kBackgroundRate = 0.3;
 constexpr double kUnread = 0.7, kSeenPast = 0.1;  // shares of the visible surface: without depth, free space
 constexpr int kColorBudget = 1500, kFirstColorBudget = 20000;  // pixels visited for the histograms
@@ -53,8 +52,7 @@ ObjectResult ObjectFollower::follow(FrameContext* context, TrackedObject* object
   return result;
 }
 
-// Black, shiny and transparent objects have no depth where their surroundings have it: only their outline is
-// left.
+// Black, shiny and transparent objects have no depth: only their outline is left.
 std::optional<ObjectResult> ObjectFollower::follow_unread(FrameContext* context, TrackedObject* object) {
   object->unread = false;
   if (!options_.outline || !context->frame().color || !object->placed() || !object->colors.known())

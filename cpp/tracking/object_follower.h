@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Follows one object from its last pose to the next: attempts of a fit, their judgement, and what is
-// remembered.
+// Follows one object to its next pose: attempts of a fit, their judgement, and what is remembered.
 #pragma once
 
 #include <memory>

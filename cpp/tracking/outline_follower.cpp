@@ -23,21 +23,19 @@ double within(double limit, double variance) { return std::erf(limit / std::sqrt
 // Pixels whose measurement lies near the surface at a pose: a mask of the object that tolerates bent depth.
 std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const Camera& camera,
                                          const frame::Shape& shape, const Rigidd& T_cam_obj) {
-  std::vector<unsigned char> mask(static_cast<std::size_t>(camera.width) *
-                                  static_cast<std::size_t>(camera.height));
+  std::vector<unsigned char> mask(std::size_t(camera.width) * camera.height);
   const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, kDepthBends_m);
   const LensRays rays(camera);
   const Rigidf T_obj_cam = inverse(T_cam_obj).cast<float>();
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
+      const std::size_t i = std::size_t(y) * camera.width + x;
       const float z = frame.depth_m(x, y);
       if (!(z > 0)) continue;
       float phi = 0;
       Vec3f slope;
       sample(shape.sdf, T_obj_cam * (z * rays.at(x, y).cast<float>()), &phi, &slope);
-      mask[i] = std::abs(phi) < static_cast<float>(kDepthBends_m);
+      mask[i] = std::abs(phi) < float(kDepthBends_m);
     }
   return mask;
 }

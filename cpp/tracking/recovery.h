@@ -13,8 +13,7 @@ class Recovery {
       : options_(options), follower_(follower) {}
 
   // Searches in the hint's mask or box, or everywhere; a hint with a pose needs no search. off_by_residuals:
-  // the pose found (centred), where a mask or box vouches for the place and only the size of the residuals
-  // contradicts the pose.
+  // the pose found (centred), where a mask or box states the place and only the residuals contradict it.
   ObjectResult find(FrameContext* context, const PoseHint& hint, TrackedObject* object,
                     std::optional<Rigidd>* off_by_residuals) const;
   // Searches for an object lost in this frame, around its last pose or everywhere; else returns `lost`.

@@ -18,8 +18,7 @@ using Twist = std::array<double, 6>;
 struct ObjectResult {
   Rigidd T_cam_obj;     // of the caller's object frame; the last good one when lost, NaN before the first
   Matrix6d covariance;  // NaN when lost
-  // The part of the covariance due to unstated errors of the sensor: a nearly constant error of the distance,
-  // and a delay.
+  // The part of the covariance by unstated errors of the sensor: an error of distance, and a delay.
   Matrix6d unstated = Matrix6d::Zero();
   Trust trust;
   Twist twist{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
@@ -42,8 +41,8 @@ struct ObjectResult {
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [T, sd, open, said, rates, value, shared, second, trials, colored, chance] = self;
-    archive(T.R.r0, T.R.r1, T.R.r2, T.t, sd, open, said, rates, value, shared, second, trials, colored,
+    auto& [T, sd, open, reliable, rates, value, shared, second, trials, colored, chance] = self;
+    archive(T.R.r0, T.R.r1, T.R.r2, T.t, sd, open, reliable, rates, value, shared, second, trials, colored,
             chance);
   }
 };
@@ -62,7 +61,6 @@ struct FrameResult {
 
 inline bool is_followed(Status status) { return status == Status::kOk || status == Status::kWeak; }
 
-// Whether all numbers in the result of a followed object are finite.
 bool is_finite(const ObjectResult& result);
 
 // The result of an object whose pose this frame does not show.

@@ -44,8 +44,7 @@ struct TrackedObject {
   double usual_cost = 0;           // mean per pixel, lately
   ColorDelay color_delay;          // of what it shows, since the start of the sequence
   OpenDirections open;             // directions of its pose, in the last frame that showed it
-  // Consecutive frames with nothing open: a growing shape sometimes shows by chance a direction that it did
-  // not show just before.
+  // Consecutive frames with nothing open: a growing shape shows some directions by chance only.
   int determined_frames = kDeterminedFrames;
   int unproven_frames = 0;            // consecutive sure frames needed before a turn after a loss is accepted
   SizeTest size;                      // since the start
@@ -74,8 +73,7 @@ struct TrackedObject {
   // The pose to return to while a recovery has not been confirmed by a later frame.
   std::optional<Rigidd> before_found;
   int trial_frames = 0;  // since the recovery
-  // For a placeholder of a primitive that has not been found yet: the primitive's kind. Empty: an ordinary
-  // shape.
+  // For a placeholder of a primitive that has not been found yet: its kind. Empty: an ordinary shape.
   std::string unfound;
   bool primitive = false;  // turns about the primitive's own axes have no meaning
 

@@ -153,24 +153,24 @@ void Tracker::process_each(const Work& work) {
       doubt_unlikely(&object(requested_[i]), &results_[i]);
     doubt_unproven(&object(requested_[i]), &results_[i]);
   }
-  for (ObjectResult& answer : results_)
-    doubt_frame(context_.fault(), &answer.trust.status, &answer.trust.reason, &answer.trust.confidence);
+  for (ObjectResult& result : results_)
+    doubt_frame(context_.fault(), &result.trust.status, &result.trust.reason, &result.trust.confidence);
 }
 
 // An invalid volume can drive a fit to NaN. before: the object's pose before this frame.
-void Tracker::refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const {
-  if (!is_followed(answer->trust.status) || is_finite(*answer)) return;
+void Tracker::refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* result) const {
+  if (!is_followed(result->trust.status) || is_finite(*result)) return;
   object->forget(options_);
   object->T_cam_obj = before, object->lost_frames = 1;
-  std::vector<TrackStep> steps = std::move(answer->steps);
-  *answer = result_without_pose(*object, {ReasonCode::kNotFinite}, Status::kLost);
-  answer->steps = std::move(steps);
+  std::vector<TrackStep> steps = std::move(result->steps);
+  *result = result_without_pose(*object, {ReasonCode::kNotFinite}, Status::kLost);
+  result->steps = std::move(steps);
 }
 
-void Tracker::explain_loss(const TrackedObject& object, ObjectResult* answer) const {
-  if (is_followed(answer->trust.status)) return;
-  answer->trust.reason = lost_at(object.T_cam_obj, *object.shape, camera(), context_.frame().depth_m,
-                                 std::move(answer->trust.reason));
+void Tracker::explain_loss(const TrackedObject& object, ObjectResult* result) const {
+  if (is_followed(result->trust.status)) return;
+  result->trust.reason = lost_at(object.T_cam_obj, *object.shape, camera(), context_.frame().depth_m,
+                                 std::move(result->trust.reason));
 }
 
 ObjectResult Tracker::unread(Object* object) const {
@@ -250,7 +250,7 @@ ObjectResult Tracker::follow(Object* object) {
 }
 
 void Tracker::add_to_reason(int k, const std::string& more) {
-  std::string& text = verdict_.result().objects.at(static_cast<std::size_t>(k)).trust.reason.more;
+  std::string& text = verdict_.result().objects.at(std::size_t(k)).trust.reason.more;
   text += (text.empty() ? "" : "; ") + more;
 }
 

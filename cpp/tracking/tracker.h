@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The per-frame procedure: fit from the expected pose, fit more widely where that is not convincing, judge,
-// and search for lost objects.
+// The per-frame procedure: fit from the expected pose, more widely if not convincing, judge, search.
 #pragma once
 
 #include <memory>
@@ -26,12 +25,12 @@ class Tracker {
   Tracker(const Tracker&) = delete;  // its parts know each other by address
   Tracker& operator=(const Tracker&) = delete;
 
-  int object_count() const { return static_cast<int>(objects_.size()); }
+  int object_count() const { return int(objects_.size()); }
   const Camera& camera() const { return context_.camera(); }
   const TrackerOptions& options() const { return options_; }
   int threads() const { return settings_.threads; }
   bool is_primitive(int k) const { return object(k).primitive; }
-  // Whether the shape is said to have the object's size.
+  // Whether the shape is stated to have the object's size.
   bool has_known_size(int k) const { return !object(k).free_scale && !object(k).primitive; }
   void set_camera(const Camera& camera) { context_.set_camera(camera); }  // of the next frames
   // color: nullptr, or the frame's colours: used once an accepted pose has shown the object's colours.
@@ -51,12 +50,11 @@ class Tracker {
   // Follows the objects into a frame outside the sequence; the record of the sequence is unchanged. Returns
   // one result for each object.
   const std::vector<ObjectResult>& revisit(const frame::DepthFrame& frame);
-  // A tracker of object k alone, to try starts with: of the same shape and options; nothing is declared about
-  // it.
+  // A tracker of object k alone, of the same shape and options, to try starts; nothing is declared.
   std::unique_ptr<Tracker> alone(int k) const;
   // Appends to the reason in the last result.
   void add_to_reason(int k, const std::string& more);
-  // The only object was found among the objects that stand in the image; nobody has said that it is there.
+  // The only object was found among the objects that stand in the image; its place was not stated.
   void doubt_standing();
   const FrameResult& last_result() const { return verdict_.result(); }
   const Poses& last_good_poses() const { return verdict_.last_good(); }
@@ -68,8 +66,7 @@ class Tracker {
   // H * W * M soft weights of the last poses in this frame, and H * W probabilities by colour that a pixel
   // shows an object (NaN: not known).
   void find_membership(const frame::DepthFrame& frame, float* membership, float* foreground);
-  // The probability by colour that a pixel of the box shows object k: for the box alone, row by row, NaN
-  // where not known.
+  // The same for the pixels of a box, row by row: the probability by colour; NaN where not known.
   void find_foreground(const frame::DepthFrame& frame, int k, const frame::Rect& box,
                        std::vector<float>* foreground);
 
@@ -83,7 +80,6 @@ class Tracker {
   void replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses);
   // Object k has another shape from now on, in the same object frame; its centre is kept.
   void reshape(int k, frame::PartialShape known);
-  // The scale of object k is unknown and is estimated from now on.
   void free_scale(int k) { object(k).free_scale = true; }
   bool has_free_scale(int k) const { return object(k).free_scale; }
   // Enlarges object k to the scale that the measurements show. Returns the log scale that was added; 0: it is
@@ -128,8 +124,8 @@ class Tracker {
 
   Tracker(const TrackedObject& object, const Camera& camera, const TrackerOptions& options,
           const TrackerSettings& settings);
-  TrackedObject& object(int k) { return objects_.at(static_cast<std::size_t>(k)); }
-  const TrackedObject& object(int k) const { return objects_.at(static_cast<std::size_t>(k)); }
+  TrackedObject& object(int k) { return objects_.at(std::size_t(k)); }
+  const TrackedObject& object(int k) const { return objects_.at(std::size_t(k)); }
   Object new_object(std::shared_ptr<const frame::Shape> shape) const;
   std::shared_ptr<const frame::Shape> shape_of(const SdfView& sdf) const;
   void place(const Rigidd& T_cam_obj, Object* object) const;
@@ -145,8 +141,8 @@ class Tracker {
   ObjectResult doubt_mask(const Object& object, ObjectResult result) const;
   ObjectResult follow(Object* object);
   ObjectResult unread(Object* object) const;
-  void explain_loss(const TrackedObject& object, ObjectResult* answer) const;
-  void refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* answer) const;
+  void explain_loss(const TrackedObject& object, ObjectResult* result) const;
+  void refuse_if_not_finite(const Rigidd& before, Object* object, ObjectResult* result) const;
 
   TrackerOptions options_;
   TrackerSettings settings_;

@@ -42,7 +42,7 @@ std::unique_ptr<Tracker> Tracker::alone(int k) const {
 TrackedObject Tracker::new_object(std::shared_ptr<const frame::Shape> shape) const {
   Object object;
   object.shape = std::move(shape);
-  object.colors = appearance::ColorModel(static_cast<float>(options_.color_prior));
+  object.colors = appearance::ColorModel(float(options_.color_prior));
   object.outline_colors.forget();
   object.forget(options_);
   return object;
@@ -115,8 +115,7 @@ void Tracker::enlarge(int k, double log_scale) {
   one.size.rescaled(log_scale), one.log_scale += log_scale;
   one.T_cam_obj = inverse(T_obj_cam);
   one.motion.rebase(one.T_cam_obj);
-  if (verdict_.last_good()[static_cast<std::size_t>(k)])
-    verdict_.set_pose(static_cast<std::size_t>(k), uncentred(one.T_cam_obj, *one.shape));
+  if (verdict_.last_good()[k]) verdict_.set_pose(std::size_t(k), uncentred(one.T_cam_obj, *one.shape));
 }
 
 std::vector<Rigidd> Tracker::alternative_poses(int k) const {
@@ -168,7 +167,7 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
     moved.prior = increment_information(*covariance_cam, moved.T_cam_obj, -moved.shape->centre_obj);
   else
     context_.forget_sequence();  // begun again there; a prior is one more measurement of the same sequence
-  verdict_.set_pose(static_cast<std::size_t>(k), T_cam_obj);
+  verdict_.set_pose(std::size_t(k), T_cam_obj);
 }
 
 int Tracker::add(const SdfView& shape, const PoseHint& hint) {
@@ -183,7 +182,7 @@ int Tracker::add(const SdfView& shape, const PoseHint& hint) {
 void Tracker::remove(int k) {
   static_cast<void>(object(k));  // throws if there is no such object
   objects_.erase(objects_.begin() + k);
-  verdict_.remove(static_cast<std::size_t>(k));
+  verdict_.remove(std::size_t(k));
 }
 
 void Tracker::resume(int index, double time_s, const std::vector<bool>& followed, const Poses& best) {

@@ -16,8 +16,8 @@ constexpr Vec3d kNowhere{kUnknown, kUnknown, kUnknown};
 constexpr Rigidd kNoPose{{kNowhere, kNowhere, kNowhere}, kNowhere};
 
 void doubt_overlap(int other, ObjectResult* result) {
-  const ReasonCode said = result->trust.reason.code;
-  if (said == ReasonCode::kOverlaps || said == ReasonCode::kSamePlace) return;
+  const ReasonCode code = result->trust.reason.code;
+  if (code == ReasonCode::kOverlaps || code == ReasonCode::kSamePlace) return;
   result->trust.status = Status::kWeak;
   result->trust.reason = reason_about(ReasonCode::kOverlaps, other);
   result->trust.confidence *= 0.5;
@@ -32,8 +32,8 @@ void doubt_overlaps(const std::vector<TrackedObject>& objects, std::vector<Objec
     const energies::SingleObject<float> field = field_of(*objects[k].shape, objects[k].T_cam_obj);
     for (std::size_t j = 0; j < objects.size(); ++j) {
       if (j == k || !followed(j) || !middle_in(field, *objects[j].shape, objects[j].T_cam_obj)) continue;
-      doubt_overlap(static_cast<int>(j), &(*results)[k]);
-      doubt_overlap(static_cast<int>(k), &(*results)[j]);
+      doubt_overlap(int(j), &(*results)[k]);
+      doubt_overlap(int(k), &(*results)[j]);
     }
   }
 }
@@ -133,24 +133,23 @@ void Verdict::add(const std::optional<Rigidd>& pose) {
 }
 
 void Verdict::remove(std::size_t k) {
-  best_.erase(best_.begin() + static_cast<std::ptrdiff_t>(k));
+  best_.erase(best_.begin() + std::ptrdiff_t(k));
   interrupt();
 }
 
 void Verdict::conclude(std::vector<TrackedObject>* all, const std::vector<int>& served, double time_s,
-                       std::vector<ObjectResult>* answers) {
+                       std::vector<ObjectResult>* latest) {
   std::vector<TrackedObject>& objects = *all;
   std::vector<ObjectResult>& results = result_.objects;
   const double elapsed_s = last_ == Last::kNone ? kUnknown : time_s - result_.time_s;
   if (last_ == Last::kNone) followed_.assign(objects.size(), false);
   results.resize(objects.size());
-  for (std::size_t i = 0; i < served.size(); ++i)
-    std::swap(results[static_cast<std::size_t>(served[i])], (*answers)[i]);
+  for (std::size_t i = 0; i < served.size(); ++i) std::swap(results[served[i]], (*latest)[i]);
   for (std::size_t k = 0; k < objects.size(); ++k) mark_unfound(objects[k], &results[k]);
   doubt_overlaps(objects, &results);
   for (ObjectResult& result : results) result.twist.fill(kUnknown);
   for (const int index : served) {
-    const auto k = static_cast<std::size_t>(index);
+    const auto k = std::size_t(index);
     ObjectResult& result = results[k];
     const bool followed = is_followed(result.trust.status);
     if (!followed) result.T_cam_obj = best_[k] ? *best_[k] : kNoPose;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The final result of a frame: the results of the parts, made consistent with one another and with earlier
-// frames.
+// The final result of a frame: the parts' results, made consistent with one another and earlier frames.
 #pragma once
 
 #include <optional>
@@ -51,9 +50,9 @@ class Verdict {
   void set_pose(std::size_t k, const Rigidd& T_cam_obj) { best_.at(k) = T_cam_obj; }
 
   // Swaps the results of the served objects into the frame's result, where the others keep those of the last
-  // frame. `answers` then holds the previous results.
+  // frame. `latest` then holds the previous results.
   void conclude(std::vector<TrackedObject>* objects, const std::vector<int>& served, double time_s,
-                std::vector<ObjectResult>* answers);
+                std::vector<ObjectResult>* latest);
   const FrameResult& result() const { return result_; }
   FrameResult& result() { return result_; }
   // Whether the last frame's result is about these objects; a call that serves only some of them needs it.

@@ -14,7 +14,6 @@
 #include "calibration/ball/depth_ball.h"
 #include "calibration/ball/edges.h"
 #include "calibration/ball/median.h"
-#include "calibration/ball/median5.h"
 
 namespace sdftrack {
 namespace {
@@ -106,18 +105,18 @@ TEST_P(EdgeOfShade, is_found_to_a_few_hundredths) {
 INSTANTIATE_TEST_SUITE_P(Shades, EdgeOfShade, testing::Values(0.0, 0.5));
 
 TEST(Blobs, the_border_is_the_outer_one_and_specks_are_opened_away) {
-  Mask mask{20, 12, std::vector<std::uint8_t>(240, 0)};
+  frame::PixelMask mask(20, 12);
   for (std::size_t y = 2; y < 9; ++y)
-    for (std::size_t x = 3; x < 10; ++x) mask.values[20 * y + x] = 1;
-  mask.values[20 * 5 + 6] = 0;   // a hole
-  mask.values[20 * 9 + 10] = 1;  // hangs on by a corner
-  mask.values[20 * 4 + 15] = 1;  // a speck
+    for (std::size_t x = 3; x < 10; ++x) mask.on[20 * y + x] = 1;
+  mask.on[20 * 5 + 6] = 0;   // a hole
+  mask.on[20 * 9 + 10] = 1;  // hangs on by a corner
+  mask.on[20 * 4 + 15] = 1;  // a speck
   const std::vector<Blob> blobs = largest_blobs(mask, 3, 1);
   ASSERT_EQ(blobs.size(), 2U);
   EXPECT_EQ(blobs[0].area, 49);
   EXPECT_EQ(blobs[0].border.size(), 25U);  // 24 around the square, and the corner
   EXPECT_EQ(blobs[1].area, 1);
-  EXPECT_EQ(largest_blobs(opened(mask), 3, 1).size(), 1U);
+  EXPECT_EQ(largest_blobs(dilated(eroded(mask, 1), 1), 3, 1).size(), 1U);
 }
 
 TEST(Median5, is_that_of_each_window_also_at_the_edges) {

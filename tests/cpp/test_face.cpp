@@ -208,13 +208,13 @@ TEST(Face, a_colour_camera_beside_the_depth_camera_shows_the_object_where_it_pro
   const Shape shape = Shape::from_mesh(vertices(), faces(), coarse());
   const std::vector<std::uint16_t> image = image_mm(shape, pose());
   // Twice the pixels, 30 mm to the side: red where a point of the object projects to, else blue.
-  sdftrack::ColorCamera color{2 * kCamera.width,
-                              2 * kCamera.height,
-                              2 * kCamera.fx,
-                              2 * kCamera.fy,
-                              2 * kCamera.cx,
-                              2 * kCamera.cy,
-                              {},
+  sdftrack::ColorCamera color{{2 * kCamera.width,
+                               2 * kCamera.height,
+                               2 * kCamera.fx,
+                               2 * kCamera.fy,
+                               2 * kCamera.cx,
+                               2 * kCamera.cy,
+                               {}},
                               Eigen::Isometry3d::Identity()};
   color.T_color_depth.translation().x() = -0.03;
   std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * color.width * color.height), 0);

@@ -28,15 +28,14 @@ int chroma_bin(double share) { return std::min(to_int(share * kChromaBins), kChr
 int bin_of(Rgb c) {
   const int total = c.r + c.g + c.b;
   if (total < kDarkest) return kNone;
-  const double scale = static_cast<double>(kChromaBins) / total;
+  const double scale = double(kChromaBins) / total;
   const int r = std::min(to_int(c.r * scale), kChromaBins - 1);
   const int g = std::min(to_int(c.g * scale), kChromaBins - 1);
   return r * kChromaBins + g;
 }
 
 double& cell(ChromaTable* h, int r, int g) {
-  return (*h)[static_cast<std::size_t>(std::clamp(r, 0, kChromaBins - 1) * kChromaBins +
-                                       std::clamp(g, 0, kChromaBins - 1))];
+  return (*h)[std::clamp(r, 0, kChromaBins - 1) * kChromaBins + std::clamp(g, 0, kChromaBins - 1)];
 }
 
 // Smoothed by 1 2 1 along both axes; border values are repeated outside.
@@ -59,16 +58,15 @@ ChromaTable smoothed_shares(ChromaTable counts) {
   return smoothed(counts);
 }
 
-Mask disc_of(const Outline& outline, int width, int height) {
+frame::PixelMask disc_of(const Outline& outline, int width, int height) {
   const auto [left, right] = std::minmax_element(outline.edges_px.begin(), outline.edges_px.end(),
                                                  [](Vec2d a, Vec2d b) { return a.x < b.x; });
   const auto [top, low] = std::minmax_element(outline.edges_px.begin(), outline.edges_px.end(),
                                               [](Vec2d a, Vec2d b) { return a.y < b.y; });
   const double x = 0.5 * (left->x + right->x), y = 0.5 * (top->y + low->y);
-  Mask out{width, height, {}};
-  out.values.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  frame::PixelMask out(width, height);
   for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u) out.values.push_back(std::hypot(u - x, v - y) < 0.9 * outline.radius_px);
+    for (int u = 0; u < width; ++u) out.on[out.at(u, v)] = std::hypot(u - x, v - y) < 0.9 * outline.radius_px;
   return out;
 }
 
@@ -112,12 +110,10 @@ BallColor::BallColor(Vec3d color) : color_(color) {
   posterior_ = ball_;
 }
 
-Mask BallColor::mask(const RgbImage& image) const {
-  const std::size_t n = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  Mask out{image.width, image.height, std::vector<std::uint8_t>(n, 0)};
-  for (std::size_t i = 0; i < n; ++i)
-    if (const int bin = bin_of(image.data[i]); bin != kNone)
-      out.values[i] = posterior_[static_cast<std::size_t>(bin)] > 0.5;
+frame::PixelMask BallColor::mask(const RgbImage& image) const {
+  frame::PixelMask out(image.width, image.height);
+  for (std::size_t i = 0; i < out.on.size(); ++i)
+    if (const int bin = bin_of(image.data[i]); bin != kNone) out.on[i] = posterior_[bin] > 0.5;
   return out;
 }
 
@@ -129,10 +125,9 @@ void BallColor::learn(const std::vector<RgbImage>& images, const Camera& camera,
     const std::vector<Outline> outlines = find_outlines(image, mask(image), camera, seed, 1);
     if (outlines.empty()) continue;
     found = true;
-    const Mask disc = disc_of(outlines[0], image.width, image.height);
-    for (std::size_t i = 0; i < disc.values.size(); ++i)
-      if (const int bin = bin_of(image.data[i]); bin != kNone)
-        (disc.values[i] ? inside : outside)[static_cast<std::size_t>(bin)] += 1;
+    const frame::PixelMask disc = disc_of(outlines[0], image.width, image.height);
+    for (std::size_t i = 0; i < disc.on.size(); ++i)
+      if (const int bin = bin_of(image.data[i]); bin != kNone) (disc.on[i] ? inside : outside)[bin] += 1;
   }
   if (!found) return;
   const ChromaTable f = smoothed_shares(inside), b = smoothed_shares(outside);
@@ -159,7 +154,7 @@ Vec3d moving_color(const std::vector<RgbImage>& images) {
     cell(&votes, r, g) += p.saturation * p.saturation * p.saturation * p.saturation;
   }
   const ChromaTable smooth = smoothed(votes);
-  const int top = static_cast<int>(std::max_element(smooth.begin(), smooth.end()) - smooth.begin());
+  const int top = int(std::max_element(smooth.begin(), smooth.end()) - smooth.begin());
   std::vector<double> red, green, blue;
   for (const Vivid& p : vivid) {
     const auto [r, g] = bins(p.color);

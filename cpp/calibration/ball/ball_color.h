@@ -22,7 +22,7 @@ class BallColor {
 
   Vec3d color() const { return color_; }
   // The pixels that show the ball with a probability above 1/2.
-  Mask mask(const RgbImage& image) const;
+  frame::PixelMask mask(const RgbImage& image) const;
   // Replaces the histogram by the posterior of pixels inside the outlines found with it, under a colour
   // camera or an estimate of it, against all others (equal priors).
   void learn(const std::vector<RgbImage>& images, const Camera& camera, std::uint64_t seed);

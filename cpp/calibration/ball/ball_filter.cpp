@@ -32,7 +32,7 @@ class Filter {
       const double at = around(p, outer_[k]);
       count += at <= 0 || at > p.z + radius_m_;
     }
-    return static_cast<double>(count) / kOnOuter;
+    return double(count) / kOnOuter;
   }
   // Share of the inner rings whose depth matches a sphere.
   double good(const NearestPoint& p) const {
@@ -42,7 +42,7 @@ class Filter {
       const double at = around(p, point.at);
       count += at > 0 && std::abs(at - p.z - point.behind_m) < tolerance;
     }
-    return static_cast<double>(count) / static_cast<double>(inner_.size());
+    return double(count) / double(inner_.size());
   }
 
  private:
@@ -79,7 +79,7 @@ std::vector<NearestPoint> nearest_points(const ImageView<float>& smooth, const C
   std::vector<NearestPoint> out;
   for (int v = 2; v < smooth.height; v += kStride)
     for (int u = 2; u < smooth.width; u += kStride) {
-      const auto z = static_cast<double>(smooth(u, v));
+      const auto z = double(smooth(u, v));
       if (!(z > kNearest_m && z < kFarthest_m)) continue;
       NearestPoint p{u, v, z, focal * radius_m / (z + radius_m), 0};
       if (p.radius_px <= kMinRadiusInDepth_px) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pixels that may be the nearest point of a ball, by a matched filter: depth on three rings must match a
-// sphere, and a ring around it must lie behind (docs/math/color_to_depth.md, eq. 5).
+// Pixels that may be the nearest point of a ball: depth on three rings must match a sphere, and a ring around
+// it must lie behind (docs/math/color_to_depth.md, eq. 5).
 #pragma once
 
 #include <vector>
@@ -32,7 +32,7 @@ std::vector<Vec2d> directions(int count, double start);
 inline double depth_at(const ImageView<float>& depth, double u, double v) {
   if (!(u > -0.5 && v > -0.5)) return -1;
   const int x = to_int(u + 0.5), y = to_int(v + 0.5);
-  return x < depth.width && y < depth.height ? static_cast<double>(depth(x, y)) : -1.0;
+  return x < depth.width && y < depth.height ? double(depth(x, y)) : -1.0;
 }
 
 }  // namespace sdftrack::calibration

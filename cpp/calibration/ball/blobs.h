@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "calibration/ball/morphology.h"
+#include "frame/image/pixel_mask.h"
 
 namespace sdftrack::calibration {
 
@@ -15,6 +15,6 @@ struct Blob {
 };
 
 // The `most` largest of at least min_area pixels, the largest first. Pixels are also connected over corners.
-std::vector<Blob> largest_blobs(const Mask& mask, std::size_t most, double min_area);
+std::vector<Blob> largest_blobs(const frame::PixelMask& mask, std::size_t most, double min_area);
 
 }  // namespace sdftrack::calibration

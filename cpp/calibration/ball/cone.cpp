@@ -84,7 +84,7 @@ std::optional<Cone> fit_cone(const std::vector<Vec3d>& rays, const Camera& camer
   }
   const double half = std::acos(1 / length);
   // Samples nearer than a pixel share pixels: at most as many edges as outline pixels count.
-  const double counted = std::min(1.0, 2 * std::numbers::pi * f * half / static_cast<double>(rays.size()));
+  const double counted = std::min(1.0, 2 * std::numbers::pi * f * half / double(rays.size()));
   const double sd_m = sd * std::sqrt(length * length - 1) / f;
   const Eigen::Matrix3d of_m = sd_m * sd_m / counted * optim::inverse_symmetric<3>(fit.A);
   const Vec3d axis{fit.m[0] / length, fit.m[1] / length, fit.m[2] / length};
@@ -105,7 +105,7 @@ OutlineCurve outline_of(const Cone& cone, const Camera& camera, int count) {
   Vec3d side = cross(cone.axis, away);
   side = (1 / norm(side)) * side;
   const Vec3d other = cross(cone.axis, side);
-  const auto n = static_cast<std::size_t>(count);
+  const auto n = std::size_t(count);
   OutlineCurve out;
   Vec2d centre{0, 0};
   for (int i = 0; i < count; ++i) {

@@ -8,7 +8,6 @@
 #include "base/to_int.h"
 #include "calibration/ball/ball_filter.h"
 #include "calibration/ball/median.h"
-#include "calibration/ball/median5.h"
 #include "optim/dense.h"
 
 namespace sdftrack::calibration {
@@ -73,10 +72,9 @@ BallFinder::BallFinder(const Camera& camera, double radius_m) : camera_(camera),
 }
 
 Vec3d BallFinder::ray(int u, int v) const {
-  if (rays_.empty()) return sdftrack::ray(camera_.K, static_cast<double>(u), static_cast<double>(v));
-  const std::size_t at = 2 * (static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width) +
-                              static_cast<std::size_t>(u));
-  return {static_cast<double>(rays_[at]), static_cast<double>(rays_[at + 1]), 1};
+  if (rays_.empty()) return sdftrack::ray(camera_.K, double(u), double(v));
+  const std::size_t at = 2 * (std::size_t(v) * camera_.width + u);
+  return {double(rays_[at]), double(rays_[at + 1]), 1};
 }
 
 // Empty if there are too few.
@@ -93,11 +91,11 @@ std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth
       const SphereHit hit = hit_sphere(ray(u, v), center_cam, radius_m_);
       if (!(hit.cosine > kMinCosine)) continue;
       ++out.facing;
-      const double r = static_cast<double>(depth(u, v)) - hit.z;
+      const double r = double(depth(u, v)) - hit.z;
       if (!(depth(u, v) > 0) || !(std::abs(r) < gate_m)) continue;
       out.residual.push_back(r), out.by_center.push_back(hit.by_center);
     }
-  if (out.residual.size() < static_cast<std::size_t>(kMinPixels)) return std::nullopt;
+  if (out.residual.size() < std::size_t(kMinPixels)) return std::nullopt;
   return out;
 }
 
@@ -119,7 +117,7 @@ std::optional<DepthBall> BallFinder::fit(const ImageView<float>& depth, Vec3d st
       if (!step.allFinite() || !(center.z > radius_m_ && center.z < kFarthest_m)) return std::nullopt;
       if (stage.gate_radii == 0 && step.cwiseAbs().maxCoeff() < kSmallStep_m) break;
     }
-  const double share = static_cast<double>(last.agree) / std::max(1, facing);
+  const double share = double(last.agree) / std::max(1, facing);
   const double max_noise = std::min(0.15 * radius_m_, kMaxNoise_m * (1 + center.z * center.z));
   if (last.agree < kMinPixels || share < kMinShare || noise > max_noise) return std::nullopt;
   if (free_around(depth, center) < kMinFree) return std::nullopt;
@@ -135,7 +133,7 @@ double BallFinder::free_around(const ImageView<float>& depth, Vec3d center_cam) 
     const double at = depth_at(depth, px.x, px.y);
     free += at <= 0 || at > center_cam.z + 0.5 * radius_m_;
   }
-  return static_cast<double>(free) / kOnRim;
+  return double(free) / kOnRim;
 }
 
 std::vector<DepthBall> BallFinder::search(const ImageView<float>& depth) const {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Centre of a ball of known radius in a depth image, by the tracker's ray-hit residual with translation only:
-// a 3-DoF version of the tracker of thesis section 3.5 (thesis section 3.7; docs/math/color_to_depth.md, eq.
-// 2 to 5).
+// Centre of a ball of known radius in a depth image, by the tracker's ray-hit residual with translation only
+// (thesis, sections 3.5 and 3.7; docs/math/color_to_depth.md, eq. 2 to 5).
 #pragma once
 
 #include <Eigen/Core>

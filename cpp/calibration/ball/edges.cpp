@@ -38,8 +38,8 @@ Vec3d insensitive_to_shade(Vec3d inner, Vec3d difference) {
 Edge edge_along(const RgbImage& image, Vec2d at, Vec2d normal, double reach_px) {
   const Edge none{at, false, 0};
   const int n = to_int(std::nearbyint(reach_px / kStep_px)), last = n + kSide;
-  std::vector<Vec3d> profile(static_cast<std::size_t>(2 * last + 1));
-  const auto sample = [&](int k) -> Vec3d& { return profile[static_cast<std::size_t>(k + last)]; };
+  std::vector<Vec3d> profile(2 * last + 1);
+  const auto sample = [&](int k) -> Vec3d& { return profile[k + last]; };
   for (int k = -last; k <= last; ++k)
     if (!colour_at(image, at.x + kStep_px * k * normal.x, at.y + kStep_px * k * normal.y, &sample(k)))
       return none;

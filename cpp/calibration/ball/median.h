@@ -6,12 +6,17 @@
 #include <limits>
 #include <vector>
 
+#include "base/views.h"
+
 namespace sdftrack::calibration {
+
+// The median for every pixel of an image; border pixels are repeated outside.
+std::vector<float> median5(const ImageView<float>& image);
 
 // NaN for an empty list. Reorders the values.
 inline double median_of(std::vector<double>* values) {
   if (values->empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
   if (values->size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values->begin(), middle));

@@ -49,7 +49,7 @@ double support_of(const Circle& circle, const std::vector<Vec2d>& border) {
   const auto agree = std::count_if(border.begin(), border.end(), [&](Vec2d p) {
     return std::abs(distance(p, circle.centre) - circle.radius) < band;
   });
-  return static_cast<double>(agree) / static_cast<double>(border.size());
+  return double(agree) / double(border.size());
 }
 
 // The circle that fits most of a blob's border, robust to occlusion by a hand.
@@ -60,8 +60,7 @@ std::optional<Circle> circle_of(const std::vector<Vec2d>& border, std::mt19937_6
   for (int k = 0; k < kCircleTries; ++k) {
     const std::vector<std::size_t> at = distinct(border.size(), 3, random);
     const std::optional<Circle> circle = circle_through(border[at[0]], border[at[1]], border[at[2]]);
-    if (!circle || circle->radius < kMinRadius_px - 1 ||
-        circle->radius > 0.6 * static_cast<double>(border.size()))
+    if (!circle || circle->radius < kMinRadius_px - 1 || circle->radius > 0.6 * double(border.size()))
       continue;
     if (const double support = support_of(*circle, border); support > most) best = circle, most = support;
   }
@@ -84,7 +83,7 @@ OutlineCurve curve_around(const Circle& circle) {
 
 // Median width of the sure edges in a sector around each edge, because blur depends on the direction.
 std::vector<double> widths_along(const std::vector<Edge>& edges) {
-  const int n = static_cast<int>(edges.size()), half = std::max(2, n / 24);
+  const int n = int(edges.size()), half = std::max(2, n / 24);
   std::vector<double> all, near, out;
   for (const Edge& e : edges)
     if (e.sure) all.push_back(e.width_px);
@@ -92,14 +91,13 @@ std::vector<double> widths_along(const std::vector<Edge>& edges) {
   for (int i = 0; i < n; ++i) {
     near.clear();
     for (int k = i - half; k <= i + half; ++k)
-      if (const Edge& e = edges[static_cast<std::size_t>((k + n) % n)]; e.sure) near.push_back(e.width_px);
+      if (const Edge& e = edges[(k + n) % n]; e.sure) near.push_back(e.width_px);
     out.push_back(near.empty() ? usual : median_of(&near));
   }
   return out;
 }
 
-// The cone of the edges, fitted to those within a gate of it: edges of the wand and the hand are outside the
-// gate.
+// The cone of the edges within a gate of it: those of the wand and the hand are outside.
 std::optional<Cone> gated(double gate_px, const Camera& camera, std::vector<Vec2d>* edges) {
   const std::vector<Vec2d> all = *edges;
   const std::vector<Vec3d> rays = unit_rays(all, camera);
@@ -124,7 +122,7 @@ bool finite(const OutlineCurve& curve) {
 
 double arc_of(const std::vector<Vec2d>& edges, const OutlineCurve& curve) {
   Vec2d centre{0, 0};
-  const auto n = static_cast<double>(curve.at.size());
+  const auto n = double(curve.at.size());
   for (const Vec2d p : curve.at) centre.x += p.x / n, centre.y += p.y / n;
   std::set<int> seen;
   for (const Vec2d p : edges) {
@@ -132,13 +130,13 @@ double arc_of(const std::vector<Vec2d>& edges, const OutlineCurve& curve) {
         (std::atan2(p.y - centre.y, p.x - centre.x) + std::numbers::pi) / (2 * std::numbers::pi);
     seen.insert(to_int_within(turn * kSectors, 0, kSectors - 1));
   }
-  return static_cast<double>(seen.size()) / kSectors;
+  return double(seen.size()) / kSectors;
 }
 
 double rms(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  return std::sqrt(sum / double(values.size()));
 }
 
 std::optional<Outline> refined(const RgbImage& image, const Circle& start, const Camera& camera) {
@@ -161,7 +159,7 @@ std::optional<Outline> refined(const RgbImage& image, const Circle& start, const
       reach[i] = std::min(std::max(0.5 * widths[i] + kSpare_px, kSpare_px), most);
     const std::optional<Cone> cone = gated(gate, camera, &out.edges_px);
     if (!cone) return std::nullopt;
-    curve = outline_of(*cone, camera, static_cast<int>(count));
+    curve = outline_of(*cone, camera, int(count));
     if (!finite(curve) || curve.radius_px < kMinRadius_px) return std::nullopt;
     out.rms_px = rms(residuals_px(*cone, unit_rays(out.edges_px, camera), camera));
   }
@@ -176,12 +174,12 @@ std::optional<Cone> Outline::cone(const Camera& camera) const {
   return fit_cone(unit_rays(edges_px, camera), camera);
 }
 
-std::vector<Outline> find_outlines(const RgbImage& image, const Mask& mask, const Camera& camera,
+std::vector<Outline> find_outlines(const RgbImage& image, const frame::PixelMask& mask, const Camera& camera,
                                    std::uint64_t seed, std::size_t most) {
   std::mt19937_64 random(seed);
   std::vector<Outline> found;
   const double min_area = 0.4 * std::numbers::pi * kMinRadius_px * kMinRadius_px;
-  for (const Blob& blob : largest_blobs(opened(mask), most, min_area)) {
+  for (const Blob& blob : largest_blobs(dilated(eroded(mask, 1), 1), most, min_area)) {
     const std::optional<Circle> start = circle_of(blob.border, &random);
     if (!start) continue;
     if (std::optional<Outline> outline = refined(image, *start, camera)) found.push_back(std::move(*outline));
@@ -192,7 +190,7 @@ std::vector<Outline> find_outlines(const RgbImage& image, const Mask& mask, cons
   return found;
 }
 
-double too_small_radius_px(const Mask& mask) {
+double too_small_radius_px(const frame::PixelMask& mask) {
   const std::vector<Blob> largest = largest_blobs(mask, 1, 1);
   if (largest.empty()) return 0;
   const double radius = std::sqrt(largest[0].area / std::numbers::pi);

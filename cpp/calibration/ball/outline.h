@@ -26,10 +26,10 @@ struct Outline {
 
 // Outlines of round regions of a mask of the ball's colour, the best first. The camera, or an estimate of it,
 // is only used to predict the outline around which edges are searched. `most`: blobs examined.
-std::vector<Outline> find_outlines(const RgbImage& image, const Mask& mask, const Camera& camera,
+std::vector<Outline> find_outlines(const RgbImage& image, const frame::PixelMask& mask, const Camera& camera,
                                    std::uint64_t seed, std::size_t most);
 
 // Radius of a disc with the largest blob's area if the blob is too small to be fitted; else 0.
-double too_small_radius_px(const Mask& mask);
+double too_small_radius_px(const frame::PixelMask& mask);
 
 }  // namespace sdftrack::calibration

@@ -13,8 +13,6 @@ struct Rgb {
 };
 using RgbImage = ImageView<Rgb>;
 
-inline Vec3d as_vector(Rgb c) {
-  return {static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b)};
-}
+inline Vec3d as_vector(Rgb c) { return {double(c.r), double(c.g), double(c.b)}; }
 
 }  // namespace sdftrack::calibration

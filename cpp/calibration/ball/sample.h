@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random samples that are the same with every C++ standard library, unlike samples from the library's own
-// distributions.
+// Random samples that are the same with every C++ standard library.
 #pragma once
 
 #include <cstddef>

@@ -2,7 +2,6 @@
 #include "calibration/registration/ball_path.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -67,7 +66,7 @@ BallPath BallPath::through(std::vector<TimedPoint> points) {
       off.push_back(norm(b.center_cam - (1 - s) * a.center_cam - s * c.center_cam));
     }
     const auto worst = std::max_element(off.begin(), off.end()) - off.begin();
-    const double most = off[static_cast<std::size_t>(worst)];
+    const double most = off[worst];
     if (most < kJump * median_of(&off) + kJump_m) break;
     points.erase(points.begin() + worst + 1);
   }
@@ -77,8 +76,8 @@ BallPath BallPath::through(std::vector<TimedPoint> points) {
 std::optional<BallPath::At> BallPath::at(double time_s) const {
   const auto after = std::upper_bound(points_.begin(), points_.end(), time_s,
                                       [](double t, const TimedPoint& p) { return t < p.time_s; });
-  const auto k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
-      after - points_.begin() - 1, 0, static_cast<std::ptrdiff_t>(points_.size()) - 2));
+  const auto k = std::size_t(
+      std::clamp<std::ptrdiff_t>(after - points_.begin() - 1, 0, std::ptrdiff_t(points_.size()) - 2));
   const TimedPoint &from = points_[k], &to = points_[k + 1];
   const double h = to.time_s - from.time_s, u = (time_s - from.time_s) / h;
   // At a measured point gaps do not matter.

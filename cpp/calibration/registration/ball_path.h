@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The ball's path between frames: cubic Hermite interpolation, slopes from polynomials through up to five
-// points. With slopes of fourth order the error of a segment of length h is h^4 / 384 times the fourth
-// derivative (eq. 10 of docs/math/color_to_depth.md); with second-order slopes (Catmull-Rom) it would be h^3
-// / 60 times the third.
+// points: the error of a segment of length h is h^4 / 384 times the fourth derivative (eq. 10 of
+// docs/math/color_to_depth.md); with the slopes of Catmull-Rom, h^3 / 60 times the third.
 #pragma once
 
 #include <optional>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/registration/depth_to_color.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 
 #include "calibration/ball/cone.h"

@@ -128,7 +128,7 @@ std::optional<Consensus> consensus(const BallPairs& pairs, const Camera* color, 
       if (!best || found.score > best->score) best = found;
       map = solved_again(*map, pairs, found.agree, color);
     }
-    if (best && best->score > kNearlyAll * static_cast<double>(n) && k >= kLeastTries) break;
+    if (best && best->score > kNearlyAll * double(n) && k >= kLeastTries) break;
   }
   return best;
 }

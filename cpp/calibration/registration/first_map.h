@@ -24,8 +24,7 @@ struct Consensus {
 std::optional<Consensus> consensus(const BallPairs& pairs, const Camera* color, std::uint64_t seed,
                                    int tries);
 
-// The map, and the delay if it is estimated, with the most inliers, refined on these; empty if none has
-// smallest_set().
+// The map, and the delay if estimated, with the most inliers, refined on these; empty without smallest_set().
 std::optional<MapFit> first_map(const BallPairs& pairs, const Camera* color, bool time_offset,
                                 std::uint64_t seed);
 

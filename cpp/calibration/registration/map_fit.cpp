@@ -25,8 +25,7 @@ constexpr double kMinShareLeft = 0.05;  // of a residual's variance left by the 
 // (docs/math/color_to_depth.md, eq. 15).
 constexpr double kHuberCost = 1.018;
 
-// Pseudo-inverse of a symmetric matrix, scaled by its diagonal: without that, rounding would destroy the
-// least known direction.
+// Pseudo-inverse of a symmetric matrix, scaled by its diagonal against rounding.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H, double least) {
   const Eigen::VectorXd unit = (H.diagonal().array() + 1e-300).rsqrt();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * H * unit.asDiagonal();
@@ -109,7 +108,7 @@ MapFit finished(const MapState& x, const MapResiduals& residuals, const Chosen& 
     out.kept[i] = kept[i] && usable(found[i]);
     if (out.kept[i]) squares += found[i].white.squaredNorm();
   }
-  const int left = std::max(2 * static_cast<int>(count_of(out.kept)) - fixed, 0);
+  const int left = std::max(2 * int(count_of(out.kept)) - fixed, 0);
   const double variance = with_the_stated(squares / std::max(left, 1), left);
   const Eigen::VectorXd scales = residuals.scales(x.map);
   const Eigen::MatrixXd H = hessian_of(found, kept, residuals.unknowns(x.map));
@@ -130,7 +129,7 @@ MapFit fit_map(const DepthToColor& start, const BallPairs& pairs, Chosen kept, c
   for (int round = 0; round < kRounds; ++round) {
     x = minimum(residuals, x, kept, scale);
     const std::vector<PairResidual> found = residuals.at(x);
-    const int freedom = 2 * static_cast<int>(count_usable(found, kept)) - fixed;
+    const int freedom = 2 * int(count_usable(found, kept)) - fixed;
     if (freedom <= 0) break;
     Chosen now = chosen_anew(found, kept, unknowns, freedom, &scale);
     if (now == kept) break;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "calibration/registration/map_residuals.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

@@ -46,11 +46,11 @@ void BallRecording::sort_moving_first(double radius_m) {
     with_balls += !f.balls.empty();
     for (const DepthBall& b : f.balls) centers.push_back(b.center_cam);
   }
-  const double limit = std::max(kLeastStatic, kStaticShare * static_cast<double>(with_balls));
+  const double limit = std::max(kLeastStatic, kStaticShare * double(with_balls));
   const auto stands = [&](const DepthBall& ball) {
     const auto near = std::count_if(centers.begin(), centers.end(),
                                     [&](Vec3d c) { return norm(c - ball.center_cam) < 0.5 * radius_m; });
-    return static_cast<double>(near) > limit;
+    return double(near) > limit;
   };
   for (ObservedFrame& f : frames_) {
     std::stable_sort(f.balls.begin(), f.balls.end(),
@@ -112,7 +112,7 @@ BallPath BallRecording::path_of(const Picks& picks, const MapFit& fit) const {
   for (const ObservedFrame& f : frames_) {
     const bool paired = pick != picks.end() && pick->frame == &f;
     if (paired) {
-      const auto k = static_cast<std::size_t>(pick - picks.begin());
+      const auto k = std::size_t(pick - picks.begin());
       // A pair outside the path has no residual, but is not wrong for that reason.
       if (fit.kept[k] || !is_finite(fit.residual_px[k]))
         points.push_back({f.time_s, f.balls[pick->ball].center_cam});
@@ -148,7 +148,7 @@ std::optional<Registration> BallRecording::registered(const Camera& color, bool 
 
 bool has_enough(const MapFit& fit) {
   const std::size_t kept = count_of(fit.kept);
-  return kept >= kLeastKept && static_cast<double>(kept) >= kMinKept * static_cast<double>(fit.kept.size());
+  return kept >= kLeastKept && double(kept) >= kMinKept * double(fit.kept.size());
 }
 
 }  // namespace sdftrack::calibration

@@ -37,9 +37,8 @@ class BallRecording {
   // Pairs of the likeliest candidates of each frame with both, under a colour camera or an estimate of it.
   BallPairs pairs(const Camera& color) const;
   // Estimates pairs, the map, and the colour camera that it implies in turn, until the centres are stable.
-  // `color`: the camera, or with `known` false a first estimate with its image size. Times must increase from
-  // frame to frame if the delay is estimated. Empty if no map agrees with enough pairs. Few pairs kept: see
-  // has_enough.
+  // `color`: the camera, or with `known` false a first estimate with its image size. Times must increase if
+  // the delay is estimated. Empty if no map agrees with enough pairs (has_enough).
   std::optional<Registration> registered(const Camera& color, bool known, bool time_offset,
                                          std::uint64_t seed) const;
 

@@ -19,7 +19,7 @@ namespace {
 // Similarity that moves the mean to 0 and scales the mean distance to sqrt(N); points end with a 1.
 template <int N>
 Eigen::Matrix<double, N, N> normalising(const std::vector<Eigen::Matrix<double, N, 1>>& points) {
-  const auto count = static_cast<double>(points.size());
+  const auto count = double(points.size());
   Eigen::Matrix<double, N, 1> mean = Eigen::Matrix<double, N, 1>::Zero();
   for (const auto& p : points) mean += p / count;
   double distance = 0;

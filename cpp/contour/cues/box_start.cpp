@@ -7,7 +7,6 @@
 #include <iterator>
 #include <optional>
 #include <stdexcept>
-#include <vector>
 
 #include "base/to_int.h"
 #include "contour/memory/mask_ops.h"
@@ -41,7 +40,6 @@ struct BoxedImage {
   RgbView view() const { return {rgb.values.data()->data(), rgb.width, rgb.height}; }
 };
 
-// The part of an image around a box.
 ImagePart surroundings(const RgbView& image, const ImagePart& box) {
   const int ring = std::max(kMinRing_px, rounded(kRing * std::max(box.width(), box.height())));
   return {std::max(0, box.x0 - ring), std::max(0, box.y0 - ring), std::min(image.width, box.x1 + ring),
@@ -52,8 +50,7 @@ Picture channel_of(const RgbView& image, const ImagePart& part, int channel) {
   Picture out(part.width(), part.height());
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)
-      out.row(y)[x] =
-          image.rgb[3 * (static_cast<std::ptrdiff_t>(y + part.y0) * image.width + x + part.x0) + channel];
+      out.row(y)[x] = image.rgb[3 * (std::ptrdiff_t(y + part.y0) * image.width + x + part.x0) + channel];
   return out;
 }
 
@@ -64,8 +61,7 @@ BoxedImage cut(const RgbView& image, const ImagePart& part, const ImagePart& box
   for (int channel = 0; channel < 3; ++channel) {
     const Picture values = resized(channel_of(image, part, channel), out.rgb.width, out.rgb.height);
     for (std::size_t i = 0; i < values.size(); ++i)
-      out.rgb.values[i][static_cast<std::size_t>(channel)] =
-          static_cast<unsigned char>(rounded(static_cast<double>(values.values[i])));
+      out.rgb.values[i][channel] = static_cast<unsigned char>(rounded(double(values.values[i])));
   }
   out.x0 = scale * (box.x0 - part.x0), out.y0 = scale * (box.y0 - part.y0);
   out.x1 = scale * (box.x1 - part.x0), out.y1 = scale * (box.y1 - part.y0);
@@ -76,7 +72,7 @@ BoxedImage cut(const RgbView& image, const ImagePart& part, const ImagePart& box
 Picture brightness(const BoxedImage& image) {
   return each<float>(image.rgb, [](const std::array<unsigned char, 3>& rgb) {
     const int sum = 9798 * rgb[0] + 19235 * rgb[1] + 3735 * rgb[2];
-    return static_cast<float>((sum + (1 << 14)) >> 15) / 255;
+    return float((sum + (1 << 14)) >> 15) / 255;
   });
 }
 
@@ -95,7 +91,7 @@ PlacePrior place_prior(const BoxedImage& image) {
       const double away_x = (2 * x + 1 - image.x0 - image.x1) / (image.x1 - image.x0);
       const double away_y = (2 * y + 1 - image.y0 - image.y1) / (image.y1 - image.y0);
       out.within.row(y)[x] = std::max(std::abs(away_x), std::abs(away_y)) < 1;
-      out.log_odds.row(y)[x] = static_cast<float>(kPriorSlope * (kPriorRadius - std::hypot(away_x, away_y)));
+      out.log_odds.row(y)[x] = float(kPriorSlope * (kPriorRadius - std::hypot(away_x, away_y)));
     }
   return out;
 }
@@ -122,9 +118,8 @@ std::optional<Picture> color_posterior(const BoxedImage& image, const Mask& mask
 Mask without_specks(const Mask& mask) {
   const Pieces pieces = pieces_of(mask);
   const double least = kMinPart * *std::max_element(pieces.areas.begin(), pieces.areas.end());
-  return each<unsigned char>(pieces.numbers, [&](int number) {
-    return number > 0 && pieces.areas[static_cast<std::size_t>(number)] >= least;
-  });
+  return each<unsigned char>(pieces.numbers,
+                             [&](int number) { return number > 0 && pieces.areas[number] >= least; });
 }
 
 // Each round learns the colours again, from the object and the background of the last round.
@@ -135,7 +130,7 @@ std::optional<Mask> segmented(const BoxedImage& image, Mask mask, const ContourO
   const int radius = std::clamp(rounded(kEdgeRadius * longest), 1, kEdgeRadius_px);
   for (int round = 0; round < kRounds; ++round) {
     const int inside = area_of(mask);
-    if (inside < kMinPixels || inside > static_cast<int>(mask.size()) - kMinPixels) return std::nullopt;
+    if (inside < kMinPixels || inside > int(mask.size()) - kMinPixels) return std::nullopt;
     const std::optional<Picture> posterior = color_posterior(image, mask, options);
     if (!posterior) return std::nullopt;
     const Picture chance = each<float>(*posterior, prior.log_odds, [](float p, float log_odds) {
@@ -153,20 +148,19 @@ std::optional<Mask> segmented(const BoxedImage& image, Mask mask, const ContourO
 std::optional<Mask> segment_box(const RgbView& image, const ImagePart& box, const unsigned char* guess,
                                 const ContourOptions& options) {
   const ImagePart part = surroundings(image, box);
-  const double scale = std::min(1.0, static_cast<double>(kMaxSide_px) / std::max(box.width(), box.height()));
+  const double scale = std::min(1.0, double(kMaxSide_px) / std::max(box.width(), box.height()));
   const BoxedImage small = cut(image, part, box, scale);
   Picture shares(part.width(), part.height());
   for (int y = 0; y < part.height(); ++y)
     for (int x = 0; x < part.width(); ++x)
-      shares.row(y)[x] = guess[static_cast<std::ptrdiff_t>(y + part.y0) * image.width + x + part.x0];
+      shares.row(y)[x] = guess[std::ptrdiff_t(y + part.y0) * image.width + x + part.x0];
   const auto above_half = [](const Picture& picture) {
     return each<unsigned char>(picture, [](float share) { return share > 0.5f; });
   };
   const std::optional<Mask> found =
       segmented(small, above_half(resized(shares, small.rgb.width, small.rgb.height)), options);
   if (!found) return std::nullopt;
-  const Picture found_shares =
-      each<float>(*found, [](unsigned char inside) { return static_cast<float>(inside); });
+  const Picture found_shares = each<float>(*found, [](unsigned char inside) { return float(inside); });
   const Mask there = above_half(resized(found_shares, part.width(), part.height()));
   Mask out(image.width, image.height);
   for (int y = box.y0; y < box.y1; ++y)
@@ -177,7 +171,7 @@ std::optional<Mask> segment_box(const RgbView& image, const ImagePart& box, cons
 double overlap(const Mask& a, const unsigned char* b) {
   int in_both = 0, in_either = 0;
   for (std::size_t i = 0; i < a.size(); ++i) in_both += a.values[i] & b[i], in_either += a.values[i] | b[i];
-  return in_either > 0 ? static_cast<double>(in_both) / in_either : 0;
+  return in_either > 0 ? double(in_both) / in_either : 0;
 }
 
 }  // namespace

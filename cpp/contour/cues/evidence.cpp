@@ -48,7 +48,7 @@ EvidenceVerdict verdict(const Evidence& evidence, ContourStatus status, const st
                 std::to_string(to_int(std::nearbyint(100 * evidence.shared))) + " % of the outline",
             confidence};
   const std::array<double, 4> each = terms(evidence);
-  const auto worst = static_cast<std::size_t>(std::min_element(each.begin(), each.end()) - each.begin());
+  const auto worst = std::size_t(std::min_element(each.begin(), each.end()) - each.begin());
   return {ContourStatus::kWeak, kReasons[unstable ? kFirstTerm : worst], confidence};
 }
 
@@ -73,7 +73,7 @@ Evidence EvidenceGatherer::gather(const RgbView& image, const unsigned char* mas
   for (std::size_t i = 0; i < expected.size(); ++i)
     in_both += expected.values[i] & mask[i], in_either += expected.values[i] | mask[i];
   Evidence out;
-  out.disagreement = 1 - (in_either > 0 ? static_cast<double>(in_both) / in_either : 0);
+  out.disagreement = 1 - (in_either > 0 ? double(in_both) / in_either : 0);
   mean_ = kMemory * mean_ + (1 - kMemory) * out.disagreement;
   out.mean_disagreement = mean_;
   const std::vector<double> colors = colors_inside(image, mask);
@@ -88,7 +88,7 @@ Evidence EvidenceGatherer::gather(const RgbView& image, const unsigned char* mas
 std::vector<double> colors_inside(const RgbView& image, const unsigned char* mask) {
   std::vector<double> out(std::size_t{1} << (3 * kBits));
   int inside = 0;
-  const std::ptrdiff_t pixels = static_cast<std::ptrdiff_t>(image.width) * image.height;
+  const std::ptrdiff_t pixels = std::ptrdiff_t(image.width) * image.height;
   for (std::ptrdiff_t i = 0; i < pixels; ++i) {
     if (!mask[i]) continue;
     std::size_t bin = 0;
@@ -102,16 +102,16 @@ std::vector<double> colors_inside(const RgbView& image, const unsigned char* mas
 
 Mask moved_mask(const Mask& mask, const FlowView& flow) {
   const ImagePart& part = flow.part;
-  const auto left = static_cast<float>(part.x0), above = static_cast<float>(part.y0);
+  const auto left = float(part.x0), above = float(part.y0);
   const float most_x = part.x1 - 1.0f, most_y = part.y1 - 1.0f;
   Mask out = mask;
   for (int y = part.y0; y < part.y1; ++y)
     for (int x = part.x0; x < part.x1; ++x) {
       const float* const back = flow.at(x, y);
       // NaN becomes the first pixel of the part: no read outside.
-      const float u = std::min(std::max(left, static_cast<float>(x) + back[0]), most_x);
-      const float v = std::min(std::max(above, static_cast<float>(y) + back[1]), most_y);
-      const int ix = static_cast<int>(u), iy = static_cast<int>(v);
+      const float u = std::min(std::max(left, float(x) + back[0]), most_x);
+      const float v = std::min(std::max(above, float(y) + back[1]), most_y);
+      const int ix = int(u), iy = int(v);
       const int right = ix + 1 < part.x1 ? 1 : 0, below = iy + 1 < part.y1 ? mask.width : 0;
       const unsigned char *a = mask.row(iy) + ix, *b = a + below;
       const int corners = a[0] + a[right] + b[0] + b[right];
@@ -119,7 +119,7 @@ Mask moved_mask(const Mask& mask, const FlowView& flow) {
         out.row(y)[x] = corners != 0;
         continue;
       }
-      const float fx = u - static_cast<float>(ix), fy = v - static_cast<float>(iy);
+      const float fx = u - float(ix), fy = v - float(iy);
       const float top = (1 - fx) * a[0] + fx * a[right], bottom = (1 - fx) * b[0] + fx * b[right];
       out.row(y)[x] = (1 - fy) * top + fy * bottom >= 0.5f;
     }

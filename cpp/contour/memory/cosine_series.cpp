@@ -63,7 +63,7 @@ std::vector<double> CosineSeries::coefficients(const Plane<double>& picture) con
 }
 
 std::vector<double> CosineSeries::coefficients(const Picture& inside) const {
-  return coefficients(each<double>(inside, [](float x) { return 2 * static_cast<double>(x) - 1; }));
+  return coefficients(each<double>(inside, [](float x) { return 2 * double(x) - 1; }));
 }
 
 std::vector<double> CosineSeries::coefficients(const Mask& inside) const {

@@ -83,7 +83,7 @@ Pieces pieces_of(const Mask& mask) {
   const auto enter = [&](int x, int y) {
     if (x < 0 || y < 0 || x >= mask.width || y >= mask.height) return;
     if (!mask.row(y)[x] || out.numbers.row(y)[x] != 0) return;
-    out.numbers.row(y)[x] = static_cast<int>(out.areas.size()) - 1;
+    out.numbers.row(y)[x] = int(out.areas.size()) - 1;
     ++out.areas.back();
     waiting.emplace_back(x, y);
   };

@@ -33,8 +33,7 @@ Mask thick_parts(const Mask& mask, int sliver);
 // `reach_px`. The edge lies half a pixel before the first outside pixel.
 Picture signed_distances(const Mask& mask, float reach_px);
 
-// Pieces connected over sides and corners. numbers: each pixel's piece, from 1 on, 0 outside; areas: by piece
-// number.
+// Pieces connected over sides and corners: each pixel's number, from 1 on, 0 outside; areas by number.
 struct Pieces {
   Plane<int> numbers;
   std::vector<int> areas = {0};

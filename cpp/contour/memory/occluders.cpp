@@ -39,8 +39,7 @@ std::vector<Point> hull_of(std::vector<Point> points) {
   return hull;
 }
 
-// Whether a pixel lies in the region or at most half a pixel outside it, along the axis that crosses the
-// edge.
+// Whether a pixel lies in the region or at most half a pixel outside it, across the edge.
 bool holds(const std::vector<Point>& hull, const Point& p) {
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
@@ -61,18 +60,17 @@ double seen_share(const std::vector<Point>& hull, const Mask& hidden, const Mask
       if (!holds(hull, {x, y})) continue;
       n_seen += seen.row(y)[x], n_hidden += hidden.row(y)[x];
     }
-  return static_cast<double>(n_seen) / std::max(1, n_seen + n_hidden);
+  return double(n_seen) / std::max(1, n_seen + n_hidden);
 }
 
 // Hulls of the pieces, without ragged edges.
 std::vector<std::vector<Point>> hulls_of(const Mask& hidden, double of_largest) {
   const Pieces pieces = pieces_of(hidden);
   const int largest = *std::max_element(pieces.areas.begin(), pieces.areas.end());
-  const double least = std::max(kMinShare * static_cast<double>(hidden.size()), of_largest * largest);
+  const double least = std::max(kMinShare * double(hidden.size()), of_largest * largest);
   std::vector<std::vector<Point>> points(pieces.areas.size()), out;
   for (int y = 0; y < hidden.height; ++y)
-    for (int x = 0; x < hidden.width; ++x)
-      points[static_cast<std::size_t>(pieces.numbers.row(y)[x])].emplace_back(x, y);
+    for (int x = 0; x < hidden.width; ++x) points[pieces.numbers.row(y)[x]].emplace_back(x, y);
   for (std::size_t k = 1; k < points.size(); ++k)
     if (pieces.areas[k] >= least) out.push_back(hull_of(std::move(points[k])));
   return out;
@@ -87,7 +85,7 @@ bool join_two(const Mask& hidden, const Mask& seen, std::vector<std::vector<Poin
       std::vector<Point> hull = hull_of(std::move(points));
       if (seen_share(hull, hidden, seen) >= kSeenBetween) continue;
       (*groups)[i] = std::move(hull);
-      groups->erase(groups->begin() + static_cast<std::ptrdiff_t>(j));
+      groups->erase(groups->begin() + std::ptrdiff_t(j));
       return true;
     }
   return false;
@@ -99,7 +97,7 @@ int count_occluders(const Mask& hidden, const Mask& seen, double of_largest) {
   std::vector<std::vector<Point>> groups = hulls_of(hidden, of_largest);
   while (join_two(hidden, seen, &groups)) {
   }
-  return static_cast<int>(groups.size());
+  return int(groups.size());
 }
 
 }  // namespace sdftrack::contour

@@ -38,7 +38,7 @@ Mask seen_part(const Mask& mask, const Picture& signed_odds, const GridWarp& war
                                 sigma_px, Border::kMirrored);
   const Mask outlined = seen_from(mask, warp, found->placement, size);
   const Picture& phi = found->expected.phi;
-  const float per_px = static_cast<float>(kFrame) / static_cast<float>(size);
+  const float per_px = float(kFrame) / float(size);
   Mask seen(size, size);
   int beyond = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {

@@ -20,7 +20,7 @@ constexpr double kFirstError = 0.02;   // assumed until then
 constexpr double kMaxError = 0.2;      // of the size: limits the effect of one jump
 
 Picture as_picture(const Mask& mask) {
-  return each<float>(mask, [](unsigned char inside) { return static_cast<float>(inside); });
+  return each<float>(mask, [](unsigned char inside) { return float(inside); });
 }
 
 Mask above_half(const Picture& picture) {
@@ -113,7 +113,7 @@ Prediction MotionPredictor::predict(int time) const {
   for (const std::array<double, 3>& error : errors_)
     for (std::size_t k = 0; k < 3; ++k) {
       const double off = std::min(std::abs(error[k]), kMaxError);
-      squares[k] += off * off / static_cast<double>(errors_.size());
+      squares[k] += off * off / double(errors_.size());
     }
   out.place_error = std::sqrt(squares[0] + squares[1]), out.size_error = std::sqrt(squares[2]);
   return out;

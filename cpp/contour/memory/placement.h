@@ -14,8 +14,7 @@
 
 namespace sdftrack::contour {
 
-// Square root of a silhouette's area over the side of its frame: a thin body three times as long as wide
-// still fits.
+// Square root of a silhouette's area over its frame's side: a body three times as long as wide still fits.
 constexpr double kFill = 0.35;
 
 struct Placement {

@@ -15,19 +15,18 @@ struct Plane {
 
   Plane() = default;
   Plane(int width, int height, T value = T()) : width(width), height(height) {
-    values.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value);
+    values.assign(std::size_t(width) * height, value);
   }
   std::size_t size() const { return values.size(); }
-  T* row(int y) { return values.data() + static_cast<std::ptrdiff_t>(y) * width; }
-  const T* row(int y) const { return values.data() + static_cast<std::ptrdiff_t>(y) * width; }
+  T* row(int y) { return values.data() + std::ptrdiff_t(y) * width; }
+  const T* row(int y) const { return values.data() + std::ptrdiff_t(y) * width; }
   bool operator==(const Plane&) const = default;
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
     auto& [columns, rows, all] = self;
     archive(columns, rows, all);
-    archive.check(columns >= 0 && rows >= 0 &&
-                  all.size() == static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    archive.check(columns >= 0 && rows >= 0 && all.size() == std::size_t(columns) * rows);
   }
 };
 

@@ -24,21 +24,21 @@ int within(int i, int n, Border border) {
 
 // Convolves rows and columns with the same odd kernel.
 Picture convolved(const Picture& source, const std::vector<float>& kernel, Border border) {
-  const int radius = static_cast<int>(kernel.size()) / 2;
+  const int radius = int(kernel.size()) / 2;
   Picture along_x(source.width, source.height), out(source.width, source.height);
-  std::vector<float> line(static_cast<std::size_t>(source.width + 2 * radius));
+  std::vector<float> line(source.width + 2 * radius);
   for (int y = 0; y < source.height; ++y) {
     const float* from = source.row(y);
     for (int x = -radius; x < source.width + radius; ++x)
-      line[static_cast<std::size_t>(x + radius)] = from[within(x, source.width, border)];
+      line[x + radius] = from[within(x, source.width, border)];
     float* to = along_x.row(y);
     for (std::size_t k = 0; k < kernel.size(); ++k)
-      for (int x = 0; x < source.width; ++x) to[x] += kernel[k] * line[static_cast<std::size_t>(x) + k];
+      for (int x = 0; x < source.width; ++x) to[x] += kernel[k] * line[std::size_t(x) + k];
   }
   for (int y = 0; y < source.height; ++y) {
     float* to = out.row(y);
     for (std::size_t k = 0; k < kernel.size(); ++k) {
-      const float* from = along_x.row(within(y + static_cast<int>(k) - radius, source.height, border));
+      const float* from = along_x.row(within(y + int(k) - radius, source.height, border));
       for (int x = 0; x < source.width; ++x) to[x] += kernel[k] * from[x];
     }
   }
@@ -46,23 +46,23 @@ Picture convolved(const Picture& source, const std::vector<float>& kernel, Borde
 }
 
 Taps tap_of_area(int i, double step, int n) {
-  const double begin = i * step, end = std::min(static_cast<double>(n), begin + step);
+  const double begin = i * step, end = std::min(double(n), begin + step);
   Taps out{to_int(begin), {}};
   for (int k = out.first; k < n && k < end; ++k)
-    out.weights.push_back(static_cast<float>((std::min(end, k + 1.0) - std::max(begin, 1.0 * k)) / step));
+    out.weights.push_back(float((std::min(end, k + 1.0) - std::max(begin, 1.0 * k)) / step));
   return out;
 }
 
 Taps tap_between(int i, double step, int n) {
   const double x = std::clamp((i + 0.5) * step - 0.5, 0.0, n - 1.0);
   const int first = std::min(to_int(x), std::max(0, n - 2));
-  const auto share = static_cast<float>(x - first);
+  const auto share = float(x - first);
   return n == 1 ? Taps{0, {1.0f}} : Taps{first, {1 - share, share}};
 }
 
 std::vector<Taps> taps_of(int from, int to, bool by_area) {
   std::vector<Taps> out;
-  const double step = static_cast<double>(from) / to;
+  const double step = double(from) / to;
   for (int i = 0; i < to; ++i)
     out.push_back(by_area ? tap_of_area(i, step, from) : tap_between(i, step, from));
   return out;
@@ -86,13 +86,13 @@ Picture resized(const Picture& source, int width, int height) {
   const std::vector<Taps> rows = taps_of(source.height, height, by_area);
   for (int y = 0; y < source.height; ++y)
     for (int x = 0; x < width; ++x) {
-      const Taps& taps = columns[static_cast<std::size_t>(x)];
+      const Taps& taps = columns[x];
       const float* from = source.row(y) + taps.first;
       for (const float weight : taps.weights) along_x.row(y)[x] += weight * *from++;
     }
   for (int y = 0; y < height; ++y) {
-    int from = rows[static_cast<std::size_t>(y)].first;
-    for (const float weight : rows[static_cast<std::size_t>(y)].weights) {
+    int from = rows[y].first;
+    for (const float weight : rows[y].weights) {
       const float* const line = along_x.row(from++);
       for (int x = 0; x < width; ++x) out.row(y)[x] += weight * line[x];
     }
@@ -104,30 +104,28 @@ Picture resized(const Picture& source, int width, int height) {
 Picture box_mean(const Picture& source, int radius) {
   Plane<double> along_x(source.width, source.height);
   Picture out(source.width, source.height);
-  std::vector<double> line(static_cast<std::size_t>(source.width + 2 * radius));
+  std::vector<double> line(source.width + 2 * radius);
   for (int y = 0; y < source.height; ++y) {
     const float* const from = source.row(y);
     std::copy_n(from, source.width, line.begin() + radius);
     for (int k = 1; k <= radius; ++k) {
-      line[static_cast<std::size_t>(radius - k)] =
-          static_cast<double>(from[within(-k, source.width, Border::kMirrored)]);
-      line[static_cast<std::size_t>(source.width + radius - 1 + k)] =
-          static_cast<double>(from[within(source.width - 1 + k, source.width, Border::kMirrored)]);
+      line[radius - k] = double(from[within(-k, source.width, Border::kMirrored)]);
+      line[source.width + radius - 1 + k] =
+          double(from[within(source.width - 1 + k, source.width, Border::kMirrored)]);
     }
     double* const to = along_x.row(y);
     for (int k = 0; k <= 2 * radius; ++k)
-      for (int x = 0; x < source.width; ++x) to[x] += line[static_cast<std::size_t>(x + k)];
+      for (int x = 0; x < source.width; ++x) to[x] += line[x + k];
   }
   const double share = 1.0 / ((2 * radius + 1) * (2 * radius + 1));
   std::vector<double> sums;
   for (int y = 0; y < source.height; ++y) {
-    sums.assign(static_cast<std::size_t>(source.width), 0);
+    sums.assign(source.width, 0);
     for (int k = y - radius; k <= y + radius; ++k) {
       const double* const from = along_x.row(within(k, source.height, Border::kMirrored));
-      for (int x = 0; x < source.width; ++x) sums[static_cast<std::size_t>(x)] += from[x];
+      for (int x = 0; x < source.width; ++x) sums[x] += from[x];
     }
-    for (int x = 0; x < source.width; ++x)
-      out.row(y)[x] = static_cast<float>(share * sums[static_cast<std::size_t>(x)]);
+    for (int x = 0; x < source.width; ++x) out.row(y)[x] = float(share * sums[x]);
   }
   return out;
 }
@@ -139,7 +137,7 @@ Picture blurred(const Picture& source, double sigma_px, Border border) {
   double sum = 0;
   for (int k = -radius; k <= radius; ++k) sum += std::exp(-0.5 * k * k / (sigma_px * sigma_px));
   for (int k = -radius; k <= radius; ++k)
-    kernel.push_back(static_cast<float>(std::exp(-0.5 * k * k / (sigma_px * sigma_px)) / sum));
+    kernel.push_back(float(std::exp(-0.5 * k * k / (sigma_px * sigma_px)) / sum));
   return convolved(source, kernel, border);
 }
 

@@ -23,8 +23,8 @@ Plane<T> warped(const Plane<T>& source, const GridWarp& to_source, int width, in
       double u, v;
       to_source.to_image(x, y, &u, &v);
       u = std::min(std::max(0.0, u + 1), most_u), v = std::min(std::max(0.0, v + 1), most_v);
-      const int ix = static_cast<int>(u), iy = static_cast<int>(v);
-      const auto fx = static_cast<float>(u - ix), fy = static_cast<float>(v - iy);
+      const int ix = int(u), iy = int(v);
+      const auto fx = float(u - ix), fy = float(v - iy);
       const T *a = bordered.row(iy) + ix, *b = bordered.row(iy + 1) + ix;
       const T top = a[0] + fx * (a[1] - a[0]), bottom = b[0] + fx * (b[1] - b[0]);
       out.row(y)[x] = top + fy * (bottom - top);
@@ -36,7 +36,7 @@ Plane<T> warped(const Plane<T>& source, const GridWarp& to_source, int width, in
 template <class T>
 Plane<T> block_means(const Plane<T>& source, int block) {
   Plane<T> out(source.width / block, source.height / block);
-  const float share = 1.0f / static_cast<float>(block * block);
+  const float share = 1.0f / float(block * block);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {
       T sum{};

@@ -35,7 +35,7 @@ constexpr float kUnknown = std::numeric_limits<float>::infinity();
 std::vector<std::int16_t> small_picture(const Mask& mask) {
   const int side = mask.width / kSquare;
   std::vector<std::int16_t> out;
-  out.reserve(static_cast<std::size_t>(side * side));
+  out.reserve(side * side);
   for (int y = 0; y < side; ++y) {
     const unsigned char *above = mask.row(kSquare * y), *below = mask.row(kSquare * y + 1);
     for (int x = 0; x < 2 * side; x += 2)
@@ -44,7 +44,7 @@ std::vector<std::int16_t> small_picture(const Mask& mask) {
   return out;
 }
 
-double share(int part, int whole) { return static_cast<double>(part) / std::max(1, whole); }
+double share(int part, int whole) { return double(part) / std::max(1, whole); }
 
 }  // namespace
 
@@ -74,9 +74,9 @@ Mask SilhouetteLibrary::mask(int place) const {
 
 SilhouetteLibrary::Shape SilhouetteLibrary::shape_of(const Mask& mask) const {
   Shape out;
-  for (const double c : series_.coefficients(mask)) out.code.push_back(static_cast<float>(c));
+  for (const double c : series_.coefficients(mask)) out.code.push_back(float(c));
   out.small = small_picture(mask);
-  out.area = static_cast<float>(area_of(mask));
+  out.area = float(area_of(mask));
   Picture phi = signed_distances(mask, kReach_px);
   for (const float distance : phi.values)
     out.phi.push_back(static_cast<signed char>(std::nearbyint(kStepsPerPx * distance)));
@@ -92,7 +92,7 @@ std::vector<float> SilhouetteLibrary::differences(const Mask& mask) const {
   for (const Shape& shape : shapes_) {
     int differ = 0;
     for (std::size_t i = 0; i < mask.size(); ++i) differ += (shape.phi[i] < 0) != mask.values[i];
-    out.push_back(static_cast<float>(differ / area));
+    out.push_back(float(differ / area));
   }
   return out;
 }
@@ -102,12 +102,12 @@ void SilhouetteLibrary::add(const Mask& mask) {
   std::vector<float> unlike = differences(mask);
   ++clock_;
   const auto nearest = std::min_element(unlike.begin(), unlike.end());
-  if (nearest != unlike.end() && *nearest < static_cast<float>(options_.spacing)) {
-    shapes_[static_cast<std::size_t>(nearest - unlike.begin())].age = clock_;  // still in use
+  if (nearest != unlike.end() && *nearest < float(options_.spacing)) {
+    shapes_[nearest - unlike.begin()].age = clock_;  // still in use
     return;
   }
   std::size_t place = shapes_.size();
-  if (place < static_cast<std::size_t>(options_.capacity)) {
+  if (place < std::size_t(options_.capacity)) {
     for (Shape& shape : shapes_) shape.unlike.push_back(kUnknown);
     shapes_.emplace_back();
     unlike.push_back(kUnknown);
@@ -137,11 +137,11 @@ Explanation SilhouetteLibrary::explain(const Mask& mask) const {
   Expected expected;
   std::vector<float> beyond_px;
   const std::vector<int> near = nearest(mask, &beyond_px);
-  expected.beyond_px = static_cast<double>(*std::min_element(beyond_px.begin(), beyond_px.end()));
-  const auto softness = static_cast<float>(kSoftness_px + kSoftness * expected.beyond_px);
+  expected.beyond_px = double(*std::min_element(beyond_px.begin(), beyond_px.end()));
+  const auto softness = float(kSoftness_px + kSoftness * expected.beyond_px);
   float sum = 0;
   for (std::size_t k = 0; k < near.size(); ++k) {
-    const float weight = std::exp((static_cast<float>(expected.beyond_px) - beyond_px[k]) / softness);
+    const float weight = std::exp((float(expected.beyond_px) - beyond_px[k]) / softness);
     if (weight < kMinRelativeWeight) continue;
     expected.weights.push_back(weight), expected.finalists.push_back(near[k]);
     sum += weight;
@@ -181,19 +181,19 @@ Picture SilhouetteLibrary::average(const std::vector<float>& weights, const std:
     if (weights[k] == 0) continue;
     const float weight = weights[k] / kStepsPerPx;
     const std::vector<signed char>& phi = at(places[k]).phi;
-    for (std::size_t i = 0; i < out.size(); ++i) out.values[i] += weight * static_cast<float>(phi[i]);
+    for (std::size_t i = 0; i < out.size(); ++i) out.values[i] += weight * float(phi[i]);
   }
   return out;
 }
 
 std::vector<float> SilhouetteLibrary::dissimilarity(const Mask& mask) const {
   const std::vector<std::int16_t> small = small_picture(mask);
-  const auto inside = static_cast<float>(std::accumulate(small.begin(), small.end(), 0));
+  const auto inside = float(std::accumulate(small.begin(), small.end(), 0));
   std::vector<float> out;
   for (const Shape& shape : shapes_) {
     int products = 0;
     for (std::size_t i = 0; i < small.size(); ++i) products += shape.small[i] * small[i];
-    const float common = static_cast<float>(products) / (kSquare * kSquare);
+    const float common = float(products) / (kSquare * kSquare);
     out.push_back((shape.area + inside - 2 * common) / std::max(1.0f, inside));
   }
   return out;
@@ -209,12 +209,12 @@ std::vector<int> SilhouetteLibrary::nearest(const Mask& mask, std::vector<float>
     const std::vector<double> code = series_.coefficients(mask);
     std::vector<float> in_common;
     for (const Shape& shape : shapes_) {
-      double sum = 2 * static_cast<double>(shape.area);
-      for (std::size_t i = 0; i < code.size(); ++i) sum += code[i] * static_cast<double>(shape.code[i]);
-      in_common.push_back(static_cast<float>(sum));
+      double sum = 2 * double(shape.area);
+      for (std::size_t i = 0; i < code.size(); ++i) sum += code[i] * double(shape.code[i]);
+      in_common.push_back(float(sum));
     }
     const auto more = [&](int a, int b) {
-      const float x = in_common[static_cast<std::size_t>(a)], y = in_common[static_cast<std::size_t>(b)];
+      const float x = in_common[a], y = in_common[b];
       return x > y || (x == y && a < b);
     };
     std::partial_sort(near.begin(), near.begin() + kCompared, near.end(), more);
@@ -224,7 +224,7 @@ std::vector<int> SilhouetteLibrary::nearest(const Mask& mask, std::vector<float>
   for (const int k : near) {
     int excess = 0;
     for (std::size_t i = 0; i < small.size(); ++i) excess += std::max(0, small[i] - at(k).small[i]);
-    beyond_px->push_back(static_cast<float>(excess));
+    beyond_px->push_back(float(excess));
   }
   return near;
 }
@@ -241,7 +241,7 @@ SilhouetteLibrary::State SilhouetteLibrary::state() const {
 }
 
 void SilhouetteLibrary::restore(const State& state) {
-  if (state.masks.size() > static_cast<std::size_t>(options_.capacity))
+  if (state.masks.size() > std::size_t(options_.capacity))
     throw std::invalid_argument("kept: expected no more silhouettes than the capacity, " +
                                 std::to_string(options_.capacity) + ", got " +
                                 std::to_string(state.masks.size()));
@@ -249,8 +249,8 @@ void SilhouetteLibrary::restore(const State& state) {
   const std::size_t n = state.masks.size();
   for (std::size_t k = 0; k < n; ++k) {
     Shape& shape = shapes.emplace_back(shape_of(state.masks[k]));
-    const auto row = state.unlike.begin() + static_cast<std::ptrdiff_t>(k * n);
-    shape.unlike.assign(row, row + static_cast<std::ptrdiff_t>(n));
+    const auto row = state.unlike.begin() + std::ptrdiff_t(k * n);
+    shape.unlike.assign(row, row + n);
     shape.age = state.ages[k];
   }
   shapes_ = std::move(shapes), clock_ = state.clock;

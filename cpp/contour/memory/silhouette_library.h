@@ -61,7 +61,7 @@ class SilhouetteLibrary {
   };
   explicit SilhouetteLibrary(const Options& options);
 
-  int count() const { return static_cast<int>(shapes_.size()); }
+  int count() const { return int(shapes_.size()); }
   int size() const { return options_.size; }
   const CosineSeries& series() const { return series_; }
   const std::vector<float>& code(int place) const { return at(place).code; }
@@ -103,7 +103,7 @@ class SilhouetteLibrary {
     std::int64_t age = 0;
   };
 
-  const Shape& at(int place) const { return shapes_[static_cast<std::size_t>(place)]; }
+  const Shape& at(int place) const { return shapes_[place]; }
   Shape shape_of(const Mask& mask) const;
   std::vector<float> differences(const Mask& mask) const;
   std::size_t place_to_reuse() const;

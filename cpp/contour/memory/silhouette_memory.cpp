@@ -54,14 +54,11 @@ SilhouetteAssessment SilhouetteMemory::assess(const Mask& mask) const {
   out.std.assign(out.coefficients.size(), 0);
   if (explained.missing == 0) return out;
   for (std::size_t c = 0; c < out.std.size(); ++c) {
-    const auto code = [&](std::size_t k) {
-      return static_cast<double>(library_.code(explained.finalists[k])[c]);
-    };
+    const auto code = [&](std::size_t k) { return double(library_.code(explained.finalists[k])[c]); };
     double mean = 0, variance = 0;
+    for (std::size_t k = 0; k < explained.weights.size(); ++k) mean += double(explained.weights[k]) * code(k);
     for (std::size_t k = 0; k < explained.weights.size(); ++k)
-      mean += static_cast<double>(explained.weights[k]) * code(k);
-    for (std::size_t k = 0; k < explained.weights.size(); ++k)
-      variance += static_cast<double>(explained.weights[k]) * (code(k) - mean) * (code(k) - mean);
+      variance += double(explained.weights[k]) * (code(k) - mean) * (code(k) - mean);
     out.std[c] = std::sqrt(variance);
   }
   return out;

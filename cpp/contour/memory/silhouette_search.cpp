@@ -52,7 +52,7 @@ struct Costs {
 };
 
 std::size_t least(const std::vector<float>& values) {
-  return static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin());
+  return std::size_t(std::min_element(values.begin(), values.end()) - values.begin());
 }
 
 // A search around a start.
@@ -71,20 +71,19 @@ class Search {
     const ContourOps& ops = for_isa<ContourOps>(used_isa());
     const int length = stage.length();
     std::vector<float> windows;
-    windows.reserve(stage.tries.size() * static_cast<std::size_t>(stage.places() * length));
+    windows.reserve(stage.tries.size() * std::size_t(stage.places() * length));
     for (const Stage::Try& tried : stage.tries) {
       const Move middle = {around[0], around[1], around[2] + tried.log_scale, around[3] + tried.angle_rad};
       add_moves(stage, middle, &out.moves);
       add_windows(stage, middle, &windows);
     }
     out.values.resize(out.moves.size() * templates.size());
-    const auto places = static_cast<int>(out.moves.size()), count = static_cast<int>(templates.size());
+    const auto places = int(out.moves.size()), count = int(templates.size());
     for (int j = 0; j < count; ++j)  // a template stays in the cache while all places are evaluated
-      ops.products(windows.data(), places, templates[static_cast<std::size_t>(j)], length,
-                   out.values.data() + j, count);
+      ops.products(windows.data(), places, templates[j], length, out.values.data() + j, count);
     for (std::size_t i = 0; i < out.moves.size(); ++i) {
-      const auto area = static_cast<float>(std::exp(2 * out.moves[i][2]) * stage.block * stage.block / kArea);
-      const auto rest = static_cast<float>(1 + prior(out.moves[i]));
+      const auto area = float(std::exp(2 * out.moves[i][2]) * stage.block * stage.block / kArea);
+      const auto rest = float(1 + prior(out.moves[i]));
       for (std::size_t j = 0; j < templates.size(); ++j) out.row(i)[j] = rest + area * out.row(i)[j];
     }
     return out;
@@ -111,7 +110,7 @@ class Search {
     const Plane<Evidence> blocks = block_means(warped(evidence_, to_evidence, n, n), stage.block);
     const int side = stage.side();
     const std::size_t first_window = windows->size();
-    windows->resize(first_window + static_cast<std::size_t>(stage.places() * stage.length()));
+    windows->resize(first_window + std::size_t(stage.places() * stage.length()));
     float* out = windows->data() + first_window;
     for (int y = 0; y <= 2 * stage.reach; ++y)
       for (int x = 0; x <= 2 * stage.reach; ++x, out += side * side)
@@ -144,8 +143,7 @@ Templates stored_templates(const SilhouetteLibrary& library, const std::vector<i
 
 void add_poses(const std::vector<float>& poses, const std::vector<int>& places, Costs* costs) {
   for (std::size_t i = 0; i < costs->moves.size(); ++i)
-    for (std::size_t j = 0; j < places.size(); ++j)
-      costs->row(i)[j] += kUnlike * poses[static_cast<std::size_t>(places[j])];
+    for (std::size_t j = 0; j < places.size(); ++j) costs->row(i)[j] += kUnlike * poses[places[j]];
 }
 
 // The silhouettes of lowest cost at their best place, in order of cost; and the best place of the first.
@@ -159,10 +157,8 @@ std::vector<int> cheapest(Costs* costs, std::size_t count, Move* move) {
   }
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return best[static_cast<std::size_t>(a)] < best[static_cast<std::size_t>(b)];
-  });
-  *move = costs->moves[where[static_cast<std::size_t>(order[0])]];
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return best[a] < best[b]; });
+  *move = costs->moves[where[order[0]]];
   order.resize(std::min(count, kFinalists));
   return order;
 }
@@ -187,7 +183,7 @@ Found find_silhouette(const Picture& signed_odds, const GridWarp& warp, const Pr
                       const std::vector<float>& poses) {
   const Placement start{predicted.center_px, predicted.size_px, turn};
   const Search search(signed_odds, warp, start, predicted);
-  std::vector<int> all(static_cast<std::size_t>(library.count()));
+  std::vector<int> all(library.count());
   std::iota(all.begin(), all.end(), 0);
   Costs costs = search.costs(stored_stages()[0], Move{}, stored_templates(library, all, 0));
   add_poses(poses, all, &costs);

@@ -27,7 +27,7 @@ const std::array<Stage, 2>& last_stages() {
 }
 
 std::vector<float> template_of(const Picture& phi, const Stage& stage) {
-  const float per_edge = static_cast<float>(kFrame) / static_cast<float>(phi.width) / kEdge_px;
+  const float per_edge = float(kFrame) / float(phi.width) / kEdge_px;
   Picture soft = each<float>(phi, [per_edge](float d) { return std::clamp(d * per_edge, -1.0f, 1.0f); });
   if (phi.width != kFrame) soft = resized(soft, kFrame, kFrame);
   const Picture outside = each<float>(soft, [](float s) { return std::max(s, 0.0f) - 1; });

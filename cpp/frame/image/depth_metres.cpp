@@ -10,8 +10,7 @@ namespace {
 
 constexpr double kMostUnitsPerMetre = 1 << 24;  // floats hold whole numbers up to this one
 constexpr double kSameUnit = 1e-7;              // drivers state units as floats: 0.001f is 1 mm
-// Pixels of such holes over measurements: 0.118 with every fifth row missing, at most 0.015 in what sensors
-// deliver.
+// Such holes over measurements: 0.118 with every fifth row missing, at most 0.015 from sensors.
 constexpr double kLeastHoles = 0.05;
 constexpr int kLookedAt = 11;  // rows apart; a prime, so that they are not those of the lattice
 constexpr int kWidest = 2;
@@ -29,7 +28,7 @@ struct Line {
 
 template <class T>
 Line<T> row(T* depth_m, int width, int y) {
-  return {depth_m + static_cast<std::ptrdiff_t>(y) * width, 1, width};
+  return {depth_m + y * width, 1, width};
 }
 template <class T>
 Line<T> column(T* depth_m, int width, int height, int x) {
@@ -50,8 +49,7 @@ void fill(const Line<float>& line, int width) {
   for (int i = 0; i + width + 1 < line.count; ++i) {
     if (!is_hole(line, i, width)) continue;
     const float left = line(i), right = line(i + width + 1);
-    for (int k = 1; k <= width; ++k)
-      line(i + k) = left + static_cast<float>(k) / static_cast<float>(width + 1) * (right - left);
+    for (int k = 1; k <= width; ++k) line(i + k) = left + float(k) / float(width + 1) * (right - left);
   }
 }
 
@@ -60,16 +58,16 @@ void fill(const Line<float>& line, int width) {
 void metres_of(const std::uint16_t* units, std::size_t count, double unit_m, float* depth_m) {
   const double per_m = std::nearbyint(std::min(1 / unit_m, kMostUnitsPerMetre));
   const bool whole = per_m < kMostUnitsPerMetre && std::abs(unit_m * per_m - 1) < kSameUnit;
-  const float divisor = whole ? static_cast<float>(per_m) : 1.0f;
-  const float factor = whole ? 1.0f : static_cast<float>(unit_m);
+  const float divisor = whole ? float(per_m) : 1.0f;
+  const float factor = whole ? 1.0f : float(unit_m);
   std::transform(units, units + count, depth_m,
-                 [=](std::uint16_t value) { return static_cast<float>(value) / divisor * factor; });
+                 [=](std::uint16_t value) { return float(value) / divisor * factor; });
 }
 
 bool has_lattice(const ImageView<float>& depth_m) {
   const float* const data = depth_m.data;
   double holes = 0, measured = 0;
-  const auto look_at = [&](const Line<const float>& line) {
+  const auto evaluate = [&](const Line<const float>& line) {
     for (int i = 0; i < line.count; ++i) {
       if (!(line(i) > 0)) continue;
       measured += 1;
@@ -77,9 +75,9 @@ bool has_lattice(const ImageView<float>& depth_m) {
         if (is_hole(line, i, width)) holes += width;
     }
   };
-  for (int y = kLookedAt / 2; y < depth_m.height; y += kLookedAt) look_at(row(data, depth_m.width, y));
+  for (int y = kLookedAt / 2; y < depth_m.height; y += kLookedAt) evaluate(row(data, depth_m.width, y));
   for (int x = kLookedAt / 2; x < depth_m.width; x += kLookedAt)
-    look_at(column(data, depth_m.width, depth_m.height, x));
+    evaluate(column(data, depth_m.width, depth_m.height, x));
   return holes > kLeastHoles * measured;
 }
 

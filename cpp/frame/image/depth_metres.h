@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Depth images as cameras and files have them: units become metres, holes that a registration left are
-// filled.
+// Depth images of cameras and files: units become metres, holes of a registration are filled.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +17,7 @@ void metres_of(const std::uint16_t* units, std::size_t count, double unit_m, flo
 // one or two pixels without a measurement, a few rows or columns apart, which are no borders of surfaces.
 bool has_lattice(const ImageView<float>& depth_m);
 
-// Fills holes of one or two pixels in a row, then in a column, linearly between their ends if these are of
-// one surface.
+// Fills holes of one or two pixels in a row, then in a column, linearly if their ends are of one surface.
 void fill_lattice(int width, int height, float* depth_m);
 
 }  // namespace sdftrack::frame

@@ -13,16 +13,16 @@ void spread_line(const unsigned char* from, std::size_t stride, int n, int by, u
                  unsigned char* to) {
   int next = 0;  // pixels from here on are not written yet
   for (int i = 0; i < n; ++i) {
-    if (from[static_cast<std::size_t>(i) * stride] != value) continue;
+    if (from[std::size_t(i) * stride] != value) continue;
     for (int k = std::max(next, i - by); k <= std::min(n - 1, i + by); ++k)
-      to[static_cast<std::size_t>(k) * stride] = value;
+      to[std::size_t(k) * stride] = value;
     next = std::min(n, i + by + 1);
   }
 }
 
 PixelMask spread(const PixelMask& mask, int by, unsigned char value) {
   PixelMask rows = mask;
-  const auto w = static_cast<std::size_t>(mask.width);
+  const auto w = std::size_t(mask.width);
   for (int y = 0; y < mask.height; ++y)
     spread_line(&mask.on[mask.at(0, y)], 1, mask.width, by, value, &rows.on[mask.at(0, y)]);
   PixelMask out = rows;
@@ -33,7 +33,7 @@ PixelMask spread(const PixelMask& mask, int by, unsigned char value) {
 
 }  // namespace
 
-int count(const PixelMask& mask) { return static_cast<int>(std::count(mask.on.begin(), mask.on.end(), 1)); }
+int count(const PixelMask& mask) { return int(std::count(mask.on.begin(), mask.on.end(), 1)); }
 
 void add(const PixelMask& more, PixelMask* mask) {
   for (std::size_t i = 0; i < mask->on.size(); ++i) mask->on[i] |= more.on[i];
@@ -53,11 +53,11 @@ Pieces pieces_of(const PixelMask& mask, Neighborhood neighborhood) {
   Pieces out;
   out.number.assign(mask.on.size(), 0);
   const bool corners = neighborhood == Neighborhood::kSidesAndCorners;
-  std::vector<std::size_t> left;  // pixels whose neighbours are not looked at yet
-  const auto w = static_cast<std::size_t>(mask.width);
+  std::vector<std::size_t> left;  // pixels whose neighbours are not visited yet
+  const auto w = std::size_t(mask.width);
   for (std::size_t first = 0; first < mask.on.size(); ++first) {
     if (!mask.on[first] || out.number[first]) continue;
-    const auto number = static_cast<int>(out.areas.size());
+    const auto number = int(out.areas.size());
     out.areas.push_back(0);
     left.assign(1, first);
     out.number[first] = number;
@@ -65,7 +65,7 @@ Pieces pieces_of(const PixelMask& mask, Neighborhood neighborhood) {
       const std::size_t i = left.back();
       left.pop_back();
       ++out.areas.back();
-      const auto x = static_cast<int>(i % w), y = static_cast<int>(i / w);
+      const auto x = int(i % w), y = int(i / w);
       for (int v = std::max(0, y - 1); v <= std::min(mask.height - 1, y + 1); ++v)
         for (int u = std::max(0, x - 1); u <= std::min(mask.width - 1, x + 1); ++u) {
           const std::size_t j = mask.at(u, v);

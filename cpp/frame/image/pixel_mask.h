@@ -14,19 +14,13 @@ struct PixelMask {
   std::vector<unsigned char> on;  // row by row, 0 or 1
 
   PixelMask() = default;
-  PixelMask(int width_, int height_)
-      : width(width_),
-        height(height_),
-        on(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
+  PixelMask(int width_, int height_) : width(width_), height(height_), on(std::size_t(width_) * height_) {}
+  std::size_t at(int x, int y) const { return std::size_t(y) * width + x; }
   bool operator()(int x, int y) const { return on[at(x, y)] != 0; }
   bool operator==(const PixelMask&) const = default;
 };
 
 int count(const PixelMask& mask);
-// Adds the pixels of `more`, a mask of the same size.
 void add(const PixelMask& more, PixelMask* mask);
 
 // Pixels within `by` rows and columns of the mask; those with only mask within `by` (what lies outside the

@@ -52,12 +52,11 @@ PixelMask PointImage::measured() const {
 }
 
 Vec3d point_at(const DepthFrame& frame, const Camera& camera, int x, int y) {
-  const auto z = static_cast<double>(frame.depth_m(x, y));
+  const auto z = double(frame.depth_m(x, y));
   if (!(z > 0 && std::isfinite(z))) return {0, 0, 0};
-  if (!frame.rays) return z * ray(camera.K, static_cast<double>(x), static_cast<double>(y));
-  const float* r = frame.rays + 2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                                     static_cast<std::size_t>(x));
-  return z * Vec3d{static_cast<double>(r[0]), static_cast<double>(r[1]), 1.0};
+  if (!frame.rays) return z * ray(camera.K, double(x), double(y));
+  const float* r = frame.rays + 2 * (std::size_t(y) * camera.width + x);
+  return z * Vec3d{double(r[0]), double(r[1]), 1.0};
 }
 
 PointImage points_of(const DepthFrame& frame, const Camera& camera, const Rect& window, int step) {
@@ -94,7 +93,7 @@ std::vector<Vec3d> smooth_normals(const PointImage& points) {
 
 double longest_extent_m(const std::vector<Vec3d>& points, double low_share, double high_share) {
   if (points.size() < 3) return 0;
-  const auto n = static_cast<double>(points.size());
+  const auto n = double(points.size());
   Vec3d middle{0, 0, 0};
   for (const Vec3d& p : points) middle = middle + p;
   middle = (1 / n) * middle;
@@ -103,8 +102,7 @@ double longest_extent_m(const std::vector<Vec3d>& points, double low_share, doub
     const Eigen::Vector3d d(p.x - middle.x, p.y - middle.y, p.z - middle.z);
     scatter += d * d.transpose();
   }
-  // A few points far behind turn the first principal axis towards them: the extent is the largest of the
-  // three.
+  // A few points far behind turn the first axis towards them: the extent is the largest of the three.
   const Eigen::Matrix3d axes = optim::eigenpairs<3>(scatter / n).vectors;
   double longest = 0;
   for (int k = 2; k >= 0; --k) {

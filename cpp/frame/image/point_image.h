@@ -14,9 +14,7 @@ struct PointImage {
   int width = 0, height = 0;
   std::vector<Vec3d> p;  // row by row
 
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
+  std::size_t at(int x, int y) const { return std::size_t(y) * width + x; }
   PixelMask measured() const;
 };
 
@@ -26,12 +24,10 @@ Vec3d point_at(const DepthFrame& frame, const Camera& camera, int x, int y);
 PointImage points_of(const DepthFrame& frame, const Camera& camera, const Rect& window, int step = 1);
 std::vector<Vec3d> points_in(const PointImage& points, const PixelMask& mask);
 
-// Unit normals towards the camera, of points averaged over 5 x 5 pixels; 0 beside pixels without a
-// measurement and at the border.
+// Unit normals towards the camera, of points averaged over 5 x 5 pixels; 0 next to holes and at the border.
 std::vector<Vec3d> smooth_normals(const PointImage& points);
 
-// Extent along the principal axis along which the points extend farthest, between two shares of them. 0:
-// fewer than 3.
+// Largest extent along a principal axis, between two shares of the points. 0: fewer than 3.
 double longest_extent_m(const std::vector<Vec3d>& points, double low_share, double high_share);
 
 }  // namespace sdftrack::frame

@@ -50,11 +50,11 @@ levelset::PixelRect keyframe_region(const PixelMask& mask) {
 void Keyframes::add(std::shared_ptr<Keyframe> keyframe) {
   const std::array<double, 5> view = view_of(*keyframe);
   const std::size_t n = frames_.size();
-  for (Record& other : records_) note_neighbor(static_cast<int>(n), apart(other.view, view), &other);
+  for (Record& other : records_) note_neighbor(int(n), apart(other.view, view), &other);
   frames_.push_back(std::move(keyframe));
   records_.push_back({view, {-1, -1}, {kNoGap, kNoGap}});
   find_nearest(n);
-  if (n == static_cast<std::size_t>(most_)) drop(least_missed());
+  if (n == std::size_t(most_)) drop(least_missed());
 }
 
 void Keyframes::restore(std::vector<std::shared_ptr<Keyframe>> frames, std::vector<Record> records) {
@@ -75,9 +75,9 @@ std::size_t Keyframes::least_missed() const {
 }
 
 void Keyframes::drop(std::size_t k) {
-  frames_.erase(frames_.begin() + static_cast<std::ptrdiff_t>(k));
-  records_.erase(records_.begin() + static_cast<std::ptrdiff_t>(k));
-  const int dropped = static_cast<int>(k);
+  frames_.erase(frames_.begin() + std::ptrdiff_t(k));
+  records_.erase(records_.begin() + std::ptrdiff_t(k));
+  const int dropped = int(k);
   std::vector<std::size_t> bereft;  // few: a frame is among the nearest of few others
   for (std::size_t i = 0; i < records_.size(); ++i)
     for (int& who : records_[i].nearest) {
@@ -91,7 +91,7 @@ void Keyframes::find_nearest(std::size_t i) {
   Record& own = records_[i];
   own.nearest = {-1, -1}, own.gap = {kNoGap, kNoGap};
   for (std::size_t k = 0; k < records_.size(); ++k)
-    if (k != i) note_neighbor(static_cast<int>(k), apart(records_[k].view, own.view), &own);
+    if (k != i) note_neighbor(int(k), apart(records_[k].view, own.view), &own);
 }
 
 }  // namespace sdftrack::reconstruction

@@ -28,11 +28,10 @@ struct Keyframe {
 // Bounding box of a mask with a margin.
 levelset::PixelRect keyframe_region(const PixelMask& mask);
 
-// The region's part of an image.
 template <class T>
 std::vector<T> cut(const ImageView<T>& image, const levelset::PixelRect& region) {
   std::vector<T> out;
-  out.reserve(static_cast<std::size_t>(region.count()));
+  out.reserve(region.count());
   for (int y = region.y0; y < region.y1; ++y)
     for (int x = region.x0; x < region.x1; ++x) out.push_back(image(x, y));
   return out;
@@ -41,12 +40,10 @@ std::vector<T> cut(const ImageView<T>& image, const levelset::PixelRect& region)
 // An image (width x height) that is 0 outside the region.
 template <class T>
 std::vector<T> whole(const std::vector<T>& part, const levelset::PixelRect& region, int width, int height) {
-  std::vector<T> out(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  std::vector<T> out(std::size_t(width) * height);
   std::size_t from = 0;
   for (int y = region.y0; y < region.y1; ++y)
-    for (int x = region.x0; x < region.x1; ++x, ++from)
-      out[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-          part[from];
+    for (int x = region.x0; x < region.x1; ++x, ++from) out[std::size_t(y) * width + x] = part[from];
   return out;
 }
 

@@ -15,7 +15,7 @@ constexpr double kNearestSeen_m = 1e-3;
 std::vector<Vec3d> seen_surface(const VolumeNow& volume, int least) {
   const sdf::Grid& grid = volume.grid;
   const Bodies bodies = bodies_of(grid.nx, grid.ny, grid.nz, volume.phi);
-  const auto deepest = -static_cast<float>(grid.voxel_m);
+  const auto deepest = -float(grid.voxel_m);
   std::vector<Vec3d> out;
   for (const BodyRun& run : bodies.runs)
     for (int x = run.x0; x < run.x1 && run.body == bodies.largest; ++x) {

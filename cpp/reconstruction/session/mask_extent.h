@@ -2,7 +2,6 @@
 // Compares the shape's extent in the first frame's image with that of its mask.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "levelset/evidence_blocks.h"
@@ -12,7 +11,6 @@
 
 namespace sdftrack::reconstruction {
 
-// A volume as it is now.
 struct VolumeNow {
   sdf::Grid grid;
   const float* phi;
@@ -28,9 +26,8 @@ class MaskExtent {
  public:
   MaskExtent(const Camera& camera, const PixelMask& outline, const Rigidd& T_cam_obj);
 
-  // Excess of the observed surface over the mask's width or height, whichever is relatively larger. The
-  // surface, of voxels seen `least` (in the volume's unit) or more, is looked at in every tenth of the
-  // `fused` frames.
+  // Excess of the observed surface (voxels seen `least` or more) over the mask's width or height, whichever
+  // is relatively larger, in every tenth of the `fused` frames.
   double beyond(const VolumeNow& volume, int fused, int least);
   // The next frame looks at the surface anew: the volume has been replaced.
   void forget() { looked_ = -kFramesBetween, share_ = 0; }

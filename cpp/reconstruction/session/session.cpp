@@ -21,11 +21,10 @@ constexpr int kLeastRegion_px = levelset::EvidenceVolume::kBlock;
 constexpr double kDoubted = 0.5;
 
 ReconstructionOptions with_noise(ReconstructionOptions options, double noise_m) {
-  options.evidence.noise.noise_m = options.evidence.noise.usual_m = static_cast<float>(noise_m);
+  options.evidence.noise.noise_m = options.evidence.noise.usual_m = float(noise_m);
   return options;
 }
 
-// Adds the time of a call to a sum.
 template <class Call>
 auto timed(double* sum_s, const Call& call) {
   struct Watch {
@@ -47,13 +46,13 @@ std::string text_of(double value) {
 std::vector<std::uint8_t> colors_of(const frame::DepthFrame& frame, const levelset::PixelRect& region) {
   const appearance::ColorImage& image = *frame.color;
   std::vector<std::uint8_t> rgb;
-  rgb.reserve(3 * static_cast<std::size_t>(region.count()));
+  rgb.reserve(3 * std::size_t(region.count()));
   for (int y = region.y0; y < region.y1; ++y)
     for (int x = region.x0; x < region.x1; ++x) {
       const float z = frame.depth_m(x, y);
       int cx = 0, cy = 0;
       float depth = 0;
-      const Vec2f u{static_cast<float>(x), static_cast<float>(y)};
+      const Vec2f u{float(x), float(y)};
       const bool found = z > 0 && image.map.find(u, z, &cx, &cy, &depth);
       const unsigned char none[3] = {}, *const c = found ? image.at(cx, cy) : none;
       rgb.insert(rgb.end(), c, c + 3);
@@ -104,9 +103,7 @@ tracking::TrackerOptions Session::tracker_options(const tracking::TrackerOptions
   return out;
 }
 
-int Session::least_seen() const {
-  return std::max(1, static_cast<int>(std::nearbyint(kSeenUnit * options_.min_seen)));
-}
+int Session::least_seen() const { return std::max(1, int(std::nearbyint(kSeenUnit * options_.min_seen))); }
 
 const SessionResult& Session::start(tracking::Tracker* tracker, const frame::DepthFrame& frame) {
   auto keyframe =
@@ -152,7 +149,7 @@ const SessionResult& Session::resume(tracking::Tracker* tracker, const frame::De
   bool fused = true;
   if (masked) {
     auto first = std::make_shared<Keyframe>(masked_keyframe(frame, shown.on_object, shown.T_cam_obj));
-    first->index = index_, first->recording = static_cast<int>(later_.size());
+    first->index = index_, first->recording = int(later_.size());
     keep(std::move(first), frame);
   } else {
     fused = add(frame, shown.T_cam_obj);
@@ -168,7 +165,7 @@ bool Session::add(const frame::DepthFrame& frame, const Rigidd& T_cam_obj) {
   if (box.x1 - box.x0 < kLeastRegion_px || box.y1 - box.y0 < kLeastRegion_px) return false;
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->index = index_, keyframe->region = {box.x0, box.y0, box.x1, box.y1};
-  keyframe->recording = static_cast<int>(later_.size()), keyframe->T_cam_obj = T_cam_obj;
+  keyframe->recording = int(later_.size()), keyframe->T_cam_obj = T_cam_obj;
   keyframe->depth_m = cut(frame.depth_m, keyframe->region);
   tracker_->find_foreground(frame, 0, box, &keyframe->foreground);
   if (frame.color) keyframe->rgb = colors_of(frame, keyframe->region);
@@ -220,8 +217,8 @@ const SessionResult& Session::finish(const Rigidd& T_cam_obj, bool fused, bool j
     const double share = mask_extent_->beyond(volume_->now(), volume_->fused(), least_seen());
     if (share > MaskExtent::kMaxBeyond) {
       object.trust.status = tracking::Status::kWeak;
-      object.trust.reason = tracking::reason_with_percent(tracking::ReasonCode::kBeyondMask,
-                                                          static_cast<int>(std::nearbyint(100 * share)));
+      object.trust.reason =
+          tracking::reason_with_percent(tracking::ReasonCode::kBeyondMask, int(std::nearbyint(100 * share)));
       object.trust.confidence = std::min(object.trust.confidence, kDoubted);
     }
   }

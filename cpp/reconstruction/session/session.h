@@ -28,8 +28,7 @@ struct SessionResult {
 
 class Session {
  public:
-  // initial: belongs to the caller, who keeps it. Throws std::invalid_argument for an object that is larger
-  // than the volume.
+  // initial: kept by the caller. Throws std::invalid_argument for an object larger than the volume.
   Session(const Camera& camera, const ReconstructionOptions& options, const SessionSettings& settings,
           const std::optional<KnownShape>& initial, const Beginning& beginning);
 
@@ -50,7 +49,6 @@ class Session {
 
   // Fuses a frame at a pose. False: too little of the object is in the image.
   bool add(const frame::DepthFrame& frame, const Rigidd& T_cam_obj);
-  // Gives the tracker the shape as it is.
   void show_shape(tracking::Tracker* tracker) const;
   void set_tracker(tracking::Tracker* tracker) { tracker_ = tracker; }
 

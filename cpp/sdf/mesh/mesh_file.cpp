@@ -61,7 +61,7 @@ std::string_view next_line(std::string_view text, std::size_t* at) {
 
 void add_fan(const std::vector<double>& corners, CleanMesh* mesh) {
   for (const double c : corners)
-    if (!(c >= 0 && c < static_cast<double>(mesh->vertices.size()) && c == std::floor(c)))
+    if (!(c >= 0 && c < double(mesh->vertices.size()) && c == std::floor(c)))
       refuse_file("a face has the vertex " + short_text(c) + ", the file holds " +
                   std::to_string(mesh->vertices.size()));
   const auto at = [&](std::size_t i) { return static_cast<std::int32_t>(corners[i]); };
@@ -103,7 +103,7 @@ class PlyValues {
     T value;
     std::memcpy(&value, body_.data() + at_, sizeof value);
     at_ += sizeof value;
-    return static_cast<double>(value);
+    return double(value);
   }
 
   std::string_view body_;
@@ -184,7 +184,7 @@ void read_obj(std::string_view text, CleanMesh* mesh) {
       faces.emplace_back();
       for (std::string_view word; !(word = words.next()).empty();) {
         const double number = Words(word.substr(0, word.find('/'))).number();
-        faces.back().push_back(number > 0 ? number - 1 : number + static_cast<double>(mesh->vertices.size()));
+        faces.back().push_back(number > 0 ? number - 1 : number + double(mesh->vertices.size()));
       }
     }
   }

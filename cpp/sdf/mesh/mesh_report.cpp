@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <tuple>
 
 #include "sdf/bvh.h"
-#include "sdf/mesh/mesh_duplicates.h"
 #include "sdf/mesh/mesh_edges.h"
-#include "sdf/mesh/mesh_orient.h"
+#include "sdf/mesh/mesh_repairs.h"
 
 namespace sdftrack::sdf {
 
@@ -32,7 +30,7 @@ std::vector<Index> merge_vertices(const MeshView& mesh, CleanMesh* out) {
       out->vertices.push_back(mesh.vertices[order[i]]);
     else
       ++out->report.merged_vertices;
-    to[static_cast<std::size_t>(order[i])] = static_cast<Index>(out->vertices.size() - 1);
+    to[order[i]] = static_cast<Index>(out->vertices.size() - 1);
   }
   return to;
 }
@@ -41,16 +39,14 @@ std::size_t count_parts(const CleanMesh& mesh) {
   std::vector<Index> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index i) {
-    while (parent[static_cast<std::size_t>(i)] != i)
-      i = parent[static_cast<std::size_t>(i)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
   std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
   for (const Face& f : mesh.faces) {
-    for (Index v : {f.a, f.b, f.c}) used[static_cast<std::size_t>(v)] = 1;
-    parent[static_cast<std::size_t>(root(f.b))] = root(f.a);
-    parent[static_cast<std::size_t>(root(f.c))] = root(f.a);
+    for (Index v : {f.a, f.b, f.c}) used[v] = 1;
+    parent[root(f.b)] = root(f.a);
+    parent[root(f.c)] = root(f.a);
   }
   std::size_t parts = 0;
   for (std::size_t i = 0; i < parent.size(); ++i) parts += used[i] && parent[i] == static_cast<Index>(i);
@@ -64,7 +60,7 @@ CleanMesh clean_mesh(const MeshView& mesh) {
   const std::vector<Index> to = merge_vertices(mesh, &out);
   std::vector<Face> faces;
   for (std::size_t i = 0; i < mesh.face_count; ++i) {
-    const auto at = [&](Index v) { return to[static_cast<std::size_t>(v)]; };
+    const auto at = [&](Index v) { return to[v]; };
     const Face f{at(mesh.faces[i].a), at(mesh.faces[i].b), at(mesh.faces[i].c)};
     if (f.a == f.b || f.b == f.c || f.c == f.a)
       ++out.report.degenerate_faces;
@@ -105,25 +101,23 @@ double thin_quantile(const MeshView& mesh, const Bvh& bvh, double fraction) {
   }
   std::vector<double> thickness;
   for (std::size_t k = 0; k < kSamples; ++k) {
-    const double at = (static_cast<double>(k) + 0.5) / kSamples * total;
+    const double at = (double(k) + 0.5) / kSamples * total;
     const auto place = std::lower_bound(cumulative.begin(), cumulative.end(), at);
-    const Triangle t =
-        mesh.triangle(std::min(mesh.face_count - 1, static_cast<std::size_t>(place - cumulative.begin())));
+    const Triangle t = mesh.triangle(std::min(mesh.face_count - 1, std::size_t(place - cumulative.begin())));
     const Vec3d n = cross(t.b - t.a, t.c - t.a);
     const double length = norm(n);
     if (!(length > 0)) continue;
     // Two fixed irrational numbers spread the points over a face that is drawn more than once.
-    double s = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(k), 1.0);
-    double r = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(k), 1.0);
+    double s = std::fmod(0.5 + 0.7548776662466927 * double(k), 1.0);
+    double r = std::fmod(0.5 + 0.5698402909980532 * double(k), 1.0);
     if (s + r > 1) s = 1 - s, r = 1 - r;
     const Vec3d inward = (-1 / length) * n, p = t.a + s * (t.b - t.a) + r * (t.c - t.a);
     const double lift = 1e-6 * std::sqrt(length);
     thickness.push_back(lift + bvh.first_hit(p + lift * inward, inward).hit.t);
   }
   if (thickness.empty()) return std::numeric_limits<double>::infinity();
-  const auto at = std::min(thickness.size() - 1,
-                           static_cast<std::size_t>(fraction * static_cast<double>(thickness.size())));
-  std::nth_element(thickness.begin(), thickness.begin() + static_cast<std::ptrdiff_t>(at), thickness.end());
+  const auto at = std::min(thickness.size() - 1, std::size_t(fraction * double(thickness.size())));
+  std::nth_element(thickness.begin(), thickness.begin() + std::ptrdiff_t(at), thickness.end());
   return thickness[at];
 }
 

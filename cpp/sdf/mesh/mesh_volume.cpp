@@ -60,8 +60,7 @@ CleanMesh finite_mesh(const MeshView& mesh, double unit_m, std::vector<std::stri
            (mesh.vertex_count ? "; a point cloud has no inside: reconstruct a surface from it first" : ""));
   std::vector<bool> used(mesh.vertex_count, false);
   for (std::size_t i = 0; i < mesh.face_count; ++i)
-    for (const std::int32_t v : {mesh.faces[i].a, mesh.faces[i].b, mesh.faces[i].c})
-      used[static_cast<std::size_t>(v)] = true;
+    for (const std::int32_t v : {mesh.faces[i].a, mesh.faces[i].b, mesh.faces[i].c}) used[v] = true;
   CleanMesh out;
   std::vector<std::int32_t> renamed(mesh.vertex_count, -1);
   std::size_t dropped = 0, bad = 0;
@@ -80,7 +79,7 @@ CleanMesh finite_mesh(const MeshView& mesh, double unit_m, std::vector<std::stri
   if (dropped)
     warnings->push_back("mesh: " + std::to_string(dropped) +
                         " vertices that are NaN or infinite belong to no face and were dropped");
-  const auto now = [&](std::int32_t v) { return renamed[static_cast<std::size_t>(v)]; };
+  const auto now = [&](std::int32_t v) { return renamed[v]; };
   for (std::size_t i = 0; i < mesh.face_count; ++i)
     out.faces.push_back({now(mesh.faces[i].a), now(mesh.faces[i].b), now(mesh.faces[i].c)});
   return out;
@@ -185,7 +184,7 @@ MeshVolume mesh_volume(const MeshView& given, const MeshVolumeOptions& options) 
   Vec3d low{kFar, kFar, kFar}, high = -low;
   for (const Face& f : mesh.faces)
     for (const std::int32_t v : {f.a, f.b, f.c}) {
-      const Vec3d& p = mesh.vertices[static_cast<std::size_t>(v)];
+      const Vec3d& p = mesh.vertices[v];
       low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
       high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }

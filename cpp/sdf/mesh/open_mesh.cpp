@@ -19,7 +19,7 @@ double hole_distance(const Grid& grid, const std::vector<float>& u, const std::v
                      int iy, int iz) {
   const std::size_t i = grid.index(ix, iy, iz);
   const int at[3] = {ix, iy, iz}, count[3] = {grid.nx, grid.ny, grid.nz};
-  const std::size_t stride[3] = {1, static_cast<std::size_t>(grid.nx), grid.index(0, 0, 1)};
+  const std::size_t stride[3] = {1, std::size_t(grid.nx), grid.index(0, 0, 1)};
   double inverse2 = 0;
   for (int axis = 0; axis < 3; ++axis) {
     double nearest = 2;
@@ -45,12 +45,12 @@ OpenMeshSdf open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& g
   const std::vector<float> w = winding_of_open_mesh(mesh, grid, u, threads);
   std::vector<float> hole(grid.size());
   std::vector<std::uint8_t> known(grid.size(), 0);
-  parallel_for(static_cast<std::size_t>(grid.nz), threads, [&](std::size_t chunk) {
-    const int iz = static_cast<int>(chunk);
+  parallel_for(grid.nz, threads, [&](std::size_t chunk) {
+    const int iz = int(chunk);
     for (int iy = 0; iy < grid.ny; ++iy)
       for (int ix = 0; ix < grid.nx; ++ix)
         if (const double d = hole_distance(grid, u, w, ix, iy, iz); d > 0) {
-          hole[grid.index(ix, iy, iz)] = static_cast<float>(d);
+          hole[grid.index(ix, iy, iz)] = float(d);
           known[grid.index(ix, iy, iz)] = 1;
         }
   });

@@ -55,8 +55,8 @@ void WindingTree::build(std::size_t index, std::vector<Triangle>& triangles) {
       return e.x >= e.y && e.x >= e.z ? c.x : e.y >= e.z ? c.y : c.z;
     };
     const std::size_t middle = node.begin + (node.end - node.begin) / 2;
-    std::stable_sort(triangles.begin() + static_cast<std::ptrdiff_t>(node.begin),
-                     triangles.begin() + static_cast<std::ptrdiff_t>(node.end),
+    std::stable_sort(triangles.begin() + std::ptrdiff_t(node.begin),
+                     triangles.begin() + std::ptrdiff_t(node.end),
                      [&](const Triangle& a, const Triangle& b) { return key(a) < key(b); });
     node.left = nodes_.size();
     nodes_.push_back({{}, {}, 0, node.begin, middle});

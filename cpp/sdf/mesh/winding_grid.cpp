@@ -32,17 +32,15 @@ struct Rims {
     for_each_edge(sorted_edges(mesh.faces, mesh.face_count), [&](const Edge* e, std::size_t n) {
       if (const auto balance = edge_balance(e, n)) {
         edges.push_back({e->low, e->high, e->high});
-        length_m +=
-            static_cast<double>(std::abs(balance)) * norm(mesh.vertices[e->high] - mesh.vertices[e->low]);
+        length_m += double(std::abs(balance)) * norm(mesh.vertices[e->high] - mesh.vertices[e->low]);
       }
     });
     if (!edges.empty())
       nearest.emplace(MeshView{mesh.vertices, mesh.vertex_count, edges.data(), edges.size()});
   }
 
-  // The largest change of the smooth part over a path of `way_m` that stays within way_m of p. The gradient
-  // of the rims' field is that of a current (Biot and Savart): at most length / (4 pi d^2), or 1 / (2 pi d)
-  // for a straight line.
+  // The largest change of the smooth part over a path of `way_m` within way_m of p. By Biot and Savart, the
+  // gradient of the rims' field is at most length / (4 pi d^2), or 1 / (2 pi d) for a straight line.
   double change(Vec3d p, double way_m) const {
     if (!nearest) return 0;
     const double d = std::sqrt(nearest->closest(p).distance2) - way_m;
@@ -71,7 +69,7 @@ struct Filler {
                std::array<std::uint8_t, kGridBlock * kGridBlock * kGridBlock>& seen,
                std::vector<Member>* piece) const {
     const auto local = [&](int x, int y, int z) {
-      return static_cast<std::size_t>(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
+      return std::size_t(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
     };
     piece->assign(1, {seed.x, seed.y, seed.z, 0});
     seen[local(seed.x, seed.y, seed.z)] = 1;
@@ -106,8 +104,7 @@ struct Filler {
     for (int z = low.z; z < high.z && sure; ++z)
       for (int y = low.y; y < high.y && sure; ++y)
         for (int x = low.x; x < high.x && sure; ++x) {
-          const auto local =
-              static_cast<std::size_t>(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
+          const auto local = std::size_t(((z - low.z) * kGridBlock + (y - low.y)) * kGridBlock + (x - low.x));
           if (seen[local]) continue;
           collect(low, high, {x, y, z}, seen, &piece);
           sure = settle(piece, change) || side == 1;
@@ -125,8 +122,7 @@ struct Filler {
       return u[grid.index(a.x, a.y, a.z)] < u[grid.index(b.x, b.y, b.z)];
     });
     const double number = tree(grid.point(best.x, best.y, best.z));
-    for (const Member& m : piece)
-      w[grid.index(m.x, m.y, m.z)] = static_cast<float>(number + m.jump - best.jump);
+    for (const Member& m : piece) w[grid.index(m.x, m.y, m.z)] = float(number + m.jump - best.jump);
     const double beside = std::abs(number - std::floor(number) - 0.5);  // from the nearest half
     return beside > change + kTreeError;
   }
@@ -142,8 +138,8 @@ std::vector<float> winding_of_open_mesh(const MeshView& mesh, const Grid& grid, 
   std::vector<float> w(grid.size());
   const Filler filler{grid, tree, rims, u, crossed, w};
   const int ny = (grid.ny + kGridBlock - 1) / kGridBlock, nz = (grid.nz + kGridBlock - 1) / kGridBlock;
-  parallel_for(static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), threads, [&](std::size_t chunk) {
-    const int y = static_cast<int>(chunk) % ny * kGridBlock, z = static_cast<int>(chunk) / ny * kGridBlock;
+  parallel_for(std::size_t(ny) * nz, threads, [&](std::size_t chunk) {
+    const int y = int(chunk) % ny * kGridBlock, z = int(chunk) / ny * kGridBlock;
     for (int x = 0; x < grid.nx; x += kGridBlock) filler.block({x, y, z}, kGridBlock);
   });
   return w;

@@ -50,7 +50,7 @@ const std::vector<ContourPoint>& ContourLibrary::seen_from(Vec3d eye_obj, const 
   const bool keep = !shape.seen.amount;  // a partially known shape still grows
   if (entries_.empty()) {                // only once, so that no later frame allocates
     entries_.resize(kMaxEntries);
-    for (Entry& e : entries_) e.points.reserve(static_cast<std::size_t>(2 * requested));
+    for (Entry& e : entries_) e.points.reserve(2 * requested);
   }
   for (const Entry& e : entries_)
     if (keep && e.shape == shape.id && e.cell == cell && e.distance == distance && e.requested == requested &&

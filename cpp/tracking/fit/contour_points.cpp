@@ -30,7 +30,7 @@ class Contour {
         coarse_(shape.coarse()),
         T_obj_cam_(inverse(T_cam_obj)),
         T_cam_obj_(T_cam_obj),
-        voxel_(static_cast<double>(shape.sdf.voxel_m)) {}
+        voxel_(double(shape.sdf.voxel_m)) {}
 
   Ray ray_of(Vec2d u) const { return frame::object_ray(K_, T_obj_cam_, u); }
   Passage pass(const Ray& ray) const { return frame::pass(shape_, coarse_, ray); }
@@ -123,8 +123,8 @@ void find_rim(const Intrinsics<double>& K, const frame::Shape& shape, const Rigi
   const Vec2d middle = project(K, T_cam_obj.t);
   const frame::BearingTerm<float> term{T_cam_obj.cast<float>(),
                                        K.cast<float>(),
-                                       {static_cast<float>(middle.x), static_cast<float>(middle.y)},
-                                       {shape.points.data(), static_cast<int>(shape.points.size()), 1}};
+                                       {float(middle.x), float(middle.y)},
+                                       {shape.points.data(), int(shape.points.size()), 1}};
   const frame::PointOps& ops = frame::point_ops_for(used_isa());
   std::array<double, kDirections> radius;
   std::array<std::size_t, kDirections> which{};
@@ -133,10 +133,9 @@ void find_rim(const Intrinsics<double>& K, const frame::Shape& shape, const Rigi
   for (int first = 0; first < term.points_obj.count(); first += seen.count) {
     ops.bearings(term, first, &seen);
     for (int i = 0; i < seen.count; ++i) {
-      const auto k =
-          static_cast<std::size_t>(std::clamp(to_int(seen.turn[i] * kDirections), 0, kDirections - 1));
-      if (static_cast<double>(seen.radius_px[i]) > radius[k])
-        radius[k] = static_cast<double>(seen.radius_px[i]), which[k] = static_cast<std::size_t>(first + i);
+      const auto k = std::size_t(std::clamp(to_int(seen.turn[i] * kDirections), 0, kDirections - 1));
+      if (double(seen.radius_px[i]) > radius[k])
+        radius[k] = double(seen.radius_px[i]), which[k] = std::size_t(first + i);
     }
   }
   rim->clear();

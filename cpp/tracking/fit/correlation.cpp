@@ -25,7 +25,7 @@ CorrelationArea::Cell CorrelationArea::window(int x, int y) const {
   Cell total;
   for (int j = y; j < y + 2; ++j)
     for (int i = x; i < x + 2; ++i) {
-      const Cell& c = cells_[static_cast<std::size_t>(j * width_ + i)];
+      const Cell& c = cells_[j * width_ + i];
       total.sum += c.sum, total.square += c.square, total.count += c.count;
     }
   return total;
@@ -43,15 +43,14 @@ double CorrelationArea::measure(const energies::PixelSet& pixels,
     v0 = std::min(v0, pixels.v_px[i]), v1 = std::max(v1, pixels.v_px[i]);
     ++hits;
   }
-  const double stride_px =
-      pairs > 0 ? static_cast<double>(steps_px) / pairs : 1;                // of a subset of the pixels
+  const double stride_px = pairs > 0 ? double(steps_px) / pairs : 1;        // of a subset of the pixels
   const int side = to_int(std::sqrt(hits * stride_px / (4.0 * kWindows)));  // a window is 2 x 2 cells
   if (side < 1) return 0;
   // A ring of empty cells, so that cells at the border are in four windows too.
-  const float per_side = 1.0f / static_cast<float>(side);
+  const float per_side = 1.0f / float(side);
   const auto at = [&](float x, float x0) { return 1 + to_int((x - x0) * per_side); };
   width_ = at(u1, u0) + 2, height_ = at(v1, v0) + 2;
-  cells_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), {});
+  cells_.assign(std::size_t(width_) * height_, {});
   pulls_.resize(pixels.gain.size());
   frame::point_ops_for(used_isa())
       .pulls({penalty, pixels.hit_m.data(), pixels.depth_m.data(), pixels.per_noise.data()}, pixels.count(),
@@ -60,7 +59,7 @@ double CorrelationArea::measure(const energies::PixelSet& pixels,
     if (pixels.gain[i] != 0) continue;
     const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
     const float pull = share * pulls_[i];
-    Cell& cell = cells_[static_cast<std::size_t>(at(pixels.v_px[i], v0) * width_ + at(pixels.u_px[i], u0))];
+    Cell& cell = cells_[at(pixels.v_px[i], v0) * width_ + at(pixels.u_px[i], u0)];
     cell.sum += pull, cell.square += pull * pull, cell.count += 1;
   }
   double sums = 0, squares = 0, counts = 0, counts2 = 0;
@@ -68,7 +67,7 @@ double CorrelationArea::measure(const energies::PixelSet& pixels,
     for (int x = 0; x + 1 < width_; ++x) {
       const Cell w = window(x, y);
       const double sum = w.sum, count = w.count;
-      sums += sum * sum, squares += static_cast<double>(w.square);
+      sums += sum * sum, squares += double(w.square);
       counts += count, counts2 += count * count;
     }
   const double apart = counts * counts / (4 * counts2);  // windows that do not overlap

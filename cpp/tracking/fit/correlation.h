@@ -14,9 +14,8 @@ namespace sdftrack::tracking {
 // correlation area in pixels; the inner matrix of the sandwich is too small by it. White noise gives 1.
 class CorrelationArea {
  public:
-  // The factor for the pixels whose rays meet the model, from the hits and depths of the last evaluation; 0
-  // where there are too few. color_prior: of the pixels' posteriors, which then weight the pixels; 0: no
-  // posteriors.
+  // The factor for the pixels whose rays meet the model, from the last hits and depths; 0 for too few.
+  // color_prior: of the pixels' posteriors, which then weight them; 0: none.
   double measure(const energies::PixelSet& pixels, const energies::DepthLogistic<float>& penalty,
                  float color_prior = 0);
 

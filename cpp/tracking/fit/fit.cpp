@@ -110,9 +110,9 @@ void PoseFitter::fit_coarse(const Attempt& attempt, optim::State* x, Fitted* fit
 void PoseFitter::fit_between(optim::State* x, Fitted* fitted) {
   const int all = view_.pixels().count();
   energies::SdfEnergyOptions energy = view_.energy_options();
-  energy.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
+  energy.scale_m = float(view_.last_scale(fitted->memory));
   refuse_behind(options_, &energy);
-  each_share_between(all / static_cast<double>(std::max(1, options_.coarse_pixels)), [&](double share) {
+  each_share_between(all / double(std::max(1, options_.coarse_pixels)), [&](double share) {
     view_.coarse().assign_subset(view_.pixels(), to_int(share * all));
     run_stage(&view_.coarse(), energy, kCoarseSteps, x, fitted);
   });
@@ -124,7 +124,7 @@ void PoseFitter::fit_fine(optim::State* x, Fitted* fitted, bool move) {
   options.threads = threads_;
   // The first frame does not know the sensor's noise yet: fit, measure, fit again.
   for (int round = fitted->memory.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
-    options.scale_m = static_cast<float>(view_.last_scale(fitted->memory));
+    options.scale_m = float(view_.last_scale(fitted->memory));
     energies::SdfEnergy energy(target_->shape.sdf, &view_.pixels(), options);
     if (move)
       run_fine(options, x, fitted);
@@ -174,9 +174,9 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   energies::CudaWork* const device = pixels->count() >= kMinOnDevice ? device_ : nullptr;
   FreeSpaceEnergy free_space(&shape.outline, &view_.free_grid(),
                              free_space_options(options_, view_.free_grid()));
-  const double free_space_weight = view_.free_grid().empty() ? 0
-                                                             : options_.free_space_weight * pixels->count() /
-                                                                   static_cast<double>(shape.outline.size());
+  const double free_space_weight =
+      view_.free_grid().empty() ? 0
+                                : options_.free_space_weight * pixels->count() / double(shape.outline.size());
   double brightness_weight;
   energies::PhotometricEnergy brightness = view_.brightness(*pixels, *x, &brightness_weight);
   const bool all = pixels == &view_.pixels();
@@ -221,7 +221,7 @@ void PoseFitter::run_stage(energies::PixelSet* pixels, const energies::SdfEnergy
   if (brightness_weight > 0) found.cost -= brightness_weight * brightness.cost(*x);
   if (outline_weight > 0) {
     found.cost -= outline_weight * outline.cost(*x);
-    found.count -= static_cast<double>(view_.outline_lines().lines.size());
+    found.count -= double(view_.outline_lines().lines.size());
   }
   fitted->cost = found.count > 0 ? found.cost / found.count : 0;
 }

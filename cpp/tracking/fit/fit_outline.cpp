@@ -33,7 +33,7 @@ std::optional<Fitted> PoseFitter::fit_outline(const frame::DepthFrame& frame, co
     const Rigidd before = inverse(x.T_obj_cam[0]);
     const int looked_at = view_.read_outline(before, reaches[k]);
     const std::size_t lines = view_.outline_lines().lines.size();
-    *share = looked_at > 0 ? static_cast<double>(lines) / looked_at : 0;
+    *share = looked_at > 0 ? double(lines) / looked_at : 0;
     if (lines < kMinLines || *share < kMinShare) return std::nullopt;
     energies::OutlineEnergy outline = view_.outline_energy(fitted.memory, kCommonError_px);
     optim::PosePrior prior({1, false, false}, 0, inverse(target.expected), target.prior);
@@ -44,8 +44,7 @@ std::optional<Fitted> PoseFitter::fit_outline(const frame::DepthFrame& frame, co
     lm.max_steps = kSteps, lm.damping = 1e-6, lm.block = 6;
     lm_result_.x = x;
     optim::minimize(sum_, lm, &lm_work_, &lm_result_);
-    for (const optim::LmStep& step : lm_result_.steps)
-      fitted.steps.push_back({step, 0, static_cast<int>(lines)});
+    for (const optim::LmStep& step : lm_result_.steps) fitted.steps.push_back({step, 0, int(lines)});
     x = lm_result_.x;
     fitted.cost = lm_result_.count > 0 ? lm_result_.cost / lm_result_.count : 0;
     if (reaches[k] == near && moved_px(before, inverse(x.T_obj_cam[0])) < kSettled_px) break;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/fit/fit_view.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -82,8 +81,8 @@ void FitView::pack(int requested, energies::PixelSet* out) {
 
 void FitView::smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels) {
   if (target_->colors && options_.smooth_colors)
-    smoother_.smooth(camera_->width, static_cast<float>(camera_->K.fx), static_cast<float>(stated_noise_m_),
-                     distance_m, static_cast<float>(reach_m), pixels);
+    smoother_.smooth(camera_->width, float(camera_->K.fx), float(stated_noise_m_), distance_m, float(reach_m),
+                     pixels);
 }
 
 energies::PhotometricEnergy FitView::brightness(const energies::PixelSet& pixels, const optim::State& x,
@@ -119,7 +118,7 @@ void FitView::keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) con
   const Rigidf T = T_obj_cam.cast<float>();
   int kept = 0;
   for (int i = 0; i < pixels->count(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
+    const auto k = std::size_t(i);
     const Vec3f p_cam = pixels->depth_m[k] * ray(K, pixels->u_px[k], pixels->v_px[k]);
     if (shape.seen.below(shape.sdf, T * p_cam)) pixels->copy(*pixels, i, kept++);
   }
@@ -130,7 +129,7 @@ void FitView::read_free_space(double padding_m) {
   if (!options_.free_space) return;
   const frame::IsBackground of_background = [&](int at, Vec2f u, float depth_m) {
     const int bin = color_reader_.bin(at, u, depth_m);
-    return bin >= 0 && target_->colors->posterior()[static_cast<std::size_t>(bin)] < kSurelyBackground;
+    return bin >= 0 && target_->colors->posterior()[bin] < kSurelyBackground;
   };
   const bool ask = target_->colors && options_.color_free_space;
   frame::free_space_grid(*frame_, *camera_, target_->shape, target_->expected, padding_m,
@@ -174,10 +173,10 @@ void FitView::choose_fine_pixels(double scale_m, const optim::State& x) {
 
 energies::SdfEnergyOptions FitView::energy_options() const {
   energies::SdfEnergyOptions energy{options_.residual, options_.curvature};
-  energy.outlier_floor = static_cast<float>(options_.outlier_floor);
+  energy.outlier_floor = float(options_.outlier_floor);
   energy.color = target_->colors != nullptr;
   energy.color_likelihood = options_.color_likelihood;
-  energy.color_prior = static_cast<float>(options_.color_prior);
+  energy.color_prior = float(options_.color_prior);
   return energy;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One object in one frame, as a fit sees it: its pixels, the free space around it, and the evidence about a
-// pose.
+// One object in one frame: its pixels, the free space around it, and the evidence about a pose.
 #pragma once
 
 #include <algorithm>
@@ -79,8 +78,7 @@ struct FitTarget {
 struct Fitted {
   Rigidd T_cam_obj;     // centred frame
   Matrix6d covariance;  // camera axes, about the caller's object origin
-  // What errors of distance and time that no residual shows add to the reported covariance. No decision
-  // depends on them.
+  // What errors of distance and time that no residual shows add to the reported covariance.
   Matrix6d unseen_errors = Matrix6d::Zero();
   // The part of the covariance due to errors that neighbouring measurements share.
   Matrix6d systematic_errors = Matrix6d::Zero();
@@ -115,8 +113,7 @@ class FitView {
   // budget allows, into pixels().
   void choose_fine_pixels(double scale_m, const optim::State& x);
   void pack(int requested, energies::PixelSet* out);
-  // distance_m: from the surface at a nearly correct pose, or nullptr; measurements beyond reach_m are not
-  // smoothed.
+  // distance_m: from the surface at a nearly correct pose, or nullptr; beyond reach_m nothing is smoothed.
   void smooth_foreground(const float* distance_m, double reach_m, energies::PixelSet* pixels);
   void keep_seen(const Rigidd& T_obj_cam, energies::PixelSet* pixels) const;
   // Packs so many pixels that those near the surface fill the budget.
@@ -129,8 +126,7 @@ class FitView {
   // Cost by colour and covariance, of pixels() at x.
   void measure_pose(const energies::SdfEnergyOptions& options, const optim::State& x,
                     energies::EnergySummary summary, energies::SdfEnergy* energy, Fitted* fitted);
-  // Visible surface, outline, roughness. Measurements on the surface of one of `others` do not show where
-  // this object ends.
+  // Visible surface, outline, roughness. Measurements on one of `others` do not show where this object ends.
   void examine(const Neighbors& others, Fitted* fitted);
   void examine(Fitted* fitted);  // next to target().neighbors
 

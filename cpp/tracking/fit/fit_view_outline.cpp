@@ -136,26 +136,26 @@ void FitView::add_outline(const optim::State& x, double scale_m, double* area_px
   memory->outline_age = 0;
   compare_with_outline(x, *area_px, *summary, weight, memory);
   const double shared = shared_lines(*memory);
-  const Matrix6d told = without_slips(photometric_.hessian, target_->shape);
+  const Matrix6d hessian = without_slips(photometric_.hessian, target_->shape);
   *area_px *= memory->outline.depth_excess;
-  summary->A += weight * told;
-  summary->B += weight * weight * shared / *area_px * told;
-  summary->geometry += scale_m * scale_m / static_cast<double>(outline_lines_.lines.size()) * told;
+  summary->A += weight * hessian;
+  summary->B += weight * weight * shared / *area_px * hessian;
+  summary->geometry += scale_m * scale_m / double(outline_lines_.lines.size()) * hessian;
 }
 
 void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
   measure_outline(x, &fitted->memory);
-  const auto lines = static_cast<double>(outline_lines_.lines.size());
+  const auto lines = double(outline_lines_.lines.size());
   const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
   photometric_.reset(6);
   outline_energy(fitted->memory, kCommonError_px).linearize(x, &photometric_);
-  const Matrix6d told = without_slips(photometric_.hessian, target_->shape);
+  const Matrix6d hessian = without_slips(photometric_.hessian, target_->shape);
   energies::EnergySummary sums;
-  sums.A = told;
-  sums.B = shared_lines(fitted->memory) * told;
+  sums.A = hessian;
+  sums.B = shared_lines(fitted->memory) * hessian;
   // In metres at the object, like a residual of depth; the lines' sd is about a pixel. An outline does not
   // see the grain of the field, so a direction is blind only below a smaller slope.
-  sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * told;
+  sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * hessian;
   sums.rounding = sums.missed = energies::SmallVector::Zero(6);
   sums.inliers = lines;
   const Matrix6d increment = increment_covariance(sums, target_->shape, 1);

@@ -12,7 +12,7 @@ energies::OutlineTerm<float> FreeSpaceEnergy::term(const optim::State& x) const 
           x.K.cast<float>(),
           {options_.scale_m, 0.0f},
           grid_->view(),
-          {points_obj_->data(), static_cast<int>(points_obj_->size()), 1},
+          {points_obj_->data(), int(points_obj_->size()), 1},
           1.0f,
           options_.dead_px};
 }

@@ -24,8 +24,7 @@ struct FreeSpaceOptions {
 // to rise. That much is no evidence, and would push the pose depending on where the points happen to lie.
 inline FreeSpaceOptions free_space_options(const TrackerOptions& options,
                                            const energies::DistanceGrid& grid) {
-  return {static_cast<float>(options.free_space_scale_m),
-          std::max(1.0f, 0.5f * static_cast<float>(grid.step))};
+  return {float(options.free_space_scale_m), std::max(1.0f, 0.5f * float(grid.step))};
 }
 
 // Back-projected pixels pull data to the model, but do not see a model that sticks out into free space. Here

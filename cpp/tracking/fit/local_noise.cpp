@@ -18,8 +18,7 @@ double local_noise_m(const energies::PixelSet& pixels, std::vector<float>* scrat
   const int n = pixels.count(), stride = std::max(1, n / kSamples);
   for (int i = 3; i + 3 < n; i += stride)
     for (int k = 1; k <= 3; ++k) {
-      const auto a = static_cast<std::size_t>(i - k), b = static_cast<std::size_t>(i),
-                 c = static_cast<std::size_t>(i + k);
+      const auto a = std::size_t(i - k), b = std::size_t(i), c = std::size_t(i + k);
       const float left = pixels.u_px[b] - pixels.u_px[a], right = pixels.u_px[c] - pixels.u_px[b];
       if (right < kReach_px - 0.5f) continue;
       const bool straight = std::abs(left - right) < 0.5f && std::abs(pixels.v_px[a] - pixels.v_px[c]) < 0.5f;
@@ -29,9 +28,9 @@ double local_noise_m(const energies::PixelSet& pixels, std::vector<float>* scrat
       break;
     }
   if (scratch->size() < kEnough) return 0;
-  const auto half = scratch->begin() + static_cast<std::ptrdiff_t>(scratch->size() / 2);
+  const auto half = scratch->begin() + std::ptrdiff_t(scratch->size() / 2);
   std::nth_element(scratch->begin(), half, scratch->end());
-  return static_cast<double>(*half) / (0.6745 * std::sqrt(6.0));
+  return double(*half) / (0.6745 * std::sqrt(6.0));
 }
 
 }  // namespace sdftrack::tracking

@@ -20,8 +20,7 @@ constexpr double kPixelSd = 0.29;  // of an edge at an unknown position in a pix
 // Distance from the outline of the pixels whose colours are learnt: nearer, a slightly wrong pose would
 // include those of the other side.
 constexpr int kNearestLearnt_px = 2, kFarthestLearnt_px = 10;
-// Posterior of a colour inside the outline that the object has nowhere: of a finger whose depth is hardly
-// nearer.
+// Posterior of a colour that the object has nowhere: of a finger whose depth is hardly nearer.
 constexpr float kForeign = 0.3f;
 constexpr float kLocalRate = 0.2f;
 constexpr float kSurest = 0.97f;  // bound of the probability by a place's colours
@@ -40,8 +39,7 @@ class LineMaker {
         stride_((search.reach_px + energies::kMaxReach - 1) / energies::kMaxReach),
         reach_(std::max(2, search.reach_px / stride_)) {}
 
-  // Measures a line; place: of its point on the object. Samples lie at whole pixels of the axis that is
-  // nearer to the normal.
+  // Measures a line; place: of its point on the object. Samples are whole pixels of the nearer axis.
   bool measure(int place, energies::OutlineLine* line) const {
     const Vec2d c = line->centre_px, n = line->normal;
     const bool across = std::abs(n.x) >= std::abs(n.y);
@@ -60,7 +58,7 @@ class LineMaker {
       const int low = to_int(std::floor(b));
       if (low < 0 || low >= height - 1) return false;
       const int a = middle + i * step;
-      const auto fraction = static_cast<float>(b - low);
+      const auto fraction = float(b - low);
       const float first = chance_at(place, across, a, low), second = chance_at(place, across, a, low + 1);
       chance[i + beyond] = first + fraction * (second - first);
     }
@@ -73,7 +71,6 @@ class LineMaker {
   }
 
  private:
-  // The posterior for equal priors.
   float even(float P) const { return odds_ * P / (odds_ * P + 1 - P); }
   // The posteriors' bounds lie symmetrically about their prior, not about one half: if one side were surer
   // than the other, the outline would be shifted to that side.
@@ -84,8 +81,7 @@ class LineMaker {
 
   float chance_at(int place, bool across, int a, int b) const {
     const int bin = appearance::color_bin(across ? color_.at(a, b) : color_.at(b, a));
-    const float even_chance =
-        local_ ? local_->chance(whole_, place, bin) : even(posterior_[static_cast<std::size_t>(bin)]);
+    const float even_chance = local_ ? local_->chance(whole_, place, bin) : even(posterior_[bin]);
     return std::clamp(even_chance, 1 - surest_, surest_);
   }
 
@@ -123,7 +119,7 @@ int find_outline_lines(const frame::DepthFrame& frame, const Camera& camera, con
         maker.measure(appearance::LocalColors::place_of(point.p_obj), &line))
       out->lines.push_back(line);
   }
-  return static_cast<int>(points.size());
+  return int(points.size());
 }
 
 void learn_outline_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,

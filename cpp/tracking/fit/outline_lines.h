@@ -2,8 +2,6 @@
 // Lines across an object's outline in the colour image, and where the colours place the outline on each line.
 #pragma once
 
-#include <vector>
-
 #include "appearance/local_colors.h"
 #include "energies/outline_energy.h"
 #include "frame/region.h"

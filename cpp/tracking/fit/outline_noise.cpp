@@ -19,7 +19,6 @@ constexpr double kUnknowns = 6;
 constexpr double kSurelyApart = 16.8;  // 99 % of squared distances of six unknowns are smaller
 constexpr int kBisections = 10;
 
-// Moves the residuals to the pose by the outline alone.
 void take_out_pose(std::vector<energies::OutlineResidual>* lines) {
   for (int round = 0; round < kRounds; ++round) {
     Matrix6d H = Matrix6d::Zero();
@@ -65,14 +64,13 @@ OutlineNoise outline_noise(energies::OutlineLines* lines, const Rigidd& T_obj_ca
     sums += window * window;
     window += r[(i + kWindow) % n].off - r[i].off;
   }
-  return {sd, std::max(sums / (kWindow * squares), static_cast<double>(n) / kPieces), 1};
+  return {sd, std::max(sums / (kWindow * squares), double(n) / kPieces), 1};
 }
 
 Disagreement depth_disagreement(const Voices& v, double shared_lines, const Matrix6d& prior) {
   const Matrix6d A_inverse = optim::inverse_symmetric<6>(v.depth_A + prior);
   const Matrix6d H_inverse = optim::inverse_symmetric<6>(v.outline_H + prior);
-  // At the common pose the two gradients cancel: the separate pose of each lies at minus its gradient over
-  // its Hessian.
+  // At the common pose the gradients cancel: each one's own pose is at minus its gradient over its Hessian.
   const Vector6d apart = (v.outline_weight * A_inverse + H_inverse) * v.outline_g;
   const Matrix6d depth = v.area_px * A_inverse * v.depth_B * A_inverse.transpose();
   const Matrix6d outline = shared_lines * H_inverse;

@@ -56,15 +56,13 @@ struct Disagreement {
   // The factor on the depth's covariance with which the two agree as well as chance predicts (as DerSimonian
   // and Laird estimate the variance between studies): 1 unless they surely disagree.
   double excess = 1;
-  // Rms over the visible surface of the motion by which depth alone would still move the pose: its error, if
-  // the pose is right.
+  // Rms motion of the visible surface by which depth alone would move the pose: its error, if that is right.
   double off_m = 0;
   double apart_m = 0;               // rms over it of the displacement from the outline's to the depth's pose
   Vector6d way = Vector6d::Zero();  // that displacement, an increment of T_obj_cam, significant or not
   Matrix6d covariance = Matrix6d::Zero();  // of `way`
 
-  // The part of `way` that chance does not explain, where the two surely disagree. unit: of the directions
-  // (comparable_units).
+  // The part of `way` that chance does not explain, where the two surely disagree (comparable_units).
   Vector6d sure_way(const Vector6d& unit) const;
 };
 Disagreement depth_disagreement(const Voices& voices, double shared_lines, const Matrix6d& prior);

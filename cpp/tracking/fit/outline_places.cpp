@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/fit/outline_places.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace sdftrack::tracking {
@@ -53,7 +52,7 @@ bool OutlinePlaces::is_hidden(Vec3d p, Vec3d n) const {
     float phi;
     Vec3f unused;
     sample(shape_.sdf, (T_obj_cam_ * seen).cast<float>(), &phi, &unused);
-    if (static_cast<double>(phi) > in_front_m_) return true;
+    if (double(phi) > in_front_m_) return true;
   }
   return false;
 }

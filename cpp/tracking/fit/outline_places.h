@@ -16,8 +16,7 @@ class OutlinePlaces {
   OutlinePlaces(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                 const Rigidd& T_cam_obj, const OutlineSearch& search, const energies::ColorProjection& view);
 
-  // The point's pixel and the outline's outward normal there. False where the point is hidden or not in front
-  // of the camera.
+  // The point's pixel and outward normal; false where it is hidden or not in front of the camera.
   bool find(const ContourPoint& point, Vec2d* centre_px, Vec2d* normal) const;
 
  private:

@@ -20,8 +20,8 @@ using DeviceFits = energies::CudaPoseFits<Field, Penalty>;
 
 energies::SdfEnergyOptions energy_of(const SingleFitOptions& options) {
   energies::SdfEnergyOptions energy{options.tracker.residual, options.tracker.curvature};
-  energy.scale_m = static_cast<float>(options.scale_m);
-  energy.outlier_floor = static_cast<float>(options.tracker.outlier_floor);
+  energy.scale_m = float(options.scale_m);
+  energy.outlier_floor = float(options.tracker.outlier_floor);
   return energy;
 }
 
@@ -92,7 +92,7 @@ SingleFit SingleFits::fit_here(const frame::DepthFrame& frame, const Camera& cam
   }
   const std::vector<float>& gain = work->pixels.gain;
   SingleFit fit = result_of(found.x.T_obj_cam[0], work->lm.here.hessian, work->pixels.count(),
-                            static_cast<int>(std::count(gain.begin(), gain.end(), 0.0f)), shape, options);
+                            int(std::count(gain.begin(), gain.end(), 0.0f)), shape, options);
   fit.cost = found.cost, fit.stop = found.stop, fit.steps = found.steps;
   return fit;
 }
@@ -132,7 +132,7 @@ std::vector<SingleFit> SingleFits::fit_there(const frame::DepthFrame& frame, con
     out.push_back(
         result_of(search.at.T_obj_cam[0], hessian, fits[k].pixels, fits[k].hits, *shapes[k], options));
     out.back().cost = search.cost, out.back().stop = search.stop;
-    const auto first = steps.begin() + static_cast<std::ptrdiff_t>(k) * room;
+    const auto first = steps.begin() + std::ptrdiff_t(k) * room;
     out.back().steps.assign(first, first + search.tried);
   }
   return out;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many objects of one depth image, each fitted singly from its own start by depth alone. On a GPU they are
-// fitted all at once.
+// Many objects of one depth image, each fitted from its start by depth alone; on a GPU all at once.
 #pragma once
 
 #include <memory>

@@ -11,8 +11,7 @@
 
 namespace sdftrack::tracking {
 
-// A step with a smaller predicted gain in log-likelihood moves the pose by less than 5 % of its standard
-// deviation.
+// A smaller predicted gain in log-likelihood moves the pose by less than 5 % of its sd.
 constexpr double kMinGain = 1e-3;
 // A step with a smaller predicted gain in log-likelihood (five standard deviations) is taken without an
 // evaluation at its end, and is the last of its stage: what Gauss-Newton leaves is of second order
@@ -41,7 +40,7 @@ constexpr int kMinOnDevice = 1500;  // pixels; fewer are summed on the CPU befor
 // A hand may be in front of the surface; behind it the sensor sees nothing. Used in all stages but the last,
 // where the unequal tails would draw the surface towards the mean of the measurements.
 inline void refuse_behind(const TrackerOptions& options, energies::SdfEnergyOptions* energy) {
-  if (options.outlier_floor > 0) energy->floor_behind = static_cast<float>(options.coarse_floor_behind);
+  if (options.outlier_floor > 0) energy->floor_behind = float(options.coarse_floor_behind);
 }
 
 // run(energy): stages on an even subset with phi at the measured points, which lead more reliably from afar.
@@ -51,14 +50,14 @@ void each_coarse_stage(const TrackerOptions& options, double scale_m, double las
                        energies::SdfEnergyOptions energy, const Run& run) {
   if (!(scale_m > 0)) return;
   energy.residual = energies::Residual::kPoint;
-  if (options.outlier_floor > 0) energy.outlier_floor = static_cast<float>(options.coarse_floor);
+  if (options.outlier_floor > 0) energy.outlier_floor = float(options.coarse_floor);
   refuse_behind(options, &energy);
   for (double s = scale_m; s > 1.5 * last_scale_m; s *= 0.5) {
-    energy.scale_m = static_cast<float>(s);
+    energy.scale_m = float(s);
     run(energy);
   }
   if (!more_follow) return;
-  energy.scale_m = static_cast<float>(last_scale_m);
+  energy.scale_m = float(last_scale_m);
   energy.residual = options.residual;
   run(energy);
 }
@@ -69,7 +68,7 @@ template <class Run>
 void each_share_between(double ratio, const Run& run) {
   const int stages =
       ratio > 1 ? to_int_within(std::ceil(std::log(ratio) / std::log(kMaxRatio)), 1, kMaxStages) : 1;
-  for (int k = 1; k < stages; ++k) run(std::pow(ratio, static_cast<double>(k) / stages - 1));
+  for (int k = 1; k < stages; ++k) run(std::pow(ratio, double(k) / stages - 1));
 }
 
 // Gains are those of single objects. The first frame, whose noise is not known yet, may begin far off: there

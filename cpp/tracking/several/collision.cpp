@@ -59,27 +59,27 @@ void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, co
   points_.clear(), near_.clear();
   stride_ = stride;
   if (options_.kind == Collision::kNone) return;
-  const int count = static_cast<int>(shapes.size());
+  const int count = int(shapes.size());
   for (int m = 0; m < count; ++m) {
-    const frame::Shape& shape = *shapes[static_cast<std::size_t>(m)];
-    const Rigidd T_cam_obj = inverse(x.T_obj_cam[static_cast<std::size_t>(m)]);
-    const int first = static_cast<int>(pairs_.size());
+    const frame::Shape& shape = *shapes[m];
+    const Rigidd T_cam_obj = inverse(x.T_obj_cam[m]);
+    const int first = int(pairs_.size());
     const int last = options_.kind == Collision::kPrinted ? m : count;
     for (int j = 0; j < last; ++j) {
       if (j == m) continue;
-      const frame::Shape& other = *shapes[static_cast<std::size_t>(j)];
-      const Rigidd T = x.T_obj_cam[static_cast<std::size_t>(j)] * T_cam_obj;
+      const frame::Shape& other = *shapes[j];
+      const Rigidd T = x.T_obj_cam[j] * T_cam_obj;
       if (norm(T.t) < 0.5 * (shape.diameter_m + other.diameter_m) + reach_m)
         pairs_.push_back({m, j}), T_other_object_.push_back(T),
             bounds_.push_back(bounds_of(other, inverse(T), reach_m));
     }
-    for (int k = 0; k < static_cast<int>(shape.contact.size()); k += stride) {
-      const Vec3f& C = shape.contact[static_cast<std::size_t>(k)];
-      energies::ContactPoint point{C, static_cast<int>(near_.size()), 0};
-      for (int p = first; p < static_cast<int>(pairs_.size()); ++p) {
-        const auto i = static_cast<std::size_t>(p);
+    for (int k = 0; k < int(shape.contact.size()); k += stride) {
+      const Vec3f& C = shape.contact[k];
+      energies::ContactPoint point{C, int(near_.size()), 0};
+      for (int p = first; p < int(pairs_.size()); ++p) {
+        const auto i = std::size_t(p);
         if (!bounds_[i].holds(C)) continue;
-        const frame::Shape& other = *shapes[static_cast<std::size_t>(pairs_[i].other)];
+        const frame::Shape& other = *shapes[pairs_[i].other];
         const Vec3d at = T_other_object_[i] * C.cast<double>();
         if (near_box(other, at, reach_m) && field_at(other, at) < reach_m) near_.push_back(p), ++point.count;
       }
@@ -90,29 +90,27 @@ void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, co
 
 void CollisionEnergy::pose_pairs(const optim::State& x) {
   for (std::size_t p = 0; p < pairs_.size(); ++p)
-    T_other_object_[p] = x.T_obj_cam[static_cast<std::size_t>(pairs_[p].other)] *
-                         inverse(x.T_obj_cam[static_cast<std::size_t>(pairs_[p].object)]);
+    T_other_object_[p] = x.T_obj_cam[pairs_[p].other] * inverse(x.T_obj_cam[pairs_[p].object]);
 }
 
 // Calls visit(point, contact) for every point and the nearest of the other objects that it may lie in.
 template <class Visit>
 void CollisionEnergy::each_contact(const Visit& visit) const {
   for (const energies::ContactPoint& point : points_)
-    visit(point, energies::nearest_contact(
-                     point, near_.data(), pairs_.data(), T_other_object_.data(),
-                     [&](int object) { return shapes_[static_cast<std::size_t>(object)]->sdf; }));
+    visit(point, energies::nearest_contact(point, near_.data(), pairs_.data(), T_other_object_.data(),
+                                           [&](int object) { return shapes_[object]->sdf; }));
 }
 
 double CollisionEnergy::weight_of(std::size_t object) const {
-  const double points = static_cast<double>(shapes_[object]->contact.size()) / stride_;
+  const double points = double(shapes_[object]->contact.size()) / stride_;
   return std::max(kMinPixels, pixels_[object]) / points / (options_.tolerance_m * options_.tolerance_m);
 }
 
 energies::Contacts CollisionEnergy::on_device() const {
   energies::Contacts out;
-  out.points = points_.data(), out.point_count = static_cast<int>(points_.size());
-  out.near_pairs = near_.data(), out.near_count = static_cast<int>(near_.size());
-  out.pair_count = static_cast<int>(pairs_.size());
+  out.points = points_.data(), out.point_count = int(points_.size());
+  out.near_pairs = near_.data(), out.near_count = int(near_.size());
+  out.pair_count = int(pairs_.size());
   std::copy(pairs_.begin(), pairs_.end(), out.pairs);
   for (std::size_t m = 0; m < shapes_.size(); ++m) out.weight[m] = weight_of(m);
   return out;
@@ -122,13 +120,12 @@ double CollisionEnergy::add_contact(optim::NormalEquations* out) const {
   double cost = 0;
   each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
     if (!(c.phi_m < 0)) return;
-    const energies::ContactPair& pair = pairs_[static_cast<std::size_t>(c.pair)];
-    const double weight = weight_of(static_cast<std::size_t>(pair.object));
+    const energies::ContactPair& pair = pairs_[c.pair];
+    const double weight = weight_of(std::size_t(pair.object));
     cost += 0.5 * weight * c.phi_m * c.phi_m;
     if (!out) return;
     double own[6], other[6];
-    energies::contact_rows(T_other_object_[static_cast<std::size_t>(c.pair)], point.p_obj, c.grad_other, own,
-                           other);
+    energies::contact_rows(T_other_object_[c.pair], point.p_obj, c.grad_other, own, other);
     const int a = 6 * pair.object, b = 6 * pair.other;
     for (int i = 0; i < 6; ++i) {
       out->gradient[a + i] += weight * c.phi_m * own[i];
@@ -144,14 +141,13 @@ double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
   std::vector<Eigen::VectorXd> slopes;            // of `inside`
   if (out) slopes.assign(shapes_.size(), Eigen::VectorXd::Zero(out->gradient.size()));
   each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
-    const energies::ContactPair& pair = pairs_[static_cast<std::size_t>(c.pair)];
-    const auto m = static_cast<std::size_t>(pair.object);
+    const energies::ContactPair& pair = pairs_[c.pair];
+    const auto m = std::size_t(pair.object);
     const double t = std::tanh(std::max(0.0, c.phi_m) / (2 * options_.scale_m)), sech2 = 1 - t * t;
     inside[m] += sech2;
     if (!out || !(c.phi_m > 0)) return;
     double own[6], other[6];
-    energies::contact_rows(T_other_object_[static_cast<std::size_t>(c.pair)], point.p_obj, c.grad_other, own,
-                           other);
+    energies::contact_rows(T_other_object_[c.pair], point.p_obj, c.grad_other, own, other);
     const double slope = -sech2 * t / options_.scale_m;
     for (int i = 0; i < 6; ++i) {
       slopes[m][6 * pair.object + i] += slope * own[i];
@@ -160,7 +156,7 @@ double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
   });
   double cost = 0;
   for (std::size_t m = 0; m < shapes_.size(); ++m) {
-    const double points = static_cast<double>(shapes_[m]->contact.size()) / stride_;
+    const double points = double(shapes_[m]->contact.size()) / stride_;
     const double share = std::max(kMinShare, 1 - inside[m] / points);
     cost -= std::log(share);
     if (!out) continue;

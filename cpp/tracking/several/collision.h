@@ -39,7 +39,7 @@ class CollisionEnergy final : public optim::Energy {
   // The contacts for a device, on the host; at most Contacts::kObjects objects.
   energies::Contacts on_device() const;
 
-  optim::Unknowns unknowns() const override { return {static_cast<int>(shapes_.size()), false, false}; }
+  optim::Unknowns unknowns() const override { return {int(shapes_.size()), false, false}; }
   void linearize(const optim::State& x, optim::NormalEquations* out) override;
   double cost(const optim::State& x) override;
 

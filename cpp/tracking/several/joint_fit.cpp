@@ -36,7 +36,7 @@ std::vector<JointFitted>& JointFitter::fit(const frame::DepthFrame& frame, const
     if (views_[m]->candidates() == 0) continue;
     one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
     views_[m]->pack_for_budget(reach_m, one_);
-    all_.take(static_cast<int>(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels, noise_ratio(m),
+    all_.take(int(m), targets, x, reach_m, kFineMargin_m, options_.max_pixels, noise_ratio(m),
               &views_[m]->pixels());
   }
   fit_between(&x);
@@ -76,20 +76,20 @@ void JointFitter::fit_coarse(optim::State* x) {
     FitView& view = *views_[m];
     if (view.candidates() == 0) continue;
     more |= view.coarse().count() < view.candidates();
-    coarse_.take(static_cast<int>(m), *targets_, *x, kEverywhere_m, kCoarseMargin_m, options_.coarse_pixels,
+    coarse_.take(int(m), *targets_, *x, kEverywhere_m, kCoarseMargin_m, options_.coarse_pixels,
                  noise_ratio(m), &view.coarse());
   }
   each_coarse_stage(options_, options_.scale_start_m, last_scale(), more, views_.front()->energy_options(),
                     [&](energies::SdfEnergyOptions energy) {
-                      energy.sharpness = static_cast<float>(options_.coarse_union_sharpness);
+                      energy.sharpness = float(options_.coarse_union_sharpness);
                       run_stage(&coarse_, energy, {kStepsPerSingle * kCoarseSteps, 0.02, 4}, x);
                     });
 }
 
 void JointFitter::fit_between(optim::State* x) {
   energies::SdfEnergyOptions energy = views_.front()->energy_options();
-  energy.sharpness = static_cast<float>(options_.union_sharpness);
-  energy.scale_m = static_cast<float>(last_scale());
+  energy.sharpness = float(options_.union_sharpness);
+  energy.scale_m = float(last_scale());
   refuse_behind(options_, &energy);
   each_share_between(all_.count() / std::max(1.0, coarse_count()), [&](double share) {
     part_.assign_share(all_, share);
@@ -99,10 +99,10 @@ void JointFitter::fit_between(optim::State* x) {
 
 void JointFitter::fit_fine(optim::State* x) {
   energies::SdfEnergyOptions energy = views_.front()->energy_options();
-  energy.sharpness = static_cast<float>(options_.union_sharpness);
+  energy.sharpness = float(options_.union_sharpness);
   energy.threads = threads_;
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
-    energy.scale_m = static_cast<float>(last_scale());
+    energy.scale_m = float(last_scale());
     // An outline may move the pose far, into another object: the first stage has a longer contact reach.
     if (read_outlines(*x)) {
       part_.assign_share(all_, std::min(1.0, coarse_count() / std::max(1, all_.count())));
@@ -132,8 +132,8 @@ void JointFitter::settle(JointPixels* pixels, const energies::SdfEnergyOptions& 
   for (const auto& part : *pixels) {
     one_.K = x.K, one_.T_obj_cam.clear();
     for (int k = 0; k < part->objects; ++k) {
-      const auto m = static_cast<std::size_t>(part->of[static_cast<std::size_t>(k)]);
-      sdfs[static_cast<std::size_t>(k)] = shapes_[m]->sdf;
+      const auto m = std::size_t(part->of[k]);
+      sdfs[k] = shapes_[m]->sdf;
       one_.T_obj_cam.push_back(x.T_obj_cam[m]);
     }
     energies_.emplace_back(sdfs.data(), part->objects, &part->pixels, energy);
@@ -146,8 +146,8 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, c
   free_space_.clear(), priors_.clear(), brightness_.clear(), outlines_.clear();
   free_space_.reserve(targets_->size()), priors_.reserve(targets_->size());
   brightness_.reserve(targets_->size()), outlines_.reserve(targets_->size());
-  for (int m = 0; m < static_cast<int>(targets_->size()); ++m) {
-    const auto i = static_cast<std::size_t>(m);
+  for (int m = 0; m < int(targets_->size()); ++m) {
+    const auto i = std::size_t(m);
     const FitTarget& target = (*targets_)[i];
     energies::Beside beside;
     free_space_.emplace_back(&target.shape.outline, &views_[i]->free_grid(),
@@ -195,7 +195,7 @@ bool JointFitter::runs_on_device(const JointPixels& pixels) const {
 void JointFitter::minimize_on_device(JointPixels* pixels, const energies::SdfEnergyOptions& energy,
                                      const optim::LmOptions& lm) {
   optim::State& x = lm_result_.x;
-  task_.objects = static_cast<int>(targets_->size()), task_.parts = 0;
+  task_.objects = int(targets_->size()), task_.parts = 0;
   task_pixels_.clear();
   for (const auto& part : *pixels) {
     energies::JointPart& to = task_.part[task_.parts++];
@@ -218,7 +218,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
                             optim::State* x) {
   const std::vector<FitTarget>& targets = *targets_;
   const bool on_device = runs_on_device(*pixels);
-  group_.clear(static_cast<int>(targets.size()));
+  group_.clear(int(targets.size()));
   if (!on_device) {
     settle(pixels, energy, *x);
     std::size_t k = 0;
@@ -231,13 +231,12 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   }
   // As soft as the data: a stiff contact would keep rough poses from passing each other.
   collision_.set_tolerance(options_.collision_tolerance_m *
-                           std::max(1.0, static_cast<double>(energy.scale_m) / last_scale()));
+                           std::max(1.0, double(energy.scale_m) / last_scale()));
   if (!collision_.empty()) group_.add(&collision_);
 
   lm_result_.x = *x;
   optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.noise_known, stage.all);
-  // A hinge bends where it begins: every step is evaluated, and the last ones go back and forth over its
-  // edge.
+  // A hinge bends where it begins: every step is evaluated, the last ones across its edge.
   if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
   if (on_device)
     minimize_on_device(pixels, energy, lm);
@@ -246,7 +245,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   *x = lm_result_.x;
   for (std::size_t m = 0; m < targets.size(); ++m)
     for (const optim::LmStep& step : lm_result_.steps)
-      out_[m].fitted.steps.push_back({step, static_cast<double>(energy.scale_m), pixels->counts()[m]});
+      out_[m].fitted.steps.push_back({step, double(energy.scale_m), pixels->counts()[m]});
 }
 
 // The noise of each object, and in the last round its covariance, from the pixels that are its own.
@@ -276,7 +275,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   }
   energies::SdfEnergyOptions options = view.energy_options();
   options.threads = threads_;
-  options.scale_m = static_cast<float>(view.last_scale(memory_));
+  options.scale_m = float(view.last_scale(memory_));
   energies::SdfEnergy energy(target.shape.sdf, &view.pixels(), options);
   one_.K = x.K, one_.T_obj_cam.assign(1, x.T_obj_cam[m]);
   energy.classify(one_, kClassifySteps);

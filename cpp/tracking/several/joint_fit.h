@@ -3,7 +3,6 @@
 // union of objects that may show there, and no object may penetrate another (docs/math/several_objects.md).
 #pragma once
 
-#include <array>
 #include <memory>
 #include <vector>
 
@@ -64,15 +63,13 @@ class JointFitter {
   void examine(const optim::State& x);
   void make_terms(const JointPixels& pixels, const optim::State& x, const Stage& stage);
   double free_space_weight(std::size_t m, int pixels) const {
-    return options_.free_space_weight * pixels / static_cast<double>((*targets_)[m].shape.outline.size());
+    return options_.free_space_weight * pixels / double((*targets_)[m].shape.outline.size());
   }
   // The group's reference noise (that of its first object) over the noise of object m.
   float noise_ratio(std::size_t m) const {
-    return static_cast<float>(views_.front()->stated_noise_m() / views_[m]->stated_noise_m());
+    return float(views_.front()->stated_noise_m() / views_[m]->stated_noise_m());
   }
-  double coarse_count() const {
-    return static_cast<double>(options_.coarse_pixels) * static_cast<double>(targets_->size());
-  }
+  double coarse_count() const { return double(options_.coarse_pixels) * double(targets_->size()); }
   double last_scale() const { return views_.front()->last_scale(memory_); }
 
   TrackerOptions options_;

@@ -27,12 +27,12 @@ struct Sharers {
   void add(int object, float phi) {
     if (count == energies::kMaxJoined) {
       const auto farthest = std::max_element(phi_m.begin(), phi_m.end()) - phi_m.begin();
-      if (phi >= phi_m[static_cast<std::size_t>(farthest)]) return;
-      for (auto k = static_cast<std::size_t>(farthest); k + 1 < energies::kMaxJoined; ++k)
+      if (phi >= phi_m[farthest]) return;
+      for (auto k = std::size_t(farthest); k + 1 < energies::kMaxJoined; ++k)
         of[k] = of[k + 1], phi_m[k] = phi_m[k + 1];
       --count;
     }
-    of[static_cast<std::size_t>(count)] = object, phi_m[static_cast<std::size_t>(count++)] = phi;
+    of[count] = object, phi_m[count++] = phi;
   }
 };
 
@@ -70,20 +70,18 @@ SharedPixels& JointPixels::part_of(const std::array<int, energies::kMaxJoined>& 
 
 void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets, const optim::State& x,
                                     double margin_m, energies::PixelSet* from) {
-  const frame::Shape& own = targets[static_cast<std::size_t>(m)].shape;
-  const Rigidd T_cam_own = inverse(x.T_obj_cam[static_cast<std::size_t>(m)]);
+  const frame::Shape& own = targets[m].shape;
+  const Rigidd T_cam_own = inverse(x.T_obj_cam[m]);
   near_.clear();
-  for (int k = 0; k < static_cast<int>(targets.size()); ++k) {
-    const frame::Shape& other = targets[static_cast<std::size_t>(k)].shape;
+  for (int k = 0; k < int(targets.size()); ++k) {
+    const frame::Shape& other = targets[k].shape;
     if (k == m) own_ = near_.size();
-    if (k == m ||
-        may_touch(own, T_cam_own, other, inverse(x.T_obj_cam[static_cast<std::size_t>(k)]), margin_m))
-      near_.push_back(k);
+    if (k == m || may_touch(own, T_cam_own, other, inverse(x.T_obj_cam[k]), margin_m)) near_.push_back(k);
   }
   if (phi_m_.size() < near_.size()) phi_m_.resize(near_.size());
   one_.T_obj_cam.resize(1), one_.K = x.K;
   for (std::size_t k = 0; k < near_.size(); ++k) {
-    const auto object = static_cast<std::size_t>(near_[k]);
+    const auto object = std::size_t(near_[k]);
     one_.T_obj_cam[0] = x.T_obj_cam[object];
     const float* const phi = energies::SdfEnergy(targets[object].shape.sdf, from, {}).distances(one_);
     phi_m_[k].assign(phi, phi + from->count());
@@ -92,27 +90,27 @@ void JointPixels::measure_distances(int m, const std::vector<FitTarget>& targets
 
 void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim::State& x, double reach_m,
                        double margin_m, int most, float noise_ratio, energies::PixelSet* from) {
-  one_.T_obj_cam.assign(1, x.T_obj_cam[static_cast<std::size_t>(m)]), one_.K = x.K;
+  one_.T_obj_cam.assign(1, x.T_obj_cam[m]), one_.K = x.K;
   if (reach_m < kJointMargin_m)  // most are out of reach, which spares evaluating the others for them
-    energies::SdfEnergy(targets[static_cast<std::size_t>(m)].shape.sdf, from, {}).keep_near(one_, reach_m);
+    energies::SdfEnergy(targets[m].shape.sdf, from, {}).keep_near(one_, reach_m);
   // A pixel within reach of m is near another object if their boxes are within the sum of both distances.
   measure_distances(m, targets, x, std::min(kJointMargin_m, reach_m + margin_m), from);
   kept_.clear();
   for (int i = 0; i < from->count(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const auto at = std::size_t(i);
     const float own = phi_m_[own_][at];
-    if (!(std::abs(own) < static_cast<float>(reach_m))) continue;
+    if (!(std::abs(own) < float(reach_m))) continue;
     bool nearest = true;
     for (std::size_t k = 0; nearest && k < near_.size(); ++k)
       nearest = phi_m_[k][at] > own || (phi_m_[k][at] == own && near_[k] >= m);
     if (nearest) kept_.push_back(i);
   }
-  const int requested = std::min(most, static_cast<int>(kept_.size()));
-  const double stride = requested > 0 ? static_cast<double>(kept_.size()) / requested : 1;
+  const int requested = std::min(most, int(kept_.size()));
+  const double stride = requested > 0 ? double(kept_.size()) / requested : 1;
   for (int i = 0; i < requested; ++i) {
-    const int taken = kept_[static_cast<std::size_t>(i * stride)];
-    const auto at = static_cast<std::size_t>(taken);
-    const float limit = phi_m_[own_][at] + static_cast<float>(margin_m);
+    const int taken = kept_[i * stride];
+    const auto at = std::size_t(taken);
+    const float limit = phi_m_[own_][at] + float(margin_m);
     Sharers sharers;
     for (std::size_t k = 0; k < near_.size(); ++k)
       if (phi_m_[k][at] <= limit) sharers.add(near_[k], phi_m_[k][at]);
@@ -123,7 +121,7 @@ void JointPixels::take(int m, const std::vector<FitTarget>& targets, const optim
     if (i != taken) from->copy(*from, taken, i);
   }
   from->resize(requested);
-  counts_[static_cast<std::size_t>(m)] += requested;
+  counts_[m] += requested;
 }
 
 void JointPixels::assign_share(const JointPixels& other, double share) {

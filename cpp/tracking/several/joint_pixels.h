@@ -37,7 +37,7 @@ class JointPixels {
 
   std::vector<std::unique_ptr<SharedPixels>>::iterator begin() { return parts_.begin(); }
   std::vector<std::unique_ptr<SharedPixels>>::iterator end() {
-    return parts_.begin() + static_cast<std::ptrdiff_t>(used_);
+    return parts_.begin() + std::ptrdiff_t(used_);
   }
   const std::vector<int>& counts() const { return counts_; }  // per object, of the pixels nearest to it
   int count() const;

@@ -33,9 +33,7 @@ constexpr double kShares[kBiasModes] = {kOffsetShare,    kLinearShare,    kLinea
 constexpr int kLogScale = 6, kModes = 7, kFirstStrain = kModes + kBiasModes;
 constexpr int kMaxPixels = 2 * kSizePixels;
 
-Eigen::Vector3d vector_of(const Vec3f& v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
+Eigen::Vector3d vector_of(const Vec3f& v) { return {double(v.x), double(v.y), double(v.z)}; }
 
 // A pixel that shows the surface, with its row and its error.
 struct Reading {
@@ -119,7 +117,7 @@ void DepthFit<kStrains>::read(bool move) {
     return std::clamp(to_int((x + kBlocksReach) * kBlocks / (2 * kBlocksReach)), 0, kBlocks - 1);
   };
   const Rigidf T = T_obj_cam_.cast<float>();
-  const auto scale = static_cast<float>(std::exp(log_scale_));
+  const auto scale = float(std::exp(log_scale_));
   count_ = 0;
   for (std::size_t i = 0; i < n && count_ < kMaxPixels; i += stride) {
     if (pixels_.gain[i] != 0) continue;
@@ -137,19 +135,17 @@ void DepthFit<kStrains>::read(bool move) {
     if (!(std::abs(slope) > kGrazing) || !(std::abs(error_m) < kFar_m)) continue;
     const Vec3f m = cross(p_obj, g);
     Row row;
-    row.template head<6>() << static_cast<double>(g.x), static_cast<double>(g.y), static_cast<double>(g.z),
-        static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z);
-    row.template head<6>() *= -1 / static_cast<double>(slope);
-    row[6] = static_cast<double>(dot(g, p_obj) / slope);
+    row.template head<6>() << double(g.x), double(g.y), double(g.z), double(m.x), double(m.y), double(m.z);
+    row.template head<6>() *= -1 / double(slope);
+    row[6] = double(dot(g, p_obj) / slope);
     if constexpr (kStrains > 0)
       row.template tail<kStrains>() = strains(vector_of((1 / slope) * g), vector_of(p_obj - middle_obj_));
     const double x = u.at(pixels_.u_px[i]), y = v.at(pixels_.v_px[i]);
     row.template segment<kBiasModes>(kModes) = bias_modes_at(x, y);
     columns_.row(count_) = row.transpose();
-    error_m_[count_] = static_cast<double>(error_m);
-    Reading& r = all_[static_cast<std::size_t>(count_++)];
-    r.share =
-        color_prior_ > 0 ? std::min(1.0, static_cast<double>(pixels_.foreground[i] / color_prior_)) : 1.0;
+    error_m_[count_] = double(error_m);
+    Reading& r = all_[count_++];
+    r.share = color_prior_ > 0 ? std::min(1.0, double(pixels_.foreground[i] / color_prior_)) : 1.0;
     r.block = kBlocks * cell(y) + cell(x);
   }
 }
@@ -166,7 +162,7 @@ void DepthFit<kStrains>::weigh(double size_m) {
   const PerPixel left_m = residuals();
   for (int i = 0; i < count_; ++i) {
     const double off = left_m[i] / size_m;
-    weight_[i] = all_[static_cast<std::size_t>(i)].share / (size_m * size_m * (1 + off * off));
+    weight_[i] = all_[i].share / (size_m * size_m * (1 + off * off));
   }
 }
 
@@ -193,25 +189,23 @@ template <int kStrains>
 double DepthFit<kStrains>::spread_m() const {
   std::array<double, kMaxPixels> sizes;
   const PerPixel left_m = residuals();
-  for (int i = 0; i < count_; ++i) sizes[static_cast<std::size_t>(i)] = std::abs(left_m[i]);
+  for (int i = 0; i < count_; ++i) sizes[i] = std::abs(left_m[i]);
   std::nth_element(sizes.begin(), sizes.begin() + count_ / 2, sizes.begin() + count_);
-  return sizes[static_cast<std::size_t>(count_ / 2)] / kMedianOfNormal;
+  return sizes[count_ / 2] / kMedianOfNormal;
 }
 
 // Factor by which the residuals' squares are too small in so many blocks, because of the fitted unknowns.
 double taken_up(int blocks, int unknowns) {
-  return blocks > 2 * unknowns ? static_cast<double>(blocks) / (blocks - unknowns) : 2.0;
+  return blocks > 2 * unknowns ? double(blocks) / (blocks - unknowns) : 2.0;
 }
 
 // On the faces of a box a shift absorbs any size; the edges, which remain, are rounded by the volume. Hence
-// the variance is that of an error of the voxels over the slope of the measurements along the size, with the
-// pose eliminated.
+// the variance is that of an error of the voxels over the slope along the size, the pose eliminated.
 template <int kStrains>
 double DepthFit<kStrains>::grain_var() const {
   Eigen::Matrix<double, 7, 7> H = readings_.template topLeftCorner<7, 7>();
   H.diagonal() += priors_.diagonal().template head<7>();
-  return std::pow(kGrain * static_cast<double>(sdf_.voxel_m), 2) * weights_ *
-         optim::inverse_symmetric<7>(H)(6, 6);
+  return std::pow(kGrain * double(sdf_.voxel_m), 2) * weights_ * optim::inverse_symmetric<7>(H)(6, 6);
 }
 
 // The sandwich: errors within a block of the image count as shared.
@@ -220,10 +214,9 @@ SizeLook DepthFit<kStrains>::look() const {
   std::array<double, kBlocks * kBlocks> pulls{};
   const Row along = C_.col(kLogScale);
   const PerPixel pulled = weight_.head(count_).cwiseProduct(residuals());
-  PerPixel answers = along[0] * along_pixels(0);
-  for (int k = 1; k < kUnknowns; ++k) answers += along[k] * along_pixels(k);
-  for (int i = 0; i < count_; ++i)
-    pulls[static_cast<std::size_t>(all_[static_cast<std::size_t>(i)].block)] += pulled[i] * answers[i];
+  PerPixel responses = along[0] * along_pixels(0);
+  for (int k = 1; k < kUnknowns; ++k) responses += along[k] * along_pixels(k);
+  for (int i = 0; i < count_; ++i) pulls[all_[i].block] += pulled[i] * responses[i];
   double own = 0;
   int blocks = 0;
   for (const double pull : pulls) own += pull * pull, blocks += pull != 0;
@@ -239,15 +232,14 @@ StrainLook DepthFit<kStrains>::strain_look() const {
   Eigen::Matrix<double, kStrains, kBlocks* kBlocks> pulls = decltype(pulls)::Zero();
   const PerPixel pulled = weight_.head(count_).cwiseProduct(residuals());
   for (int i = 0; i < count_; ++i)
-    pulls.col(all_[static_cast<std::size_t>(i)].block) +=
-        pulled[i] * along.transpose() * columns_.row(i).transpose();
-  const auto blocks = static_cast<int>((pulls.row(0).array() != 0).count());
+    pulls.col(all_[i].block) += pulled[i] * along.transpose() * columns_.row(i).transpose();
+  const auto blocks = int((pulls.row(0).array() != 0).count());
   StrainLook look;
   look.strain = x_.template tail<kStrains>();
   look.own_cov = taken_up(blocks, 7 + kStrains) * pulls * pulls.transpose();
-  look.shared_cov = along.transpose() * priors_ * along +
-                    std::pow(kGrain * static_cast<double>(sdf_.voxel_m), 2) * weights_ *
-                        C_.template bottomRightCorner<kStrains, kStrains>();
+  look.shared_cov =
+      along.transpose() * priors_ * along + std::pow(kGrain * double(sdf_.voxel_m), 2) * weights_ *
+                                                C_.template bottomRightCorner<kStrains, kStrains>();
   return look;
 }
 

@@ -16,8 +16,7 @@ std::optional<SizeLook> size_by_depth(const energies::PixelSet& pixels, float co
                                       const frame::Shape& shape, const Camera& camera,
                                       const Rigidd& T_obj_cam, double noise_m, double systematic_m);
 
-// The same with the strain as an unknown, at the size that explains the residuals best: for another object of
-// similar shape.
+// With the strain as an unknown too, at the best size: for another object of similar shape.
 std::optional<StrainLook> strain_by_depth(const energies::PixelSet& pixels, float color_prior,
                                           const frame::Shape& shape, const Camera& camera,
                                           const Rigidd& T_obj_cam, double noise_m, double systematic_m);

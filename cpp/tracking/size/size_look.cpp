@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/size/size_look.h"
 
-#include <cmath>
-
 #include "optim/dense.h"
 
 namespace sdftrack::tracking {

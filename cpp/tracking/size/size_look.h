@@ -42,8 +42,7 @@ Strain strains(const Eigen::Vector3d& d, const Eigen::Vector3d& q);
 // Weights of a strain that give the log stretch along a unit axis relative to that across it.
 Strain stretch_weights(const Eigen::Vector3d& axis);
 
-// Normal equations of a strain with pose and size eliminated, from observations that may determine few of its
-// directions.
+// Normal equations of a strain, pose and size eliminated; few directions may be determined.
 struct StrainInformation {
   StrainCovariance information = StrainCovariance::Zero();
   Strain pull = Strain::Zero();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tests whether the object has the size of its model, from depth and the outline in the colour image over
-// many frames.
+// Tests whether the object has the size of its model, by depth and the outline over many frames.
 #pragma once
 
 #include <limits>

@@ -21,7 +21,7 @@ constexpr float kBeside_m = 0.006f;  // fingers extend a little beyond the silho
 constexpr int kLooksBehind = 8;
 
 int stride_for(const frame::Rect& r, int budget) {
-  const double area = static_cast<double>(r.x1 - r.x0) * (r.y1 - r.y0);
+  const double area = double(r.x1 - r.x0) * (r.y1 - r.y0);
   return std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
 }
 
@@ -40,7 +40,7 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
   region = grown(region, kSightMargin_px, kSightMargin_px, camera);
   const frame::IdealPixel ideal{frame, camera.K.cast<float>(), camera.width};
   const auto place = [&](int x, int y, float z, int* cx, int* cy, float* depth) {
-    const Vec2f u = map.raw_pixel ? Vec2f{static_cast<float>(x), static_cast<float>(y)} : ideal(x, y);
+    const Vec2f u = map.raw_pixel ? Vec2f{float(x), float(y)} : ideal(x, y);
     return map.find(u, z, cx, cy, depth);
   };
   // The part of the colour image spanned by the region's corners between the nearest and the farthest depth.
@@ -49,12 +49,12 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
   for (const double z : {std::max(0.02, range.near_m), range.far_m})
     for (const int u : {region.x0, region.x1 - 1})
       for (const int v : {region.y0, region.y1 - 1})
-        if (place(u, v, static_cast<float>(z), &x, &y, &depth))
+        if (place(u, v, float(z), &x, &y, &depth))
           x0 = std::min(x0, x), x1 = std::max(x1, x + 1), y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
         else
           x0 = y0 = 0, x1 = map.width, y1 = map.height;
   const int step = stride_for(region, kSightBudget);
-  const double scale = static_cast<double>(std::max(x1 - x0, 1)) / (region.x1 - region.x0);
+  const double scale = double(std::max(x1 - x0, 1)) / (region.x1 - region.x0);
   sight_.clear(x0, y0, x1, y1, to_int(std::ceil(1.5 * step * scale)));
   for (int v = region.y0; v < region.y1; v += step)
     for (int u = region.x0; u < region.x1; u += step) {
@@ -65,7 +65,7 @@ void ColorReader::open(const frame::DepthFrame& frame, const Camera& camera, fra
 
 float ColorReader::grey(int at, Vec2f ideal_px, float depth_m) const {
   constexpr float kFull = 255;
-  if (color_->map.aligned) return energies::brightness(color_->rgb + 3 * static_cast<std::size_t>(at), kFull);
+  if (color_->map.aligned) return energies::brightness(color_->rgb + 3 * std::size_t(at), kFull);
   Vec2f c;
   float depth;
   if (!color_->map.place(mapped_from(at, ideal_px), depth_m, &c, &depth)) return -1;
@@ -85,7 +85,7 @@ void fetch_grey(const ColorReader& reader, const energies::PixelSet& pixels, int
   out->clear();
   const int n = pixels.count(), m = std::clamp(requested, 0, n);
   for (int k = 0; k < m; ++k) {
-    const auto i = static_cast<std::size_t>(static_cast<std::int64_t>(k) * n / m);
+    const auto i = std::size_t(static_cast<std::int64_t>(k) * n / m);
     const float g = reader.grey(pixels.at[i], {pixels.u_px[i], pixels.v_px[i]}, pixels.depth_m[i]);
     if (g >= 0) out->push(pixels.u_px[i], pixels.v_px[i], pixels.depth_m[i], g);
   }
@@ -95,7 +95,7 @@ void fetch_foreground(const appearance::ColorModel& model, const ColorReader& re
                       energies::PixelSet* pixels) {
   for (std::size_t i = 0; i < pixels->at.size(); ++i) {
     const int bin = reader.bin(pixels->at[i], {pixels->u_px[i], pixels->v_px[i]}, pixels->depth_m[i]);
-    pixels->foreground[i] = bin < 0 ? model.prior() : model.posterior()[static_cast<std::size_t>(bin)];
+    pixels->foreground[i] = bin < 0 ? model.prior() : model.posterior()[bin];
   }
 }
 
@@ -151,7 +151,7 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
       if (on && shape.seen.amount && !shape.seen.below(shape.sdf, field.T_obj_cam * p_cam)) continue;
       const bool in_front = phi > kFrontBands * band && hides(field, p_cam, phi, shape.sdf.voxel_m);
       if (on ? near_a_step(frame.depth_m, x, y) : !in_front && !(phi > kOffBands * band)) continue;
-      if (!on && on_one_of(others, p_cam.cast<double>(), static_cast<double>(kOffBands * band))) continue;
+      if (!on && on_one_of(others, p_cam.cast<double>(), double(kOffBands * band))) continue;
       const int bin = reader->bin(y * camera.width + x, u, z);
       if (bin < 0) continue;
       if (on) {
@@ -172,7 +172,7 @@ void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, con
     for (int x = 0; x < camera.width; ++x) {
       if (!mask[y * camera.width + x]) continue;
       box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1), std::max(box.y1, y + 1)};
-      const auto z = static_cast<double>(frame.depth_m(x, y));
+      const auto z = double(frame.depth_m(x, y));
       if (z > 0) range = {std::min(range.near_m, z), std::max(range.far_m, z)};
     }
   if (box.empty())

@@ -18,10 +18,9 @@ class ColorReader {
   // range: depths whose colours will be requested.
   void open(const frame::DepthFrame& frame, const Camera& camera, frame::Rect region,
             frame::DepthRange range);
-  // Histogram bin of the colour of depth pixel `at` (index) with its ideal pixel and depth; -1: the colour
-  // camera does not see it.
+  // Histogram bin of the colour of depth pixel `at`, by its ideal pixel and depth; -1: not seen in colour.
   int bin(int at, Vec2f ideal_px, float depth_m) const {
-    if (color_->map.aligned) return appearance::color_bin(color_->rgb + 3 * static_cast<std::size_t>(at));
+    if (color_->map.aligned) return appearance::color_bin(color_->rgb + 3 * std::size_t(at));
     int x, y;
     float depth;
     return find(at, ideal_px, depth_m, &x, &y, &depth) ? appearance::color_bin(color_->at(x, y)) : -1;
@@ -31,8 +30,7 @@ class ColorReader {
 
  private:
   Vec2f mapped_from(int at, Vec2f ideal_px) const {
-    return color_->map.raw_pixel ? Vec2f{static_cast<float>(at % width_), static_cast<float>(at / width_)}
-                                 : ideal_px;
+    return color_->map.raw_pixel ? Vec2f{float(at % width_), float(at / width_)} : ideal_px;
   }
   bool find(int at, Vec2f ideal_px, float depth_m, int* x, int* y, float* depth) const {
     return color_->map.find(mapped_from(at, ideal_px), depth_m, x, y, depth) && sight_.sees(*x, *y, *depth);
@@ -58,9 +56,8 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
                   const Rigidd& T_cam_obj, double padding_m, int budget, const appearance::ColorModel& known,
                   ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others = {});
 
-// Colours in and around a mask (0: not the object): the object's inside it, the background's in a ring around
-// it, as wide as 30 % of its box. std::invalid_argument where the mask is empty or no measurement in it has a
-// colour.
+// Colours in and around a mask (0: not the object): the object's inside, the background's in a ring as wide
+// as 30 % of its box. std::invalid_argument for an empty mask, or one without a coloured measurement.
 void count_mask_colors(const frame::DepthFrame& frame, const Camera& camera, const unsigned char* mask,
                        ColorReader* reader, appearance::ColorCounts* counts);
 

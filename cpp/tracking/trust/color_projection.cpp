@@ -31,8 +31,7 @@ energies::ColorProjection color_projection(const Camera& camera, const appearanc
   view.q = map.q.cast<double>();
   view.has_lens = map.lens;
   view.K = map.K.cast<double>();
-  std::transform(map.distortion, map.distortion + 8, view.lens,
-                 [](float k) { return static_cast<double>(k); });
+  std::transform(map.distortion, map.distortion + 8, view.lens, [](float k) { return double(k); });
   return view;
 }
 

@@ -35,8 +35,7 @@ Matrix6d increment_covariance(const energies::EnergySummary& sums, const frame::
 // The response of the increment to a pull (a gradient) of the pixels: A^-1 without the blind directions.
 Matrix6d increment_response(const energies::EnergySummary& sums, const frame::Shape& shape);
 
-// Information about the increment without that along the shape's slips, where an outline follows the grain of
-// the voxels.
+// Information about the increment without that along the slips, where an outline follows the voxels.
 Matrix6d without_slips(const Matrix6d& information, const frame::Shape& shape);
 
 // The same uncertainty in camera axes about the caller's object origin: (x, y, z, rx, ry, rz), t = t^ + d,

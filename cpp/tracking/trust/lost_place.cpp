@@ -44,7 +44,7 @@ Reason lost_at(const Rigidd& T_cam_obj, const frame::Shape& shape, const Camera&
   const double z = T_cam_obj.t.z;
   if (norm(T_cam_obj.t) == 0) return reason;  // of an object that never had a pose
   if (z <= 0) return {ReasonCode::kBehindCamera, 0, -1, number(z) + " m" + unit_of(-z)};
-  const double largest = depth_m.data ? static_cast<double>(largest_reading(depth_m)) : 0;
+  const double largest = depth_m.data ? double(largest_reading(depth_m)) : 0;
   const double near = frame::depth_range(shape, T_cam_obj, 0).near_m;
   if (near > (largest > 0 ? kBeyond * largest : kFarthest_m))
     return {ReasonCode::kFarAway, 0, -1,

@@ -10,7 +10,7 @@ bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m) {
     float phi;
     Vec3f unused;
     other.value(p_cam.cast<float>(), &phi, &unused);
-    if (static_cast<double>(std::abs(phi)) < tolerance_m) return true;
+    if (double(std::abs(phi)) < tolerance_m) return true;
   }
   return false;
 }
@@ -25,7 +25,7 @@ double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd
       other.value(T * p, &phi, &unused);
       deepest = std::max(deepest, -phi);
     }
-  return static_cast<double>(deepest);
+  return double(deepest);
 }
 
 bool middle_in(const energies::SingleObject<float>& other, const frame::Shape& shape,

@@ -15,7 +15,6 @@ inline energies::SingleObject<float> field_of(const frame::Shape& shape, const R
   return {shape.sdf, inverse(T_cam_obj).cast<float>()};
 }
 
-// Whether a point is within tolerance_m of the surface of one of them.
 bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m);
 // Penetration of the deepest of a shape's points into one of them; 0: outside all.
 double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);

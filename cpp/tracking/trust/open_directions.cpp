@@ -143,8 +143,7 @@ std::string OpenDirections::unexplained(const std::vector<Rigidd>& symmetries, b
 }
 
 double least_form_slope(const frame::Shape& shape) {
-  return std::hypot(kSlope,
-                    kSlopePerVoxel * static_cast<double>(shape.sdf.voxel_m) / seen_half(shape.moments));
+  return std::hypot(kSlope, kSlopePerVoxel * double(shape.sdf.voxel_m) / seen_half(shape.moments));
 }
 
 Matrix6d seen_form(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,

@@ -68,9 +68,8 @@ class OpenDirections {
 Matrix6d seen_form(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                    const Rigidd& T_cam_obj, double tolerance_m);
 
-// Root mean square slope of a form that is surely neither noise nor the grain of the voxels, a turn taken at
-// half the diameter. Fused bodies of revolution have at most this, six-sided prisms 0.07 to 0.10, boxes and
-// mugs more.
+// Root mean square slope of a form that is surely not noise, a turn taken at half the diameter. Fused bodies
+// of revolution have at most this, six-sided prisms 0.07 to 0.10, boxes and mugs more.
 double least_form_slope(const frame::Shape& shape);
 
 }  // namespace sdftrack::tracking

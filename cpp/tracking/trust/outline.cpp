@@ -31,11 +31,10 @@ struct Eye {
 };
 
 std::array<Rim, kDirections> rims(const Eye& eye, const frame::Shape& shape, const Rigidd& T_cam_obj) {
-  const frame::BearingTerm<float> term{
-      T_cam_obj.cast<float>(),
-      eye.camera.K.cast<float>(),
-      {static_cast<float>(eye.middle_px.x), static_cast<float>(eye.middle_px.y)},
-      {shape.points.data(), static_cast<int>(shape.points.size()), 1}};
+  const frame::BearingTerm<float> term{T_cam_obj.cast<float>(),
+                                       eye.camera.K.cast<float>(),
+                                       {float(eye.middle_px.x), float(eye.middle_px.y)},
+                                       {shape.points.data(), int(shape.points.size()), 1}};
   const frame::PointOps& ops = frame::point_ops_for(used_isa());
   std::array<Rim, kDirections> out;
   frame::Bearings seen;
@@ -43,7 +42,7 @@ std::array<Rim, kDirections> rims(const Eye& eye, const frame::Shape& shape, con
     ops.bearings(term, first, &seen);
     for (int i = 0; i < seen.count; ++i) {
       const int k = std::clamp(to_int(seen.turn[i] * kDirections), 0, kDirections - 1);
-      Rim& rim = out[static_cast<std::size_t>(k)];
+      Rim& rim = out[k];
       if (seen.radius_px[i] > rim.radius_px) rim = {seen.radius_px[i], seen.depth_m[i]};
     }
   }
@@ -85,7 +84,7 @@ Outline compare_outline(const frame::DepthFrame& frame, const Camera& camera, co
   const double tolerance = error.tolerance(kTolerance_m, kTolerancePerNoise);
   const std::array<Rim, kDirections> all = rims(eye, shape, T_cam_obj);
   for (int k = 0; k < kDirections; ++k) {
-    const Rim& rim = all[static_cast<std::size_t>(k)];
+    const Rim& rim = all[k];
     if (rim.radius_px < 0) continue;
     const double angle = ((k + 0.5) / kDirections - 0.5) * 2 * std::numbers::pi;
     Vec2d u;

@@ -9,17 +9,15 @@
 
 namespace sdftrack::tracking {
 
-// Counts of directions around the silhouette, by the depth a few millimetres outside it. A flat face fits any
-// wall and a small object fits into any larger one; only a surface that ends at the right place tells them
-// apart.
+// Counts of directions around the silhouette, by the depth a few millimetres outside it: a flat face fits any
+// wall; only a surface that ends at the right place tells them apart.
 struct Outline {
   int ends = 0;     // the measurement lies behind: a step in depth
   int runs_on = 0;  // the surface continues where the object ends: it touches something, or is part of it
   int unknown = 0;  // no measurement, outside the image, or something stands in front
 };
 
-// A face in a wall, a small object in a larger one: all that is seen agrees, but hardly anything ends where
-// it should.
+// A face in a wall, a small object in a larger one: all agrees, but hardly anything ends where it should.
 constexpr double kMinEnds = 0.3;  // share of the unoccluded directions
 bool is_part_of_something(const Outline& outline, double min_ends = kMinEnds);
 

@@ -80,8 +80,8 @@ constexpr std::array kSentences{
 
 constexpr bool in_order_of_codes() {
   for (std::size_t i = 0; i < kSentences.size(); ++i)
-    if (static_cast<std::size_t>(kSentences[i].code) != i) return false;
-  return kSentences.size() == static_cast<std::size_t>(ReasonCode::kCount);
+    if (std::size_t(kSentences[i].code) != i) return false;
+  return kSentences.size() == std::size_t(ReasonCode::kCount);
 }
 static_assert(in_order_of_codes(), "one sentence for each code");
 
@@ -93,12 +93,12 @@ void replace(std::string_view key, const std::string& value, std::string* text) 
 }  // namespace
 
 std::string sentence(const Reason& reason, const std::vector<std::string>& names) {
-  std::string out{kSentences.at(static_cast<std::size_t>(reason.code)).text};
+  std::string out{kSentences.at(std::size_t(reason.code)).text};
   const std::string number = std::to_string(reason.object);
-  const bool named = reason.object >= 0 && static_cast<std::size_t>(reason.object) < names.size();
+  const bool named = reason.object >= 0 && std::size_t(reason.object) < names.size();
   replace("{percent}", std::to_string(reason.percent), &out);
   replace("{number}", number, &out);
-  replace("{name}", named ? names[static_cast<std::size_t>(reason.object)] : "object " + number, &out);
+  replace("{name}", named ? names[reason.object] : "object " + number, &out);
   replace("{text}", reason.text, &out);
   if (reason.frame != ReasonCode::kNone) out += "; " + sentence({reason.frame});
   if (!reason.more.empty()) out += "; " + reason.more;

@@ -77,9 +77,9 @@ struct Reason {
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [said, share, other, words, fault, added] = self;
-    constexpr auto kLast = static_cast<ReasonCode>(static_cast<int>(ReasonCode::kCount) - 1);
-    archive.choice(said, kLast), archive(share, other, words), archive.choice(fault, kLast), archive(added);
+    auto& [code, share, other, words, fault, added] = self;
+    constexpr auto kLast = static_cast<ReasonCode>(int(ReasonCode::kCount) - 1);
+    archive.choice(code, kLast), archive(share, other, words), archive.choice(fault, kLast), archive(added);
   }
 };
 

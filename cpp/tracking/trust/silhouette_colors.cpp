@@ -17,8 +17,7 @@ constexpr double kSilhouetteEdge_px = 3;  // of the silhouette: a pixel there ma
 constexpr double kNearer_m = 0.008;       // nearer measurements are those of an occluder
 constexpr double kBehind_m = 0.03;        // and farther ones those of what is seen in its place
 
-// Whether the depth along the ray through p, a point of the surface, may be that of the object. True where
-// there is no depth.
+// Whether the depth along the ray through the surface point p may be the object's; true without depth.
 bool may_be_object(const frame::DepthFrame& frame, const Camera& camera, Vec3d p) {
   const double z = frame::reading_at(frame, camera, p);
   return z == 0 || (z > p.z - kNearer_m && z < p.z + kBehind_m);
@@ -36,14 +35,13 @@ void count_mask_and_ring_colors(const frame::DepthFrame& frame, const Camera& ca
   box = {std::max(0, box.x0 - around), std::max(0, box.y0 - around), std::min(camera.width, box.x1 + around),
          std::min(camera.height, box.y1 + around)};
   const energies::ColorProjection view = color_projection(camera, frame.color->map);
-  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const double area = double(box.x1 - box.x0) * (box.y1 - box.y0);
   const int step = std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
   const LensRays rays(camera);
   for (int y = box.y0; y < box.y1; y += step)
     for (int x = box.x0; x < box.x1; x += step) {
-      const auto i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-      const auto read_m = static_cast<double>(frame.depth_m(x, y));
+      const auto i = std::size_t(y) * camera.width + x;
+      const auto read_m = double(frame.depth_m(x, y));
       Vec2d c;
       if (!view.place((read_m > 0 ? read_m : z_m) * rays.at(x, y), &c)) continue;
       if (!(c.x > -0.5 && c.y > -0.5 && c.x < view.width - 0.5 && c.y < view.height - 0.5)) continue;
@@ -65,13 +63,13 @@ void count_silhouette_colors(const frame::DepthFrame& frame, const Camera& camer
   const frame::Rect box = frame::projected_box(ideal, shape, T_cam_obj, around_px * m_per_px);
   if (box.empty()) return;
   const energies::ColorProjection view = color_projection(camera, frame.color->map);
-  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const double area = double(box.x1 - box.x0) * (box.y1 - box.y0);
   const int step = std::max(1, to_int(std::ceil(std::sqrt(area / budget))));
   const Rigidd T_obj_cam = inverse(T_cam_obj);
   const SdfView coarse = shape.coarse();
   for (int y = box.y0; y < box.y1; y += step)
     for (int x = box.x0; x < box.x1; x += step) {
-      const Vec2d u{static_cast<double>(x), static_cast<double>(y)};
+      const Vec2d u{double(x), double(y)};
       const frame::Passage passage = frame::pass(shape, coarse, frame::object_ray(camera.K, T_obj_cam, u));
       if (!passage.hit && passage.phi < kSilhouetteEdge_px * m_per_px) continue;
       const Vec3d nearest = std::max(1e-3, passage.t) * ray(camera.K, u.x, u.y);

@@ -52,14 +52,14 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
   const std::size_t n = pixels.at.size();
   const int y0 = pixels.at.front() / width, rows = (pixels.at.back() / width - y0) / cell_px + 3;
   columns_ = (width - 1) / cell_px + 3;
-  cells_.assign(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns_), Cell{});
+  cells_.assign(std::size_t(rows) * columns_, Cell{});
   cell_of_.resize(n);
   int y = y0, next_row = (y0 + 1) * width;  // pixels come row by row
   for (std::size_t i = 0; i < n; ++i) {
     while (pixels.at[i] >= next_row) ++y, next_row += width;
     const int x = pixels.at[i] - (next_row - width);
     cell_of_[i] = ((y - y0) / cell_px + 1) * columns_ + x / cell_px + 1;
-    Cell& cell = cells_[static_cast<std::size_t>(cell_of_[i])];
+    Cell& cell = cells_[cell_of_[i]];
     const float z = pixels.depth_m[i];
     if (cell.count > 0 && std::abs(z - cell.depth_m) > kContinues_m) {
       if (z > cell.depth_m) continue;  // of two surfaces the nearer one counts
@@ -73,7 +73,7 @@ void ForegroundSmoother::gather(int width, int cell_px, const energies::PixelSet
 // Sums the three by three cells around each one, for measurements that all of these cells continue.
 void ForegroundSmoother::sum_around() {
   around_.resize(cells_.size());
-  const auto columns = static_cast<std::size_t>(columns_);
+  const auto columns = std::size_t(columns_);
   for (std::size_t row = columns; row + columns < cells_.size(); row += columns)
     for (std::size_t k = row + 1; k + 1 < row + columns; ++k) {
       if (!(cells_[k].count > 0)) continue;
@@ -91,7 +91,7 @@ void ForegroundSmoother::average(const float* distance_m, float reach_m, energie
   const std::size_t n = pixels->at.size();
   for (std::size_t i = 0; i < n; ++i) {
     if (distance_m && !(std::abs(distance_m[i]) < reach_m)) continue;
-    const auto at = static_cast<std::size_t>(cell_of_[i]);
+    const auto at = std::size_t(cell_of_[i]);
     const float z = pixels->depth_m[i];
     Around sum = around_[at];
     if (!(z - sum.nearest_m < kContinues_m && sum.farthest_m - z < kContinues_m)) {

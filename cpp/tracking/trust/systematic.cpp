@@ -25,7 +25,7 @@ ModeExtent::ModeExtent(const std::vector<float>& px, const std::vector<float>& g
   double sum = 0, square = 0, count = 0;
   for (std::size_t i = 0; i < px.size(); i += stride)
     if (gain[i] == 0) {
-      const auto x = static_cast<double>(px[i]);
+      const auto x = double(px[i]);
       sum += x, square += x * x, count += 1;
     }
   if (!(count > 0)) return;
@@ -73,10 +73,10 @@ BiasSums bias_sums(const frame::Shape& shape, const Camera& camera, const Rigidd
     const float slope = dot(row.grad_cam, direction);
     if (!(std::abs(slope) > kGrazing)) continue;
     const float share = color_prior > 0 ? std::min(1.0f, pixels.foreground[i] / color_prior) : 1.0f;
-    const auto weight = static_cast<double>(
-        share * penalty(pixels.hit_m[i] - pixels.depth_m[i], pixels.per_noise[i]).curvature);
+    const auto weight =
+        double(share * penalty(pixels.hit_m[i] - pixels.depth_m[i], pixels.per_noise[i]).curvature);
     Vector6d J;
-    for (int j = 0; j < 6; ++j) J[j] = static_cast<double>(-row.J[j] / slope);
+    for (int j = 0; j < 6; ++j) J[j] = double(-row.J[j] / slope);
     here += weight * unit.cwiseProduct(J).squaredNorm();
     seen.col(used).head<6>() = weight * J;
     seen.col(used++).tail<kBiasModes>() = bias_modes_at(x.at(pixels.u_px[i]), y.at(pixels.v_px[i]));

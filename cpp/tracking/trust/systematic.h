@@ -20,9 +20,8 @@ constexpr double kOffsetShare = 1.0, kLinearShare = 0.5, kQuadraticShare = 0.2, 
 constexpr double kLateralShare = 0.4;  // of the pose's error across the ray, in x and in y
 
 // systematic_m by the residuals. A fit absorbs the offset and most of the linear part, so little of the error
-// is left to see. Noise is that of a measurement among its neighbours (a sensor's whole noise is at most
-// kSharedFrom times as much; renderings with white noise have up to 1.18), spread that of the residuals; all
-// in metres.
+// is left. noise: of a measurement among its neighbours (a sensor's whole noise is at most kSharedFrom times
+// as much; renderings with white noise: up to 1.18); spread: of the residuals; in metres.
 double systematic_by_residuals(double spread_m, double noise_m);
 
 using BiasModes = Eigen::Matrix<double, kBiasModes, 1>;
@@ -33,7 +32,7 @@ BiasModes bias_modes_at(double x, double y);
 class ModeExtent {
  public:
   ModeExtent(const std::vector<float>& px, const std::vector<float>& gain, std::size_t stride);
-  double at(float px) const { return (static_cast<double>(px) - mean_px_) / sd_px_; }
+  double at(float px) const { return (double(px) - mean_px_) / sd_px_; }
 
  private:
   double mean_px_ = 0, sd_px_ = 1;
@@ -44,7 +43,6 @@ struct BiasResponse {
   Eigen::Matrix<double, 6, kBiasModes> modes = Eigen::Matrix<double, 6, kBiasModes>::Zero();
   Matrix6d patches = Matrix6d::Zero();
 
-  // The response of J times the pose.
   BiasResponse moved(const Matrix6d& J) const { return {J * modes, J * patches * J.transpose()}; }
 };
 
@@ -66,7 +64,6 @@ struct BiasSums {
   }
 };
 
-// The trace by which information is compared.
 double trace_of(const Matrix6d& information, const frame::Shape& shape);
 
 // sum_i w_i J_i m_k(u_i), J the derivative of the depth where a pixel's ray meets the model, w the weight

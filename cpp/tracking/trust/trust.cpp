@@ -34,7 +34,7 @@ constexpr Weights kWeights;
 
 int percent(double share) { return to_int(std::round(100 * share)); }
 
-double ratio(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
+double ratio(int part, int whole) { return whole > 0 ? double(part) / whole : 0.0; }
 
 // (a + 1) / (a + b + 2): a share that is 1/2 where nothing is known.
 double share(int a, int b) { return (a + 1.0) / (a + b + 2.0); }

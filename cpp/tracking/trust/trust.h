@@ -31,8 +31,8 @@ struct Trust {
 
   template <class Archive, class Self>
   static void visit(Archive& archive, Self& self) {
-    auto& [said, why, share, chance, right] = self;
-    archive.choice(said, Status::kBadFrame);
+    auto& [status, why, share, chance, right] = self;
+    archive.choice(status, Status::kBadFrame);
     archive(why, share, chance, right);
   }
 };

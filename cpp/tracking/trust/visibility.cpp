@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tracking/trust/visibility.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -121,13 +120,13 @@ Visibility compare_visible_pixels(const Camera& camera, const frame::Shape& shap
                                   Count count) {
   const frame::Rect box = frame::projected_box(camera, shape, T_cam_obj, 0);
   const render::SdfRays rays(shape.sdf, camera, T_cam_obj);
-  const double area = static_cast<double>(box.x1 - box.x0) * (box.y1 - box.y0);
+  const double area = double(box.x1 - box.x0) * (box.y1 - box.y0);
   const int stride = std::max(1, to_int(std::ceil(std::sqrt(area / kMaxRays))));
   for (int v = box.y0; v < box.y1; v += stride)
     for (int u = box.x0; u < box.x1; u += stride) {
       const render::Hit hit = rays.trace(u, v);
       if (!(hit.depth_m > 0)) continue;
-      const Vec3d p_cam = static_cast<double>(hit.depth_m) * rays.lens.at(u, v);
+      const Vec3d p_cam = double(hit.depth_m) * rays.lens.at(u, v);
       const double facing = -dot(hit.normal_cam.cast<double>(), p_cam) / norm(p_cam);
       if (facing > 0) count.add(p_cam, facing);
     }
@@ -135,12 +134,12 @@ Visibility compare_visible_pixels(const Camera& camera, const frame::Shape& shap
 }
 
 Visibility compare_points(const frame::Shape& shape, const Rigidd& T_cam_obj, int points, Count count) {
-  const int n = static_cast<int>(shape.points.size()), stride = std::max(1, n / std::max(1, points));
+  const int n = int(shape.points.size()), stride = std::max(1, n / std::max(1, points));
   const frame::SightTerm<float> term{shape.sdf,
                                      shape.coarse(),
                                      T_cam_obj.cast<float>(),
                                      inverse(T_cam_obj).t.cast<float>(),
-                                     static_cast<float>(shape.diameter_m),
+                                     float(shape.diameter_m),
                                      {shape.points.data(), n, stride},
                                      {shape.normals.data(), n, stride}};
   const frame::PointOps& ops = frame::point_ops_for(used_isa());

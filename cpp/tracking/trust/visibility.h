@@ -15,8 +15,7 @@ struct DepthError {
   double noise_m;
   double systematic_m = 0;
 
-  // A measurement farther off than this contradicts the surface; `least_m` is the limit of interpolation and
-  // meshes.
+  // A measurement farther off contradicts the surface; `least_m`: limit of interpolation and meshes.
   double tolerance(double least_m, double per_noise) const {
     return std::max({least_m, per_noise * noise_m, kPerSystematic * systematic_m});
   }
@@ -27,8 +26,7 @@ struct DepthError {
   static constexpr double kMeanOfNormal = 0.8;  // of |x|, over the sd
 };
 
-// Surface points that the camera should see (facing it, not hidden by the object itself), by the measurement
-// there.
+// Surface points that the camera should see (facing it, not self-hidden), by the measurement there.
 struct Visibility {
   int expected = 0;
   int agree = 0;    // the measurement lies on the surface
@@ -41,11 +39,10 @@ struct Visibility {
   int known = 0;  // of the nearer ones: another object at its known pose
 };
 
-// Of the surface points that the camera should see and no known object hides, the share measured where the
-// pose predicts them.
+// Of the surface points to be seen that no known object hides, the share measured as predicted.
 inline double agreeing_share(const Visibility& seen) {
   const int open = seen.expected - seen.known;
-  return open > 0 ? static_cast<double>(seen.agree) / open : 0.0;
+  return open > 0 ? double(seen.agree) / open : 0.0;
 }
 
 // Surface points for the status: the standard error of the share that agrees is then below 3 %.
@@ -56,9 +53,8 @@ Visibility compare_visible_surface(const frame::DepthFrame& frame, const Camera&
                                    const frame::Shape& shape, const Rigidd& T_cam_obj,
                                    const DepthError& error, int points, const Neighbors& others = {});
 
-// The same with kTrustPoints, where a measurement that mixes the two sides of a depth step counts as missing;
-// or with the pixels that show the surface where hardly any point of it faces the camera (a long thin object
-// seen end on).
+// The same with kTrustPoints, where a measurement that mixes the sides of a depth step counts as missing; or
+// by pixels where hardly any point faces the camera (a long thin object seen end on).
 Visibility compare_visible(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                            const Rigidd& T_cam_obj, const DepthError& error, const Neighbors& others);
 

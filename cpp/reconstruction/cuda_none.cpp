@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A build without CUDA has this in place of device_roles.cu: an error.
+// In a build without CUDA, in place of the .cu files of this folder: the error of no_cuda.h.
 #include "base/no_cuda.h"
 #include "reconstruction/device_roles.h"
 

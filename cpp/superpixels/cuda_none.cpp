@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Replaces slic_cuda.cu in a build without CUDA: one error.
+// In a build without CUDA, in place of the .cu files of this folder: the error of no_cuda.h.
 #include "base/no_cuda.h"
 #include "superpixels/slic.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "base/large_pages.h"
+#include "base/large_array.h"
 
 #include <cstdint>
 #include <cstdlib>

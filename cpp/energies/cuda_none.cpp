@@ -1,9 +1,23 @@
 // SPDX-License-Identifier: MIT
-// Replaces cuda_work.cu in a build without CUDA: throws an error.
+// In a build without CUDA, in place of the .cu files of this folder: the error of no_cuda.h.
 #include "base/no_cuda.h"
 #include "energies/cuda_work.h"
+#include "energies/joint_fits.h"
+#include "energies/pose_fits.h"
 
 namespace sdftrack::energies {
+
+template <class Field, class Penalty>
+int CudaPoseFits<Field, Penalty>::run(CudaWork*, std::vector<Problem>*, std::vector<Fit>*,
+                                      std::vector<optim::LmStep>*, int, PixelSet*) {
+  no_cuda();
+}
+template struct CudaPoseFits<SingleObject<float>, DepthLogistic<float>>;
+template struct CudaPoseFits<ScaledObject<float>, DepthLogistic<float>>;
+template struct CudaPoseFits<SingleObject<float>, ColorOdds<float>>;
+template struct CudaPoseFits<SingleObject<float>, ColorPrinted<float>>;
+
+void fit_together(CudaWork*, const JointTask&, JointFound*) { no_cuda(); }
 
 struct CudaWork::Impl {};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "calibration/ball/median5.h"
+#include "calibration/ball/median.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -44,22 +44,19 @@ const WindowLanes& window_median(WindowLanes* w) {
 
 std::vector<float> median5(const ImageView<float>& image) {
   const int w = image.width, h = image.height;
-  std::vector<float> out(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
+  std::vector<float> out(std::size_t(w) * h);
   std::vector<float> rows[kWindow];  // extended beyond both ends
-  for (std::vector<float>& row : rows) row.resize(static_cast<std::size_t>(w + kWindow + kLanes));
+  for (std::vector<float>& row : rows) row.resize(w + kWindow + kLanes);
   WindowLanes window[kCount];
   for (int y = 0; y < h; ++y) {
     for (int k = 0; k < kWindow; ++k)
       for (int x = 0; x < w + kWindow + kLanes; ++x)
-        rows[k][static_cast<std::size_t>(x)] =
-            image(std::clamp(x - kHalf, 0, w - 1), std::clamp(y + k - kHalf, 0, h - 1));
+        rows[k][x] = image(std::clamp(x - kHalf, 0, w - 1), std::clamp(y + k - kHalf, 0, h - 1));
     for (int x0 = 0; x0 < w; x0 += kLanes) {
       for (int k = 0; k < kCount; ++k)
-        std::memcpy(&window[k], &rows[k / kWindow][static_cast<std::size_t>(x0 + k % kWindow)],
-                    sizeof(WindowLanes));
-      std::memcpy(
-          &out[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x0)],
-          &window_median(window), sizeof(float) * static_cast<std::size_t>(std::min(kLanes, w - x0)));
+        std::memcpy(&window[k], &rows[k / kWindow][x0 + k % kWindow], sizeof(WindowLanes));
+      std::memcpy(&out[std::size_t(y) * w + x0], &window_median(window),
+                  sizeof(float) * std::size_t(std::min(kLanes, w - x0)));
     }
   }
   return out;

@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Without CUDA there is no array on a GPU.
+// In a build without CUDA, in place of the .cu files of this folder: no devices; the other functions throw.
+#include "base/cuda_probe.h"
 #include "base/device_array.h"
 #include "base/no_cuda.h"
 
 namespace sdftrack {
+
+bool cuda_built() { return false; }
+std::vector<int> cuda_devices() { return {}; }
+int cuda_least_capability() { return 0; }
+std::string cuda_device_name(int) { return {}; }
+std::string cuda_fingerprint(int) { return {}; }
+
+void copy_from_device(const void*, std::size_t, void*) { no_cuda(); }
+
+std::vector<float> scale_and_add_cuda(float, const std::vector<float>&, const std::vector<float>&, int) {
+  no_cuda();
+}
 
 struct DeviceArray::Impl {};
 

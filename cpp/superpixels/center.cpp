@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "superpixels/grid.h"
+#include "superpixels/center.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/to_int.h"
 
@@ -15,9 +16,8 @@ constexpr double kFinest = 32;  // parts of a unit of L*a*b*: 8 * 108 * 32 fits 
 constexpr double kMaxReach = 1500;
 
 std::vector<int> borders(int length, int parts) {
-  std::vector<int> begin(static_cast<std::size_t>(parts) + 1);
-  for (int i = 0; i <= parts; ++i)
-    begin[static_cast<std::size_t>(i)] = static_cast<int>(static_cast<std::int64_t>(length) * i / parts);
+  std::vector<int> begin(std::size_t(parts) + 1);
+  for (int i = 0; i <= parts; ++i) begin[i] = int(static_cast<std::int64_t>(length) * i / parts);
   return begin;
 }
 
@@ -33,19 +33,19 @@ std::vector<int> middles(const std::vector<int>& begin, double unit) {
 CellGrid make_grid(int width, int height, std::int64_t pixels, int n_segments, double compactness) {
   CellGrid g;
   g.width = width, g.height = height;
-  const double all = static_cast<double>(width) * height;
+  const double all = double(width) * height;
   // With a mask the cells are as small as for a division of the whole image.
-  const double requested = std::min(all, static_cast<double>(n_segments) * all / static_cast<double>(pixels));
+  const double requested = std::min(all, double(n_segments) * all / double(pixels));
   const double step = std::sqrt(all / requested);
   // The shorter side first: rounding changes its few cells the most.
   const auto cells = [](double wanted_cells, int length) {
-    return to_int(std::clamp(std::round(wanted_cells), 1., static_cast<double>(length)));
+    return to_int(std::clamp(std::round(wanted_cells), 1., double(length)));
   };
   if (height <= width)
     g.ny = cells(height / step, height), g.nx = cells(requested / g.ny, width);
   else
     g.nx = cells(width / step, width), g.ny = cells(requested / g.nx, height);
-  g.side_px = std::max(static_cast<double>(width) / g.nx, static_cast<double>(height) / g.ny);
+  g.side_px = std::max(double(width) / g.nx, double(height) / g.ny);
   while (compactness * g.scale > kMaxReach) g.scale /= 2;
   g.unit = compactness * g.scale / g.side_px;
   g.x_begin = borders(width, g.nx), g.y_begin = borders(height, g.ny);

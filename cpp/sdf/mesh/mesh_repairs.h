@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Turns faces with the wrong orientation: against their neighbours, or a whole part inside out.
+// Repairs of faces: duplicates over the same three vertices, and wrong orientations: against the neighbours,
+// or a whole part inside out.
 #pragma once
 
 #include <vector>
@@ -7,6 +8,11 @@
 #include "sdf/mesh/mesh_report.h"
 
 namespace sdftrack::sdf {
+
+// Duplicates of opposite orientation cancel (a flap without volume); of the others one is kept. A
+// double-sided surface has each face in both orientations and would vanish: if it is closed, or nothing else
+// would be left, one side of it is kept.
+std::vector<Face> drop_duplicates(const std::vector<Face>& faces, MeshReport* report);
 
 using Region = std::vector<std::size_t>;  // faces, connected over edges that two of them share
 

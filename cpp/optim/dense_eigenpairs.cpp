@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-// The definition behind dense.h, for the files that instantiate it.
-#pragma once
-
 #include <Eigen/Eigenvalues>
 
 #include "optim/dense.h"
@@ -13,7 +10,8 @@ Eigenpairs<N> eigenpairs(const Eigen::Matrix<double, N, N>& A) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> solver(A);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
+template Eigenpairs<3> eigenpairs(const Eigen::Matrix3d&);
+template Eigenpairs<6> eigenpairs(const Eigen::Matrix<double, 6, 6>&);
+template Eigenpairs<Eigen::Dynamic> eigenpairs(const Eigen::MatrixXd&);
 
 }  // namespace sdftrack::optim
-
-#define SDFTRACK_EIGENPAIRS(N) template Eigenpairs<N> eigenpairs<N>(const Eigen::Matrix<double, N, N>&);

@@ -1,9 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Replaces device_volume.cu in a build without CUDA: throws an error.
+// In a build without CUDA, in place of the .cu files of this folder: the error of no_cuda.h.
 #include "base/no_cuda.h"
 #include "levelset/device_volume.h"
+#include "levelset/evolve.h"
+#include "levelset/redistance.h"
+#include "levelset/zero_mesh.h"
 
 namespace sdftrack::levelset {
+
+ZeroMesh zero_mesh_cuda(const sdf::Grid&, const float*, int) { no_cuda(); }
+
+std::vector<float> redistance_cuda(const sdf::Grid&, const float*, int) { no_cuda(); }
+
+std::vector<float> evolve_cuda(const sdf::Grid&, const float*, const float*, int, const EvolveOptions&, int) {
+  no_cuda();
+}
 
 struct DeviceVolume::Impl {};
 

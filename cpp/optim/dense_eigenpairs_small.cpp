@@ -1,8 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include "optim/dense_eigenpairs.h"
-
-namespace sdftrack::optim {
-
-SDFTRACK_EIGENPAIRS(3)
-
-}  // namespace sdftrack::optim
