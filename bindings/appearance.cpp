@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "appearance.h"
 
-#include <pybind11/stl.h>
-
 #include <limits>
 
 #include "appearance/color_model.h"
@@ -54,17 +52,16 @@ py::tuple counts_to(appearance::ColorCounts counts) {
                         to_numpy(std::move(counts.front), {appearance::kColorBins}));
 }
 
-py::tuple color_counts(const py::array& values, double voxel_m, const std::array<double, 3>& origin,
-                       const Camera& camera, const py::array& depth_m, const py::object& mask,
-                       const py::array& color, const appearance::ColorMap& map, const py::array& T_cam_obj,
-                       double padding_m, int budget) {
+py::tuple color_counts(const py::array& values, double voxel_m, const Vec3d& origin, const Camera& camera,
+                       const py::array& depth_m, const py::object& mask, const py::array& color,
+                       const appearance::ColorMap& map, const py::array& T_cam_obj, double padding_m,
+                       int budget) {
   if (budget < 1) throw py::value_error("budget: expected 1 or more readings, got " + std::to_string(budget));
   const frame::Shape shape = frame::make_shape(volume_view(values, voxel_m, origin), 1, 1);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   const appearance::ColorImage image = color_view(color, py::cast(map));
-  const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
-  frame::DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                          rays.empty() ? nullptr : rays.data()};
+  FrameWithRays given(depth_m, mask, camera);
+  frame::DepthFrame& frame = given.frame;
   frame.color = &image;
   tracking::ColorReader reader;
   appearance::ColorCounts counts;
@@ -110,44 +107,41 @@ appearance::ColorImage color_view(const py::object& color, const py::object& map
 
 void bind_appearance(py::module_& m) {
   py::class_<appearance::ColorMap>(m, "ColorMap", "Depth pixel to colour pixel; see sdftrack.RGBDCamera.")
-      .def_static("aligned", &appearance::aligned_map, py::arg("width"), py::arg("height"))
+      .def_static("aligned", &appearance::aligned_map, "width"_a, "height"_a)
       .def_static(
           "rigid",
           [](const Camera& depth, const Camera& color, const py::array& T_color_depth) {
             return appearance::rigid_map(depth, color, rigid_from(T_color_depth, "T_color_depth"));
           },
-          py::arg("depth"), py::arg("color"), py::arg("T_color_depth"))
-      .def_static("projective", &projective_from, py::arg("P"), py::arg("q"), py::arg("width"),
-                  py::arg("height"))
+          "depth"_a, "color"_a, "T_color_depth"_a)
+      .def_static("projective", &projective_from, "P"_a, "q"_a, "width"_a, "height"_a)
       .def_property_readonly(
           "shape", [](const appearance::ColorMap& map) { return py::make_tuple(map.height, map.width); })
-      .def("find", &find_pixel, py::arg("u_px"), py::arg("v_px"), py::arg("depth_m"),
+      .def("find", &find_pixel, "u_px"_a, "v_px"_a, "depth_m"_a,
            "Colour pixel (x, y) of a depth pixel (its lens removed where the rig is rigid), or None.");
   py::class_<appearance::ColorModel>(m, "ColorModel",
                                      "Histograms of object and background; see docs/math/color.md.")
-      .def(py::init<float>(), py::arg("prior") = 0.7f)
+      .def(py::init<float>(), "prior"_a = 0.7f)
       .def(
           "update",
           [](appearance::ColorModel& self, const py::array& object, const py::array& background,
              double object_rate, double background_rate, const py::object& front) {
             self.update(counts_from(object, background, front), object_rate, background_rate);
           },
-          py::arg("object"), py::arg("background"), py::arg("object_rate") = 0.05,
-          py::arg("background_rate") = 0.3, py::arg("front") = py::none(),
-          "Mix in the counts of one frame, (4096,) float32 each.")
+          "object"_a, "background"_a, "object_rate"_a = 0.05, "background_rate"_a = 0.3,
+          "front"_a = py::none(), "Mix in the counts of one frame, (4096,) float32 each.")
       .def_property_readonly("known", &appearance::ColorModel::known)
       .def_property_readonly("overlap", &appearance::ColorModel::overlap)
       .def_property_readonly("posterior", [](const appearance::ColorModel& self) {
         return to_numpy(std::vector<float>(self.posterior()),
                         {static_cast<py::ssize_t>(self.posterior().size())});
       });
-  m.def("color_counts", &color_counts, py::arg("values"), py::arg("voxel_size"), py::arg("origin"),
-        py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("color"), py::arg("color_map"),
-        py::arg("T_cam_obj"), py::arg("padding_m"), py::arg("budget"),
+  m.def("color_counts", &color_counts, "values"_a, "voxel_size"_a, "origin"_a, "camera"_a, "depth"_a,
+        "mask"_a, "color"_a, "color_map"_a, "T_cam_obj"_a, "padding_m"_a, "budget"_a,
         "Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the "
         "mask if given.");
-  m.def("smooth_foreground", &smooth_foreground, py::arg("at"), py::arg("depth"), py::arg("foreground"),
-        py::arg("width"), py::arg("focal_px"), py::arg("noise_m"), py::arg("distance") = py::none(),
+  m.def("smooth_foreground", &smooth_foreground, "at"_a, "depth"_a, "foreground"_a, "width"_a, "focal_px"_a,
+        "noise_m"_a, "distance"_a = py::none(),
         "Posteriors (N,) float32 of pixels, smoothed over the image; distance: from the surface, or None.");
 }
 

@@ -75,4 +75,10 @@ py::array_t<double> matrix_from(const Rigidd& T) {
   return out;
 }
 
+py::array_t<double> matrices_from(const std::vector<Rigidd>& many) {
+  py::array_t<double> out({static_cast<py::ssize_t>(many.size()), py::ssize_t{4}, py::ssize_t{4}});
+  for (std::size_t k = 0; k < many.size(); ++k) write_matrix(many[k], out.mutable_data() + 16 * k);
+  return out;
+}
+
 }  // namespace sdftrack::bindings

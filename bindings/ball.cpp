@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The ball of a depth-to-colour registration in both images.
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include "array.h"
 #include "calibration/ball/ball_color.h"
@@ -39,17 +38,11 @@ frame::PixelMask mask_from(const py::array& mask) {
   return out;
 }
 
-Vec3d vector_from(const std::array<double, 3>& c) { return {c[0], c[1], c[2]}; }
 py::array_t<double> array_of(Vec3d v) { return to_numpy(std::vector<double>{v.x, v.y, v.z}, {3}); }
 
 py::array_t<unsigned char> mask_of(const BallColor& self, const py::array& color) {
   const RgbImage image = rgb_view(color);
-  frame::PixelMask out;
-  {
-    const ReleaseGil release;
-    out = self.mask(image);
-  }
-  return to_numpy(std::move(out.on), {image.height, image.width});
+  return to_numpy(unlocked([&] { return self.mask(image).on; }), {image.height, image.width});
 }
 
 void learn(BallColor& self, const std::vector<py::array>& colors, const Camera& camera, std::uint64_t seed) {
@@ -71,13 +64,9 @@ std::vector<DepthBall> search(const BallFinder& self, const py::array& depth) {
   return self.search(image);
 }
 
-py::object fit(const BallFinder& self, const py::array& depth, const std::array<double, 3>& start) {
+py::object fit(const BallFinder& self, const py::array& depth, const Vec3d& start) {
   const ImageView<float> image = image_view(depth, "depth", self.camera());
-  std::optional<DepthBall> found;
-  {
-    const ReleaseGil release;
-    found = self.fit(image, vector_from(start));
-  }
+  const std::optional<DepthBall> found = unlocked([&] { return self.fit(image, start); });
   return found ? py::cast(*found) : py::none();
 }
 
@@ -92,9 +81,7 @@ std::vector<Outline> outlines(const py::array& color, const py::array& mask, con
 }
 
 py::array_t<double> edges_of(const Outline& self) {
-  std::vector<double> out;
-  for (const Vec2d p : self.edges_px) out.push_back(p.x), out.push_back(p.y);
-  return to_numpy(std::move(out), {static_cast<py::ssize_t>(self.edges_px.size()), 2});
+  return gathered<double>(self.edges_px, {2}, [](const Vec2d& p) { return &p.x; });
 }
 
 py::object center_of(const Outline& self, const Camera& camera) {
@@ -108,26 +95,22 @@ py::object center_of(const Outline& self, const Camera& camera) {
 
 void bind_ball(py::module_& m) {
   py::class_<BallColor>(m, "BallColor", "Chromaticity model of a ball.")
-      .def(py::init([](const std::array<double, 3>& color) { return BallColor(vector_from(color)); }),
-           py::arg("color"))
+      .def(py::init<const Vec3d&>(), "color"_a)
       .def_property_readonly("color", [](const BallColor& self) { return array_of(self.color()); })
-      .def("mask", &mask_of, py::arg("color"), "(h, w) uint8: pixels more likely the ball's than not.")
-      .def("learn", &learn, py::arg("colors"), py::arg("camera"), py::arg("seed"),
+      .def("mask", &mask_of, "color"_a, "(h, w) uint8: pixels more likely the ball's than not.")
+      .def("learn", &learn, "colors"_a, "camera"_a, "seed"_a,
            "Relearns the model inside the outlines found with it.");
-  m.def("moving_color", &moving, py::arg("colors"), "The most saturated colour among pixels that change.");
+  m.def("moving_color", &moving, "colors"_a, "The most saturated colour among pixels that change.");
   py::class_<Outline>(m, "BallOutline", "A ball's outline in a colour image.")
       .def_property_readonly("edges_px", &edges_of)
       .def_readonly("rms_px", &Outline::rms_px)
       .def_readonly("radius_px", &Outline::radius_px)
-      .def_readonly("arc", &Outline::arc)
-      .def("center", &center_of, py::arg("camera"),
+      .def("center", &center_of, "camera"_a,
            "Image of the ball's centre (px) and its covariance; None where the edges make no cone.");
-  m.def("find_outlines", &outlines, py::arg("color"), py::arg("mask"), py::arg("camera"), py::arg("seed") = 0,
-        py::arg("most") = 3);
+  m.def("find_outlines", &outlines, "color"_a, "mask"_a, "camera"_a, "seed"_a = 0, "most"_a = 3);
   m.def(
       "too_small_radius_px",
-      [](const py::array& mask) { return calibration::too_small_radius_px(mask_from(mask)); },
-      py::arg("mask"));
+      [](const py::array& mask) { return calibration::too_small_radius_px(mask_from(mask)); }, "mask"_a);
   py::class_<DepthBall>(m, "DepthBall", "A ball in a depth image.")
       .def_property_readonly("center_cam", [](const DepthBall& b) { return array_of(b.center_cam); })
       .def_readonly("covariance", &DepthBall::covariance)
@@ -135,16 +118,16 @@ void bind_ball(py::module_& m) {
       .def_readonly("pixels", &DepthBall::pixels)
       .def_readonly("share", &DepthBall::share);
   py::class_<BallFinder>(m, "BallFinder", "Finds a ball of known radius in depth images.")
-      .def(py::init<const Camera&, double>(), py::arg("camera"), py::arg("radius_m"))
-      .def("fit", &fit, py::arg("depth"), py::arg("start_cam"),
+      .def(py::init<const Camera&, double>(), "camera"_a, "radius_m"_a)
+      .def("fit", &fit, "depth"_a, "start_cam"_a,
            "A DepthBall near a start (m); None where the measurements are not of a ball.")
-      .def("search", &search, py::arg("depth"), "The most completely visible first.");
+      .def("search", &search, "depth"_a, "The most completely visible first.");
   py::class_<ObservedFrame>(m, "ObservedFrame", "Candidates of the ball in a frame's two images.")
       .def(py::init([](std::int64_t index, double time_s, const std::vector<DepthBall>& balls,
                        const std::vector<Outline>& outlines) {
              return ObservedFrame{index, time_s, balls, outlines};
            }),
-           py::arg("index"), py::arg("time_s"), py::arg("balls"), py::arg("outlines"))
+           "index"_a, "time_s"_a, "balls"_a, "outlines"_a)
       .def_readonly("index", &ObservedFrame::index)
       .def_readonly("time_s", &ObservedFrame::time_s)
       .def_readonly("balls", &ObservedFrame::balls)

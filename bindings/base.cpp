@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <algorithm>
 
 #include "array.h"
@@ -59,18 +57,17 @@ py::array without_lattice(const py::array& depth_m) {
 }  // namespace
 
 void bind_base(py::module_& m) {
-  m.def("thread_count", &thread_count, py::arg("requested") = 0,
-        "Threads used when `requested` are asked for.");
-  m.def("depth_metres", &depth_metres, py::arg("units"), py::arg("unit_m"),
+  m.def("thread_count", &thread_count, "requested"_a = 0, "Threads used when `requested` are asked for.");
+  m.def("depth_metres", &depth_metres, "units"_a, "unit_m"_a,
         "Depth of 16 bits as metres, the nearest float32.");
-  m.def("without_lattice", &without_lattice, py::arg("depth_m"),
+  m.def("without_lattice", &without_lattice, "depth_m"_a,
         "The depth with the holes of a registration filled; the same array without such holes.");
   py::class_<Camera>(m, "Camera", "Pinhole camera with Brown-Conrady distortion; see sdftrack.Camera.")
-      .def(py::init(&make_camera), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
-           py::arg("width"), py::arg("height"), py::arg("distortion") = std::vector<double>{})
+      .def(py::init(&make_camera), "fx"_a, "fy"_a, "cx"_a, "cy"_a, "width"_a, "height"_a,
+           "distortion"_a = std::vector<double>{})
       .def_property_readonly("width", [](const Camera& c) { return c.width; })
       .def_property_readonly("height", [](const Camera& c) { return c.height; })
-      .def("project", &project_points, py::arg("points"), "(N, 3) float64, m, camera frame -> (N, 2) pixels.")
+      .def("project", &project_points, "points"_a, "(N, 3) float64, m, camera frame -> (N, 2) pixels.")
       .def(
           "rays",
           [](const Camera& c) {
@@ -78,28 +75,18 @@ void bind_base(py::module_& m) {
           },
           "(H, W, 2) float32: x / z and y / z of every pixel's ray, distortion removed.");
   m.def(
-      "rotation_from_mrp",
-      [](std::array<double, 3> r) {
-        return matrix_from({rotation_from_mrp(Vec3d{r[0], r[1], r[2]}), {0, 0, 0}});
-      },
-      py::arg("r"), "MRP to a 4x4 rotation.");
-  m.def(
       "rotation_exp",
-      [](std::array<double, 3> w) {
-        return matrix_from({rotation_exp(Vec3d{w[0], w[1], w[2]}), {0, 0, 0}});
+      [](const Vec3d& w_rad) {
+        return Rigidd{rotation_exp(w_rad), {0, 0, 0}};
       },
-      py::arg("w_rad"), "Rotation vector to a 4x4 rotation.");
+      "w_rad"_a, "Rotation vector to a 4x4 rotation.");
   m.def(
-      "rotation_log",
-      [](const py::array& T) {
-        const Vec3d w = rotation_log(rigid_from(T, "T").R);
-        return std::array<double, 3>{w.x, w.y, w.z};
-      },
-      py::arg("T"), "Rotation vector (rad) of a 4x4 pose.");
+      "rotation_log", [](const py::array& T) { return rotation_log(rigid_from(T, "T").R); }, "T"_a,
+      "Rotation vector (rad) of a 4x4 pose.");
   m.def(
       "nearest_rigid",
-      [](const py::array& T, const std::string& name) { return matrix_from(rigid_from(T, name.c_str())); },
-      py::arg("T"), py::arg("name") = "T",
+      [](const py::array& T, const std::string& name) { return rigid_from(T, name.c_str()); }, "T"_a,
+      "name"_a = "T",
       "4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.");
 }
 

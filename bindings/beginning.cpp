@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "beginning.h"
 
-#include <pybind11/stl.h>
-
 #include <cmath>
 
 #include "pixel_mask.h"
@@ -23,12 +21,9 @@ std::vector<PlaneBelow> planes_from(const py::array& planes) {
   return out;
 }
 
+static_assert(sizeof(PlaneBelow) == 5 * sizeof(double));
 py::array_t<double> planes_to_numpy(const std::vector<PlaneBelow>& planes) {
-  py::array_t<double> out({static_cast<py::ssize_t>(planes.size()), py::ssize_t{5}});
-  double* to = out.mutable_data();
-  for (const PlaneBelow& p : planes)
-    for (const double x : {p.normal_cam.x, p.normal_cam.y, p.normal_cam.z, p.offset_m, p.thick_m}) *to++ = x;
-  return out;
+  return gathered<double>(planes, {5}, [](const PlaneBelow& p) { return &p.normal_cam.x; });
 }
 
 reconstruction::BeginningOptions beginning_options(bool planes, bool keep_to_mask, int mask_margin_px,
@@ -37,7 +32,7 @@ reconstruction::BeginningOptions beginning_options(bool planes, bool keep_to_mas
 }
 
 Beginning find_object(const py::array& depth, const py::object& place, const Camera& camera,
-                      const std::optional<PyKnownShape>& initial, bool planes, bool keep_to_mask,
+                      const std::optional<PyVolume>& initial, bool planes, bool keep_to_mask,
                       int mask_margin_px, const std::optional<double>& noise_m) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const tracking::PoseHint hint = pose_hint_from(place, camera);
@@ -48,7 +43,7 @@ Beginning find_object(const py::array& depth, const py::object& place, const Cam
 }
 
 Beginning find_standing(const py::array& depth, const py::array& T, const Camera& camera,
-                        const PyKnownShape& initial, bool planes, bool keep_to_mask, int mask_margin_px,
+                        const PyVolume& initial, bool planes, bool keep_to_mask, int mask_margin_px,
                         const std::optional<double>& noise_m) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const Rigidd T_cam_obj = rigid_from(T, "T");
@@ -59,8 +54,8 @@ Beginning find_standing(const py::array& depth, const py::array& T, const Camera
 }
 
 // As it was saved.
-Beginning beginning_of(const py::array& T, const py::array& on_object, const std::array<double, 3>& centre,
-                       double radius_m, double behind_m, double shorter_m, double noise_m,
+Beginning beginning_of(const py::array& T, const py::array& on_object, const Vec3d& centre, double radius_m,
+                       double behind_m, double shorter_m, double noise_m,
                        const std::optional<py::array>& from_m, const std::optional<py::array>& planes,
                        const std::optional<py::array>& outline) {
   if (on_object.ndim() != 2)
@@ -69,7 +64,7 @@ Beginning beginning_of(const py::array& T, const py::array& on_object, const std
   Beginning out;
   out.T_cam_obj = rigid_from(T, "T"), out.noise_m = noise_m;
   out.on_object = pixel_mask_from(on_object, "on_object", w, h);
-  out.ball = {{centre[0], centre[1], centre[2]}, radius_m, behind_m, shorter_m};
+  out.ball = {centre, radius_m, behind_m, shorter_m};
   if (from_m && planes) {
     const float* from = borrow<float>(*from_m, "from_m", {h, w});
     out.view = reconstruction::ViewBounds{{from, from + out.on_object.on.size()}, planes_from(*planes)};
@@ -80,7 +75,7 @@ Beginning beginning_of(const py::array& T, const py::array& on_object, const std
 
 }  // namespace
 
-std::optional<reconstruction::KnownShape> known_shape_from(const std::optional<PyKnownShape>& shape) {
+std::optional<reconstruction::KnownShape> known_shape_from(const std::optional<PyVolume>& shape) {
   if (!shape) return std::nullopt;
   const auto& [values, voxel_m, origin] = *shape;
   const float* phi = borrow<float>(values, "values", {-1, -1, -1});
@@ -108,16 +103,13 @@ tracking::PoseHint pose_hint_from(const py::object& place, const Camera& camera)
 
 void bind_beginning(py::module_& m) {
   py::class_<Beginning>(m, "Beginning", "What the first frame of a recording shows of an unknown object.")
-      .def(py::init(&beginning_of), py::arg("T_cam_obj"), py::arg("on_object"), py::arg("centre_cam"),
-           py::arg("radius_m"), py::arg("behind_m"), py::arg("shorter_m"), py::arg("noise_m"),
-           py::arg("from_m") = py::none(), py::arg("planes") = py::none(), py::arg("outline") = py::none())
+      .def(py::init(&beginning_of), "T_cam_obj"_a, "on_object"_a, "centre_cam"_a, "radius_m"_a, "behind_m"_a,
+           "shorter_m"_a, "noise_m"_a, "from_m"_a = py::none(), "planes"_a = py::none(),
+           "outline"_a = py::none())
       .def("__reduce__",
-           [](const py::object& self) -> py::tuple {
-             py::list values;
-             for (const char* name : {"T_cam_obj", "on_object", "centre_cam", "radius_m", "behind_m",
-                                      "shorter_m", "noise_m", "from_m", "planes", "outline"})
-               values.append(self.attr(name));
-             return py::make_tuple(self.attr("__class__"), py::tuple(values));
+           [](const py::object& self) {
+             return reduced(self, {"T_cam_obj", "on_object", "centre_cam", "radius_m", "behind_m",
+                                   "shorter_m", "noise_m", "from_m", "planes", "outline"});
            })
       .def(
           "at_pose",
@@ -125,21 +117,17 @@ void bind_beginning(py::module_& m) {
             self.T_cam_obj = rigid_from(T, "T");
             return self;
           },
-          py::arg("T_cam_obj"), "The same with another pose.")
+          "T_cam_obj"_a, "The same with another pose.")
       .def(
           "view",
           [](const Beginning& self, const Camera& camera, const py::array& T) {
             return std::const_pointer_cast<reconstruction::FirstView>(
                 self.view_at(camera, rigid_from(T, "T")));
           },
-          py::arg("camera"), py::arg("T_cam_obj"), "The bounds on the object at this pose; None: none.")
-      .def_property_readonly("T_cam_obj", [](const Beginning& self) { return matrix_from(self.T_cam_obj); })
+          "camera"_a, "T_cam_obj"_a, "The bounds on the object at this pose; None: none.")
+      .def_property_readonly("T_cam_obj", [](const Beginning& self) { return self.T_cam_obj; })
       .def_property_readonly("on_object", [](const Beginning& self) { return mask_to_numpy(self.on_object); })
-      .def_property_readonly("centre_cam",
-                             [](const Beginning& self) {
-                               const Vec3d c = self.ball.centre_cam;
-                               return std::array<double, 3>{c.x, c.y, c.z};
-                             })
+      .def_property_readonly("centre_cam", [](const Beginning& self) { return self.ball.centre_cam; })
       .def_property_readonly("radius_m", [](const Beginning& self) { return self.ball.radius_m; })
       .def_property_readonly("behind_m", [](const Beginning& self) { return self.ball.behind_m; })
       .def_property_readonly("shorter_m", [](const Beginning& self) { return self.ball.shorter_m; })
@@ -159,12 +147,12 @@ void bind_beginning(py::module_& m) {
         if (!self.outline) return std::nullopt;
         return mask_to_numpy(*self.outline);
       });
-  m.def("find_object", &find_object, py::arg("depth"), py::arg("place"), py::arg("camera"),
-        py::arg("initial"), py::arg("planes"), py::arg("keep_to_mask"), py::arg("mask_margin_px"),
-        py::arg("noise_m"), "The object of a first frame at a mask, a box, or a pose of the initial shape.");
-  m.def("find_standing", &find_standing, py::arg("depth"), py::arg("T_cam_obj"), py::arg("camera"),
-        py::arg("shape"), py::arg("planes"), py::arg("keep_to_mask"), py::arg("mask_margin_px"),
-        py::arg("noise_m"), "The same at the pose of a shape, with the planes that it stands on.");
+  m.def("find_object", &find_object, "depth"_a, "place"_a, "camera"_a, "initial"_a, "planes"_a,
+        "keep_to_mask"_a, "mask_margin_px"_a, "noise_m"_a,
+        "The object of a first frame at a mask, a box, or a pose of the initial shape.");
+  m.def("find_standing", &find_standing, "depth"_a, "T_cam_obj"_a, "camera"_a, "shape"_a, "planes"_a,
+        "keep_to_mask"_a, "mask_margin_px"_a, "noise_m"_a,
+        "The same at the pose of a shape, with the planes that it stands on.");
   m.def(
       "planes_below",
       [](const py::array& depth, const py::array& on_object, const Camera& camera, double size_m) {
@@ -172,7 +160,7 @@ void bind_beginning(py::module_& m) {
             image_view(depth, "depth", camera),
             pixel_mask_from(on_object, "on_object", camera.width, camera.height), camera, size_m));
       },
-      py::arg("depth"), py::arg("on_object"), py::arg("camera"), py::arg("size_m"),
+      "depth"_a, "on_object"_a, "camera"_a, "size_m"_a,
       "Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.");
 }
 

@@ -3,16 +3,13 @@
 #pragma once
 
 #include <optional>
-#include <tuple>
 
-#include "array.h"
 #include "reconstruction/beginning.h"
+#include "volume.h"
 
 namespace sdftrack::bindings {
 
-using PyKnownShape = std::tuple<py::array, double, std::array<double, 3>>;  // values, voxel (m), origin (m)
-
 // The caller keeps the array.
-std::optional<reconstruction::KnownShape> known_shape_from(const std::optional<PyKnownShape>& shape);
+std::optional<reconstruction::KnownShape> known_shape_from(const std::optional<PyVolume>& shape);
 
 }  // namespace sdftrack::bindings

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // How this extension was compiled; `sdftrack info` prints it.
-#include <pybind11/stl.h>
-
 #include "array.h"
 #include "base/isa.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/native_enum.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <optional>
@@ -17,7 +16,7 @@ template <class T, class Values>
 py::array_t<T> frozen(const Values& values, std::vector<py::ssize_t> shape) {
   py::array_t<T> out(std::move(shape));
   std::copy(values.begin(), values.end(), out.mutable_data());
-  out.attr("setflags")(py::arg("write") = false);
+  out.attr("setflags")("write"_a = false);
   return out;
 }
 
@@ -56,11 +55,8 @@ void bind_phases(py::module_& m) {
       .def_property_readonly("reason",
                              [](const Observation& o) { return contour::sentence(o.report.reason); })
       .def_property_readonly("confidence", [](const Observation& o) { return o.report.confidence; })
-      .def_property_readonly("contrast", [](const Observation& o) { return o.report.contrast; })
-      .def_property_readonly("likeness", [](const Observation& o) { return o.report.likeness; })
       .def_property_readonly("overlap", [](const Observation& o) { return o.report.overlap; })
       .def_property_readonly("shared", [](const Observation& o) { return o.report.shared; })
-      .def_property_readonly("mean_log", [](const Observation& o) { return o.report.mean_log; })
       .def_property_readonly("phi", [](const Observation& o) { return o.phi; })
       .def_property_readonly("warp", [](const Observation& o) { return o.warp; });
   py::class_<Frame, Observation>(m, "ContourFrame", "A frame's result, once it is finished.")
@@ -71,89 +67,75 @@ void bind_phases(py::module_& m) {
 
 void bind_contour(py::module_& m) {
   bind_phases(m);
-  py::class_<ContourCore>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
-      .def(py::init<const py::dict&, int>(), py::arg("options"), py::arg("device") = -1)
+  py::class_<contour::ContourTracker>(m, "ContourCore", "A contour tracker; use contour.ContourTracker.")
+      .def(py::init<const contour::ContourOptions&, int>(), "options"_a, "device"_a = -1)
       .def(
           "start_mask",
-          [](ContourCore& self, const py::array& image, const py::array& mask) {
-            const Busy turn(&self.busy, "tracker");
+          [](contour::ContourTracker& self, const py::array& image, const py::array& mask) {
             const contour::RgbView view = color_view(image);
             const auto* values =
                 reinterpret_cast<const unsigned char*>(borrow<bool>(mask, "mask", {view.height, view.width}));
-            return Frame(unlocked([&] { return self.tracker.start(view, values); }));
+            return Frame(unlocked([&] { return self.start(view, values); }));
           },
-          py::arg("image"), py::arg("mask"))
+          "image"_a, "mask"_a)
       .def(
           "start_box",
-          [](ContourCore& self, const py::array& image, int x0, int y0, int x1, int y1) {
-            const Busy turn(&self.busy, "tracker");
+          [](contour::ContourTracker& self, const py::array& image, int x0, int y0, int x1, int y1) {
             const contour::RgbView view = color_view(image);
             const contour::ImagePart box{x0, y0, x1, y1};
-            return Frame(unlocked([&] { return contour::start_in_box(&self.tracker, view, box); }));
+            return Frame(unlocked([&] { return contour::start_in_box(&self, view, box); }));
           },
-          py::arg("image"), py::arg("x0"), py::arg("y0"), py::arg("x1"), py::arg("y1"),
-          "As the option box_start says.")
+          "image"_a, "x0"_a, "y0"_a, "x1"_a, "y1"_a, "As the option box_start says.")
       .def(
           "track",
-          [](ContourCore& self, const py::array& image, const std::optional<py::array>& flow, int x0,
-             int y0) {
-            const Busy turn(&self.busy, "tracker");
+          [](contour::ContourTracker& self, const py::array& image, const std::optional<py::array>& flow,
+             int x0, int y0) {
             const contour::RgbView view = color_view(image);
             const std::optional<contour::FlowView> back = flow_view(flow, x0, y0, view);
-            return Frame(unlocked([&] { return self.tracker.track(view, back ? &*back : nullptr); }));
+            return Frame(unlocked([&] { return self.track(view, back ? &*back : nullptr); }));
           },
-          py::arg("image"), py::arg("flow") = py::none(), py::arg("x0") = 0, py::arg("y0") = 0,
-          "A frame without a memory.")
+          "image"_a, "flow"_a = py::none(), "x0"_a = 0, "y0"_a = 0, "A frame without a memory.")
       .def(
           "observe",
-          [](ContourCore& self, const py::array& image, const std::optional<py::array>& flow, int x0,
-             int y0) {
-            const Busy turn(&self.busy, "tracker");
+          [](contour::ContourTracker& self, const py::array& image, const std::optional<py::array>& flow,
+             int x0, int y0) {
             const contour::RgbView view = color_view(image);
             const std::optional<contour::FlowView> back = flow_view(flow, x0, y0, view);
-            return Observation(unlocked([&] { return self.tracker.observe(view, back ? &*back : nullptr); }));
+            return Observation(unlocked([&] { return self.observe(view, back ? &*back : nullptr); }));
           },
-          py::arg("image"), py::arg("flow") = py::none(), py::arg("x0") = 0, py::arg("y0") = 0,
+          "image"_a, "flow"_a = py::none(), "x0"_a = 0, "y0"_a = 0,
           "Where the object is in the next image; nothing is learned yet.")
       .def(
           "posterior_on_grid",
-          [](ContourCore& self, const py::array& image) {
-            const Busy turn(&self.busy, "tracker");
+          [](contour::ContourTracker& self, const py::array& image) {
             const contour::RgbView view = color_view(image);
-            const contour::ContourGrid& grid = self.tracker.grid();
-            return frozen<float>(unlocked([&] { return self.tracker.posterior_on_grid(view); }),
-                                 {grid.ny, grid.nx});
+            const contour::ContourGrid& grid = self.grid();
+            return frozen<float>(unlocked([&] { return self.posterior_on_grid(view); }), {grid.ny, grid.nx});
           },
-          py::arg("image"), "The posterior at every cell of the grid, between observe and finish.")
+          "image"_a, "The posterior at every cell of the grid, between observe and finish.")
       .def(
           "finish",
-          [](ContourCore& self, contour::ShapeJudgement judgement,
+          [](contour::ContourTracker& self, contour::ShapeJudgement judgement,
              const std::optional<py::array>& recovered) {
-            const Busy turn(&self.busy, "tracker");
-            const contour::ContourGrid& grid = self.tracker.grid();
+            const contour::ContourGrid& grid = self.grid();
             const auto* inside = recovered ? reinterpret_cast<const unsigned char*>(
                                                  borrow<bool>(*recovered, "recovered", {grid.ny, grid.nx}))
                                            : nullptr;
-            return Frame(unlocked([&] { return self.tracker.finish(judgement, inside); }));
+            return Frame(unlocked([&] { return self.finish(judgement, inside); }));
           },
-          py::arg("judgement"), py::arg("recovered") = py::none(),
+          "judgement"_a, "recovered"_a = py::none(),
           "The frame with a memory's judgement, and the whole silhouette where it recovered one.")
       .def(
-          "state",
-          [](ContourCore& self) {
-            const Busy turn(&self.busy, "tracker");
-            return py::bytes(state_of(self.tracker));
-          },
+          "state", [](contour::ContourTracker& self) { return py::bytes(state_of(self)); },
           "All that the next images depend on, but for the options.")
       .def(
           "set_state",
-          [](ContourCore& self, const py::bytes& state) {
-            const Busy turn(&self.busy, "tracker");
-            return set_state(std::string_view(state), &self.tracker);
+          [](contour::ContourTracker& self, const py::bytes& state) {
+            return set_state(std::string_view(state), &self);
           },
-          py::arg("state"),
+          "state"_a,
           "Goes on from such a state; False, and nothing changed, where it is one of another version.")
-      .def("options", [](const ContourCore& self) { return options_of(self.tracker.options()); });
+      .def_property_readonly("options", [](const contour::ContourTracker& self) { return self.options(); });
 }
 
 }  // namespace sdftrack::bindings

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A contour tracker with the flag that it is in use.
+// What the bindings of the contour tracker share.
 #pragma once
 
 #include <array>
-#include <atomic>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
-#include "busy.h"
-#include "contour_options.h"
+#include "array.h"
+#include "contour/tracker.h"
 #include "release_gil.h"
 
 namespace sdftrack::bindings {
@@ -16,11 +16,10 @@ namespace sdftrack::bindings {
 // In the order of contour::ContourStatus.
 inline constexpr std::array<const char*, 3> kContourStatus = {"ok", "weak", "lost"};
 
-struct ContourCore {
-  contour::ContourTracker tracker;
-  std::atomic<bool> busy{false};
-  ContourCore(const py::dict& options, int device) : tracker(options_from(options), device) {}
-};
+contour::RgbView color_view(const py::array& image);
+// The flow of the part of the image with its corner at (x0, y0).
+std::optional<contour::FlowView> flow_view(const std::optional<py::array>& flow, int x0, int y0,
+                                           const contour::RgbView& image);
 
 // Pickles a part of a contour tracker as its state.
 template <class Part>
@@ -33,13 +32,6 @@ auto pickled() {
                             "state: expected a contour tracker of this version, got one of another version");
                       return out;
                     });
-}
-
-// Runs `call` without the interpreter's lock and returns its result.
-template <class Call>
-auto unlocked(const Call& call) {
-  const ReleaseGil release;
-  return call();
 }
 
 }  // namespace sdftrack::bindings

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Cues for an outline in addition to its colours, and how little a box determines a first mask.
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -16,7 +14,6 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using namespace py::literals;
 using EvidenceRow = std::array<double, 5>;  // in the order of contour::Evidence
 
 const unsigned char* mask_of(const py::array& mask, int width, int height) {
@@ -47,13 +44,12 @@ py::tuple verdict(const EvidenceRow& row, const std::string& status, const std::
 }
 
 double instability(const py::array& image, const std::array<int, 4>& box, const py::array& mask,
-                   const py::dict& options) {
+                   const contour::ContourOptions& options) {
   const contour::RgbView view = color_view(image);
-  const contour::ContourOptions settings = options_from(options);
   contour::Mask first(view.width, view.height);
   std::copy_n(mask_of(mask, view.width, view.height), first.size(), first.values.begin());
   return unlocked([&] {
-    return contour::first_instability(view, {box[0], box[1], box[2], box[3]}, first, settings);
+    return contour::first_instability(view, {box[0], box[1], box[2], box[3]}, first, options);
   });
 }
 
@@ -83,9 +79,6 @@ void bind_contour_cues(py::module_& m) {
   bind_gatherer(m);
   m.def("contour_first_instability", &instability, "image"_a, "box"_a, "mask"_a, "options"_a,
         "1 less the mean IoU of the first mask and those of the box shifted a little.");
-  m.def(
-      "contour_certainty", [](const EvidenceRow& row) { return contour::certainty(evidence_from(row)); },
-      "evidence"_a, "Chance that the outline's IoU with the truth is one half or more.");
   m.def("contour_verdict", &verdict, "evidence"_a, "status"_a, "reason"_a,
         "Status, reason and confidence by the evidence.");
   m.attr("EVIDENCE_BIAS") = contour::kEvidenceBias;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The steps of the contour tracker, one by one, on arrays, for tests that compare them with numpy.
-#include <pybind11/stl.h>
-
 #include <algorithm>
 
 #include "contour/shared_colors.h"
-#include "contour_options.h"
+#include "contour_core.h"
 
 namespace sdftrack::bindings {
 
@@ -48,8 +46,7 @@ py::tuple contour_registration(const py::array& phi, const std::array<double, 6>
 }
 
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
-                                 const py::dict& given, int device) {
-  const contour::ContourOptions options = options_from(given);
+                                 const contour::ContourOptions& options, int device) {
   contour::ContourGrid grid = contour_grid_from(phi, {1, 0, 0, 1, 0, 0});
   const float* p = borrow<float>(foreground, "foreground", {phi.shape(0), phi.shape(1)});
   contour::EvolutionWork work;
@@ -70,9 +67,9 @@ py::array_t<float> contour_distance(const py::array& phi, int radius) {
 // The posterior at the pixels of `image`, by a model that was learned from `learned` and then pooled with
 // each of `pooled`. phi is placed by warp.
 py::array_t<float> contour_posterior(const py::array& learned, const py::array& image, const py::array& phi,
-                                     const std::array<double, 6>& warp, const py::dict& given,
+                                     const std::array<double, 6>& warp,
+                                     const contour::ContourOptions& options,
                                      const std::vector<py::array>& pooled) {
-  const contour::ContourOptions options = options_from(given);
   const contour::ContourGrid grid = contour_grid_from(phi, warp);
   contour::RegionModel model(options);
   if (!model.learn(color_view(learned), grid, 1, 1))
@@ -105,17 +102,16 @@ py::tuple contour_shared_colors(const py::array& image, const py::array& phi,
 }  // namespace
 
 void bind_contour_grid(py::module_& m) {
-  m.def("contour_registration", &contour_registration, py::arg("phi"), py::arg("warp"), py::arg("pixels"),
-        py::arg("foreground"), py::arg("softness"), py::arg("affine"),
-        "Cost, gradient and Gauss-Newton Hessian of a registration.");
-  m.def("contour_steps", &contour_steps, py::arg("phi"), py::arg("foreground"), py::arg("steps"),
-        py::arg("options"), py::arg("device") = -1, "phi after steps of the evolution.");
-  m.def("contour_shared_colors", &contour_shared_colors, py::arg("image"), py::arg("phi"), py::arg("warp"),
+  m.def("contour_registration", &contour_registration, "phi"_a, "warp"_a, "pixels"_a, "foreground"_a,
+        "softness"_a, "affine"_a, "Cost, gradient and Gauss-Newton Hessian of a registration.");
+  m.def("contour_steps", &contour_steps, "phi"_a, "foreground"_a, "steps"_a, "options"_a, "device"_a = -1,
+        "phi after steps of the evolution.");
+  m.def("contour_shared_colors", &contour_shared_colors, "image"_a, "phi"_a, "warp"_a,
         "Share of the outline beside which the colours are the object's; column, row, cells, overlap of each "
         "part.");
-  m.def("contour_distance", &contour_distance, py::arg("phi"), py::arg("radius"));
-  m.def("contour_posterior", &contour_posterior, py::arg("learned"), py::arg("image"), py::arg("phi"),
-        py::arg("warp"), py::arg("options"), py::arg("pooled") = std::vector<py::array>{});
+  m.def("contour_distance", &contour_distance, "phi"_a, "radius"_a);
+  m.def("contour_posterior", &contour_posterior, "learned"_a, "image"_a, "phi"_a, "warp"_a, "options"_a,
+        "pooled"_a = std::vector<py::array>{});
 }
 
 }  // namespace sdftrack::bindings

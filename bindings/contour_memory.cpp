@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The memory of silhouettes and its harmonics.
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -9,13 +7,12 @@
 
 #include "contour/memory/mask_ops.h"
 #include "contour/memory/occlusion_handler.h"
+#include "contour/memory/options.h"
 #include "contour_core.h"
 
 namespace sdftrack::bindings {
 
 namespace {
-
-using namespace py::literals;
 
 constexpr const char* kJudgements[] = {"unoccluded", "occluded", "novel"};
 
@@ -122,13 +119,8 @@ void restore_memory(contour::SilhouetteMemory& self, int learnt, int calibrated,
 void bind_memory(py::module_& m) {
   py::class_<contour::SilhouetteMemory>(m, "SilhouetteMemory",
                                         "Silhouettes that explain others; use contour.ShapeMemory.")
-      .def(py::init([](int n_harmonics, const std::string& order, int size, int capacity, double spacing,
-                       int max_occluders, int calibrate_on) {
-             return contour::SilhouetteMemory(
-                 {{n_harmonics, order_from(order), size, capacity, spacing}, max_occluders, calibrate_on});
-           }),
-           "n_harmonics"_a, "order"_a, "size"_a, "capacity"_a, "spacing"_a, "max_occluders"_a,
-           "calibrate_on"_a)
+      .def(py::init([](const contour::MemoryOptions& o) { return contour::SilhouetteMemory(o.remembered); }),
+           "options"_a)
       .def(
           "learn",
           [](contour::SilhouetteMemory& self, const py::array& given) {
@@ -147,12 +139,11 @@ void bind_memory(py::module_& m) {
            "ages"_a, "clock"_a, "What `state` returned.");
 }
 
-py::tuple judge_frame(contour::OcclusionHandler& self, ContourCore& core, const py::array& image,
+py::tuple judge_frame(contour::OcclusionHandler& self, contour::ContourTracker& core, const py::array& image,
                       bool burn_in, contour::SilhouetteMemory& memory) {
-  const Busy turn(&core.busy, "tracker");
   const contour::RgbView view = color_view(image);
   const contour::OcclusionHandler::Judged found =
-      unlocked([&] { return self.judge(&core.tracker, view, burn_in, &memory); });
+      unlocked([&] { return self.judge(&core, view, burn_in, &memory); });
   if (found.judgement == contour::ShapeJudgement::kOccluded)
     return py::make_tuple(found.judgement, array_of(found.recovered));
   return py::make_tuple(found.judgement, py::none());
@@ -164,10 +155,8 @@ void bind_handler(py::module_& m) {
       .def(py::init<>())
       .def(
           "begin",
-          [](contour::OcclusionHandler& self, ContourCore& core, const contour::SilhouetteMemory& memory) {
-            const Busy turn(&core.busy, "tracker");
-            unlocked([&] { self.begin(core.tracker, memory); });
-          },
+          [](contour::OcclusionHandler& self, contour::ContourTracker& core,
+             const contour::SilhouetteMemory& memory) { unlocked([&] { self.begin(core, memory); }); },
           "tracker"_a, "memory"_a, "After a start, in which the object is seen as a whole.")
       .def("judge", &judge_frame, "tracker"_a, "image"_a, "burn_in"_a, "memory"_a,
            "Between observe and finish: the judgement, and the whole silhouette where one is recovered.")

@@ -2,8 +2,6 @@
 // Noise and bias of a depth camera from images of known surfaces.
 #include "calibration/depth_errors.h"
 
-#include <pybind11/stl.h>
-
 #include "array.h"
 #include "release_gil.h"
 #include "volume.h"
@@ -21,11 +19,10 @@ ImageNoise noise_of(const Errors& errors) {
 }
 
 ImageNoise against_plane(const py::array& depth, const Camera& camera, const py::array& beside,
-                         const std::array<double, 3>& normal, double offset_m) {
+                         const Vec3d& normal, double offset_m) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const auto* off = borrow<unsigned char>(beside, "beside", {camera.height, camera.width});
-  const Vec3d n{normal[0], normal[1], normal[2]};
-  return noise_of([&] { return calibration::errors_of_plane(image, camera, off, n, offset_m); });
+  return noise_of([&] { return calibration::errors_of_plane(image, camera, off, normal, offset_m); });
 }
 
 ImageNoise against_surface(const py::array& depth, const Camera& camera, const py::array& expected,
@@ -67,15 +64,12 @@ void bind_depth_errors(py::module_& m) {
         for (const NoiseSample& s : self.samples) out.emplace_back(s.depth_m, s.tangent, s.sd_m, s.readings);
         return out;
       });
-  m.def("plane_noise", &against_plane, py::arg("depth"), py::arg("camera"), py::arg("beside"),
-        py::arg("normal"), py::arg("offset_m"));
-  m.def("surface_noise", &against_surface, py::arg("depth"), py::arg("camera"), py::arg("expected"),
-        py::arg("normals"));
-  m.def("fit_noise", &fitted_noise, py::arg("samples"), "(noise_m, noise_per_m, noise_incidence).");
-  m.def("fit_growth", &fitted_growth, py::arg("depth_m"), py::arg("value"), py::arg("is_signed"),
-        "(constant, per Z^2).");
-  m.def("correlation_length", &calibration::correlation_length, py::arg("neighbours"));
-  m.def("span_is_wide", &calibration::span_is_wide, py::arg("depth_m"));
+  m.def("plane_noise", &against_plane, "depth"_a, "camera"_a, "beside"_a, "normal"_a, "offset_m"_a);
+  m.def("surface_noise", &against_surface, "depth"_a, "camera"_a, "expected"_a, "normals"_a);
+  m.def("fit_noise", &fitted_noise, "samples"_a, "(noise_m, noise_per_m, noise_incidence).");
+  m.def("fit_growth", &fitted_growth, "depth_m"_a, "value"_a, "is_signed"_a, "(constant, per Z^2).");
+  m.def("correlation_length", &calibration::correlation_length, "neighbours"_a);
+  m.def("span_is_wide", &calibration::span_is_wide, "depth_m"_a);
 }
 
 }  // namespace sdftrack::bindings

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The map from depth to colour, and its fit to the ball of a recording.
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include "array.h"
 #include "calibration/registration/first_map.h"
@@ -16,26 +15,16 @@ using calibration::BallPair, calibration::BallPairs, calibration::BallRecording,
     calibration::MapFit;
 
 py::dict as_dict(const BallPairs& pairs) {
-  const auto n = static_cast<py::ssize_t>(pairs.size());
-  std::vector<std::int64_t> index;
-  std::vector<double> center, center_covariance, px, px_covariance, radius, time;
-  for (const BallPair& p : pairs) {
-    index.push_back(p.index), radius.push_back(p.radius_px), time.push_back(p.time_s);
-    center.insert(center.end(), {p.center_cam.x, p.center_cam.y, p.center_cam.z});
-    px.insert(px.end(), {p.color_px.x, p.color_px.y});
-    center_covariance.insert(center_covariance.end(), p.center_covariance.data(),
-                             p.center_covariance.data() + 9);
-    px_covariance.insert(px_covariance.end(), p.color_covariance.data(), p.color_covariance.data() + 4);
-  }
-  py::dict out;
-  out["index"] = to_numpy(std::move(index), {n});
-  out["center_cam"] = to_numpy(std::move(center), {n, 3});
-  out["center_covariance"] = to_numpy(std::move(center_covariance), {n, 3, 3});
-  out["color_px"] = to_numpy(std::move(px), {n, 2});
-  out["color_covariance"] = to_numpy(std::move(px_covariance), {n, 2, 2});
-  out["radius_px"] = to_numpy(std::move(radius), {n});
-  out["time_s"] = to_numpy(std::move(time), {n});
-  return out;
+  return py::dict(
+      "index"_a = gathered<std::int64_t>(pairs, {}, [](const BallPair& p) { return p.index; }),
+      "center_cam"_a = gathered<double>(pairs, {3}, [](const BallPair& p) { return &p.center_cam.x; }),
+      "center_covariance"_a =
+          gathered<double>(pairs, {3, 3}, [](const BallPair& p) { return p.center_covariance.data(); }),
+      "color_px"_a = gathered<double>(pairs, {2}, [](const BallPair& p) { return &p.color_px.x; }),
+      "color_covariance"_a =
+          gathered<double>(pairs, {2, 2}, [](const BallPair& p) { return p.color_covariance.data(); }),
+      "radius_px"_a = gathered<double>(pairs, {}, [](const BallPair& p) { return p.radius_px; }),
+      "time_s"_a = gathered<double>(pairs, {}, [](const BallPair& p) { return p.time_s; }));
 }
 
 BallPairs pairs_from(const py::array& center, const py::array& center_covariance, const py::array& px,
@@ -58,17 +47,11 @@ BallPairs pairs_from(const py::array& center, const py::array& center_covariance
 }
 
 py::dict as_dict(const MapFit& fit) {
-  const auto n = static_cast<py::ssize_t>(fit.kept.size());
-  std::vector<double> residual;
-  for (const Vec2d r : fit.residual_px) residual.insert(residual.end(), {r.x, r.y});
-  py::dict out;
-  out["map"] = fit.map;
-  out["offset_s"] = fit.offset_s;
-  out["covariance"] = fit.covariance;
-  out["residual_px"] = to_numpy(std::move(residual), {n, 2});
-  out["kept"] = to_numpy(std::vector<std::uint8_t>(fit.kept), {n}).attr("astype")("bool");
-  out["freedom"] = fit.freedom;
-  return out;
+  return py::dict(
+      "map"_a = fit.map, "offset_s"_a = fit.offset_s, "covariance"_a = fit.covariance,
+      "residual_px"_a = gathered<double>(fit.residual_px, {2}, [](const Vec2d& r) { return &r.x; }),
+      "kept"_a = gathered<bool>(fit.kept, {}, [](std::uint8_t kept) { return kept != 0; }),
+      "freedom"_a = fit.freedom);
 }
 
 // Pixels and their derivatives by the unknowns.
@@ -97,7 +80,7 @@ py::object decomposed(const calibration::ProjectiveMatrix& M) {
   if (!found)
     throw py::value_error(
         "M: expected a mapping of points in front of the camera, got one that mirrors them");
-  return py::make_tuple(found->K, matrix_from(found->T_color_depth));
+  return py::make_tuple(found->K, found->T_color_depth);
 }
 
 py::object fit_pairs(const py::array& center, const py::array& center_covariance, const py::array& px,
@@ -105,21 +88,15 @@ py::object fit_pairs(const py::array& center, const py::array& center_covariance
                      bool time_offset, std::uint64_t seed) {
   const BallPairs pairs = pairs_from(center, center_covariance, px, px_covariance, time);
   const Camera* const camera = color.is_none() ? nullptr : color.cast<const Camera*>();
-  std::optional<MapFit> fit;
-  {
-    const ReleaseGil release;
-    fit = calibration::first_map(pairs, camera, time_offset, seed);
-  }
+  std::optional<MapFit> fit =
+      unlocked([&] { return calibration::first_map(pairs, camera, time_offset, seed); });
   return fit ? py::object(as_dict(*fit)) : py::none();
 }
 
 py::object registered(const BallRecording& self, const Camera& color, bool known, bool time_offset,
                       std::uint64_t seed) {
-  std::optional<calibration::Registration> found;
-  {
-    const ReleaseGil release;
-    found = self.registered(color, known, time_offset, seed);
-  }
+  std::optional<calibration::Registration> found =
+      unlocked([&] { return self.registered(color, known, time_offset, seed); });
   return found ? py::object(py::make_tuple(as_dict(found->fit), as_dict(found->pairs))) : py::none();
 }
 
@@ -128,34 +105,31 @@ py::object registered(const BallRecording& self, const Camera& color, bool known
 void bind_depth_to_color(py::module_& m) {
   py::class_<DepthToColor>(m, "DepthToColor", "A map from points of a depth camera to colour pixels.")
       .def_static(
-          "projective", [](const calibration::ProjectiveMatrix& M) { return DepthToColor(M); }, py::arg("M"))
+          "projective", [](const calibration::ProjectiveMatrix& M) { return DepthToColor(M); }, "M"_a)
       .def_static(
           "rigid",
           [](const py::array& T, const Camera& color) {
             return DepthToColor(rigid_from(T, "T_color_depth"), color);
           },
-          py::arg("T_color_depth"), py::arg("color"))
+          "T_color_depth"_a, "color"_a)
       .def_property_readonly("M", [](const DepthToColor& self) { return self.M(); })
-      .def_property_readonly("T_color_depth",
-                             [](const DepthToColor& self) { return matrix_from(self.T_color_depth()); })
-      .def("predict", &predict, py::arg("points"), "Pixels (N, 2) and derivatives by the unknowns (N, 2, n).")
-      .def("Pq", &Pq, py::arg("depth"), "P, q and the derivatives (12, n) of (P row by row, q).");
-  m.def("decompose_map", &decomposed, py::arg("M"), "K' and T_color_depth of M = K' [R' | t].");
-  m.def("fit_color_map", &fit_pairs, py::arg("center_cam"), py::arg("center_covariance"), py::arg("color_px"),
-        py::arg("color_covariance"), py::arg("time_s"), py::arg("color"), py::arg("time_offset"),
-        py::arg("seed"));
+      .def_property_readonly("T_color_depth", [](const DepthToColor& self) { return self.T_color_depth(); })
+      .def("predict", &predict, "points"_a, "Pixels (N, 2) and derivatives by the unknowns (N, 2, n).")
+      .def("Pq", &Pq, "depth"_a, "P, q and the derivatives (12, n) of (P row by row, q).");
+  m.def("decompose_map", &decomposed, "M"_a, "K' and T_color_depth of M = K' [R' | t].");
+  m.def("fit_color_map", &fit_pairs, "center_cam"_a, "center_covariance"_a, "color_px"_a,
+        "color_covariance"_a, "time_s"_a, "color"_a, "time_offset"_a, "seed"_a);
   m.attr("MIN_BALL_RADIUS_PX") = calibration::kMinRadius_px;
   m.attr("BALL_BAND_PX") = calibration::kBand_px;
   py::class_<BallRecording>(m, "BallRecording", "The ball in the frames of a recording.")
       .def(py::init<>())
-      .def("add", &BallRecording::add, py::arg("frame"))
+      .def("add", &BallRecording::add, "frame"_a)
       .def_property_readonly("frames", &BallRecording::frames)
-      .def("sort_moving_first", &BallRecording::sort_moving_first, py::arg("radius_m"))
+      .def("sort_moving_first", &BallRecording::sort_moving_first, "radius_m"_a)
       .def(
           "pairs", [](const BallRecording& self, const Camera& color) { return as_dict(self.pairs(color)); },
-          py::arg("color"))
-      .def("registered", &registered, py::arg("color"), py::arg("known"), py::arg("time_offset"),
-           py::arg("seed"));
+          "color"_a)
+      .def("registered", &registered, "color"_a, "known"_a, "time_offset"_a, "seed"_a);
 }
 
 }  // namespace sdftrack::bindings

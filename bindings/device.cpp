@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include "array.h"
 #include "base/cuda_probe.h"
 
@@ -28,9 +26,8 @@ void bind_device(py::module_& m) {
   m.def("cuda_devices", &cuda_devices, "Numbers of the CUDA devices that can be used.");
   m.def("cuda_least_capability", &cuda_least_capability,
         "The compute capability that the kernels need, as 10 major + minor.");
-  m.def("cuda_device_name", &cuda_device_name, py::arg("device") = 0,
-        "Its name; empty where it does not answer.");
-  m.def("cuda_fingerprint", &cuda_fingerprint, py::arg("device") = 0,
+  m.def("cuda_device_name", &cuda_device_name, "device"_a = 0, "Its name; empty where it does not answer.");
+  m.def("cuda_fingerprint", &cuda_fingerprint, "device"_a = 0,
         "Name, capability, driver and runtime of a device; empty where it does not answer.");
   m.def(
       "copy_from_cuda",
@@ -40,9 +37,9 @@ void bind_device(py::module_& m) {
         const py::gil_scoped_release release;
         copy_from_device(reinterpret_cast<const void*>(address), bytes, to);
       },
-      py::arg("address"), py::arg("out"), "Fills an array from an address on a CUDA device.");
-  m.def("scale_and_add", &scale_and_add, py::arg("a"), py::arg("x"), py::arg("y"), py::kw_only(),
-        py::arg("device") = -1, "a x + y of (N,) float32 arrays: the smallest kernel, to test the device.");
+      "address"_a, "out"_a, "Fills an array from an address on a CUDA device.");
+  m.def("scale_and_add", &scale_and_add, "a"_a, "x"_a, "y"_a, py::kw_only(), "device"_a = -1,
+        "a x + y of (N,) float32 arrays: the smallest kernel, to test the device.");
 }
 
 }  // namespace sdftrack::bindings

@@ -2,8 +2,6 @@
 // Arrays on a GPU by DLPack and __cuda_array_interface__, without a copy.
 #include "device_array.h"
 
-#include <pybind11/stl.h>
-
 #include "dlpack.h"
 
 namespace sdftrack::bindings {
@@ -77,7 +75,7 @@ void bind_device_array(py::module_& m) {
   using dlpack::Borrowed;
   py::class_<Borrowed>(m, "BorrowedArray", "An array of another library, by its DLPack capsule.")
       .def(py::init([](const py::object& capsule) { return std::make_unique<Borrowed>(capsule, "array"); }),
-           py::arg("capsule"))
+           "capsule"_a)
       .def_property_readonly("address",
                              [](const Borrowed& b) {
                                return reinterpret_cast<std::uintptr_t>(b.tensor().data) +
@@ -105,7 +103,7 @@ void bind_device_array(py::module_& m) {
             return std::make_shared<OnDevice>(
                 OnDevice{std::move(memory), given.dtype(), {given.shape(), given.shape() + given.ndim()}});
           },
-          py::arg("array"), py::arg("device"), "A copy of an array of numpy.")
+          "array"_a, "device"_a, "A copy of an array of numpy.")
       .def_property_readonly("shape", [](const OnDevice& a) { return py::tuple(py::cast(a.shape)); })
       .def_readonly("dtype", &OnDevice::dtype)
       .def_property_readonly("device",
@@ -122,8 +120,8 @@ void bind_device_array(py::module_& m) {
           "__dlpack__",
           [](const std::shared_ptr<OnDevice>& a, const py::object& stream, const py::object&,
              const py::object&, const py::object&) { return lend(a, stream); },
-          py::kw_only(), py::arg("stream") = py::none(), py::arg("max_version") = py::none(),
-          py::arg("dl_device") = py::none(), py::arg("copy") = py::none())
+          py::kw_only(), "stream"_a = py::none(), "max_version"_a = py::none(), "dl_device"_a = py::none(),
+          "copy"_a = py::none())
       .def_property_readonly("__cuda_array_interface__", &interface_of)
       .def("host", &to_host, "A copy on the host.")
       .def(
@@ -132,7 +130,7 @@ void bind_device_array(py::module_& m) {
             const py::array out = to_host(a);
             return dtype.is_none() ? py::object(out) : out.attr("astype")(dtype);
           },
-          py::arg("dtype") = py::none(), py::arg("copy") = py::none());
+          "dtype"_a = py::none(), "copy"_a = py::none());
 }
 
 }  // namespace sdftrack::bindings

@@ -82,7 +82,7 @@ py::array copy_from_dlpack(const py::object& capsule, const std::string& name) {
 }  // namespace
 
 void bind_dlpack(py::module_& m) {
-  m.def("copy_from_dlpack", &copy_from_dlpack, py::arg("capsule"), py::arg("name"),
+  m.def("copy_from_dlpack", &copy_from_dlpack, "capsule"_a, "name"_a,
         "A DLPack capsule as an array of its own on the host; `name` is for messages.");
 }
 

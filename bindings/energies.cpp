@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include <atomic>
 #include <set>
@@ -23,27 +22,25 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using Volumes = std::vector<std::tuple<py::array, double, std::array<double, 3>>>;
-
 // The data energy of one object, or of the union of a few, in one frame, with everything it refers to: pixels
 // fixed at construction, classes (ray hit or fallback) fixed at the start poses, so that its cost is a
 // function of the state alone.
 class FrameEnergy {
  public:
-  FrameEnergy(const Volumes& volumes, const Camera& camera, const py::array& depth_m, const py::object& mask,
-              const py::list& T_cam_obj, const tracking::TrackerOptions& options, double scale_m, bool scale,
-              bool intrinsics, int threads, const py::object& color, const py::object& color_map, int device)
+  FrameEnergy(const std::vector<PyVolume>& volumes, const Camera& camera, const py::array& depth_m,
+              const py::object& mask, const py::list& T_cam_obj, const tracking::TrackerOptions& options,
+              double scale_m, bool scale, bool intrinsics, int threads, const py::object& color,
+              const py::object& color_map, int device)
       : camera_(camera) {
-    for (const auto& [values, voxel_m, origin] : volumes) {
-      values_.push_back(values);
-      shapes_.push_back(frame::make_shape(volume_view(values, voxel_m, origin), 1, 1));
+    for (const PyVolume& volume : volumes) {
+      values_.push_back(std::get<0>(volume));
+      shapes_.push_back(frame::make_shape(volume_view(volume), 1, 1));
     }
     start_ = state(T_cam_obj, {camera.K.fx, camera.K.fy, camera.K.cx, camera.K.cy},
                    scale ? std::vector<double>{1.0} : std::vector<double>{});
-    const std::vector<float> rays = camera.distorted() ? ray_table(camera) : std::vector<float>{};
     const appearance::ColorImage image = color_view(color, color_map);
-    frame::DepthFrame frame{image_view(depth_m, "depth", camera), mask_view(mask, camera),
-                            rays.empty() ? nullptr : rays.data()};
+    FrameWithRays given(depth_m, mask, camera);
+    frame::DepthFrame& frame = given.frame;
     frame.color = image.rgb ? &image : nullptr;
     for (std::size_t k = 0; k < shapes_.size(); ++k) add_pixels(frame, options, k);
     if (pixels_.count() == 0)
@@ -88,7 +85,7 @@ class FrameEnergy {
     py::list poses;
     for (std::size_t k = 0; k < shapes_.size(); ++k) {
       const Rigidd T = inverse(x.T_obj_cam[k]);
-      poses.append(matrix_from({T.R, T * -shapes_[k].centre_obj}));
+      poses.append(Rigidd{T.R, T * -shapes_[k].centre_obj});
     }
     const double scale = x.log_scale.empty() ? 1.0 : std::exp(x.log_scale[0]);
     return py::make_tuple(poses, std::array<double, 4>{x.K.fx, x.K.fy, x.K.cx, x.K.cy}, scale);
@@ -163,10 +160,7 @@ py::dict linearize(FrameEnergy& self, const optim::State& x) {
 py::dict residuals(FrameEnergy& self, const optim::State& x) {
   const Busy busy = self.turn();
   energies::PixelReadings r;
-  {
-    const ReleaseGil release;
-    self.energy().read(x, &r);
-  }
+  unlocked([&] { self.energy().read(x, &r); });
   const auto n = static_cast<py::ssize_t>(r.residual_m.size());
   py::dict out;
   out["residual_m"] = to_numpy(std::move(r.residual_m), {n});
@@ -181,30 +175,44 @@ py::dict residuals(FrameEnergy& self, const optim::State& x) {
 
 py::tuple run_minimize(FrameEnergy& self, const optim::State& x, const optim::LmOptions& options) {
   const Busy busy = self.turn();
-  optim::LmResult result;
-  {
-    const ReleaseGil release;
-    result = optim::minimize(self.energy(), x, options);
-  }
+  optim::LmResult result = unlocked([&] { return optim::minimize(self.energy(), x, options); });
   py::list steps;
   for (const optim::LmStep& s : result.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
   return py::make_tuple(self.from_state(result.x), steps, optim::stop_name(result.stop), result.cost,
                         static_cast<long>(result.count));
 }
 
+void bind_optimizer(py::module_& m) {
+  py::class_<optim::State>(m, "State", "A point in the space of unknowns, in the core's own frames.");
+  py::class_<optim::LmOptions>(m, "LmOptions", "Options of the optimiser.")
+      .def(py::init<>())
+      .def_readwrite("max_steps", &optim::LmOptions::max_steps)
+      .def_readwrite("damping", &optim::LmOptions::damping)
+      .def_readwrite("damping_up", &optim::LmOptions::damping_up)
+      .def_readwrite("damping_down", &optim::LmOptions::damping_down)
+      .def_readwrite("damping_min", &optim::LmOptions::damping_min)
+      .def_readwrite("damping_max", &optim::LmOptions::damping_max)
+      .def_readwrite("step_m", &optim::LmOptions::step_m)
+      .def_readwrite("step_rad", &optim::LmOptions::step_rad)
+      .def_readwrite("step_relative", &optim::LmOptions::step_relative)
+      .def_readwrite("cost_relative", &optim::LmOptions::cost_relative)
+      .def_readwrite("cost_gain", &optim::LmOptions::cost_gain)
+      .def_readwrite("sure_gain", &optim::LmOptions::sure_gain)
+      .def_readwrite("fixed", &optim::LmOptions::fixed);
+}
+
 }  // namespace
 
 // Called after TrackerOptions is bound, so that the signature can name it.
 void bind_frame_energy(py::module_& m) {
+  bind_optimizer(m);
   py::class_<FrameEnergy>(m, "FrameEnergy", "Data energy of one object in one frame; see sdftrack.Energy.")
-      .def(py::init<const Volumes&, const Camera&, const py::array&, const py::object&, const py::list&,
-                    const tracking::TrackerOptions&, double, bool, bool, int, const py::object&,
-                    const py::object&, int>(),
-           py::arg("volumes"), py::arg("camera"), py::arg("depth"), py::arg("mask"), py::arg("T_cam_obj"),
-           py::arg("options"), py::arg("scale_m"), py::arg("scale"), py::arg("intrinsics"),
-           py::arg("threads"), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
-           py::arg("device") = -1)
-      .def("state", &FrameEnergy::state, py::arg("T_cam_obj"), py::arg("K"), py::arg("scales"))
+      .def(py::init<const std::vector<PyVolume>&, const Camera&, const py::array&, const py::object&,
+                    const py::list&, const tracking::TrackerOptions&, double, bool, bool, int,
+                    const py::object&, const py::object&, int>(),
+           "volumes"_a, "camera"_a, "depth"_a, "mask"_a, "T_cam_obj"_a, "options"_a, "scale_m"_a, "scale"_a,
+           "intrinsics"_a, "threads"_a, "color"_a = py::none(), "color_map"_a = py::none(), "device"_a = -1)
+      .def("state", &FrameEnergy::state, "T_cam_obj"_a, "K"_a, "scales"_a)
       .def("cost",
            [](FrameEnergy& self, const optim::State& x) {
              const Busy busy = self.turn();
@@ -220,7 +228,7 @@ void bind_frame_energy(py::module_& m) {
              return self.from_state(optim::retract(self.energy().unknowns(), x, delta));
            })
       .def("residuals", &residuals)
-      .def("minimize", &run_minimize, py::arg("start"), py::arg("options"));
+      .def("minimize", &run_minimize, "start"_a, "options"_a);
 }
 
 }  // namespace sdftrack::bindings

@@ -9,31 +9,25 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using namespace py::literals;
-
 py::array_t<float> evolve_values(const py::array& phi, const py::array& log_ratio, double voxel_size,
                                  int steps, const levelset::EvolveOptions& options, int threads, int device) {
   const SdfView volume = volume_view(phi, voxel_size, {0, 0, 0});
   const float* ratio = borrow<float>(log_ratio, "log_ratio", {volume.nz, volume.ny, volume.nx});
   const sdf::Grid grid{volume.nx, volume.ny, volume.nz, voxel_size, {0, 0, 0}};
-  std::vector<float> out;
-  {
-    const ReleaseGilUntilSignal release;
-    out = device >= 0 ? levelset::evolve_cuda(grid, volume.phi, ratio, steps, options, device)
-                      : levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
-  }
+  std::vector<float> out = unlocked<ReleaseGilUntilSignal>([&] {
+    return device >= 0 ? levelset::evolve_cuda(grid, volume.phi, ratio, steps, options, device)
+                       : levelset::evolve(grid, volume.phi, ratio, steps, options, threads);
+  });
   return to_numpy(std::move(out), {volume.nz, volume.ny, volume.nx});
 }
 
 py::tuple zero_mesh(const py::array& phi, int threads, int device) {
   const SdfView volume = volume_view(phi, 1, {0, 0, 0});
   const sdf::Grid grid{volume.nx, volume.ny, volume.nz, 1, {0, 0, 0}};
-  levelset::ZeroMesh mesh;
-  {
-    const ReleaseGil release;
-    mesh = device >= 0 ? levelset::zero_mesh_cuda(grid, volume.phi, device)
+  levelset::ZeroMesh mesh = unlocked([&] {
+    return device >= 0 ? levelset::zero_mesh_cuda(grid, volume.phi, device)
                        : levelset::zero_mesh(grid, volume.phi, threads);
-  }
+  });
   const auto vertices = static_cast<py::ssize_t>(mesh.vertices.size() / 3),
              faces = static_cast<py::ssize_t>(mesh.faces.size() / 3);
   return py::make_tuple(to_numpy(std::move(mesh.vertices), {vertices, 3}),

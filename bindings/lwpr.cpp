@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
 
 #include "array.h"
-#include "busy.h"
 #include "device_array.h"
 #include "lwpr/model.h"
-#include "lwpr/option_schema.h"
-#include "option_binding.h"
 #include "release_gil.h"
 
 namespace sdftrack::bindings {
 
 namespace {
-
-using namespace py::literals;
 
 // A model with its users: any number of readers, or one writer.
 class SharedLwpr {
@@ -23,55 +18,32 @@ class SharedLwpr {
   explicit SharedLwpr(lwpr::LwprModel model) : model(std::move(model)) {}
   SharedLwpr(const SharedLwpr& other) : model(other.read_only()) {}
 
-  class Reading {
-   public:
-    explicit Reading(const SharedLwpr& of) : of_(of) {
-      int readers = of.users_.load();
-      do {
-        if (readers < 0) refuse();
-      } while (!of.users_.compare_exchange_weak(readers, readers + 1));
-    }
-    ~Reading() { of_.users_.fetch_sub(1); }
-    Reading(const Reading&) = delete;
-    Reading& operator=(const Reading&) = delete;
-
-   private:
-    const SharedLwpr& of_;
-  };
-
-  class Writing {
-   public:
-    explicit Writing(SharedLwpr& of) : of_(of) {
-      int none = 0;
-      if (!of.users_.compare_exchange_strong(none, -1)) refuse();
-    }
-    ~Writing() { of_.users_.store(0); }
-    Writing(const Writing&) = delete;
-    Writing& operator=(const Writing&) = delete;
-
-   private:
-    SharedLwpr& of_;
-  };
+  std::shared_lock<std::shared_mutex> reading() const { return taken<std::shared_lock>(); }
+  std::unique_lock<std::shared_mutex> writing() const { return taken<std::unique_lock>(); }
 
   lwpr::LwprModel model;
 
  private:
-  [[noreturn]] static void refuse() {
-    throw std::runtime_error(
-        "this LWPR is in use by another thread: predictions may run concurrently, an update may not; take "
-        "turns, or make one LWPR per thread");
+  template <template <class> class Lock>
+  Lock<std::shared_mutex> taken() const {
+    Lock<std::shared_mutex> lock(users_, std::try_to_lock);
+    if (!lock)
+      throw std::runtime_error(
+          "this LWPR is in use by another thread: predictions may run concurrently, an update may not; take "
+          "turns, or make one LWPR per thread");
+    return lock;
   }
   lwpr::LwprModel read_only() const {
-    const Reading turn(*this);
+    const auto turn = reading();
     return model;
   }
-  mutable std::atomic<int> users_{0};
+  mutable std::shared_mutex users_;
 };
 
 std::size_t rows_of(const py::array& a) { return static_cast<std::size_t>(a.shape(0)); }
 
 void update_model(SharedLwpr& self, const py::array& x, const py::array& y, int threads, int device) {
-  const SharedLwpr::Writing turn(self);
+  const auto turn = self.writing();
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const double* const to = borrow<double>(y, "y", {x.shape(0), self.model.n_out()});
   const ReleaseGilUntilSignal release;
@@ -82,7 +54,7 @@ void update_model(SharedLwpr& self, const py::array& x, const py::array& y, int 
 }
 
 py::object predict_model(const SharedLwpr& self, const py::array& x, bool with_sd, int threads, int device) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   const lwpr::LwprModel& model = self.model;
   const double* const from = borrow<double>(x, "x", {-1, model.n_in()});
   const py::ssize_t count = x.shape(0), m = model.n_out();
@@ -102,7 +74,7 @@ py::object predict_model(const SharedLwpr& self, const py::array& x, bool with_s
 // Predicts means for samples on the device; the means stay there.
 std::shared_ptr<OnDevice> predict_there(const SharedLwpr& self, std::uintptr_t address, ForeignStream stream,
                                         std::size_t count, int device) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   const ForeignArray x{reinterpret_cast<const void*>(address), stream};
   DeviceArray mean = [&] {
     const ReleaseGil release;
@@ -113,14 +85,11 @@ std::shared_ptr<OnDevice> predict_there(const SharedLwpr& self, std::uintptr_t a
 }
 
 py::array_t<double> activations(const SharedLwpr& self, const py::array& x, int threads) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   const double* const from = borrow<double>(x, "x", {-1, self.model.n_in()});
   const py::ssize_t count = x.shape(0), m = self.model.n_out();
   std::vector<double> out(static_cast<std::size_t>(count * m));
-  {
-    const ReleaseGilUntilSignal release;
-    self.model.activations(from, rows_of(x), threads, out.data());
-  }
+  unlocked<ReleaseGilUntilSignal>([&] { self.model.activations(from, rows_of(x), threads, out.data()); });
   return to_numpy(std::move(out), {count, m});
 }
 
@@ -155,7 +124,7 @@ py::dict field(const lwpr::LwprUnit& unit, int k) {
 }
 
 py::list fields(const SharedLwpr& self, int output) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   if (output < 0 || output >= self.model.n_out())
     throw py::value_error("output: expected 0.." + std::to_string(self.model.n_out() - 1) + ", got " +
                           std::to_string(output));
@@ -166,14 +135,14 @@ py::list fields(const SharedLwpr& self, int output) {
 }
 
 std::vector<int> field_counts(const SharedLwpr& self) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   std::vector<int> out;
   for (int k = 0; k < self.model.n_out(); ++k) out.push_back(self.model.unit(k).size());
   return out;
 }
 
 py::bytes bytes_of(const SharedLwpr& self) {
-  const SharedLwpr::Reading turn(self);
+  const auto turn = self.reading();
   return self.model.bytes();
 }
 
@@ -187,8 +156,6 @@ SharedLwpr from_bytes(const py::bytes& data) {
 }  // namespace
 
 void bind_lwpr(py::module_& m) {
-  bind_options<lwpr::LwprOptions>(m, "LwprOptions", "Options of LWPR; see sdftrack.LWPR.")
-      .def("check", [](const lwpr::LwprOptions& o) { lwpr::check_lwpr_options(o); });
   py::class_<SharedLwpr>(m, "LwprModel")
       .def(py::init([](int n_in, int n_out, const lwpr::LwprOptions& options,
                        const std::vector<double>& norm_in, const std::vector<double>& norm_out) {
@@ -202,7 +169,7 @@ void bind_lwpr(py::module_& m) {
       .def_property_readonly("norm_out", [](const SharedLwpr& s) { return s.model.norm_out(); })
       .def_property_readonly("samples",
                              [](const SharedLwpr& s) {
-                               const SharedLwpr::Reading turn(s);
+                               const auto turn = s.reading();
                                return static_cast<long>(s.model.samples());
                              })
       .def("update", &update_model, "x"_a, "y"_a, "threads"_a = 0, "device"_a = -1)
@@ -211,7 +178,7 @@ void bind_lwpr(py::module_& m) {
       .def("activations", &activations, "x"_a, "threads"_a = 0)
       .def("training_error",
            [](const SharedLwpr& s) {
-             const SharedLwpr::Reading turn(s);
+             const auto turn = s.reading();
              return s.model.training_error();
            })
       .def("field_counts", &field_counts)

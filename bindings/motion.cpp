@@ -83,14 +83,14 @@ py::tuple rotations_of_curve(const py::array& q, const py::array& rate) {
 }  // namespace
 
 void bind_motion(py::module_& m) {
-  m.def("band_factor", &band_factor, py::arg("band"),
+  m.def("band_factor", &band_factor, "band"_a,
         "Cholesky factor (N, width) of a lower band (width, N), and 0 or the row that is not positive.");
-  m.def("band_solve", &band_solve, py::arg("factor"), py::arg("b"), "b (N, k) becomes A^-1 b.");
-  m.def("band_deviations", &band_deviations, py::arg("factor"), py::arg("normal"), py::arg("threads") = 1,
+  m.def("band_solve", &band_solve, "factor"_a, "b"_a, "b (N, k) becomes A^-1 b.");
+  m.def("band_deviations", &band_deviations, "factor"_a, "normal"_a, "threads"_a = 1,
         "Standard normal (N, k) becomes L^-T normal, of covariance A^-1.");
-  m.def("spline_values", &spline_values, py::arg("first"), py::arg("weights"), py::arg("coefficients"),
-        py::arg("count"), "(count, n, S) values of the first components of (size, C, S) coefficients.");
-  m.def("rotations_of_curve", &rotations_of_curve, py::arg("q"), py::arg("rate"),
+  m.def("spline_values", &spline_values, "first"_a, "weights"_a, "coefficients"_a, "count"_a,
+        "(count, n, S) values of the first components of (size, C, S) coefficients.");
+  m.def("rotations_of_curve", &rotations_of_curve, "q"_a, "rate"_a,
         "(3, 3, n, S) rotations and (3, n, S) angular velocities of quaternions (4, n, S) and their rates.");
 }
 

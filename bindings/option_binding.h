@@ -1,94 +1,98 @@
 // SPDX-License-Identifier: MIT
-// A struct of options as a Python class with one attribute per option, by its visit_options.
+// A struct of options as an immutable Python class with the interface of a dataclass, by its visit_options.
 #pragma once
-
-#include <pybind11/stl.h>
-
-#include <stdexcept>
-#include <string>
 
 #include "array.h"
 #include "base/option_schema.h"
 
 namespace sdftrack::bindings {
 
-// Converts to an attribute: numbers with the fewest digits that give the same value, choices by name.
-inline bool to_attribute(bool value, TrueOrFalse) { return value; }
-inline int to_attribute(int value, const OptionRange&) { return value; }
-template <std::floating_point Number>
-double to_attribute(Number value, const OptionRange&) {
-  return decimal_of(value);
+using DescribedOptions = std::vector<OptionDescription>;
+
+// Numbers with the fewest digits that give the same value, choices by name.
+py::dict values_of(const DescribedOptions& options);
+// "__init__(self, *, name: type = default, ...) -> None", for the stub.
+std::string init_signature(const DescribedOptions& options);
+// What a dataclass has as __dataclass_fields__; metadata: unit, meaning, expected, min, max, min_open,
+// max_open.
+py::dict dataclass_fields(const DescribedOptions& options);
+// The given value of each option, if any; TypeError for an unknown name or another type, ValueError out of
+// range.
+void take(const py::dict& given, DescribedOptions* options);
+std::string options_repr(const py::object& self, const DescribedOptions& defaults);
+
+template <class Options>
+py::dict values_of(const Options& options) {
+  return values_of(describe_options(options));
 }
-inline std::vector<double> to_attribute(const std::vector<double>& value, NumberArray) { return value; }
-template <class Value>
-std::string to_attribute(const Value& value, Choices<Value> choices) {
-  return name_of(choices, value);
+
+template <class Options>
+Options options_from(const py::dict& given) {
+  Options out;
+  DescribedOptions options = describe_options(out);
+  take(given, &options);
+  for (const OptionDescription& option : options) {
+    OptionSetter setter{option.name, option.value};
+    visit_options(out, setter);
+  }
+  if constexpr (requires { out.check(); }) out.check();
+  return out;
 }
 
 template <class Value, class Kind>
-void from_attribute(const Value& value, const Kind&, const char*, Value* to) {
-  *to = value;
-}
-inline void from_attribute(double value, const OptionRange&, const char*, float* to) {
-  *to = static_cast<float>(value);
-}
-template <class Value>
-void from_attribute(const std::string& value, Choices<Value> choices, const char* name, Value* to) {
-  OptionDescription option{name, OptionKind::kChoice, value};
-  for (const auto& choice : choices) {
-    option.choices.emplace_back(choice.name);
-    if (value == choice.name) *to = choice.value;
-  }
-  check_option(option);
-}
-
-// Calls `use` with the member of `o` that has this name, and its range, as listed in visit_options.
-template <class Options, class Member, class Kind, class Use>
-void with_member(Options& o, const std::string& requested, const Use& use) {
-  const auto visit = [&](const char* name, auto& member, const auto& kind, const char*, const char*) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(member)>, Member> &&
-                  std::is_same_v<std::decay_t<decltype(kind)>, Kind>)
-      if (requested == name) use(member, kind);
-  };
-  visit_options(o, visit);
+auto attribute_of(const Value& value, const Kind& kind) {
+  if constexpr (std::is_same_v<Kind, Choices<Value>>)
+    return std::string(name_of(kind, value));
+  else if constexpr (std::is_floating_point_v<Value>)
+    return decimal_of(value);
+  else
+    return value;
 }
 
 template <class Options>
-OptionDescription described(const Options& o, const std::string& requested) {
-  for (OptionDescription& option : describe_options(o))
-    if (option.name == requested) return option;
-  throw std::logic_error(requested + ": no such option");
-}
-
-// Setting an option checks its bounds. Relations between options are checked where the struct is used.
-template <class Options>
-py::class_<Options> bind_options(py::module_& m, const char* class_name, const char* doc) {
+void bind_options(py::module_& m, const char* class_name, const char* doc) {
   py::class_<Options> bound(m, class_name, doc);
-  bound.def(py::init<>());
   Options defaults;
-  const auto bind = [&](const char* name, auto& member, const auto& kind, const char*, const char*) {
+  const DescribedOptions described = describe_options(defaults);
+  {
+    py::options own;
+    own.disable_function_signatures();
+    bound
+        .def(py::init([](const py::kwargs& given) { return options_from<Options>(given); }),
+             init_signature(described).c_str())
+        .def(
+            "__eq__",
+            [](const Options& a, const py::object& b) {
+              return py::isinstance<Options>(b) && values_of(a).equal(values_of(b.cast<const Options&>()));
+            },
+            "__eq__(self, other: object) -> bool")
+        .def(
+            "replace",
+            [](const py::object& self, const py::kwargs& changes) {
+              py::dict all = self.attr("to_dict")();
+              all.attr("update")(changes);
+              return py::type::of(self)(**all);
+            },
+            "replace(self, **changes: typing.Any) -> typing.Self\n\nA copy with some options changed.");
+  }
+  bound.def("to_dict", &values_of<Options>, "``{name: value}``.")
+      .def("__hash__", [](const Options& o) { return py::hash(py::tuple(values_of(o).attr("values")())); })
+      .def("__repr__", [described](const py::object& self) { return options_repr(self, described); })
+      .def(py::pickle(&values_of<Options>, &options_from<Options>));
+  const auto bind = [&](const char* name, auto& member, const auto& kind, const char*, const char* meaning) {
     using Member = std::decay_t<decltype(member)>;
-    using Kind = std::decay_t<decltype(kind)>;
-    using Attribute = decltype(to_attribute(member, kind));
-    const std::string own = name;
-    bound.def_property(
+    const auto offset = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&defaults);
+    bound.def_property_readonly(
         name,
-        [own](const Options& o) {
-          Attribute out{};
-          with_member<const Options, Member, Kind>(
-              o, own, [&](const Member& value, const Kind& of) { out = to_attribute(value, of); });
-          return out;
+        [offset, kind](const Options& o) {
+          return attribute_of(*reinterpret_cast<const Member*>(reinterpret_cast<const char*>(&o) + offset),
+                              kind);
         },
-        [own](Options& o, const Attribute& value) {
-          Options changed = o;
-          with_member<Options, Member, Kind>(
-              changed, own, [&](Member& to, const Kind& of) { from_attribute(value, of, own.c_str(), &to); });
-          check_option(described(changed, own));
-          o = changed;
-        });
+        meaning);
   };
   visit_options(defaults, bind);
-  return bound;
+  bound.def_static(
+      "fields", [described] { return dataclass_fields(described); }, "Each option as a dataclass's field.");
 }
 
 }  // namespace sdftrack::bindings

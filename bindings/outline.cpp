@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include <array>
 
@@ -49,13 +48,12 @@ py::tuple outline_energy(const py::array& lines, const Camera& camera, const app
 
 py::object outline_size(const py::array& lines, const Camera& camera, const appearance::ColorMap& map,
                         const py::array& T_obj_cam, double noise, const tracking::Vector6d& to_depth,
-                        double shared_lines, const std::array<double, 3>& middle) {
+                        double shared_lines, const Vec3d& middle) {
   OutlineLines made = lines_from(lines, camera, map);
   const Rigidd T = rigid_from(T_obj_cam, "T_obj_cam");
   std::vector<energies::OutlineResidual> rows;
   energies::OutlineEnergy(&made, {noise, 0, shared_lines}).residuals(T, &rows);
-  const auto look = tracking::look_by_outline(
-      made, {rows, noise, T, to_depth, shared_lines, {middle[0], middle[1], middle[2]}});
+  const auto look = tracking::look_by_outline(made, {rows, noise, T, to_depth, shared_lines, middle});
   if (!look) return py::none();
   return py::make_tuple(look->size.log_scale, look->size.own_var, look->size.shared_var, look->size.pull,
                         look->form.information, look->form.pull);
@@ -115,15 +113,13 @@ std::vector<float> local_chances(const std::tuple<py::array, py::array>& counts,
 }
 
 // Rows of (X, Y, Z, c_u, c_v, n_u, n_v, offset, sd).
-py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array<double, 3>>& shape,
-                                  const Camera& camera, const py::object& depth_m, const py::array& color,
-                                  const appearance::ColorMap& map,
+py::array_t<double> outline_lines(const PyVolume& shape, const Camera& camera, const py::object& depth_m,
+                                  const py::array& color, const appearance::ColorMap& map,
                                   const std::tuple<py::array, py::array>& counts, const py::array& T_cam_obj,
                                   int points, int reach_px) {
   check_reach(reach_px);
   if (points < 1) throw py::value_error("points: expected 1 or more, got " + std::to_string(points));
-  const auto& [values, voxel_m, origin] = shape;
-  const frame::Shape made = frame::make_shape(volume_view(values, voxel_m, origin), 960, 120);
+  const frame::Shape made = frame::make_shape(volume_view(shape), 960, 120);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   const appearance::ColorImage image = color_view(color, py::cast(map));
   const appearance::ColorModel model = model_of(counts);
@@ -148,21 +144,19 @@ py::array_t<double> outline_lines(const std::tuple<py::array, double, std::array
 }  // namespace
 
 void bind_outline(py::module_& m) {
-  m.def("outline_offset", &offset_of, py::arg("chance"), py::arg("reach"),
+  m.def("outline_offset", &offset_of, "chance"_a, "reach"_a,
         "Mean, sd (steps) and contrast of where along a line the outline is.");
-  m.def("outline_lines", &outline_lines, py::arg("shape"), py::arg("camera"), py::arg("depth"),
-        py::arg("color"), py::arg("color_map"), py::arg("counts"), py::arg("T_cam_obj"),
-        py::arg("points") = 200, py::arg("reach_px") = 8,
+  m.def("outline_lines", &outline_lines, "shape"_a, "camera"_a, "depth"_a, "color"_a, "color_map"_a,
+        "counts"_a, "T_cam_obj"_a, "points"_a = 200, "reach_px"_a = 8,
         "Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.");
-  m.def("local_color_chances", &local_chances, py::arg("counts"), py::arg("points"), py::arg("object"),
-        py::arg("bins"), py::arg("frames"), py::arg("rate"), py::arg("asked"), py::arg("asked_bins"),
+  m.def("local_color_chances", &local_chances, "counts"_a, "points"_a, "object"_a, "bins"_a, "frames"_a,
+        "rate"_a, "asked"_a, "asked_bins"_a,
         "Chances of colours to be the object's at places, after pixels of both sides were seen there.");
-  m.def("outline_energy", &outline_energy, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
-        py::arg("T_obj_cam"), py::arg("noise") = 1.0, py::arg("common_sd_px") = 0.0,
-        py::arg("shared_lines") = 1.0, "Cost, gradient, Hessian and residuals (over their sd).");
-  m.def("outline_size", &outline_size, py::arg("lines"), py::arg("camera"), py::arg("color_map"),
-        py::arg("T_obj_cam"), py::arg("noise"), py::arg("to_depth"), py::arg("shared_lines"),
-        py::arg("middle") = std::array<double, 3>{},
+  m.def("outline_energy", &outline_energy, "lines"_a, "camera"_a, "color_map"_a, "T_obj_cam"_a,
+        "noise"_a = 1.0, "common_sd_px"_a = 0.0, "shared_lines"_a = 1.0,
+        "Cost, gradient, Hessian and residuals (over their sd).");
+  m.def("outline_size", &outline_size, "lines"_a, "camera"_a, "color_map"_a, "T_obj_cam"_a, "noise"_a,
+        "to_depth"_a, "shared_lines"_a, "middle"_a = Vec3d{},
         "Log scale, own and shared variance, pull; information and pull of a strain about `middle`.\n\n"
         "None of too few lines.");
 }

@@ -2,7 +2,6 @@
 #include "energies/photometric.h"
 
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include "array.h"
 #include "release_gil.h"
@@ -15,21 +14,18 @@ namespace {
 
 py::array_t<std::uint8_t> painted(const py::array& vertices, const py::array& faces,
                                   const py::array& vertex_rgb, const py::array& phi, double voxel_m,
-                                  const std::array<double, 3>& origin, double reach_m, int threads) {
+                                  const Vec3d& origin, double reach_m, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
   const std::uint8_t* rgb = borrow<std::uint8_t>(vertex_rgb, "colors", {vertices.shape(0), 3});
   const SdfView view = volume_view(phi, voxel_m, origin);
-  const sdf::Grid grid{view.nx, view.ny, view.nz, voxel_m, {origin[0], origin[1], origin[2]}};
-  std::vector<std::uint8_t> rgba;
-  {
-    const ReleaseGil release;
-    rgba = paint(mesh, rgb, grid, view.phi, reach_m, threads);
-  }
+  const sdf::Grid grid{view.nx, view.ny, view.nz, voxel_m, origin};
+  std::vector<std::uint8_t> rgba =
+      unlocked([&] { return paint(mesh, rgb, grid, view.phi, reach_m, threads); });
   return to_numpy(std::move(rgba), {grid.nz, grid.ny, grid.nx, 4});
 }
 
 // The energy's values at a pose: cost, gradient (6), Hessian (6, 6), tone (gain, shading, offset), used.
-py::tuple photometric(const std::tuple<py::array, double, std::array<double, 3>, py::array>& shape,
+py::tuple photometric(const std::tuple<py::array, double, Vec3d, py::array>& shape,
                       const std::array<double, 4>& K, const py::array& settled, const py::array& T,
                       const py::array& u, const py::array& v, const py::array& depth, const py::array& grey,
                       double sigma) {
@@ -57,11 +53,11 @@ py::tuple photometric(const std::tuple<py::array, double, std::array<double, 3>,
 }  // namespace
 
 void bind_photometric(py::module_& m) {
-  m.def("paint", &painted, py::arg("vertices"), py::arg("faces"), py::arg("colors"), py::arg("values"),
-        py::arg("voxel_size"), py::arg("origin"), py::arg("reach_m"), py::arg("threads") = 0,
+  m.def("paint", &painted, "vertices"_a, "faces"_a, "colors"_a, "values"_a, "voxel_size"_a, "origin"_a,
+        "reach_m"_a, "threads"_a = 0,
         "RGBA [z, y, x, 4] of the voxels within reach of a mesh with coloured vertices.");
-  m.def("photometric", &photometric, py::arg("shape"), py::arg("K"), py::arg("settled"), py::arg("T_obj_cam"),
-        py::arg("u_px"), py::arg("v_px"), py::arg("depth_m"), py::arg("grey"), py::arg("sigma") = 0.03,
+  m.def("photometric", &photometric, "shape"_a, "K"_a, "settled"_a, "T_obj_cam"_a, "u_px"_a, "v_px"_a,
+        "depth_m"_a, "grey"_a, "sigma"_a = 0.03,
         "Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.");
 }
 

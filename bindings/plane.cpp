@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "plane/plane.h"
 
-#include <pybind11/stl.h>
-
 #include "array.h"
 #include "plane/plane_mask.h"
 #include "release_gil.h"
@@ -15,8 +13,6 @@ namespace {
 constexpr int kMaskedRounds = 6;
 constexpr const char* kMiss[] = {"", "few readings", "no start", "start not flat", "small"};
 
-std::array<double, 3> as_array(Vec3d v) { return {v.x, v.y, v.z}; }
-
 plane::PlaneMethod method_of(const std::string& name) {
   if (name == "printed") return plane::PlaneMethod::kPrinted;
   if (name == "rigid") return plane::PlaneMethod::kRigid;
@@ -26,13 +22,13 @@ plane::PlaneMethod method_of(const std::string& name) {
 
 // (mask, normal, offset, bend, noise scale, share), or a word for the reason why there is no plane.
 py::object remove_plane(const py::array& depth, const Camera& camera, const py::object& rays, int start_x,
-                        int start_y, double tolerance_m, const std::string& method,
-                        const std::array<double, 3>& noise, bool measure_noise, bool feet, int threads) {
+                        int start_y, double tolerance_m, const std::string& method, const Vec3d& noise,
+                        bool measure_noise, bool feet, int threads) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
   if (start_x >= camera.width || start_y >= camera.height || (start_x >= 0 && start_y < 0))
     throw py::value_error("start: expected a pixel of the image, or a negative column for none");
   plane::PlaneOptions options{tolerance_m, start_x,           start_y,
-                              {},          method_of(method), {noise[0], noise[1], noise[2]}};
+                              {},          method_of(method), {noise.x, noise.y, noise.z}};
   py::array_t<bool> mask({camera.height, camera.width});
   auto* out = reinterpret_cast<unsigned char*>(mask.mutable_data());
   plane::FoundPlane found;
@@ -48,20 +44,20 @@ py::object remove_plane(const py::array& depth, const Camera& camera, const py::
   }
   if (found.miss != plane::PlaneMiss::kNone) return py::str(kMiss[static_cast<int>(found.miss)]);
   const frame::Plane plane = plane::normal_form(found.plane);
-  return py::make_tuple(mask, as_array(plane.normal_cam), plane.offset_m, found.plane.bend, found.noise_scale,
+  return py::make_tuple(mask, plane.normal_cam, plane.offset_m, found.plane.bend, found.noise_scale,
                         found.share);
 }
 
 // (normal, offset, bend, noise scale) of a plane refitted to all depths in a mask, or None if they lie on a
 // line.
 py::object fit_masked_plane(const py::array& depth, const Camera& camera, const py::object& rays,
-                            const py::object& mask, const std::array<double, 3>& normal, double offset_m,
-                            double tolerance_m, const std::array<double, 3>& noise, bool bent) {
+                            const py::object& mask, const Vec3d& normal, double offset_m, double tolerance_m,
+                            const Vec3d& noise, bool bent) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
   const unsigned char* requested = mask_view(mask, camera);
-  const plane::DepthNoise law{noise[0], noise[1], noise[2]};
+  const plane::DepthNoise law{noise.x, noise.y, noise.z};
   plane::InversePlane plane;
-  plane.g = (-1 / offset_m) * Vec3d{normal[0], normal[1], normal[2]};
+  plane.g = (-1 / offset_m) * normal;
   double scale = 1;
   bool fitted = false;
   {
@@ -78,21 +74,19 @@ py::object fit_masked_plane(const py::array& depth, const Camera& camera, const 
   }
   if (!fitted) return py::none();
   const frame::Plane found = plane::normal_form(plane);
-  return py::make_tuple(as_array(found.normal_cam), found.offset_m, plane.bend, scale);
+  return py::make_tuple(found.normal_cam, found.offset_m, plane.bend, scale);
 }
 
 }  // namespace
 
 void bind_plane(py::module_& m) {
-  m.def("remove_plane", &remove_plane, py::arg("depth"), py::arg("camera"), py::arg("rays"),
-        py::arg("start_x"), py::arg("start_y"), py::arg("tolerance_m"), py::arg("method"), py::arg("noise"),
-        py::arg("measure_noise"), py::arg("feet"), py::arg("threads"),
+  m.def("remove_plane", &remove_plane, "depth"_a, "camera"_a, "rays"_a, "start_x"_a, "start_y"_a,
+        "tolerance_m"_a, "method"_a, "noise"_a, "measure_noise"_a, "feet"_a, "threads"_a,
         "Mask of what is not on the dominant plane, normal, offset, bend, noise over the law's and share of "
         "the "
         "readings; or one of \"few readings\", \"no start\", \"start not flat\", \"small\".");
-  m.def("fit_plane", &fit_masked_plane, py::arg("depth"), py::arg("camera"), py::arg("rays"), py::arg("mask"),
-        py::arg("normal"), py::arg("offset"), py::arg("tolerance_m"), py::arg("noise"),
-        py::arg("bent") = false,
+  m.def("fit_plane", &fit_masked_plane, "depth"_a, "camera"_a, "rays"_a, "mask"_a, "normal"_a, "offset"_a,
+        "tolerance_m"_a, "noise"_a, "bent"_a = false,
         "Normal, offset, bend and noise over the law's of a plane refitted to the readings in a mask; None "
         "on a "
         "line.");

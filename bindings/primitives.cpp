@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/eigen.h>
 #include <pybind11/native_enum.h>
-#include <pybind11/stl.h>
 
 #include <optional>
 
@@ -17,8 +16,6 @@
 namespace sdftrack::bindings {
 
 namespace {
-
-using namespace py::literals;
 
 // Measurements and edge pixels of a labelled depth image, or only points; and the known data of the table.
 class View {
@@ -47,14 +44,12 @@ class View {
     out.view.pack();
     return out;
   }
-  void set_plane(std::array<double, 3> normal, double offset, bool stands) {
+  void set_plane(Vec3d normal, double offset, bool stands) {
     view.has_plane = true, view.stands = stands;
-    view.plane = {{normal[0], normal[1], normal[2]}, offset};
+    view.plane = {normal, offset};
   }
   py::array_t<double> points() const {
-    std::vector<double> out;
-    for (const Vec3d& p : view.points) out.insert(out.end(), {p.x, p.y, p.z});
-    return to_numpy(std::move(out), {static_cast<py::ssize_t>(view.points.size()), 3});
+    return gathered<double>(view.points, {3}, [](const Vec3d& p) { return &p.x; });
   }
 
   primitives::PrimitiveView view;
@@ -63,7 +58,6 @@ class View {
 py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedCloud& cloud) {
   py::dict d;
   const int n = primitives::size_count(fit.kind);
-  const Rigidd T = inverse(fit.x.T_obj_cam[0]);
   const primitives::PrimitiveSize size = fit.size();
   std::vector<double> lengths;
   std::vector<bool> bounded, far;
@@ -72,7 +66,7 @@ py::dict fit_dict(const primitives::PrimitiveFit& fit, const primitives::SeedClo
     lengths.push_back(size[at]), bounded.push_back(fit.bounded[at]), far.push_back(fit.far[at]);
   }
   d["kind"] = fit.kind;
-  d["T_cam_obj"] = matrix_from(T);
+  d["T_cam_obj"] = inverse(fit.x.T_obj_cam[0]);
   d["size"] = lengths;
   d["bounded"] = bounded;
   d["far"] = far;
@@ -157,7 +151,6 @@ void bind_primitives(py::module_& m) {
       .def(py::init<>())
       .def_readwrite("scaling", &primitives::PrimitiveFitOptions::scaling)
       .def_readwrite("seed", &primitives::PrimitiveFitOptions::seed)
-      .def_readwrite("max_points", &primitives::PrimitiveFitOptions::max_points)
       .def_readwrite("tolerance_m", &primitives::PrimitiveFitOptions::tolerance_m);
   py::class_<primitives::PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
       .def(py::init<>())

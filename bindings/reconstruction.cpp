@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "reconstruction/reconstruction.h"
 
-#include <pybind11/stl.h>
-
-#include <atomic>
 #include <optional>
 
 #include "array.h"
-#include "busy.h"
-#include "option_binding.h"
-#include "reconstruction/option_schema.h"
 #include "reconstruction/surface.h"
 #include "release_gil.h"
 #include "session.h"
@@ -19,24 +13,16 @@ namespace sdftrack::bindings {
 
 namespace {
 
-// Arrays that show the present volumes, or those of a GPU at the last request, and keep the owner alive.
-template <class T>
-py::array shown(const T* data, const sdf::Grid& grid, py::ssize_t channels, const py::object& owner) {
-  const auto n = static_cast<py::ssize_t>(sizeof(T));
-  std::vector<py::ssize_t> shape{grid.nz, grid.ny, grid.nx},
-      strides{n * channels * grid.nx * grid.ny, n * channels * grid.nx, n * channels};
-  py::array_t<T> out(shape, strides, data, owner);
-  out.attr("flags").attr("writeable") = false;
-  return out;
-}
-
 class PyReconstruction {
  public:
-  PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const std::array<double, 3>& origin,
-                   const std::optional<py::array>& prior,
-                   const reconstruction::ReconstructionOptions& options, int threads, const py::object& view,
-                   const std::optional<py::array>& first_shape, int device)
+  PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const Vec3d& origin,
+                   const std::optional<py::array>& prior, reconstruction::ReconstructionOptions options,
+                   int threads, const py::object& view, const std::optional<py::array>& first_shape,
+                   int device, const std::optional<float>& usual_noise_m)
       : threads_(threads) {
+    levelset::SensorNoise& noise = options.evidence.noise;
+    if (options.noise_m) noise.noise_m = static_cast<float>(*options.noise_m);
+    noise.usual_m = usual_noise_m.value_or(noise.usual_m);
     const sdf::Grid grid = grid_from({voxels[2], voxels[1], voxels[0]}, voxel_m, origin, "voxels");
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
     std::shared_ptr<const reconstruction::FirstView> first;
@@ -52,7 +38,6 @@ class PyReconstruction {
             const std::array<int, 4>& region, const py::object& mask,
             const std::optional<py::array>& foreground, const std::optional<py::array>& rgb) {
     const Rigidd T_cam_obj = rigid_from(T, "T");
-    const Busy busy(&busy_, "reconstruction");
     reconstruction::FrameEvidence frame{image_view(depth, "depth", camera),
                                         {region[0], region[1], region[2], region[3]}};
     check_region(region, camera.width, camera.height);
@@ -65,12 +50,8 @@ class PyReconstruction {
   }
   // Brings the borrowed data of a volume on a GPU up to the last frame.
   void show() { begin_to_show(), static_cast<void>(phi()); }
-  void begin_to_show() {
-    const Busy busy(&busy_, "reconstruction");
-    core_->begin_to_show();
-  }
+  void begin_to_show() { core_->begin_to_show(); }
   std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
-    const Busy busy(&busy_, "reconstruction");
     // Whole blocks; the result must be a valid volume.
     const sdf::Grid& grid = core_->grid();
     std::array<py::ssize_t, 3> voxels{grid.nx, grid.ny, grid.nz};
@@ -80,14 +61,12 @@ class PyReconstruction {
       voxels[axis] += levelset::EvidenceVolume::kBlock *
                       (static_cast<py::ssize_t>(before[axis]) + static_cast<py::ssize_t>(after[axis]));
     }
-    const Vec3d& o = grid.origin_obj;
-    grid_from({voxels[2], voxels[1], voxels[0]}, grid.voxel_m, {o.x, o.y, o.z}, "grown");
+    grid_from({voxels[2], voxels[1], voxels[0]}, grid.voxel_m, grid.origin_obj, "grown");
     const ReleaseGil release;
     return std::unique_ptr<PyReconstruction>(
         new PyReconstruction(std::shared_ptr(core_->grown(before, after, threads_)), threads_));
   }
   std::unique_ptr<PyReconstruction> continued(const py::object& view) {
-    const Busy busy(&busy_, "reconstruction");
     std::shared_ptr<const reconstruction::FirstView> first;
     if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
@@ -100,12 +79,8 @@ class PyReconstruction {
 
   // Vertices (m), faces, colours or None, and how often each vertex was seen.
   py::tuple mesh() {
-    reconstruction::SurfaceMesh mesh;
-    {
-      const Busy busy(&busy_, "reconstruction");
-      const ReleaseGil release;
-      mesh = reconstruction::surface_mesh(*core_, threads_);
-    }
+    reconstruction::SurfaceMesh mesh =
+        unlocked([&] { return reconstruction::surface_mesh(*core_, threads_); });
     const auto n = static_cast<py::ssize_t>(mesh.vertices.size());
     py::array_t<double> vertices({n, py::ssize_t{3}});
     std::copy(mesh.vertices.begin(), mesh.vertices.end(), reinterpret_cast<Vec3d*>(vertices.mutable_data()));
@@ -131,21 +106,18 @@ class PyReconstruction {
   template <class Get>
   auto brought(const Get& get) -> decltype(get()) {
     if (core_->device() == reconstruction::Reconstruction::kOnCpu) return get();
-    const Busy busy(&busy_, "reconstruction");
     const ReleaseGil release;
     return get();
   }
 
   std::shared_ptr<reconstruction::Reconstruction> core_;
-  std::atomic<bool> busy_{false};
   int threads_;
 };
 
 // planes: normal, offset and thickness of each.
 std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera, const py::array& T,
                                                            const py::array& from_m, const py::array& planes,
-                                                           const std::array<double, 3>& middle,
-                                                           double radius_m) {
+                                                           const Vec3d& middle, double radius_m) {
   const float* from = borrow<float>(from_m, "from_m", {camera.height, camera.width});
   const double* plane = borrow<double>(planes, "planes", {planes.shape(0), 5});
   std::vector<reconstruction::PlaneBelow> below;
@@ -154,10 +126,21 @@ std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera,
   return std::make_shared<reconstruction::FirstView>(
       camera, rigid_from(T, "T"),
       std::vector<float>(from, from + static_cast<std::ptrdiff_t>(camera.width) * camera.height),
-      std::move(below), reconstruction::Place{{middle[0], middle[1], middle[2]}, radius_m});
+      std::move(below), reconstruction::Place{middle, radius_m});
 }
 
-PyReconstruction& of(const py::object& self) { return self.cast<PyReconstruction&>(); }
+// Shows numbers of the present volume, or of that of a GPU at the last request, and keeps the owner alive.
+template <class Data>
+py::array shown(const py::object& self, py::ssize_t channels, const Data& data) {
+  auto& own = self.cast<PyReconstruction&>();
+  const auto* first = data(own);
+  const sdf::Grid& grid = own.core().grid();
+  const py::ssize_t n = channels * static_cast<py::ssize_t>(sizeof *first);
+  py::array out(py::dtype::of<std::decay_t<decltype(*first)>>(), {grid.nz, grid.ny, grid.nx},
+                {n * grid.nx * grid.ny, n * grid.nx, n}, first, self);
+  out.attr("flags").attr("writeable") = false;
+  return out;
+}
 
 }  // namespace
 
@@ -166,55 +149,32 @@ py::object reconstruction_to_python(std::shared_ptr<reconstruction::Reconstructi
 }
 
 void bind_reconstruction(py::module_& m) {
-  // In addition to the options of a Reconstructor: measured values, and values that tests vary.
-  bind_options<reconstruction::ReconstructionOptions>(
-      m, "ReconstructionOptions", "Options of a reconstruction; see sdftrack.ReconstructorOptions.")
-      .def_property(
-          "usual_noise_m",
-          [](const reconstruction::ReconstructionOptions& o) { return o.evidence.noise.usual_m; },
-          [](reconstruction::ReconstructionOptions& o, float v) { o.evidence.noise.usual_m = v; })
-      .def_property(
-          "color_reach_voxels",
-          [](const reconstruction::ReconstructionOptions& o) { return o.evidence.color_reach_voxels; },
-          [](reconstruction::ReconstructionOptions& o, float v) { o.evidence.color_reach_voxels = v; })
-      .def_property(
-          "min_slant", [](const reconstruction::ReconstructionOptions& o) { return o.image.min_slant; },
-          [](reconstruction::ReconstructionOptions& o, float v) {
-            o.image.min_slant = o.evidence.min_slant = v;
-          })
-      .def_readwrite("rounds", &reconstruction::ReconstructionOptions::rounds)
-      .def_readwrite("far_every", &reconstruction::ReconstructionOptions::far_every)
-      .def_readwrite("first_steps", &reconstruction::ReconstructionOptions::first_steps);
   py::class_<reconstruction::FirstView, std::shared_ptr<reconstruction::FirstView>>(m, "FirstView")
-      .def(py::init(&first_view_from), py::arg("camera"), py::arg("T"), py::arg("from_m"), py::arg("planes"),
-           py::arg("middle"), py::arg("radius_m"))
+      .def(py::init(&first_view_from), "camera"_a, "T"_a, "from_m"_a, "planes"_a, "middle"_a, "radius_m"_a)
       .def(
           "may_hold",
           [](const reconstruction::FirstView& self, const py::array& points) {
-            const double* p = borrow<double>(points, "points", {points.shape(0), 3});
-            py::array_t<bool> out(points.shape(0));
-            for (py::ssize_t k = 0; k < points.shape(0); ++k, p += 3)
-              out.mutable_at(k) = self.may_hold({p[0], p[1], p[2]});
-            return out;
+            const auto* p = reinterpret_cast<const Vec3d*>(borrow<double>(points, "points", {-1, 3}));
+            return gathered<bool>(std::span(p, static_cast<std::size_t>(points.shape(0))), {},
+                                  [&](const Vec3d& p_obj) { return self.may_hold(p_obj); });
           },
-          py::arg("points"), "Whether the object may be at points (N, 3) of the object frame.");
+          "points"_a, "Whether the object may be at points (N, 3) of the object frame.");
   py::class_<PyReconstruction>(m, "Reconstruction")
-      .def(py::init<const std::array<int, 3>&, double, const std::array<double, 3>&,
-                    const std::optional<py::array>&, const reconstruction::ReconstructionOptions&, int,
-                    const py::object&, const std::optional<py::array>&, int>(),
-           py::arg("voxels"), py::arg("voxel_m"), py::arg("origin"), py::arg("prior"), py::arg("options"),
-           py::arg("threads"), py::arg("view") = py::none(), py::arg("first_shape") = py::none(),
-           py::arg("device") = reconstruction::Reconstruction::kOnCpu)
-      .def("fuse", &PyReconstruction::fuse, py::arg("depth"), py::arg("camera"), py::arg("T"),
-           py::arg("region"), py::arg("mask") = py::none(), py::arg("foreground") = py::none(),
-           py::arg("rgb") = py::none())
+      .def(py::init<const std::array<int, 3>&, double, const Vec3d&, const std::optional<py::array>&,
+                    const reconstruction::ReconstructionOptions&, int, const py::object&,
+                    const std::optional<py::array>&, int, const std::optional<float>&>(),
+           "voxels"_a, "voxel_m"_a, "origin"_a, "prior"_a, "options"_a, "threads"_a, "view"_a = py::none(),
+           "first_shape"_a = py::none(), "device"_a = reconstruction::Reconstruction::kOnCpu,
+           "usual_noise_m"_a = py::none())
+      .def("fuse", &PyReconstruction::fuse, "depth"_a, "camera"_a, "T"_a, "region"_a, "mask"_a = py::none(),
+           "foreground"_a = py::none(), "rgb"_a = py::none())
       .def("show", &PyReconstruction::show,
            "Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.")
       .def("begin_to_show", &PyReconstruction::begin_to_show,
            "Begin that, and return: what was borrowed may be read after show().")
       .def("mesh", &PyReconstruction::mesh)
-      .def("grown", &PyReconstruction::grown, py::arg("before"), py::arg("after"))
-      .def("continued", &PyReconstruction::continued, py::arg("view"))
+      .def("grown", &PyReconstruction::grown, "before"_a, "after"_a)
+      .def("continued", &PyReconstruction::continued, "view"_a)
       .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })
       .def_property_readonly("voxels",
                              [](const PyReconstruction& self) {
@@ -224,43 +184,38 @@ void bind_reconstruction(py::module_& m) {
       .def_property_readonly("voxel_m",
                              [](const PyReconstruction& self) { return self.core().grid().voxel_m; })
       .def_property_readonly("origin",
-                             [](const PyReconstruction& self) {
-                               const Vec3d o = self.core().grid().origin_obj;
-                               return std::array<double, 3>{o.x, o.y, o.z};
-                             })
+                             [](const PyReconstruction& self) { return self.core().grid().origin_obj; })
       .def_property_readonly("phi",
                              [](const py::object& self) {
-                               PyReconstruction& own = of(self);
-                               return shown(own.phi().data(), own.core().grid(), 1, self);
+                               return shown(self, 1, [](PyReconstruction& own) { return own.phi().data(); });
+                             })
+      .def_property_readonly("surface_boxes",
+                             [](const PyReconstruction& self) {
+                               return gathered<std::int32_t>(
+                                   self.core().surface_boxes(), {6}, [](const sdf::VoxelBox& box) {
+                                     return reinterpret_cast<const std::int32_t*>(&box);
+                                   });
                              })
       .def_property_readonly(
-          "surface_boxes",
-          [](const PyReconstruction& self) {
-            const std::vector<sdf::VoxelBox> cells = self.core().surface_boxes();
-            py::array_t<std::int32_t> out({static_cast<py::ssize_t>(cells.size()), py::ssize_t{6}});
-            std::copy(cells.begin(), cells.end(), reinterpret_cast<sdf::VoxelBox*>(out.mutable_data()));
-            return out;
+          "log_ratio",
+          [](const py::object& self) {
+            return shown(self, 1, [](PyReconstruction& own) { return own.evidence().log_ratio().data(); });
           })
-      .def_property_readonly("log_ratio",
-                             [](const py::object& self) {
-                               PyReconstruction& own = of(self);
-                               return shown(own.evidence().log_ratio().data(), own.core().grid(), 1, self);
-                             })
-      .def_property_readonly("weight",
-                             [](const py::object& self) {
-                               PyReconstruction& own = of(self);
-                               return shown(own.evidence().weight().data(), own.core().grid(), 1, self);
-                             })
+      .def_property_readonly(
+          "weight",
+          [](const py::object& self) {
+            return shown(self, 1, [](PyReconstruction& own) { return own.evidence().weight().data(); });
+          })
       .def_property_readonly("seen",
                              [](const py::object& self) {
-                               PyReconstruction& own = of(self);
-                               return shown(&own.colors().data()->seen, own.core().grid(), 4, self);
+                               return shown(self, 4,
+                                            [](PyReconstruction& own) { return &own.colors().data()->seen; });
                              })
       .def_property_readonly("rgb_seen", [](const py::object& self) {
-        PyReconstruction& own = of(self);
+        auto& own = self.cast<PyReconstruction&>();
         const sdf::Grid& g = own.core().grid();
         py::array_t<std::uint16_t> out({g.nz, g.ny, g.nx, 4}, &own.colors().data()->r, self);
-        out.attr("setflags")(py::arg("write") = false);
+        out.attr("setflags")("write"_a = false);
         return out;
       });
 }

@@ -39,6 +39,13 @@ class ReleaseGilUntilSignal : private Interrupt {
   std::chrono::steady_clock::time_point last_look_ = std::chrono::steady_clock::now();
 };
 
+// Runs `call` without the interpreter's lock and returns its result.
+template <class Release = ReleaseGil, class Call>
+auto unlocked(const Call& call) {
+  const Release release;
+  return call();
+}
+
 // Registers the work at the interpreter's end. Called once, while the module is loaded.
 void watch_for_the_end();
 

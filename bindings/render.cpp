@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -9,6 +7,7 @@
 #include "base/volume_id.h"
 #include "release_gil.h"
 #include "render/raycast_mesh.h"
+#include "volume.h"
 
 namespace sdftrack::bindings {
 
@@ -18,16 +17,7 @@ namespace {
 class MeshCaster {
  public:
   MeshCaster(py::array vertices, py::array faces) : vertices_(std::move(vertices)), faces_(std::move(faces)) {
-    const double* v = borrow<double>(vertices_, "vertices", {-1, 3});
-    const std::int32_t* f = borrow<std::int32_t>(faces_, "faces", {-1, 3});
-    mesh_ = {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices_.shape(0)),
-             reinterpret_cast<const sdf::Face*>(f), static_cast<std::size_t>(faces_.shape(0))};
-    for (py::ssize_t i = 0; i < vertices_.size(); ++i)
-      if (!std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
-    for (py::ssize_t i = 0; i < faces_.size(); ++i)
-      if (f[i] < 0 || f[i] >= vertices_.shape(0))
-        throw py::value_error("faces: vertex index " + std::to_string(f[i]) + " is outside 0.." +
-                              std::to_string(vertices_.shape(0) - 1));
+    mesh_ = mesh_view(vertices_, faces_);
     const ReleaseGil release;
     bvh_ = std::make_unique<sdf::Bvh>(mesh_);
   }
@@ -37,12 +27,10 @@ class MeshCaster {
     const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
     const std::uint8_t* rgb =
         colors ? borrow<std::uint8_t>(*colors, "colors", {vertices_.shape(0), 3}) : nullptr;
-    render::MeshImage image;
-    {
-      const ReleaseGilUntilSignal release;
-      image = device < 0 ? render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads)
-                         : render::raycast_mesh_cuda(mesh_, *bvh_, id_, rgb, camera, T, device);
-    }
+    render::MeshImage image = unlocked<ReleaseGilUntilSignal>([&] {
+      return device < 0 ? render::raycast_mesh(mesh_, *bvh_, rgb, camera, T, threads)
+                        : render::raycast_mesh_cuda(mesh_, *bvh_, id_, rgb, camera, T, device);
+    });
     const py::ssize_t h = camera.height, w = camera.width;
     return py::make_tuple(to_numpy(std::move(image.depth_m), {h, w}),
                           to_numpy(std::move(image.normals_cam), {h, w, 3}),
@@ -79,11 +67,11 @@ class MeshCaster {
 
 void bind_render(py::module_& m) {
   py::class_<MeshCaster>(m, "MeshCaster", "Rays and closest points of one mesh. The arrays must not change.")
-      .def(py::init<py::array, py::array>(), py::arg("vertices"), py::arg("faces"))
-      .def("raycast", &MeshCaster::raycast, py::arg("camera"), py::arg("T_cam_obj"),
-           py::arg("colors") = py::none(), py::arg("threads") = 0, py::arg("device") = -1,
+      .def(py::init<py::array, py::array>(), "vertices"_a, "faces"_a)
+      .def("raycast", &MeshCaster::raycast, "camera"_a, "T_cam_obj"_a, "colors"_a = py::none(),
+           "threads"_a = 0, "device"_a = -1,
            "-> depth (H, W) float32 m, normals (H, W, 3) float32, colours (H, W, 3) uint8 or None.")
-      .def("closest", &MeshCaster::closest, py::arg("points"),
+      .def("closest", &MeshCaster::closest, "points"_a,
            "(N, 3) float64 -> distances (N,) m, faces (N,) int32, points (N, 3).");
 }
 

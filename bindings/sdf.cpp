@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <array>
 #include <optional>
 
@@ -30,14 +28,12 @@ struct Volume {
   const float* phi;
   sdf::Grid grid;
 
-  Volume(const py::array& values, double voxel_size, std::array<double, 3> origin)
+  Volume(const py::array& values, double voxel_size, Vec3d origin)
       : phi(borrow<float>(values, "values", {-1, -1, -1})),
         grid(grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_size, origin)) {}
   SdfView view() const { return grid.view(phi); }
   std::vector<py::ssize_t> shape() const { return {grid.nz, grid.ny, grid.nx}; }
 };
-
-using Origin = std::array<double, 3>;
 
 py::dict report_dict(const sdf::MeshReport& r) {
   py::dict d;
@@ -59,58 +55,41 @@ py::dict report_dict(const sdf::MeshReport& r) {
 py::tuple volume_of(const py::array& vertices, const py::array& faces,
                     const sdf::MeshVolumeOptions& options) {
   const sdf::MeshView mesh = mesh_view(vertices, faces, false);
-  sdf::MeshVolume out;
-  {
-    const ReleaseGilUntilSignal release;
-    out = sdf::mesh_volume(mesh, options);
-  }
+  sdf::MeshVolume out = unlocked<ReleaseGilUntilSignal>([&] { return sdf::mesh_volume(mesh, options); });
   const sdf::Grid& grid = out.grid;
-  const Origin origin{grid.origin_obj.x, grid.origin_obj.y, grid.origin_obj.z};
-  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), grid.voxel_m, origin,
-                        report_dict(out.report), out.warnings);
+  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), grid.voxel_m,
+                        grid.origin_obj, report_dict(out.report), out.warnings);
 }
 
-py::tuple grid_of(const Origin& low, const Origin& high, int voxels, std::optional<double> padding) {
-  const sdf::Grid grid =
-      sdf::grid_around({low[0], low[1], low[2]}, {high[0], high[1], high[2]}, voxels, padding);
-  const Origin origin{grid.origin_obj.x, grid.origin_obj.y, grid.origin_obj.z};
-  return py::make_tuple(grid.voxel_m, py::make_tuple(grid.nz, grid.ny, grid.nx), origin);
+py::tuple grid_of(const Vec3d& low, const Vec3d& high, int voxels, std::optional<double> padding) {
+  const sdf::Grid grid = sdf::grid_around(low, high, voxels, padding);
+  return py::make_tuple(grid.voxel_m, py::make_tuple(grid.nz, grid.ny, grid.nx), grid.origin_obj);
 }
 
 py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
-                    double voxel_size, Origin origin, double band, int threads) {
+                    double voxel_size, const Vec3d& origin, double band, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
-  sdf::MeshSdf out;
-  {
-    const ReleaseGilUntilSignal release;
-    out = sdf::mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
-  }
+  sdf::MeshSdf out = unlocked<ReleaseGilUntilSignal>(
+      [&] { return sdf::mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads); });
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
 }
 
 py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
-                         double voxel_size, Origin origin, double band, int threads) {
+                         double voxel_size, const Vec3d& origin, double band, int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
-  sdf::OpenMeshSdf out;
-  {
-    const ReleaseGilUntilSignal release;
-    out = sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads);
-  }
+  sdf::OpenMeshSdf out = unlocked<ReleaseGilUntilSignal>(
+      [&] { return sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads); });
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.gap_voxels);
 }
 
 py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces,
-                                 std::array<py::ssize_t, 3> shape, double voxel_size, Origin origin,
+                                 std::array<py::ssize_t, 3> shape, double voxel_size, const Vec3d& origin,
                                  int threads) {
   const sdf::MeshView mesh = mesh_view(vertices, faces);
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
-  std::vector<std::int8_t> out;
-  {
-    const ReleaseGil release;
-    out = sdf::winding_numbers(mesh, grid, threads);
-  }
+  std::vector<std::int8_t> out = unlocked([&] { return sdf::winding_numbers(mesh, grid, threads); });
   return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
 }
 
@@ -128,7 +107,7 @@ primitives::PrimitiveKind solid_named(const std::string& name) {
 }
 
 py::array_t<float> primitive(const std::string& kind, const std::vector<double>& size,
-                             std::array<py::ssize_t, 3> shape, double voxel_size, Origin origin,
+                             std::array<py::ssize_t, 3> shape, double voxel_size, const Vec3d& origin,
                              int threads) {
   const primitives::PrimitiveKind solid = solid_named(kind);
   double lengths[sdf::kMaxSizes] = {1, 1, 1};
@@ -148,7 +127,7 @@ py::array_t<float> primitive(const std::string& kind, const std::vector<double>&
   return to_numpy(std::move(phi), {grid.nz, grid.ny, grid.nx});
 }
 
-py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, const py::array& points,
+py::tuple sample_sdf(const py::array& values, double voxel_size, const Vec3d& origin, const py::array& points,
                      int threads) {
   const Volume volume(values, voxel_size, origin);
   const auto* p = reinterpret_cast<const Vec3d*>(borrow<double>(points, "points", {-1, 3}));
@@ -170,30 +149,26 @@ py::tuple sample_sdf(const py::array& values, double voxel_size, Origin origin, 
   return py::make_tuple(to_numpy(std::move(phi), {rows}), to_numpy(std::move(gradient), {rows, 3}));
 }
 
-py::tuple render_sdf(const py::array& values, double voxel_size, Origin origin, const Camera& camera,
+py::tuple render_sdf(const py::array& values, double voxel_size, const Vec3d& origin, const Camera& camera,
                      const py::array& T_cam_obj, int threads, int device, std::uint64_t id) {
   const Volume volume(values, voxel_size, origin);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj");
   SdfView sdf = volume.view();
   sdf.id = id;
-  render::SdfImage image;
-  {
-    const ReleaseGilUntilSignal release;
-    image = device < 0 ? render::raycast_sdf(sdf, camera, T, threads)
-                       : render::raycast_sdf_cuda(sdf, camera, T, device);
-  }
+  render::SdfImage image = unlocked<ReleaseGilUntilSignal>([&] {
+    return device < 0 ? render::raycast_sdf(sdf, camera, T, threads)
+                      : render::raycast_sdf_cuda(sdf, camera, T, device);
+  });
   return py::make_tuple(to_numpy(std::move(image.depth_m), {camera.height, camera.width}),
                         to_numpy(std::move(image.normals_cam), {camera.height, camera.width, 3}));
 }
 
 py::array_t<float> redistance_values(const py::array& values, double voxel_size, int threads, int device) {
   const Volume volume(values, voxel_size, {0, 0, 0});
-  std::vector<float> out;
-  {
-    const ReleaseGilUntilSignal release;
-    out = device < 0 ? sdf::redistance(volume.grid, volume.phi, threads)
-                     : levelset::redistance_cuda(volume.grid, volume.phi, device);
-  }
+  std::vector<float> out = unlocked<ReleaseGilUntilSignal>([&] {
+    return device < 0 ? sdf::redistance(volume.grid, volume.phi, threads)
+                      : levelset::redistance_cuda(volume.grid, volume.phi, device);
+  });
   return to_numpy(std::move(out), volume.shape());
 }
 
@@ -203,34 +178,21 @@ py::array_t<float> sweep(const py::array& known, const py::array& values, double
   const std::uint8_t* k = borrow<std::uint8_t>(known, "known", shape);
   std::vector<std::uint8_t> fixed(k, k + volume.grid.size());
   std::vector<float> u(volume.phi, volume.phi + volume.grid.size());
-  {
-    const ReleaseGil release;
-    sdf::fast_sweep(volume.grid, fixed, &u);
-  }
+  unlocked([&] { sdf::fast_sweep(volume.grid, fixed, &u); });
   return to_numpy(std::move(u), shape);
 }
 
-py::tuple samples(const py::array& values, double voxel_size, Origin origin, int count) {
+py::tuple samples(const py::array& values, double voxel_size, const Vec3d& origin, int count) {
   const Volume volume(values, voxel_size, origin);
-  std::vector<sdf::SurfaceSample> found;
-  {
-    const ReleaseGil release;
-    found = sdf::ZeroSurface(volume.view()).samples(count);
-  }
-  std::vector<float> p, n;
-  for (const sdf::SurfaceSample& s : found) {
-    p.insert(p.end(), {s.p_obj.x, s.p_obj.y, s.p_obj.z});
-    n.insert(n.end(), {s.n_obj.x, s.n_obj.y, s.n_obj.z});
-  }
-  const auto rows = static_cast<py::ssize_t>(found.size());
-  return py::make_tuple(to_numpy(std::move(p), {rows, 3}), to_numpy(std::move(n), {rows, 3}));
+  std::vector<sdf::SurfaceSample> found =
+      unlocked([&] { return sdf::ZeroSurface(volume.view()).samples(count); });
+  return py::make_tuple(gathered<float>(found, {3}, [](const sdf::SurfaceSample& s) { return &s.p_obj.x; }),
+                        gathered<float>(found, {3}, [](const sdf::SurfaceSample& s) { return &s.n_obj.x; }));
 }
 
 }  // namespace
 
 void bind_sdf(py::module_& m) {
-  using namespace py::literals;
-  m.attr("BAND_VOXELS") = sdf::kBandVoxels;
   m.attr("MAX_VOXELS") = sdf::kMaxVoxels;
   m.def(
       "mesh_volume",

@@ -2,12 +2,9 @@
 // The reconstruction of an object while it is tracked: its keyframes, its volume and its frames.
 #include "session.h"
 
-#include <pybind11/stl.h>
-
 #include <algorithm>
 
 #include "beginning.h"
-#include "busy.h"
 #include "pixel_mask.h"
 #include "plane/ray_length.h"
 #include "py_tracker.h"
@@ -97,7 +94,7 @@ class PySession {
  public:
   PySession(const Camera& camera, const reconstruction::ReconstructionOptions& options, int voxels,
             const std::optional<double>& extent, int threads, int device,
-            const std::optional<PyKnownShape>& initial, const reconstruction::Beginning& beginning)
+            const std::optional<PyVolume>& initial, const reconstruction::Beginning& beginning)
       : initial_(initial), threads_(threads) {
     const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
     const ReleaseGil release;
@@ -114,7 +111,7 @@ class PySession {
           core_->start(own, f);
         },
         [&] {
-          if (bent) PyTracker::warn_of_ray_length();
+          if (bent) warn_of_ray_length(4);
         });
   }
   py::dict track(const PyFrame& frame, const Names& names) {
@@ -145,7 +142,7 @@ class PySession {
   // The tracker borrows it, as long as the session neither fuses nor ends.
   void show_shape(const py::object& tracker) { core_->show_shape(&tracker.cast<PyTracker&>().core()); }
   void restore(std::vector<reconstruction::Beginning> later, int index, const std::array<int, 3>& voxels,
-               double voxel_m, const std::array<double, 3>& origin) {
+               double voxel_m, const Vec3d& origin) {
     const sdf::Grid grid = grid_from({voxels[2], voxels[1], voxels[0]}, voxel_m, origin, "voxels");
     const ReleaseGil release;
     core_->restore(std::move(later), index, grid);
@@ -157,21 +154,19 @@ class PySession {
   template <class Work, class After>
   py::dict served(const py::object& tracker, const PyFrame& frame, const Names& names, const Work& work,
                   const After& after) {
-    const Busy busy(&busy_, "reconstruction");
     auto& own = tracker.cast<PyTracker&>();
     own.run(frame, [&](const frame::DepthFrame& f) { work(f, &own.core()); });
     tracker_ = tracker;
     after();
     py::dict out = result_to_dict(core_->result().tracked, names);
-    out["change_m"] = core_->result().change_m;
+    out["shape_change"] = core_->result().change_m;
     return out;
   }
 
-  std::optional<PyKnownShape> initial_;  // its array is borrowed
+  std::optional<PyVolume> initial_;  // its array is borrowed
   int threads_;
   std::unique_ptr<reconstruction::Session> core_;
   py::object tracker_;
-  std::atomic<bool> busy_{false};
 };
 
 // The volume of a session, for what rebuilds it.
@@ -183,16 +178,12 @@ struct PyGrowingVolume {
 void bind_keyframes(py::module_& m) {
   py::class_<Keyframe, std::shared_ptr<Keyframe>>(
       m, "Keyframe", "A fused frame: its images cropped to the object, and the pose used for fusion.")
-      .def(py::init(&keyframe_from), py::arg("index"), py::arg("region"), py::arg("depth"), py::arg("rgb"),
-           py::arg("foreground"), py::arg("T_cam_obj"), py::arg("mask") = py::none(),
-           py::arg("recording") = 0)
+      .def(py::init(&keyframe_from), "index"_a, "region"_a, "depth"_a, "rgb"_a, "foreground"_a, "T_cam_obj"_a,
+           "mask"_a = py::none(), "recording"_a = 0)
       .def("__reduce__",
-           [](const py::object& self) -> py::tuple {
-             py::list values;
-             for (const char* name :
-                  {"index", "region", "depth", "rgb", "foreground", "T_cam_obj", "mask", "recording"})
-               values.append(self.attr(name));
-             return py::make_tuple(self.attr("__class__"), py::tuple(values));
+           [](const py::object& self) {
+             return reduced(
+                 self, {"index", "region", "depth", "rgb", "foreground", "T_cam_obj", "mask", "recording"});
            })
       .def_readonly("index", &Keyframe::index)
       .def_readonly("recording", &Keyframe::recording)
@@ -214,13 +205,13 @@ void bind_keyframes(py::module_& m) {
                                return part_of(self, &Keyframe::mask, 1, py::none());
                              })
       .def_property(
-          "T_cam_obj", [](const Keyframe& self) { return matrix_from(self.T_cam_obj); },
+          "T_cam_obj", [](const Keyframe& self) { return self.T_cam_obj; },
           [](Keyframe& self, const py::array& T) {
             self.T_cam_obj = read_matrix(borrow<double>(T, "T_cam_obj", {4, 4}));
           });
   py::class_<Keyframes>(m, "Keyframes", "Keeps a limited number of frames, spread over viewpoints and time.")
-      .def(py::init<int>(), py::arg("most"))
-      .def("add", &Keyframes::add, py::arg("keyframe"))
+      .def(py::init<int>(), "most"_a)
+      .def("add", &Keyframes::add, "keyframe"_a)
       .def_property_readonly("frames", [](const Keyframes& self) { return self.frames(); })
       .def("record", &record_of, "What the choice depends on, beside the frames.")
       .def(
@@ -228,7 +219,7 @@ void bind_keyframes(py::module_& m) {
           [](Keyframes& self, std::vector<std::shared_ptr<Keyframe>> frames, const py::array& views,
              const py::array& nearest,
              const py::array& gaps) { restore_keyframes(&self, std::move(frames), views, nearest, gaps); },
-          py::arg("frames"), py::arg("views"), py::arg("nearest"), py::arg("gaps"));
+          "frames"_a, "views"_a, "nearest"_a, "gaps"_a);
 }
 
 void bind_growing_volume(py::module_& m) {
@@ -248,7 +239,7 @@ void bind_growing_volume(py::module_& m) {
           [](const PyGrowingVolume& self, const reconstruction::Beginning& beginning, const py::array& T) {
             self.core->begin_recording(beginning, rigid_from(T, "T"));
           },
-          py::arg("beginning"), py::arg("T_cam_obj"))
+          "beginning"_a, "T_cam_obj"_a)
       .def(
           "fuse",
           [](const PyGrowingVolume& self, const Keyframe& keyframe) {
@@ -264,7 +255,7 @@ void bind_growing_volume(py::module_& m) {
                 reconstruction::whole(keyframe.depth_m, keyframe.region, camera.width, camera.height);
             self.core->fuse(keyframe, {depth.data(), camera.width, camera.height});
           },
-          py::arg("keyframe"));
+          "keyframe"_a);
 }
 
 void bind_mask_extent(py::module_& m) {
@@ -275,12 +266,11 @@ void bind_mask_extent(py::module_& m) {
                  camera, pixel_mask_from(outline, "outline", camera.width, camera.height),
                  rigid_from(T, "T"));
            }),
-           py::arg("camera"), py::arg("outline"), py::arg("T_cam_obj"))
+           "camera"_a, "outline"_a, "T_cam_obj"_a)
       .def(
           "beyond",
-          [](reconstruction::MaskExtent& self, const py::array& phi, double voxel_m,
-             const std::array<double, 3>& origin, const py::array& seen, const py::array& boxes, int fused,
-             int least) {
+          [](reconstruction::MaskExtent& self, const py::array& phi, double voxel_m, const Vec3d& origin,
+             const py::array& seen, const py::array& boxes, int fused, int least) {
             const float* values = borrow<float>(phi, "phi", {-1, -1, -1});
             const auto* box =
                 reinterpret_cast<const sdf::VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
@@ -292,8 +282,7 @@ void bind_mask_extent(py::module_& m) {
                  {box, box + boxes.shape(0)}},
                 fused, least);
           },
-          py::arg("phi"), py::arg("voxel_m"), py::arg("origin"), py::arg("seen"), py::arg("boxes"),
-          py::arg("fused"), py::arg("least"))
+          "phi"_a, "voxel_m"_a, "origin"_a, "seen"_a, "boxes"_a, "fused"_a, "least"_a)
       .def("forget", &reconstruction::MaskExtent::forget);
 }
 
@@ -303,19 +292,17 @@ void bind_session(py::module_& m) {
   bind_keyframes(m), bind_growing_volume(m), bind_mask_extent(m);
   py::class_<PySession>(m, "ReconstructionSession", "See sdftrack.Reconstructor.")
       .def(py::init<const Camera&, const reconstruction::ReconstructionOptions&, int,
-                    const std::optional<double>&, int, int, const std::optional<PyKnownShape>&,
+                    const std::optional<double>&, int, int, const std::optional<PyVolume>&,
                     const reconstruction::Beginning&>(),
-           py::arg("camera"), py::arg("options"), py::arg("voxels"), py::arg("extent"), py::arg("threads"),
-           py::arg("device"), py::arg("initial"), py::arg("beginning"))
-      .def("start", &PySession::start, py::arg("tracker"), py::arg("frame"), py::arg("names"))
-      .def("track", &PySession::track, py::arg("frame"), py::arg("names"))
-      .def("resume", &PySession::resume, py::arg("tracker"), py::arg("frame"), py::arg("shown"),
-           py::arg("masked"), py::arg("names"))
-      .def("add", &PySession::add, py::arg("frame"), py::arg("T_cam_obj"))
-      .def("set_tracker", &PySession::set_tracker, py::arg("tracker"))
-      .def("show_shape", &PySession::show_shape, py::arg("tracker"))
-      .def("restore", &PySession::restore, py::arg("later"), py::arg("index"), py::arg("voxels"),
-           py::arg("voxel_m"), py::arg("origin"))
+           "camera"_a, "options"_a, "voxels"_a, "extent"_a, "threads"_a, "device"_a, "initial"_a,
+           "beginning"_a)
+      .def("start", &PySession::start, "tracker"_a, "frame"_a, "names"_a)
+      .def("track", &PySession::track, "frame"_a, "names"_a)
+      .def("resume", &PySession::resume, "tracker"_a, "frame"_a, "shown"_a, "masked"_a, "names"_a)
+      .def("add", &PySession::add, "frame"_a, "T_cam_obj"_a)
+      .def("set_tracker", &PySession::set_tracker, "tracker"_a)
+      .def("show_shape", &PySession::show_shape, "tracker"_a)
+      .def("restore", &PySession::restore, "later"_a, "index"_a, "voxels"_a, "voxel_m"_a, "origin"_a)
       .def_property(
           "volume",
           [](PySession& self) {
@@ -352,7 +339,7 @@ void bind_session(py::module_& m) {
         const auto n = static_cast<std::size_t>(shape.size());
         return to_numpy(reconstruction::printed_prior(from, n, voxel_m), {shape.size()});
       },
-      py::arg("shape"), py::arg("voxel_m"), "Log odds of the printed evolution's first shape (m).");
+      "shape"_a, "voxel_m"_a, "Log odds of the printed evolution's first shape (m).");
   m.def(
       "fill_cavities",
       [](const py::array& phi, const py::array& weight) {
@@ -363,7 +350,7 @@ void bind_session(py::module_& m) {
                                       static_cast<int>(phi.shape(0)), known, out.data());
         return to_numpy(std::move(out), {phi.shape(0), phi.shape(1), phi.shape(2)});
       },
-      py::arg("phi"), py::arg("weight"),
+      "phi"_a, "weight"_a,
       "A copy of the field in which voxels without evidence that the surface encloses are inside.");
 }
 

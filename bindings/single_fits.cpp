@@ -2,7 +2,6 @@
 #include "tracking/fit/single_fits.h"
 
 #include <pybind11/eigen.h>
-#include <pybind11/stl.h>
 
 #include <atomic>
 
@@ -15,16 +14,14 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using Volumes = std::vector<std::tuple<py::array, double, std::array<double, 3>>>;
-
 // A few shapes, ready to be fitted to frames of one camera.
 class SingleFitter {
  public:
-  SingleFitter(const Volumes& volumes, const Camera& camera, int device)
+  SingleFitter(const std::vector<PyVolume>& volumes, const Camera& camera, int device)
       : camera_(camera), rays_(camera.distorted() ? ray_table(camera) : std::vector<float>{}), fits_(device) {
-    for (const auto& [values, voxel_m, origin] : volumes) {
-      values_.push_back(values);
-      shapes_.push_back(frame::make_shape(volume_view(values, voxel_m, origin), 1, 1));
+    for (const PyVolume& volume : volumes) {
+      values_.push_back(std::get<0>(volume));
+      shapes_.push_back(frame::make_shape(volume_view(volume), 1, 1));
     }
   }
 
@@ -42,11 +39,8 @@ class SingleFitter {
       const Rigidd T = rigid_from(T_cam_obj.at(k), "poses");
       starts.push_back({T.R, T * shapes.back()->centre_obj});
     }
-    std::vector<tracking::SingleFit> found;
-    {
-      const ReleaseGil release;
-      found = fits_.run(frame, camera_, shapes, starts, options, threads);
-    }
+    std::vector<tracking::SingleFit> found =
+        unlocked([&] { return fits_.run(frame, camera_, shapes, starts, options, threads); });
     py::list out;
     for (std::size_t k = 0; k < found.size(); ++k) out.append(to_python(found[k], *shapes[k]));
     return out;
@@ -57,7 +51,7 @@ class SingleFitter {
     py::list steps;
     for (const optim::LmStep& s : fit.steps) steps.append(py::make_tuple(s.cost, s.damping, s.accepted));
     py::dict out;
-    out["pose"] = matrix_from({fit.T_cam_obj.R, fit.T_cam_obj * -shape.centre_obj});
+    out["pose"] = Rigidd{fit.T_cam_obj.R, fit.T_cam_obj * -shape.centre_obj};
     out["covariance"] = fit.covariance;
     out["cost"] = fit.cost, out["pixels"] = fit.pixels, out["hits"] = fit.hits;
     out["stop"] = optim::stop_name(fit.stop), out["steps"] = steps;
@@ -76,10 +70,9 @@ class SingleFitter {
 
 // Called after TrackerOptions is bound, so that the signature can name it.
 void bind_single_fits(py::module_& m) {
-  using namespace py::literals;
   py::class_<SingleFitter>(m, "SingleFitter",
                            "Objects that are each fitted on their own; see sdftrack.PoseFitter.")
-      .def(py::init<const Volumes&, const Camera&, int>(), "volumes"_a, "camera"_a, "device"_a)
+      .def(py::init<const std::vector<PyVolume>&, const Camera&, int>(), "volumes"_a, "camera"_a, "device"_a)
       .def(
           "fit",
           [](SingleFitter& self, const py::array& depth, const py::object& mask,

@@ -2,14 +2,11 @@
 #include "solids.h"
 
 #include <pybind11/native_enum.h>
-#include <pybind11/stl.h>
 
 #include "primitives/outline.h"
 #include "primitives/residuals.h"
 
 namespace sdftrack::bindings {
-
-using namespace py::literals;
 
 primitives::PrimitiveSize checked_size(primitives::PrimitiveKind kind, const std::vector<double>& size) {
   if (static_cast<int>(size.size()) != primitives::size_count(kind))
@@ -54,12 +51,12 @@ py::tuple distances(primitives::PrimitiveKind kind, const std::vector<double>& s
 
 // For one ray of the image's edge: least phi along it (m), and its derivative by (v, w) and the lengths.
 py::tuple clearance_of(primitives::PrimitiveKind kind, const std::vector<double>& size,
-                       const py::array& T_obj_cam, std::array<double, 3> ray, double near_m, double far_m) {
+                       const py::array& T_obj_cam, Vec3d ray, double near_m, double far_m) {
   const primitives::PrimitiveSize s = checked_size(kind, size);
   const primitives::PrimitiveField field{
       kind, primitives::Scaling::kExact, rigid_from(T_obj_cam, "T_obj_cam"), {s[0], s[1], s[2]}};
   primitives::SolidResidual r;
-  primitives::clearance(field, {{ray[0], ray[1], ray[2]}, near_m, far_m, 0, primitives::Sight::kOn}, &r);
+  primitives::clearance(field, {ray, near_m, far_m, 0, primitives::Sight::kOn}, &r);
   std::vector<double> J(r.J, r.J + 6 + primitives::size_count(kind));
   for (std::size_t i = 6; i < J.size(); ++i) J[i] /= s[i - 6];
   return py::make_tuple(r.m, J);
@@ -104,9 +101,9 @@ void bind_solids(py::module_& m) {
         "far_m"_a, "-> least phi along a stretch of a ray (m), derivative by (v, w) and every length.");
   m.def(
       "primitive_reach",
-      [](primitives::PrimitiveKind kind, const std::vector<double>& size, std::array<double, 3> v) {
-        const primitives::Reach r = primitives::reach_of(kind, {v[0], v[1], v[2]}, checked_size(kind, size));
-        return py::make_tuple(r.reach_m, std::array<double, 3>{r.at.x, r.at.y, r.at.z},
+      [](primitives::PrimitiveKind kind, const std::vector<double>& size, Vec3d v) {
+        const primitives::Reach r = primitives::reach_of(kind, v, checked_size(kind, size));
+        return py::make_tuple(r.reach_m, r.at,
                               std::vector<double>(r.size, r.size + primitives::size_count(kind)));
       },
       "kind"_a, "size"_a, "direction"_a, "-> reach (m), point, derivative by every length.");

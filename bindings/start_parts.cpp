@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The connected region of a depth image, for the command line; parts of a start that tests compare with
 // numpy.
-#include <pybind11/stl.h>
-
 #include "appearance.h"
 #include "pixel_mask.h"
 #include "plane/near_planes.h"
@@ -26,11 +24,9 @@ py::list mask_arrays(const std::vector<frame::PixelMask>& masks) {
 py::array_t<bool> connected_region(const py::array& depth, const Camera& camera, const py::object& rays,
                                    const Px& px, double reach_m) {
   const frame::DepthFrame frame = depth_frame(depth, camera, rays);
-  frame::PixelMask region;
-  {
-    const ReleaseGil release;
-    region = tracking::connected_region(frame, camera, {px[0], px[1]}, reach_m);
-  }
+  frame::PixelMask region = unlocked([&] {
+    return tracking::connected_region(frame, camera, {px[0], px[1]}, reach_m);
+  });
   return mask_to_numpy(region);
 }
 
@@ -55,9 +51,8 @@ py::list planes_near(const py::array& depth, const Camera& camera, const py::obj
   }
   py::list out;
   for (const plane::NearPlane& one : found) {
-    const Vec3d n = one.plane.normal_cam;
-    out.append(py::make_tuple(std::array<double, 3>{n.x, n.y, n.z}, one.plane.offset_m,
-                              mask_to_numpy(one.pixels), one.extent_m));
+    out.append(
+        py::make_tuple(one.plane.normal_cam, one.plane.offset_m, mask_to_numpy(one.pixels), one.extent_m));
   }
   return out;
 }
@@ -98,16 +93,14 @@ py::tuple standing_regions(const py::array& depth, const Camera& camera, const p
 }  // namespace
 
 void bind_start_parts(py::module_& m) {
-  m.def("connected_region", &connected_region, py::arg("depth"), py::arg("camera"), py::arg("rays"),
-        py::arg("px"), py::arg("reach_m"));
-  m.def("planes_near", &planes_near, py::arg("depth"), py::arg("camera"), py::arg("rays"), py::arg("around"),
-        py::arg("window"), py::arg("step"), py::arg("size_m"));
-  m.def("joined", &joined, py::arg("depth"), py::arg("free"), py::arg("seed"), py::arg("step_m"));
-  m.def("nearest_reading", &nearest_reading, py::arg("depth"), py::arg("camera"), py::arg("px"));
-  m.def("click_regions", &click_regions, py::arg("depth"), py::arg("camera"), py::arg("rays"), py::arg("px"),
-        py::arg("size_m"), py::arg("color") = py::none(), py::arg("color_map") = py::none());
-  m.def("standing_regions", &standing_regions, py::arg("depth"), py::arg("camera"), py::arg("rays"),
-        py::arg("size_m"));
+  m.def("connected_region", &connected_region, "depth"_a, "camera"_a, "rays"_a, "px"_a, "reach_m"_a);
+  m.def("planes_near", &planes_near, "depth"_a, "camera"_a, "rays"_a, "around"_a, "window"_a, "step"_a,
+        "size_m"_a);
+  m.def("joined", &joined, "depth"_a, "free"_a, "seed"_a, "step_m"_a);
+  m.def("nearest_reading", &nearest_reading, "depth"_a, "camera"_a, "px"_a);
+  m.def("click_regions", &click_regions, "depth"_a, "camera"_a, "rays"_a, "px"_a, "size_m"_a,
+        "color"_a = py::none(), "color_map"_a = py::none());
+  m.def("standing_regions", &standing_regions, "depth"_a, "camera"_a, "rays"_a, "size_m"_a);
 }
 
 }  // namespace sdftrack::bindings

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/stl.h>
-
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -15,8 +13,6 @@
 namespace sdftrack::bindings {
 
 namespace {
-
-using namespace py::literals;
 
 superpixels::ColorSpace space_of(const std::string& name) {
   return name == "lab" ? superpixels::ColorSpace::kLab
@@ -66,11 +62,8 @@ py::tuple run_slic(SlicWork* work, const py::array& image, const superpixels::Sl
   superpixels::check_slic(given, options);
   py::array_t<std::int32_t> labels({image.shape(0), image.shape(1)});
   int* const out = labels.mutable_data();
-  superpixels::SlicResult result;
-  {
-    const ReleaseGil release;
-    result = work->run(given, options, resume, threads, device, out);
-  }
+  superpixels::SlicResult result =
+      unlocked([&] { return work->run(given, options, resume, threads, device, out); });
   return py::make_tuple(labels, result.segments, result.iterations, result.residual, result.connect_s);
 }
 

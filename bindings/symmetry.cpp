@@ -18,24 +18,17 @@ void bind_symmetry(py::module_& m) {
   m.def(
       "symmetry_motions",
       [](const py::array& discrete, const py::array& axes, int steps) {
-        const std::vector<Rigidd> motions = symmetry_from(discrete, axes).motions(steps);
-        py::array_t<double> out({static_cast<py::ssize_t>(motions.size()), py::ssize_t{4}, py::ssize_t{4}});
-        double* to = out.mutable_data();
-        for (const Rigidd& S : motions) write_matrix(S, to), to += 16;
-        return out;
+        return matrices_from(symmetry_from(discrete, axes).motions(steps));
       },
-      py::arg("discrete"), py::arg("axes"), py::arg("steps"), "Symmetry.motions: (n, 4, 4).");
+      "discrete"_a, "axes"_a, "steps"_a, "Symmetry.motions: (n, 4, 4).");
   m.def(
       "canonical_pose",
       [](const py::array& discrete, const py::array& axes, const py::array& T, const py::array& near) {
-        const Rigidd found = symmetry_from(discrete, axes)
-                                 .canonical(read_matrix(borrow<double>(T, "T", {4, 4})),
-                                            read_matrix(borrow<double>(near, "near", {4, 4})).R);
-        py::array_t<double> out({4, 4});
-        write_matrix(found, out.mutable_data());
-        return out;
+        return symmetry_from(discrete, axes)
+            .canonical(read_matrix(borrow<double>(T, "T", {4, 4})),
+                       read_matrix(borrow<double>(near, "near", {4, 4})).R);
       },
-      py::arg("discrete"), py::arg("axes"), py::arg("T"), py::arg("near"), "Symmetry.canonical: (4, 4).");
+      "discrete"_a, "axes"_a, "T"_a, "near"_a, "Symmetry.canonical: (4, 4).");
 }
 
 }  // namespace sdftrack::bindings

@@ -19,7 +19,7 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),
       covariances({n, py::ssize_t{6}, py::ssize_t{6}}), unstated({n, py::ssize_t{6}, py::ssize_t{6}}),
-      twists({n, py::ssize_t{6}}), inliers(n), confidence(n), runner_up(n), energy(n), systematic(n);
+      twists({n, py::ssize_t{6}});
   py::list status, reason, steps, color_used;
   for (py::ssize_t k = 0; k < n; ++k) {
     const tracking::ObjectResult& r = results[static_cast<std::size_t>(k)];
@@ -30,12 +30,9 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
     Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(covariances.mutable_data(k, 0, 0)) =
         r.covariance;
     Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(unstated.mutable_data(k, 0, 0)) = r.unstated;
-    inliers.mutable_at(k) = r.trust.inliers, confidence.mutable_at(k) = r.trust.confidence;
-    runner_up.mutable_at(k) = r.runner_up;
     status.append(kStatus[static_cast<int>(r.trust.status)]);
     reason.append(tracking::sentence(r.trust.reason, names));
     color_used.append(r.color_used);
-    energy.mutable_at(k) = r.cost, systematic.mutable_at(k) = r.systematic_m;
     py::array_t<double> trials({static_cast<py::ssize_t>(r.steps.size()), py::ssize_t{5}});
     double* row = trials.mutable_data();
     for (const tracking::TrackStep& s : r.steps)
@@ -44,13 +41,16 @@ py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<s
         *row++ = x;
     steps.append(trials);
   }
-  py::dict out;
-  out["poses"] = poses, out["covariances"] = covariances, out["twists"] = twists, out["inliers"] = inliers;
-  out["index"] = result.index;
-  out["confidence"] = confidence, out["runner_up"] = runner_up, out["status"] = status;
-  out["reason"] = reason, out["steps"] = steps, out["color_used"] = color_used, out["energy"] = energy;
-  out["systematic"] = systematic, out["unstated"] = unstated;
-  return out;
+  using Object = tracking::ObjectResult;
+  return py::dict(
+      "poses"_a = poses, "covariances"_a = covariances, "twists"_a = twists, "unstated"_a = unstated,
+      "inliers"_a = gathered<double>(results, {}, [](const Object& r) { return r.trust.inliers; }),
+      "confidence"_a = gathered<double>(results, {}, [](const Object& r) { return r.trust.confidence; }),
+      "runner_up"_a = gathered<double>(results, {}, [](const Object& r) { return r.runner_up; }),
+      "energy"_a = gathered<double>(results, {}, [](const Object& r) { return r.cost; }),
+      "systematic"_a = gathered<double>(results, {}, [](const Object& r) { return r.systematic_m; }),
+      "index"_a = result.index, "status"_a = status, "reason"_a = reason, "steps"_a = steps,
+      "color_used"_a = color_used);
 }
 
 py::dict judgement_to_dict(const tracking::Fitted& f, const tracking::Trust& trust,

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The tracker's inputs, and parts of the tracker that tests compare with numpy.
+// Parts of the tracker that tests compare with numpy.
 #include <pybind11/eigen.h>
-#include <pybind11/native_enum.h>
-#include <pybind11/stl.h>
 
-#include "appearance.h"
 #include "array.h"
-#include "py_tracker.h"
 #include "tracking/fit/correlation.h"
 #include "tracking/size/depth_size.h"
 #include "tracking/trust/open_directions.h"
@@ -31,15 +27,8 @@ double correlation_area(const py::array& u_px, const py::array& v_px, const py::
       pixels, {static_cast<float>(scale_m), static_cast<float>(outlier_floor)});
 }
 
-using VolumeParts = std::tuple<py::array, double, std::array<double, 3>>;
-
-SdfView view_of(const VolumeParts& volume) {
-  const auto& [values, voxel_m, origin] = volume;
-  return volume_view(values, voxel_m, origin);
-}
-
 // Rows of pixels: u, v (px), depth (m), P_f, depth of the hit, gain.
-py::tuple look_at_form(const VolumeParts& volume, const Camera& camera, const py::array& pixels,
+py::tuple look_at_form(const PyVolume& volume, const Camera& camera, const py::array& pixels,
                        double color_prior, const py::array& T_cam_obj, double noise_m, double systematic_m) {
   energies::PixelSet set;
   const float* row = borrow<float>(pixels, "pixels", {-1, 6});
@@ -47,7 +36,7 @@ py::tuple look_at_form(const VolumeParts& volume, const Camera& camera, const py
     set.push(row[0], row[1], row[2], 1.0f, 0, row[3]);
     set.hit_m.back() = row[4], set.gain.back() = row[5];
   }
-  const frame::Shape shape = frame::make_shape(view_of(volume), 960, 1);
+  const frame::Shape shape = frame::make_shape(volume_view(volume), 960, 1);
   const Rigidd T = rigid_from(T_cam_obj, "T_cam_obj"), T_obj_cam = inverse(Rigidd{T.R, T * shape.centre_obj});
   const auto prior = static_cast<float>(color_prior);
   const auto size = tracking::size_by_depth(set, prior, shape, camera, T_obj_cam, noise_m, systematic_m);
@@ -65,9 +54,9 @@ py::tuple look_at_form(const VolumeParts& volume, const Camera& camera, const py
 }
 
 // All of the volume counts as seen.
-py::tuple fused_form(const VolumeParts& volume, const Camera& camera, const py::array& depth_m,
+py::tuple fused_form(const PyVolume& volume, const Camera& camera, const py::array& depth_m,
                      const py::array& T_cam_obj, int points, double tolerance_m) {
-  const SdfView sdf = view_of(volume);
+  const SdfView sdf = volume_view(volume);
   const frame::Shape shape =
       frame::make_shape(frame::PartialShape{sdf, {}, {}, {{0, 0, 0, sdf.nx, sdf.ny, sdf.nz}}, {}}, points, 0);
   const frame::DepthFrame frame{image_view(depth_m, "depth", camera), nullptr, nullptr};
@@ -83,30 +72,14 @@ py::tuple fused_form(const VolumeParts& volume, const Camera& camera, const py::
 }  // namespace
 
 void bind_tracking_parts(py::module_& m) {
-  py::native_enum<tracking::MotionModel>(m, "MotionModel", "enum.Enum",
-                                         "Where an object is expected in the next frame.")
-      .value("static", tracking::MotionModel::kStatic)
-      .value("constant_velocity", tracking::MotionModel::kConstantVelocity)
-      .value("adaptive", tracking::MotionModel::kAdaptive)
-      .finalize();
-  py::native_enum<tracking::Collision>(m, "Collision", "enum.Enum", "Penalty on the penetration of objects.")
-      .value("none", tracking::Collision::kNone)
-      .value("contact", tracking::Collision::kContact)
-      .value("printed", tracking::Collision::kPrinted)
-      .finalize();
-  py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may give the reason.")
-      .def(py::init<py::object, py::object, py::object, py::object, double, std::string>(), py::arg("depth"),
-           py::arg("mask") = py::none(), py::arg("color") = py::none(), py::arg("color_map") = py::none(),
-           py::arg("time_s") = tracking::kUnknown, py::arg("error") = "");
-  m.def("correlation_area", &correlation_area, py::arg("u_px"), py::arg("v_px"), py::arg("residual_m"),
-        py::arg("scale_m"), py::arg("outlier_floor"),
-        "Number of pixels that share one error; 0: too few to estimate it.");
-  m.def("look_at_form", &look_at_form, py::arg("volume"), py::arg("camera"), py::arg("pixels"),
-        py::arg("color_prior"), py::arg("T_cam_obj"), py::arg("noise_m"), py::arg("systematic_m"),
+  m.def("correlation_area", &correlation_area, "u_px"_a, "v_px"_a, "residual_m"_a, "scale_m"_a,
+        "outlier_floor"_a, "Number of pixels that share one error; 0: too few to estimate it.");
+  m.def("look_at_form", &look_at_form, "volume"_a, "camera"_a, "pixels"_a, "color_prior"_a, "T_cam_obj"_a,
+        "noise_m"_a, "systematic_m"_a,
         "Size (log scale, own and shared variance, pull, unexplained) and form (strain, own and shared "
         "covariance, axis, log stretch, sd) by the depth of one frame; each None where it says nothing.");
-  m.def("seen_form", &fused_form, py::arg("volume"), py::arg("camera"), py::arg("depth"),
-        py::arg("T_cam_obj"), py::arg("points"), py::arg("tolerance_m"),
+  m.def("seen_form", &fused_form, "volume"_a, "camera"_a, "depth"_a, "T_cam_obj"_a, "points"_a,
+        "tolerance_m"_a,
         "Mean of J J^T where a fused shape is read, the least slope of a form; points and normals (n, 6).");
 }
 

@@ -17,8 +17,8 @@ constexpr double kFarthest_m = 1e15;  // of an origin
 
 }  // namespace
 
-sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
-                    const std::array<double, 3>& origin, const char* name) {
+sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m, const Vec3d& origin,
+                    const char* name) {
   constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
   const auto [nz, ny, nx] = shape_zyx;
   const std::string got = ", got " + shape_text({nz, ny, nx});
@@ -29,17 +29,13 @@ sdf::Grid grid_from(const std::array<py::ssize_t, 3>& shape_zyx, double voxel_m,
   if (!(voxel_m >= kLeast_m && voxel_m <= kMost_m))
     throw py::value_error("voxel_size: expected a length from 1e-12 to 1e12 metres, got " +
                           short_text(voxel_m));
-  for (const double x : origin)
+  for (const double x : {origin.x, origin.y, origin.z})
     if (!(std::abs(x) <= kFarthest_m))
       throw py::value_error("origin: expected coordinates of at most 1e15 metres, got " + short_text(x));
-  return {static_cast<int>(nx),
-          static_cast<int>(ny),
-          static_cast<int>(nz),
-          voxel_m,
-          {origin[0], origin[1], origin[2]}};
+  return {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz), voxel_m, origin};
 }
 
-SdfView volume_view(const py::array& values, double voxel_m, const std::array<double, 3>& origin) {
+SdfView volume_view(const py::array& values, double voxel_m, const Vec3d& origin) {
   const float* phi = borrow<float>(values, "values", {-1, -1, -1});
   return grid_from({values.shape(0), values.shape(1), values.shape(2)}, voxel_m, origin).view(phi);
 }
@@ -51,7 +47,8 @@ sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces, bool 
     if (finite && !std::isfinite(v[i])) throw py::value_error("vertices: every coordinate must be finite");
   for (py::ssize_t i = 0; i < faces.size(); ++i)
     if (f[i] < 0 || f[i] >= vertices.shape(0))
-      throw py::value_error("faces: a vertex index is outside 0.." + std::to_string(vertices.shape(0) - 1));
+      throw py::value_error("faces: vertex index " + std::to_string(f[i]) + " is outside 0.." +
+                            std::to_string(vertices.shape(0) - 1));
   return {reinterpret_cast<const Vec3d*>(v), static_cast<std::size_t>(vertices.shape(0)),
           reinterpret_cast<const sdf::Face*>(f), static_cast<std::size_t>(faces.shape(0))};
 }
@@ -77,6 +74,11 @@ frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, cons
     frame.rays = borrow<float>(py::cast<py::array>(rays), "rays", {camera.height, camera.width, 2});
   return frame;
 }
+
+FrameWithRays::FrameWithRays(const py::array& depth, const py::object& mask, const Camera& camera)
+    : rays(camera.distorted() ? ray_table(camera) : std::vector<float>{}),
+      frame{image_view(depth, "depth", camera), mask_view(mask, camera),
+            rays.empty() ? nullptr : rays.data()} {}
 
 const unsigned char* mask_view(const py::object& mask, const Camera& camera) {
   if (mask.is_none()) return nullptr;

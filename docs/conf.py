@@ -26,6 +26,7 @@ extensions = [
     "contents",
     "api",
     "command_line",
+    "options",
 ]
 root_doc = "index"
 exclude_patterns = ["_ext", "images/*.py"]

@@ -3,13 +3,15 @@
 //
 //   visit_options(options, f), which calls f(name, member, range, unit, meaning) once per option,
 //
-// and everything else follows from it: checks, bindings, Python's classes, TOML, the tables of
+// and everything else follows from it: checks, the class that is also Python's, TOML, the tables of
 // docs/options.md. The default is the initial value of the struct's member.
 #pragma once
 
 #include <concepts>
 #include <limits>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -62,7 +64,8 @@ using Choices = std::span<const Choice<Value>>;
 
 enum class OptionKind { kBool, kInt, kNumber, kChoice, kNumbers };
 
-using OptionValue = std::variant<bool, int, double, std::string, std::vector<double>>;
+// std::monostate: None.
+using OptionValue = std::variant<std::monostate, bool, int, double, std::string, std::vector<double>>;
 
 // One option of one struct, with its value there.
 struct OptionDescription {
@@ -109,6 +112,11 @@ struct OptionDescriber {
                   const char* meaning) {
     options.push_back({name, OptionKind::kNumber, decimal_of(value), range, {}, unit, meaning});
   }
+  void operator()(const char* name, const std::optional<double>& value, const OptionRange& range,
+                  const char* unit, const char* meaning) {
+    options.push_back({name, OptionKind::kNumber, {}, range, {}, unit, meaning});
+    if (value) options.back().value = *value;
+  }
   template <class Value>
   void operator()(const char* name, const Value& value, Choices<Value> choices, const char* unit,
                   const char* meaning) {
@@ -129,6 +137,52 @@ std::vector<OptionDescription> describe_options(const Options& options) {
   visit_options(options, describer);
   return std::move(describer.options);
 }
+
+// Sets the option of this name, as listed in visit_options; the bounds are not checked.
+struct OptionSetter {
+  const std::string& name;
+  const OptionValue& value;
+  bool found = false;
+
+  void operator()(const char* own, bool& to, TrueOrFalse, const char*, const char*) {
+    if (is(own)) to = as<bool>("true or false");
+  }
+  template <class Number>
+  void operator()(const char* own, Number& to, const OptionRange&, const char*, const char*) {
+    if (is(own)) to = number<Number>();
+  }
+  void operator()(const char* own, std::optional<double>& to, const OptionRange&, const char*, const char*) {
+    if (!is(own)) return;
+    to.reset();
+    if (!std::holds_alternative<std::monostate>(value)) to = number<double>();
+  }
+  void operator()(const char* own, std::vector<double>& to, NumberArray, const char*, const char*) {
+    if (is(own)) to = as<std::vector<double>>("numbers");
+  }
+  template <class Value>
+  void operator()(const char* own, Value& to, Choices<Value> choices, const char*, const char*) {
+    if (!is(own)) return;
+    OptionDescription option{name, OptionKind::kChoice, as<std::string>("a name")};
+    for (const Choice<Value>& choice : choices) {
+      option.choices.emplace_back(choice.name);
+      if (option.value == OptionValue(std::string(choice.name))) to = choice.value;
+    }
+    check_option(option);
+  }
+
+ private:
+  bool is(const char* own) { return name == own && (found = true); }
+  template <class Number>
+  Number number() const {
+    const int* whole = std::get_if<int>(&value);
+    return whole ? static_cast<Number>(*whole) : static_cast<Number>(as<double>("a number"));
+  }
+  template <class T>
+  T as(const char* expected) const {
+    if (const T* given = std::get_if<T>(&value)) return *given;
+    throw std::invalid_argument(name + ": expected " + expected);
+  }
+};
 
 // Returns the options; throws std::invalid_argument that names the first option out of range.
 template <class Options>

@@ -67,7 +67,7 @@ LwprModel::LwprModel(int n_in, int n_out, const LwprOptions& options, std::vecto
     throw std::invalid_argument("n_in: expected at most " + std::to_string(kMaxFull) +
                                 " with a full metric, " + std::to_string(kMaxInputs) +
                                 " with diagonal=True, got " + std::to_string(n_in));
-  check_lwpr_options(options);
+  options.check();
   check_norm("norm_in", norm_in_, n_in);
   check_norm("norm_out", norm_out_, n_out);
   at_ = FieldLayout(n_in, options.diagonal, options.meta);

@@ -21,15 +21,15 @@ namespace {
 
 }  // namespace
 
-void check_lwpr_options(const LwprOptions& o) {
-  check_options(o);
+void LwprOptions::check() const {
+  check_options(*this);
   check_option(
-      {.name = "w_prune", .kind = OptionKind::kNumber, .value = o.w_prune, .range = above(o.w_gen).up_to(1)});
+      {.name = "w_prune", .kind = OptionKind::kNumber, .value = w_prune, .range = above(w_gen).up_to(1)});
   check_option({.name = "w_cutoff",
                 .kind = OptionKind::kNumber,
-                .value = o.w_cutoff,
-                .range = at_least(1e-12).below(o.w_gen)});
-  if (o.init_D.empty()) refuse_metric("nothing");
+                .value = w_cutoff,
+                .range = at_least(1e-12).below(w_gen)});
+  if (init_D.empty()) refuse_metric("nothing");
 }
 
 std::vector<double> initial_metric(const LwprOptions& options, int n_in) {

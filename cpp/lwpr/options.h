@@ -25,10 +25,9 @@ struct LwprOptions {
   double tau_lambda = 0.9999;
 
   bool operator==(const LwprOptions&) const = default;
+  // Throws std::invalid_argument that names the first option out of range.
+  void check() const;
 };
-
-// Throws std::invalid_argument that names the first option out of range.
-void check_lwpr_options(const LwprOptions& options);
 
 // M of the first metric, D = M^T M: n (n + 1) / 2 numbers, the rows of the upper triangle one after the
 // other, or n for a diagonal metric. Throws std::invalid_argument if init_D is not a metric of n inputs.

@@ -30,9 +30,10 @@ struct ReconstructionOptions {
   int rounds = 2;         // of relaxation per frame
   int far_every = 10;     // frames between updates of the distances beyond, at first
   // Of a whole session (session.h).
-  double prior = 0.4;       // log odds of the initial guess
-  double min_seen = 0.15;   // frontal views
-  double padding_m = 0.02;  // around the shape, of what is considered in the next frame
+  std::optional<double> noise_m;  // sd of the depth; none: measured within the mask of the first frame
+  double prior = 0.4;             // log odds of the initial guess
+  double min_seen = 0.15;         // frontal views
+  double padding_m = 0.02;        // around the shape, of what is considered in the next frame
   bool planes = true, keep_to_mask = true;
   int mask_margin_px = 3;
   int kept_frames = 600;

@@ -22,47 +22,12 @@ tracking::PoseHint hint_of(const Place& place, const Camera& camera);
 
 using OptionSettings = std::vector<std::pair<std::string, OptionSetting>>;
 
-// Sets the option of this name, as listed in visit_options.
-struct OptionSetter {
-  const std::string& name;
-  const OptionSetting& value;
-  bool found = false;
-
-  void operator()(const char* own, bool& to, TrueOrFalse, const char*, const char*) {
-    if (name == own) to = as<bool>("true or false"), found = true;
-  }
-  template <class Number>
-  void operator()(const char* own, Number& to, const OptionRange&, const char*, const char*) {
-    if (name != own) return;
-    const int* whole = std::get_if<int>(&value);
-    to = whole ? static_cast<Number>(*whole) : static_cast<Number>(as<double>("a number"));
-    found = true;
-  }
-  template <class Value>
-  void operator()(const char* own, Value& to, Choices<Value> choices, const char*, const char*) {
-    if (name != own) return;
-    OptionDescription option{name, OptionKind::kChoice, as<std::string>("a name")};
-    for (const Choice<Value>& choice : choices) {
-      option.choices.emplace_back(choice.name);
-      if (option.value == OptionValue(std::string(choice.name))) to = choice.value;
-    }
-    check_option(option);
-    found = true;
-  }
-
- private:
-  template <class T>
-  T as(const char* expected) const {
-    if (const T* given = std::get_if<T>(&value)) return *given;
-    throw std::invalid_argument(name + ": expected " + expected);
-  }
-};
-
 // whose: the options', for the error about an unknown name.
 template <class Options>
 void set_options(const OptionSettings& settings, const char* whose, Options* options) {
   for (const auto& [name, value] : settings) {
-    OptionSetter setter{name, value};
+    const OptionValue given = std::visit([](const auto& v) { return OptionValue(v); }, value);
+    OptionSetter setter{name, given};
     visit_options(*options, setter);
     if (!setter.found) throw std::invalid_argument(name + ": no such option of " + whose);
   }

@@ -63,8 +63,7 @@ class Reconstructor::Session {
     if (setup.extent_m != 0) settings_.side_m = setup.extent_m;
     beginning_.planes = options_.planes, beginning_.keep_to_mask = options_.keep_to_mask;
     beginning_.mask_margin_px = options_.mask_margin_px;
-    for (const auto& [name, value] : setup.options)
-      if (name == "noise_m") beginning_.noise_m = decimal_of(options_.evidence.noise.noise_m);
+    beginning_.noise_m = options_.noise_m;
     if (initial_) {
       const sdf::MeshVolume& mesh = initial_->volume_->mesh;
       known_ = reconstruction::KnownShape{mesh.grid, mesh.phi.data()};

@@ -115,7 +115,7 @@ def oracle(video: Davis) -> tuple[float, float]:
         inside[on] = true[v[on], u[on]]
         phi = np.where(inside, -0.5, 0.5).astype(np.float32)
         warp = [1.0, 0.0, 0.0, 1.0, x + (w - 1) / 2, y + (h - 1) / 2]
-        posterior = _core.contour_posterior(image, image, phi, warp, {})
+        posterior = _core.contour_posterior(image, image, phi, warp, _core.ContourOptions())
         posterior = np.where(posterior == 0.5, np.float32(0), posterior)  # off the grid
         smooth = cv2.GaussianBlur(posterior, (0, 0), ORACLE_SIGMA_PX)
         found.append((iou(posterior > 0.5, true), iou(smooth > 0.5, true)))

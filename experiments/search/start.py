@@ -140,7 +140,7 @@ def run_mesh(mesh: Any, sdf: Any, case: str, count: int, threads: int) -> dict[s
     from sdftrack import _core, metrics
 
     options = st.TrackerOptions()
-    searcher = _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), options._to_core())
+    searcher = _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), options)
     tracker = st.Tracker(sdf, default_camera(), threads=threads, options=options, recover=False)
     rows = []
     for view in random_views(mesh, case, count):

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BAND_VOXELS', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MaskExtent', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'click_regions', 'color_counts', 'connected_region', 'contour_certainty', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_options', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'fill_cavities', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'joined', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_reading', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'option_expected', 'option_in_range', 'option_schema', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'printed_prior', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_from_mrp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'spline_values', 'standing_regions', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MaskExtent', 'MemoryOptions', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'click_regions', 'color_counts', 'connected_region', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'fill_cavities', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'joined', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_reading', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'printed_prior', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'spline_values', 'standing_regions', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -47,9 +47,6 @@ class BallOutline:
         """
         Image of the ball's centre (px) and its covariance; None where the edges make no cone.
         """
-    @property
-    def arc(self) -> float:
-        ...
     @property
     def edges_px(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
@@ -241,7 +238,7 @@ class ContourCore:
     """
     A contour tracker; use contour.ContourTracker.
     """
-    def __init__(self, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
+    def __init__(self, options: ContourOptions, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
         ...
     def finish(self, judgement: ShapeJudgement, recovered: numpy.ndarray | None = None) -> ContourFrame:
         """
@@ -251,8 +248,6 @@ class ContourCore:
         """
         Where the object is in the next image; nothing is learned yet.
         """
-    def options(self) -> dict:
-        ...
     def posterior_on_grid(self, image: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
         """
         The posterior at every cell of the grid, between observe and finish.
@@ -275,6 +270,9 @@ class ContourCore:
         """
         A frame without a memory.
         """
+    @property
+    def options(self) -> ContourOptions:
+        ...
 class ContourFrame(ContourObservation):
     """
     A frame's result, once it is finished.
@@ -288,15 +286,6 @@ class ContourObservation:
     """
     @property
     def confidence(self) -> float:
-        ...
-    @property
-    def contrast(self) -> float:
-        ...
-    @property
-    def likeness(self) -> float:
-        ...
-    @property
-    def mean_log(self) -> float:
         ...
     @property
     def overlap(self) -> float:
@@ -318,93 +307,123 @@ class ContourObservation:
         ...
 class ContourOptions:
     """
-    Options of the contour tracker; see st.contour.ContourTracker.
+    Options of a contour tracker.
     """
-    box_start: str
-    confidence: str
-    motion: str
-    pool: str
-    warp: str
-    def __init__(self) -> None:
+    @staticmethod
+    def fields() -> dict:
+        """
+        Each option as a dataclass's field.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
         ...
+    def __getstate__(self) -> dict:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, warp: str = 'similarity', pool: str = 'linear', bins: int = 16, windows: int = 6, shrink: float = 50.0, object_rate: float = 0.02, background_rate: float = 0.2, motion: str = 'flow', confidence: str = 'evidence', max_cells: int = 160, softness: float = 1.5, band: float = 8.0, registration_steps: int = 12, reach: float = 24.0, dt: float = 4.0, mu: float = 0.05, tension: float = 1.0, box_start: str = 'place') -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def replace(self, **changes: typing.Any) -> typing.Self:
+        """
+        A copy with some options changed.
+        """
+    def to_dict(self) -> dict:
+        """
+        ``{name: value}``.
+        """
     @property
     def background_rate(self) -> float:
-        ...
-    @background_rate.setter
-    def background_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        learning rate of the background's histograms: weight of a new frame
+        """
     @property
     def band(self) -> float:
-        ...
-    @band.setter
-    def band(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        half width of the narrow band around the contour that is evaluated
+        """
     @property
     def bins(self) -> int:
-        ...
-    @bins.setter
-    def bins(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        histogram bins per colour channel, 16 or 32
+        """
+    @property
+    def box_start(self) -> str:
+        """
+        first segmentation of a box: by its colors alone, or also by the place in the box and the edges of the image
+        """
+    @property
+    def confidence(self) -> str:
+        """
+        confidence and status: from the colours alone, as in the thesis, or from evidence that was not minimised (optical flow, colours at the start)
+        """
     @property
     def dt(self) -> float:
-        ...
-    @dt.setter
-    def dt(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        step size of the level-set evolution
+        """
     @property
     def max_cells(self) -> int:
-        ...
-    @max_cells.setter
-    def max_cells(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of grid cells along the object's longer side; bounds the time per frame
+        """
+    @property
+    def motion(self) -> str:
+        """
+        second cue of the posterior beside the colours: none, or flow (whether a pixel moves as the object does)
+        """
     @property
     def mu(self) -> float:
-        ...
-    @mu.setter
-    def mu(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weight of the distance regulariser; mu dt <= 0.2
+        """
     @property
     def object_rate(self) -> float:
-        ...
-    @object_rate.setter
-    def object_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        learning rate of the object's histograms: weight of a new frame
+        """
+    @property
+    def pool(self) -> str:
+        """
+        opinion pool that updates the colour histograms with each frame: linear or log (logarithmic)
+        """
     @property
     def reach(self) -> float:
-        ...
-    @reach.setter
-    def reach(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        search radius for motion between two frames that is too large for Gauss-Newton; 0: no search
+        """
     @property
     def registration_steps(self) -> int:
-        ...
-    @registration_steps.setter
-    def registration_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of Gauss-Newton iterations per frame
+        """
     @property
     def shrink(self) -> float:
-        ...
-    @shrink.setter
-    def shrink(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weight of the global histograms in each local one, as a number of pixels
+        """
     @property
     def softness(self) -> float:
-        ...
-    @softness.setter
-    def softness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        width of the smoothed Heaviside step across the contour
+        """
     @property
     def tension(self) -> float:
-        ...
-    @tension.setter
-    def tension(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        contour tension; 0: the regulariser as printed, 1: a Laplacian
+        """
+    @property
+    def warp(self) -> str:
+        """
+        motion model of the grid: similarity (4 parameters) or affine (6)
+        """
     @property
     def windows(self) -> int:
-        ...
-    @windows.setter
-    def windows(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        number of local histograms along each side of the grid; 1: one pair of global histograms, as printed
+        """
 class DepthBall:
     """
     A ball in a depth image.
@@ -600,40 +619,10 @@ class IntrinsicsOptions:
     def __init__(self) -> None:
         ...
     @property
-    def coarse_pixels(self) -> int:
-        ...
-    @coarse_pixels.setter
-    def coarse_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def coarse_steps(self) -> int:
-        ...
-    @coarse_steps.setter
-    def coarse_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def fine_pixels(self) -> int:
-        ...
-    @fine_pixels.setter
-    def fine_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def fine_steps(self) -> int:
-        ...
-    @fine_steps.setter
-    def fine_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
     def max_pixels(self) -> int:
         ...
     @max_pixels.setter
     def max_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def min_scale_m(self) -> float:
-        ...
-    @min_scale_m.setter
-    def min_scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def outlier_floor(self) -> float:
@@ -652,12 +641,6 @@ class IntrinsicsOptions:
         ...
     @threads.setter
     def threads(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def twin_pixels(self) -> int:
-        ...
-    @twin_pixels.setter
-    def twin_pixels(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class Keyframe:
     """
@@ -717,10 +700,6 @@ class Lens:
     """
     def __init__(self, camera: Camera, skew: typing.SupportsFloat | typing.SupportsIndex = 0.0, depth_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, depth_offset_m: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
-    def look_through(self, u_px: typing.SupportsFloat | typing.SupportsIndex, v_px: typing.SupportsFloat | typing.SupportsIndex) -> tuple[tuple[float, float], typing.Annotated[list[float], "FixedSize(9)"], typing.Annotated[list[float], "FixedSize(9)"]]:
-        """
-        (x, y) of a pixel's ray, and their derivatives by the values.
-        """
     @property
     def values(self) -> list[float]:
         """
@@ -854,81 +833,103 @@ class LwprModel:
         ...
 class LwprOptions:
     """
-    Options of LWPR; see sdftrack.LWPR.
+    Options of a regression.
     """
-    diagonal: bool
-    meta: bool
-    update_D: bool
-    def __init__(self) -> None:
+    @staticmethod
+    def fields() -> dict:
+        """
+        Each option as a dataclass's field.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
         ...
-    def check(self) -> None:
+    def __getstate__(self) -> dict:
         ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, w_gen: float = 0.2, w_prune: float = 0.95, w_cutoff: float = 0.01, init_D: collections.abc.Sequence[float] = [25.0], diagonal: bool = False, update_D: bool = True, init_alpha: float = 50.0, meta: bool = False, meta_rate: float = 1.0, penalty: float = 1e-08, add_threshold: float = 0.5, init_lambda: float = 0.999, final_lambda: float = 0.99999, tau_lambda: float = 0.9999) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def replace(self, **changes: typing.Any) -> typing.Self:
+        """
+        A copy with some options changed.
+        """
+    def to_dict(self) -> dict:
+        """
+        ``{name: value}``.
+        """
     @property
     def add_threshold(self) -> float:
-        ...
-    @add_threshold.setter
-    def add_threshold(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        a projection is added if the last one left less than this share of the mean squared error
+        """
+    @property
+    def diagonal(self) -> bool:
+        """
+        restrict the distance metric to a diagonal matrix
+        """
     @property
     def final_lambda(self) -> float:
-        ...
-    @final_lambda.setter
-    def final_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        final forgetting factor
+        """
     @property
     def init_D(self) -> list[float]:
-        ...
-    @init_D.setter
-    def init_D(self, arg1: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> None:
-        ...
+        """
+        initial distance metric of a new receptive field, for inputs divided by norm_in: a number, one per input, or a matrix
+        """
     @property
     def init_alpha(self) -> float:
-        ...
-    @init_alpha.setter
-    def init_alpha(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        initial learning rate of the distance metric
+        """
     @property
     def init_lambda(self) -> float:
-        ...
-    @init_lambda.setter
-    def init_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        initial forgetting factor of a receptive field
+        """
+    @property
+    def meta(self) -> bool:
+        """
+        adapt the learning rates as well (second-order learning)
+        """
     @property
     def meta_rate(self) -> float:
-        ...
-    @meta_rate.setter
-    def meta_rate(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        meta learning rate
+        """
     @property
     def penalty(self) -> float:
-        ...
-    @penalty.setter
-    def penalty(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        gamma of Eq. 6.13: regularisation that prevents receptive fields from shrinking without limit
+        """
     @property
     def tau_lambda(self) -> float:
-        ...
-    @tau_lambda.setter
-    def tau_lambda(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        annealing rate from init_lambda to final_lambda
+        """
+    @property
+    def update_D(self) -> bool:
+        """
+        learn the distance metric
+        """
     @property
     def w_cutoff(self) -> float:
-        ...
-    @w_cutoff.setter
-    def w_cutoff(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        activations below this are treated as 0; must be below w_gen
+        """
     @property
     def w_gen(self) -> float:
-        ...
-    @w_gen.setter
-    def w_gen(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        a sample whose activation stays below this in every receptive field creates a new one
+        """
     @property
     def w_prune(self) -> float:
-        ...
-    @w_prune.setter
-    def w_prune(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        if a sample activates two receptive fields above this, one of them is pruned; must exceed w_gen
+        """
 class MaskExtent:
     """
     Compares a shape with the mask of its first frame.
@@ -939,6 +940,95 @@ class MaskExtent:
         ...
     def forget(self) -> None:
         ...
+class MemoryOptions:
+    """
+    Options of a memory of silhouettes.
+    """
+    @staticmethod
+    def fields() -> dict:
+        """
+        Each option as a dataclass's field.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, n_harmonics: int = 10, n_inputs: int = 3, rule: str = 'remembered', order: str = 'max', size: int = 64, capacity: int = 256, spacing: float = 0.02, max_occluders: int = 2, calibrate_on: int = 100, w_gen: float = 0.1, reach: float = 0.1, settle: int = 20) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def replace(self, **changes: typing.Any) -> typing.Self:
+        """
+        A copy with some options changed.
+        """
+    def to_dict(self) -> dict:
+        """
+        ``{name: value}``.
+        """
+    @property
+    def calibrate_on(self) -> int:
+        """
+        number of known silhouettes whose error sets the threshold (remembered)
+        """
+    @property
+    def capacity(self) -> int:
+        """
+        maximum number of stored silhouettes (remembered)
+        """
+    @property
+    def max_occluders(self) -> int:
+        """
+        a silhouette with more occluders than this is novel (remembered)
+        """
+    @property
+    def n_harmonics(self) -> int:
+        """
+        number of harmonics that describe a silhouette
+        """
+    @property
+    def n_inputs(self) -> int:
+        """
+        number of the highest harmonics that predict the others (printed); must be below n_harmonics
+        """
+    @property
+    def order(self) -> str:
+        """
+        how coefficients form a harmonic: all C(u, v) with equal max(u, v), or with equal u + v
+        """
+    @property
+    def reach(self) -> float:
+        """
+        distance metric of the receptive fields, D = reach / n_inputs; smaller values generalise farther (printed)
+        """
+    @property
+    def rule(self) -> str:
+        """
+        how occluded parts are recovered: from stored silhouettes, or as printed (Table 6.3)
+        """
+    @property
+    def settle(self) -> int:
+        """
+        number of silhouettes that determine the scale of the inputs (printed)
+        """
+    @property
+    def size(self) -> int:
+        """
+        side of the grid to which silhouettes are normalised
+        """
+    @property
+    def spacing(self) -> float:
+        """
+        minimum dissimilarity of two stored silhouettes: symmetric difference over area (remembered)
+        """
+    @property
+    def w_gen(self) -> float:
+        """
+        a silhouette is unknown if its activation is below this (printed)
+        """
 class MeshCaster:
     """
     Rays and closest points of one mesh. The arrays must not change.
@@ -1049,12 +1139,6 @@ class PrimitiveFitOptions:
     def __init__(self) -> None:
         ...
     @property
-    def max_points(self) -> int:
-        ...
-    @max_points.setter
-    def max_points(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
     def seed(self) -> int:
         ...
     @seed.setter
@@ -1096,7 +1180,7 @@ class PrimitiveView:
     def rays(self) -> int:
         ...
 class Reconstruction:
-    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None, first_shape: numpy.ndarray | None = None, device: typing.SupportsInt | typing.SupportsIndex = -1) -> None:
+    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None, first_shape: numpy.ndarray | None = None, device: typing.SupportsInt | typing.SupportsIndex = -1, usual_noise_m: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
         ...
     def begin_to_show(self) -> None:
         """
@@ -1146,134 +1230,123 @@ class Reconstruction:
         ...
 class ReconstructionOptions:
     """
-    Options of a reconstruction; see sdftrack.ReconstructorOptions.
+    Options of a reconstruction.
     """
-    evidence: str
-    evolution: str
-    keep_to_mask: bool
-    planes: bool
-    def __init__(self) -> None:
+    @staticmethod
+    def fields() -> dict:
+        """
+        Each option as a dataclass's field.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
         ...
+    def __getstate__(self) -> dict:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, evolution: str = 'ours', evidence: str = 'smooth', sigma_d_m: float = 0.003, sigma_d_voxels: float = 8.0, evolution_steps: int = 15, noise_m: float | None = None, noise_per_m: float = 0.0, carve_from_m: float = 0.003, memory: float = 100.0, known_every: int = 2, border_px: int = 2, prior: float = 0.4, min_seen: float = 0.15, padding_m: float = 0.02, planes: bool = True, keep_to_mask: bool = True, mask_margin_px: int = 3, kept_frames: int = 600) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def replace(self, **changes: typing.Any) -> typing.Self:
+        """
+        A copy with some options changed.
+        """
+    def to_dict(self) -> dict:
+        """
+        ``{name: value}``.
+        """
     @property
     def border_px(self) -> int:
-        ...
-    @border_px.setter
-    def border_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        object pixels within this distance of the silhouette or of a depth discontinuity are ignored
+        """
     @property
     def carve_from_m(self) -> float:
-        ...
-    @carve_from_m.setter
-    def carve_from_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        no free space is carved within this distance in front of a depth measurement
+        """
     @property
-    def color_reach_voxels(self) -> float:
-        ...
-    @color_reach_voxels.setter
-    def color_reach_voxels(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+    def evidence(self) -> str:
+        """
+        likelihood of a voxel: smooth, or printed (thesis Eqs. 4.29 to 4.31)
+        """
+    @property
+    def evolution(self) -> str:
+        """
+        ours, or printed: evidence, gradient flow and tracker of the thesis (Eqs. 4.18, 4.29 to 4.42)
+        """
     @property
     def evolution_steps(self) -> int:
-        ...
-    @evolution_steps.setter
-    def evolution_steps(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        steps of the printed evolution per frame; 100 after the first frame
+        """
     @property
-    def far_every(self) -> int:
-        ...
-    @far_every.setter
-    def far_every(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def first_steps(self) -> int:
-        ...
-    @first_steps.setter
-    def first_steps(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+    def keep_to_mask(self) -> bool:
+        """
+        the object is excluded where the first frame observes free space outside its mask
+        """
     @property
     def kept_frames(self) -> int:
-        ...
-    @kept_frames.setter
-    def kept_frames(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints
+        """
     @property
     def known_every(self) -> int:
-        ...
-    @known_every.setter
-    def known_every(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        once a block has been observed in 30 frames, only every n-th further frame is fused into it; 1: every frame
+        """
     @property
     def mask_margin_px(self) -> int:
-        ...
-    @mask_margin_px.setter
-    def mask_margin_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        how far the object may extend beyond the first mask
+        """
     @property
     def memory(self) -> float:
-        ...
-    @memory.setter
-    def memory(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of frames averaged in a voxel; fewer forget errors sooner, more reduce noise further
+        """
     @property
     def min_seen(self) -> float:
-        ...
-    @min_seen.setter
-    def min_seen(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        a surface patch is used for tracking once it has been observed in this many (frontal) views
+        """
     @property
-    def min_slant(self) -> float:
-        ...
-    @min_slant.setter
-    def min_slant(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def noise_m(self) -> float:
-        ...
-    @noise_m.setter
-    def noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+    def noise_m(self) -> float | None:
+        """
+        standard deviation of the depth noise; None: estimated within the mask of the first frame
+        """
     @property
     def noise_per_m(self) -> float:
-        ...
-    @noise_per_m.setter
-    def noise_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        depth noise grows with distance: noise_m + noise_per_m Z^2
+        """
     @property
     def padding_m(self) -> float:
-        ...
-    @padding_m.setter
-    def padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        pixels within this distance of the current shape are considered in the next frame
+        """
+    @property
+    def planes(self) -> bool:
+        """
+        planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object
+        """
     @property
     def prior(self) -> float:
-        ...
-    @prior.setter
-    def prior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def rounds(self) -> int:
-        ...
-    @rounds.setter
-    def rounds(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        log ratio of the initial guess, positive inside, negative outside; 0: no prior
+        """
     @property
     def sigma_d_m(self) -> float:
-        ...
-    @sigma_d_m.setter
-    def sigma_d_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        support of the likelihood around a depth measurement; nothing is inferred from twice that distance behind it
+        """
     @property
     def sigma_d_voxels(self) -> float:
-        ...
-    @sigma_d_voxels.setter
-    def sigma_d_voxels(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def usual_noise_m(self) -> float:
-        ...
-    @usual_noise_m.setter
-    def usual_noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        replaces sigma_d_m when evolution is printed, as in the thesis
+        """
 class ReconstructionSession:
     """
     See sdftrack.Reconstructor.
@@ -1354,7 +1427,7 @@ class SilhouetteMemory:
     """
     Silhouettes that explain others; use contour.ShapeMemory.
     """
-    def __init__(self, n_harmonics: typing.SupportsInt | typing.SupportsIndex, order: str, size: typing.SupportsInt | typing.SupportsIndex, capacity: typing.SupportsInt | typing.SupportsIndex, spacing: typing.SupportsFloat | typing.SupportsIndex, max_occluders: typing.SupportsInt | typing.SupportsIndex, calibrate_on: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def __init__(self, options: MemoryOptions) -> None:
         ...
     def assess(self, mask: numpy.ndarray) -> dict:
         ...
@@ -1460,7 +1533,9 @@ class Tracker:
     def alternative_poses(self, k: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
         ...
     def check_mask_size(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, mask: typing.Any, name: str) -> None:
-        ...
+        """
+        ValueError, a sentence about `name`, if a mask is of another size than object k.
+        """
     def color_delay(self) -> tuple[float, float, int]:
         ...
     def enlarged_volume(self, k: typing.SupportsInt | typing.SupportsIndex, voxel_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Any:
@@ -1472,19 +1547,29 @@ class Tracker:
     def interrupt(self, index: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     def is_sure(self, k: typing.SupportsInt | typing.SupportsIndex) -> bool:
-        ...
+        """
+        Whether in the last frame only open directions count against the pose.
+        """
     def judge(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray) -> typing.Any:
-        ...
+        """
+        The judgement of object k at an unchanged pose, with its grounds; None: too few measurements.
+        """
     def located(self, frame: TrackerFrame, places: list) -> list:
-        ...
+        """
+        The places with masks or boxes in place of clicks; masks of another size than the shape are refused.
+        """
     def mark_unfound(self, k: typing.SupportsInt | typing.SupportsIndex, kind: str) -> None:
         ...
     def membership(self, frame: TrackerFrame) -> tuple:
-        ...
+        """
+        Soft weights (H, W, M) and P_f (H, W) of the last poses in this frame.
+        """
     def paint(self, k: typing.SupportsInt | typing.SupportsIndex, colors: numpy.ndarray) -> None:
         ...
     def place_of_click(self, frame: TrackerFrame, k: typing.SupportsInt | typing.SupportsIndex, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
-        ...
+        """
+        The region (H, W) bool of a click on object k, and the box to search in its place or None.
+        """
     def recover(self, frame: TrackerFrame, objects: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], places: list, names: collections.abc.Sequence[str]) -> dict:
         ...
     def remove(self, k: typing.SupportsInt | typing.SupportsIndex) -> None:
@@ -1496,9 +1581,13 @@ class Tracker:
     def resume(self, index: typing.SupportsInt | typing.SupportsIndex, time_s: typing.SupportsFloat | typing.SupportsIndex, followed: collections.abc.Sequence[bool], best: numpy.ndarray) -> None:
         ...
     def revisit(self, frame: TrackerFrame) -> tuple:
-        ...
+        """
+        Poses (M, 4, 4) in a frame outside the sequence, and whether each is sure.
+        """
     def scale(self, k: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, float]:
-        ...
+        """
+        Log scale and its sd.
+        """
     def set_camera(self, camera: Camera) -> None:
         ...
     def set_pose(self, k: typing.SupportsInt | typing.SupportsIndex, T: numpy.ndarray, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"] | None) -> None:
@@ -1519,7 +1608,9 @@ class Tracker:
         ...
     @property
     def best(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
+        """
+        (M, 4, 4), NaN: no good pose yet.
+        """
     @property
     def index(self) -> int:
         ...
@@ -1531,281 +1622,313 @@ class TrackerFrame:
         ...
 class TrackerOptions:
     """
-    Options of the tracker; see sdftrack.TrackerOptions.
+    Options of a tracker.
     """
-    adapt_noise: bool
-    color_free_space: bool
-    color_likelihood: str
-    curvature: str
-    drop_plane: bool
-    fine_first: bool
-    free_space: bool
-    outline: bool
-    outline_local: bool
-    photometric: bool
-    residual: str
-    smooth_colors: bool
-    stop_rule: str
-    def __init__(self) -> None:
+    @staticmethod
+    def fields() -> dict:
+        """
+        Each option as a dataclass's field.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
         ...
+    def __getstate__(self) -> dict:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, residual: str = 'ray_hit', curvature: str = 'irls', outlier_floor: float = 0.1, scale_start_m: float = 0.005, scale_per_noise: float = 1.0, noise_m: float = 0.001, noise_per_m: float = 0.0, adapt_noise: bool = True, systematic_m: float = 0.0, max_systematic_m: float = 0.008, systematic_per_m: float = 0.0, lateral_px: float = 0.0, correlation_area_px: float = 0.0, min_correlation_area_px: float = 0.0, padding_m: float = 0.04, retry_inliers: float = 0.5, far_scale_m: float = 0.012, far_padding_m: float = 0.045, max_pixels: int = 10000, coarse_pixels: int = 320, fine_first: bool = True, damping_start: float = 0.001, stop_rule: str = 'gain', coarse_floor: float = 0.3, coarse_floor_behind: float = 0.02, free_space: bool = True, free_space_scale_m: float = 0.003, free_space_weight: float = 1.0, motion_sigma_m: float = 0.03, motion_sigma_rad: float = 0.3, drop_plane: bool = False, collision_tolerance_m: float = 3e-05, union_sharpness: float = 40.0, coarse_union_sharpness: float = 2.0, color_likelihood: str = 'odds', color_prior: float = 0.7, smooth_colors: bool = True, color_free_space: bool = False, color_max_overlap: float = 0.9, photometric: bool = True, photometric_weight: float = 0.3, photometric_pixels: int = 600, outline: bool = True, outline_weight: float = 1.0, outline_points: int = 120, outline_reach_px: int = 8, outline_far_px: int = 24, outline_from_m: float = 0.0005, outline_local: bool = True, recover_seeds: int = 120, lost_inliers: float = 0.3, weak_inliers: float = 0.55, lost_evidence: float = 0.02, weak_evidence: float = 0.5, given_odds: float = 20.0, search_odds: float = 0.05) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def replace(self, **changes: typing.Any) -> typing.Self:
+        """
+        A copy with some options changed.
+        """
+    def to_dict(self) -> dict:
+        """
+        ``{name: value}``.
+        """
+    @property
+    def adapt_noise(self) -> bool:
+        """
+        rescale sigma(Z) in every frame by the residuals
+        """
     @property
     def coarse_floor(self) -> float:
-        ...
-    @coarse_floor.setter
-    def coarse_floor(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        outlier_floor of the coarse stages for measurements in front of the surface
+        """
     @property
     def coarse_floor_behind(self) -> float:
-        ...
-    @coarse_floor_behind.setter
-    def coarse_floor_behind(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        outlier_floor of the coarse stages for measurements behind the surface, where no occluder can be
+        """
     @property
     def coarse_pixels(self) -> int:
-        ...
-    @coarse_pixels.setter
-    def coarse_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of pixels in the coarse stages
+        """
     @property
     def coarse_union_sharpness(self) -> float:
-        ...
-    @coarse_union_sharpness.setter
-    def coarse_union_sharpness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        sharpness of the soft minimum in the coarse stages; 2 in the thesis (section 5.2)
+        """
     @property
     def collision_tolerance_m(self) -> float:
-        ...
-    @collision_tolerance_m.setter
-    def collision_tolerance_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        standard deviation of the penetration depth between objects
+        """
+    @property
+    def color_free_space(self) -> bool:
+        """
+        treat a pixel without depth but with background colour as free space
+        """
+    @property
+    def color_likelihood(self) -> str:
+        """
+        odds: the colour sets each pixel's outlier fraction; printed: P_f d_on + P_b H_out (Eq. 4.18)
+        """
     @property
     def color_max_overlap(self) -> float:
-        ...
-    @color_max_overlap.setter
-    def color_max_overlap(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        mode auto: depth alone if the overlap of the histograms, sum sqrt(p_f p_b), exceeds this
+        """
     @property
     def color_prior(self) -> float:
-        ...
-    @color_prior.setter
-    def color_prior(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        foreground posterior of an uninformative colour
+        """
     @property
     def correlation_area_px(self) -> float:
-        ...
-    @correlation_area_px.setter
-    def correlation_area_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        number of pixels that share one error; widens the covariance; 0: estimated
+        """
+    @property
+    def curvature(self) -> str:
+        """
+        irls, or printed: J^T J of the log-likelihood's gradient (Eq. 3.18)
+        """
     @property
     def damping_start(self) -> float:
-        ...
-    @damping_start.setter
-    def damping_start(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        initial Levenberg-Marquardt damping (100 in the thesis)
+        """
+    @property
+    def drop_plane(self) -> bool:
+        """
+        ignore the pixels of the dominant plane (a table)
+        """
     @property
     def far_padding_m(self) -> float:
-        ...
-    @far_padding_m.setter
-    def far_padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        padding_m of the second attempt
+        """
     @property
     def far_scale_m(self) -> float:
-        ...
-    @far_scale_m.setter
-    def far_scale_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        scale_start_m of the second attempt
+        """
+    @property
+    def fine_first(self) -> bool:
+        """
+        start each frame without coarse stages, in which a hand holding the object would pull the pose along
+        """
+    @property
+    def free_space(self) -> bool:
+        """
+        penalise model points in space that the sensor observes to be free
+        """
     @property
     def free_space_scale_m(self) -> float:
-        ...
-    @free_space_scale_m.setter
-    def free_space_scale_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        scale s of the free-space term
+        """
     @property
     def free_space_weight(self) -> float:
-        ...
-    @free_space_weight.setter
-    def free_space_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weight of the free-space term; 1: all its surface points together weigh as much as all pixels
+        """
     @property
     def given_odds(self) -> float:
-        ...
-    @given_odds.setter
-    def given_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        prior odds that the object is present at a given pose
+        """
     @property
     def lateral_px(self) -> float:
-        ...
-    @lateral_px.setter
-    def lateral_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        standard deviation of the lateral offset of the depth image from its intrinsics; widens the covariance
+        """
     @property
     def lost_evidence(self) -> float:
-        ...
-    @lost_evidence.setter
-    def lost_evidence(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        lost if the posterior probability of the pose is below this
+        """
     @property
     def lost_inliers(self) -> float:
-        ...
-    @lost_inliers.setter
-    def lost_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        lost if the inlier fraction among unoccluded surface points is below this
+        """
     @property
     def max_pixels(self) -> int:
-        ...
-    @max_pixels.setter
-    def max_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        maximum number of pixels in the last stage
+        """
     @property
     def max_systematic_m(self) -> float:
-        ...
-    @max_systematic_m.setter
-    def max_systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        upper bound of the estimated systematic_m; 0: the sensor has no such error
+        """
     @property
     def min_correlation_area_px(self) -> float:
-        ...
-    @min_correlation_area_px.setter
-    def min_correlation_area_px(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        lower bound of the estimated correlation_area_px
+        """
     @property
     def motion_sigma_m(self) -> float:
-        ...
-    @motion_sigma_m.setter
-    def motion_sigma_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        standard deviation of the weak prior on the translation, centred at the predicted pose; 0: no prior
+        """
     @property
     def motion_sigma_rad(self) -> float:
-        ...
-    @motion_sigma_rad.setter
-    def motion_sigma_rad(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        standard deviation of the same prior on the rotation
+        """
     @property
     def noise_m(self) -> float:
-        ...
-    @noise_m.setter
-    def noise_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        sensor noise: sigma(Z) = noise_m + noise_per_m Z^2
+        """
     @property
     def noise_per_m(self) -> float:
-        ...
-    @noise_per_m.setter
-    def noise_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        see noise_m
+        """
     @property
     def outlier_floor(self) -> float:
-        ...
-    @outlier_floor.setter
-    def outlier_floor(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        outlier fraction of the likelihood; 0: as printed
+        """
+    @property
+    def outline(self) -> bool:
+        """
+        with colour images: use the object's outline (occluding contour) too; the only term in frames without depth
+        """
     @property
     def outline_far_px(self) -> int:
-        ...
-    @outline_far_px.setter
-    def outline_far_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        search distance on either side of the outline when the pose may be farther off
+        """
     @property
     def outline_from_m(self) -> float:
-        ...
-    @outline_from_m.setter
-    def outline_from_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        with depth, use the outline only if the depth measurements share an error of at least this; 0: always
+        """
+    @property
+    def outline_local(self) -> bool:
+        """
+        learn the colours along the outline locally; False: those of the whole object and its whole surroundings
+        """
     @property
     def outline_points(self) -> int:
-        ...
-    @outline_points.setter
-    def outline_points(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        number of points on the outline in the outline term
+        """
     @property
     def outline_reach_px(self) -> int:
-        ...
-    @outline_reach_px.setter
-    def outline_reach_px(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        search distance on either side of the outline, near the pose
+        """
     @property
     def outline_weight(self) -> float:
-        ...
-    @outline_weight.setter
-    def outline_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weight of the outline term; 1: according to its noise and that of the depth alone
+        """
     @property
     def padding_m(self) -> float:
-        ...
-    @padding_m.setter
-    def padding_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        pixels within this distance of the object's bounding box at its last pose are used
+        """
+    @property
+    def photometric(self) -> bool:
+        """
+        with a coloured shape and colour images: add a photometric term to the pose estimation
+        """
     @property
     def photometric_pixels(self) -> int:
-        ...
-    @photometric_pixels.setter
-    def photometric_pixels(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        number of pixels in the photometric term
+        """
     @property
     def photometric_weight(self) -> float:
-        ...
-    @photometric_weight.setter
-    def photometric_weight(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weight of the photometric term; 1: according to its noise alone
+        """
     @property
     def recover_seeds(self) -> int:
-        ...
-    @recover_seeds.setter
-    def recover_seeds(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
+        """
+        rotations, of 240, that a search for a lost object tries per frame; bounds its time
+        """
+    @property
+    def residual(self) -> str:
+        """
+        ray_hit: depth where the ray intersects the model minus measured depth; slope; point: as printed (Eq. 3.11)
+        """
     @property
     def retry_inliers(self) -> float:
-        ...
-    @retry_inliers.setter
-    def retry_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        at a start: a wider second attempt is made if the inlier fraction is below this; 0: never
+        """
     @property
     def scale_per_noise(self) -> float:
-        ...
-    @scale_per_noise.setter
-    def scale_per_noise(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        scale s of the last stage, relative to the sensor noise
+        """
     @property
     def scale_start_m(self) -> float:
-        ...
-    @scale_start_m.setter
-    def scale_start_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        scale s of the first coarse stage, halved from stage to stage; 0: no coarse stages
+        """
     @property
     def search_odds(self) -> float:
-        ...
-    @search_odds.setter
-    def search_odds(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        prior odds that the result of a search without mask or box is the object; applies until a frame is ok
+        """
+    @property
+    def smooth_colors(self) -> bool:
+        """
+        combine the colour evidence of a pixel with that of its neighbours on the same surface
+        """
+    @property
+    def stop_rule(self) -> str:
+        """
+        gain: a stage ends once the predicted decrease is small; printed: once the damping exceeds 10e6 (Table 3.2)
+        """
     @property
     def systematic_m(self) -> float:
-        ...
-    @systematic_m.setter
-    def systematic_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        sd of the depth error shared by neighbouring pixels (stereo, time of flight); 0: estimated at a given pose
+        """
     @property
     def systematic_per_m(self) -> float:
-        ...
-    @systematic_per_m.setter
-    def systematic_per_m(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        the systematic error grows with distance: systematic_m + systematic_per_m Z^2
+        """
     @property
     def union_sharpness(self) -> float:
-        ...
-    @union_sharpness.setter
-    def union_sharpness(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        sharpness of the soft minimum over several objects, per voxel, in the last stages
+        """
     @property
     def weak_evidence(self) -> float:
-        ...
-    @weak_evidence.setter
-    def weak_evidence(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weak if the posterior probability of the pose is below this
+        """
     @property
     def weak_inliers(self) -> float:
-        ...
-    @weak_inliers.setter
-    def weak_inliers(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+        """
+        weak if that inlier fraction is below this
+        """
 def band_deviations(factor: numpy.ndarray, normal: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
     """
     Standard normal (N, k) becomes L^-T normal, of covariance A^-1.
@@ -1830,13 +1953,9 @@ def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typin
     """
 def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.bool]:
     ...
-def contour_certainty(evidence: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"]) -> float:
-    """
-    Chance that the outline's IoU with the truth is one half or more.
-    """
 def contour_distance(phi: numpy.ndarray, radius: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     ...
-def contour_first_instability(image: numpy.ndarray, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: numpy.ndarray, options: dict) -> float:
+def contour_first_instability(image: numpy.ndarray, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: numpy.ndarray, options: ContourOptions) -> float:
     """
     1 less the mean IoU of the first mask and those of the box shifted a little.
     """
@@ -1848,11 +1967,7 @@ def contour_harmonics(inside: numpy.ndarray, n: typing.SupportsInt | typing.Supp
     """
     Coefficients of a square picture, 1 inside and 0 outside.
     """
-def contour_options() -> dict:
-    """
-    The defaults of ContourTracker.
-    """
-def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: dict, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
+def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: ContourOptions, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
     """
@@ -1866,7 +1981,7 @@ def contour_shared_colors(image: numpy.ndarray, phi: numpy.ndarray, warp: typing
     """
     Share of the outline beside which the colours are the object's; column, row, cells, overlap of each part.
     """
-def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: dict, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
+def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: ContourOptions, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
     phi after steps of the evolution.
     """
@@ -1998,18 +2113,6 @@ def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typin
     """
     -> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels beside the surface that closes a hole.
     """
-def option_expected(kind: str, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool, may_be_none: bool, choices: collections.abc.Sequence[str]) -> str:
-    """
-    The expected values of such an option, as stated in error messages.
-    """
-def option_in_range(value: typing.SupportsFloat | typing.SupportsIndex, min: typing.SupportsFloat | typing.SupportsIndex, max: typing.SupportsFloat | typing.SupportsIndex, min_open: bool, max_open: bool, ends_only: bool) -> bool:
-    """
-    Whether a number lies in the range of an option.
-    """
-def option_schema() -> dict:
-    """
-    All options of the core, grouped by table.
-    """
 def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, common_sd_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, shared_lines: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
     """
     Cost, gradient, Hessian and residuals (over their sd).
@@ -2084,10 +2187,6 @@ def rotation_exp(w_rad: typing.Annotated[collections.abc.Sequence[typing.Support
     """
     Rotation vector to a 4x4 rotation.
     """
-def rotation_from_mrp(r: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> numpy.typing.NDArray[numpy.float64]:
-    """
-    MRP to a 4x4 rotation.
-    """
 def rotation_log(T: numpy.ndarray) -> typing.Annotated[list[float], "FixedSize(3)"]:
     """
     Rotation vector (rad) of a 4x4 pose.
@@ -2161,7 +2260,6 @@ def zero_mesh(phi: numpy.ndarray, threads: typing.SupportsInt | typing.SupportsI
     The zero set by marching cubes -> vertices (N, 3) float64, x, y, z in voxels; faces (M, 3) int32.
     """
 BALL_BAND_PX: float = 8.0
-BAND_VOXELS: float = 6.0
 EVIDENCE_BIAS: float = 4.23
 EVIDENCE_MOST_INSTABILITY: float = 0.2
 EVIDENCE_MOST_SHARED: float = 0.55

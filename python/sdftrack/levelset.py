@@ -96,18 +96,20 @@ def evidence(
         )
     view = depth_camera(camera)
     shape, voxel_m, origin = _grid(grid)
-    options = _core.ReconstructionOptions()
-    options.evidence = one_of(form, ("smooth", "printed"), "form")
-    options.sigma_d_m = positive(sigma_d_m, "sigma_d_m")
-    options.noise_m = positive(noise_m, "noise_m")
     growth = number(noise_per_m, "noise_per_m")
     if not 0 <= growth < np.inf:
         raise ValueError(f"noise_per_m: expected 0 or more, got {noise_per_m}")
-    options.noise_per_m = growth
-    options.usual_noise_m = options.noise_m
+    options = _core.ReconstructionOptions(
+        evidence=one_of(form, ("smooth", "printed"), "form"),
+        sigma_d_m=positive(sigma_d_m, "sigma_d_m"),
+        noise_m=positive(noise_m, "noise_m"),
+        noise_per_m=growth,
+    )
     given = frame.mask if mask is None else mask
     on = np.ones(frame.depth.shape, bool) if given is None else mask_of(given, frame.depth.shape)
-    core = _core.Reconstruction(list(shape[::-1]), voxel_m, origin.tolist(), None, options, threads)
+    core = _core.Reconstruction(
+        list(shape[::-1]), voxel_m, origin.tolist(), None, options, threads, usual_noise_m=noise_m
+    )
     region = [0, 0, view.width, view.height]
     core.fuse(frame.depth, view._core, rigid(T_cam_obj, "T_cam_obj"), region, on.view(np.uint8))
     return np.array(core.log_ratio)

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "contour/memory/options.h"
 #include "contour/option_schema.h"
 #include "lwpr/option_schema.h"
 #include "reconstruction/option_schema.h"
@@ -41,8 +42,8 @@ std::string refusal(const Options& options) {
 
 template <class Options>
 class OptionSchema : public testing::Test {};
-using AllOptions = testing::Types<tracking::TrackerOptions, contour::ContourOptions, lwpr::LwprOptions,
-                                  reconstruction::ReconstructionOptions>;
+using AllOptions = testing::Types<tracking::TrackerOptions, contour::ContourOptions, contour::MemoryOptions,
+                                  lwpr::LwprOptions, reconstruction::ReconstructionOptions>;
 TYPED_TEST_SUITE(OptionSchema, AllOptions);
 
 TYPED_TEST(OptionSchema, every_line_stands_for_a_member_of_its_own) {

@@ -51,13 +51,11 @@ def lattice(shape, voxel_m, origin):
 
 
 def reconstruction(shape, voxel_m, origin, prior=None, threads=1, **options):
-    o = _core.ReconstructionOptions()
     if "printed" in options:
         options["evidence"] = "printed" if options.pop("printed") else "smooth"
     if "max_weight" in options:
         options["memory"] = options.pop("max_weight")
-    for name, value in options.items():
-        setattr(o, name, value)
+    o = _core.ReconstructionOptions(**options)
     return _core.Reconstruction(list(shape[::-1]), voxel_m, list(origin), prior, o, threads)
 
 

@@ -11,7 +11,7 @@ from sdftrack import _core
 from sdftrack._core import EVIDENCE_MOST_INSTABILITY as MOST_INSTABILITY
 from sdftrack._core import EVIDENCE_MOST_SHARED as MOST_SHARED
 from sdftrack._core import EVIDENCE_SURE as SURE
-from sdftrack._core import contour_certainty, contour_verdict
+from sdftrack._core import contour_verdict
 from sdftrack.contour.result import Evidence
 from sdftrack.metrics import iou
 from sdftrack.results import Status
@@ -46,7 +46,7 @@ def test_each_term_alone_makes_an_outline_doubtful(term):
     bad = list(GOOD)
     bad[term] = 1.0
     status, reason, confidence = contour_verdict(Evidence(*bad), "ok", "")
-    assert contour_certainty(GOOD) >= SURE > confidence
+    assert contour_verdict(GOOD, "ok", "")[2] >= SURE > confidence
     assert (status, bool(reason)) == ("weak", True)
     assert contour_verdict(GOOD, "ok", "")[:2] == ("ok", "")
 
@@ -62,7 +62,7 @@ def test_the_confidence_changes_no_outline():
         np.testing.assert_array_equal(a.mask, b.mask)
         assert a.evidence is None
         assert b.evidence is not None
-        assert b.confidence == contour_certainty(b.evidence) != a.confidence
+        assert b.confidence == contour_verdict(b.evidence, "ok", "")[2] != a.confidence
 
 
 def test_flow_follows_what_has_the_colours_of_its_ground():

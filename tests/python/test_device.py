@@ -133,7 +133,11 @@ FLAT = np.ones((9, 9), np.float32)
     (lambda: _core.redistance(np.ones((2, 2, 2), np.float32), 0.01, 1, 0), RuntimeError, "no CUDA path"),
     (lambda: BALL.to_mesh(device="cuda"), RuntimeError, "no CUDA path"),
     (lambda: _core.zero_mesh(np.ones((2, 2, 2), np.float32), 0, 0), RuntimeError, "no CUDA path"),
-    (lambda: _core.contour_steps(FLAT, FLAT, 1, {}, device=0), RuntimeError, "no CUDA path"),
+    (
+        lambda: _core.contour_steps(FLAT, FLAT, 1, _core.ContourOptions(), device=0),
+        RuntimeError,
+        "no CUDA path",
+    ),
     (lambda: st.contour.ContourTracker(device="cuda"), RuntimeError, "no CUDA path"),
     (lambda: st.Tracker(BALL, CAMERA, device="cuda"), RuntimeError, "no CUDA path"),
     (lambda: st.LWPR().update([1.0, 2.0], 3.0, device="cuda"), RuntimeError, "no CUDA path"),

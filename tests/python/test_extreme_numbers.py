@@ -160,8 +160,7 @@ def lwpr_file_with(path, options, n_in, field):
     [(100_000, 6000, 6000), (100_000, 5369, 0), (50, 40, 51), (50, 1.5, 1), (50, np.nan, 0), (50, 2, 1.5)],
 )
 def test_a_model_file_that_promises_more_than_it_holds_is_refused(tmp_path, n_in, projections, trusted):
-    options = _core.LwprOptions()
-    options.diagonal = True
+    options = _core.LwprOptions(diagonal=True)
     head = np.zeros(12)
     head[4:6] = projections, trusted
     lwpr_file_with(tmp_path / "m.lwpr", options, n_in, np.concatenate([np.ones(2 * n_in), head]))

@@ -21,7 +21,7 @@ def test_colours_that_neither_side_has_are_no_evidence():
     y, x = np.mgrid[:60, :80]
     mask = np.hypot(x - 40, y - 30) < 14
     image = np.where(mask[..., None], [200, 60, 40], [90, 100, 110]).astype(np.uint8)
-    core = _core.ContourCore({})
+    core = _core.ContourCore(_core.ContourOptions())
     core.start_mask(image, mask)
     covered = image.copy()
     covered[:, 38:46] = [20, 30, 220]

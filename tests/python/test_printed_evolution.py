@@ -24,10 +24,7 @@ MOST_M, MOST_DEG, SURFACE_M = 0.008, 4.0, 0.0045
 
 def evolving(n, phi_m, voxel_m=VOXEL_M, **given):
     origin = np.full(3, -0.5 * voxel_m * (n - 1))
-    o = _core.ReconstructionOptions()
-    o.evolution = "printed"
-    for name, value in given.items():
-        setattr(o, name, value)
+    o = _core.ReconstructionOptions(evolution="printed", **given)
     prior = printed_prior(phi_m, voxel_m)
     return _core.Reconstruction([n] * 3, voxel_m, origin.tolist(), prior, o, 1, None, phi_m), origin
 
@@ -46,10 +43,10 @@ def look(core, camera, direction):
 
 def test_the_core_evolves_on_the_evidence_as_the_twin_does():
     n, phi = 26, ball_field(26, 0.022)
-    core, origin = evolving(n, phi, sigma_d_voxels=3.0, evolution_steps=4, first_steps=6)
+    core, origin = evolving(n, phi, sigma_d_voxels=3.0, evolution_steps=4)
     a, expected = printed_prior(phi, VOXEL_M).astype(np.float64), phi.astype(np.float64) / VOXEL_M
     o = reference.Options(printed=True, sigma_d_m=3 * VOXEL_M)
-    for steps, direction in ((6, [0.1, 0.2, 1]), (4, [1, -0.3, 0.4])):
+    for steps, direction in ((100, [0.1, 0.2, 1]), (4, [1, -0.3, 0.4])):
         T, depth, mask = look(core, CAMERA, direction)
         p_cam = lattice((n,) * 3, VOXEL_M, origin) @ T[:3, :3].T + T[:3, 3]
         a = a + reference.evidence(p_cam, depth, mask, K, o)[0]

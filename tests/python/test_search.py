@@ -16,7 +16,7 @@ AMBIGUOUS = 0.9  # of the first score
 
 
 def searcher_of(sdf):
-    return _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), st.TrackerOptions()._to_core())
+    return _core.Searcher((sdf.values, sdf.voxel_size, sdf.origin.tolist()), st.TrackerOptions())
 
 
 @pytest.fixture(scope="module")

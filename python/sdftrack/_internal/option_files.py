@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
-from sdftrack._internal.option_schema import schema_of
+from sdftrack import _core
 from sdftrack._internal.text_files import read_toml
 from sdftrack._internal.unknown_option import did_you_mean
 from sdftrack._internal.validation import shown
 
-TABLES = ("tracker", "reconstruct", "contour")
+O = TypeVar("O")
+TABLES: dict[str, Any] = {
+    "tracker": _core.TrackerOptions, "reconstruct": _core.ReconstructionOptions, "contour": _core.ContourOptions,
+}  # fmt: skip
 
 
 def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
@@ -38,6 +42,16 @@ def read_tables(path: str | os.PathLike[str]) -> dict[str, dict[str, Any]]:
     return {"tracker": values, "reconstruct": {}, "contour": {}, **tables}
 
 
+def options_from_file(cls: Callable[..., O], path: str | os.PathLike[str], table: str) -> O:
+    """The options in a table of a file; TypeError or ValueError names the file and what is wrong."""
+    values = read_tables(path)[table]
+    try:
+        return cls(**values)
+    except (TypeError, ValueError) as error:
+        where = "" if table == "tracker" else f"[{table}] "
+        raise type(error)(f"{os.fspath(path)}: {where}{error}") from None
+
+
 def options_as_toml(options: Any = None, reconstruct: Any = None, contour: Any = None) -> str:
     """Text of a TOML file with every option, set to the given value or its default."""
     lines = [
@@ -46,7 +60,7 @@ def options_as_toml(options: Any = None, reconstruct: Any = None, contour: Any =
     ]
     given = {
         "tracker": options.to_dict() if options else {},
-        "reconstruct": vars(reconstruct) if reconstruct else {},
+        "reconstruct": reconstruct.to_dict() if reconstruct else {},
         "contour": contour or {},
     }
     for table, values in given.items():
@@ -56,11 +70,14 @@ def options_as_toml(options: Any = None, reconstruct: Any = None, contour: Any =
 
 def _lines(table: str, given: dict[str, Any]) -> list[str]:
     lines = []
-    for name, option in schema_of(table).items():
-        value = given.get(name, option.default)
-        lines.append(f"# {option.meaning}" + (f" [{option.unit}]" if option.unit else ""))
+    for option in TABLES[table].fields().values():
+        value = given.get(option.name, option.default)
+        meaning, unit = option.metadata["meaning"], option.metadata["unit"]
+        lines.append(f"# {meaning}" + (f" [{unit}]" if unit else ""))
         # TOML has no word for None.
-        lines.append(f"# {name} is None: omitted" if value is None else f"{name} = {_toml(value)}")
+        lines.append(
+            f"# {option.name} is None: omitted" if value is None else f"{option.name} = {_toml(value)}"
+        )
     return lines
 
 

@@ -159,9 +159,9 @@ def contour_settings(config: Path | None, alone: bool = False) -> dict[str, Any]
     """Options of `ContourTracker` from --config; `alone`: a file that holds none of them is an error."""
     if config is None:
         return {}
-    from sdftrack.contour.options import options_from_file
+    from sdftrack.contour.options import options_of_file
 
-    options = options_from_file(_there(config))
+    options = options_of_file(_there(config))
     if alone and not options:
         raise ValueError(
             f"--config {config}: expected options in a table [contour], got none; see sdftrack config"

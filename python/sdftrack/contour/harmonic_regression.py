@@ -8,10 +8,38 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack.contour.dct import Order, harmonic_numbers
 
 Array: TypeAlias = NDArray[np.float64]
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
+
+
+SET_BY_MEMORY = {
+    "w_gen": "give ShapeMemory(w_gen=...) instead",
+    "n_in": "it follows from n_inputs",
+    "n_out": "it follows from n_harmonics",
+}
+
+
+def checked_lwpr(given: Any, rule: str) -> dict[str, Any]:
+    """Options of LWPR as plain values; an error names one that is unknown, set by the memory, or of no use."""
+    from sdftrack.contour.lwpr import LWPR
+    from sdftrack.contour.lwpr_data import plain
+
+    if not isinstance(given, dict):
+        raise TypeError(f"lwpr: expected a dictionary of options of st.contour.LWPR, got {given!r}")
+    known = [name for name in LWPR._parameter_names() if name not in SET_BY_MEMORY]
+    for name in given:
+        if name in SET_BY_MEMORY:
+            raise TypeError(f"lwpr: {name!r} is set by the memory; {SET_BY_MEMORY[name]}")
+    try:
+        refuse_unknown(given, known)
+    except TypeError as error:
+        raise TypeError(f"lwpr: {error}") from None
+    if given and rule != "printed":
+        raise ValueError('lwpr: expected only with rule="printed"; the other rule has no regression')
+    return {name: plain(value) for name, value in given.items()}
 
 
 class PredictedHarmonics(NamedTuple):

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal import saved_file
-from sdftrack._internal.option_schema import core_schema
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import numbers, whole
 from sdftrack.contour.lwpr_data import (
@@ -36,8 +35,6 @@ from sdftrack.contour.lwpr_data import (
 from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
 from sdftrack.device import CPU, device_input, device_number
-
-_SCHEMA = core_schema("lwpr")
 
 Array = NDArray[np.float64]
 MAX_COUNT = 2**31  # of a count: what the core's int holds
@@ -108,7 +105,6 @@ class LWPR(SklearnParts):
         n_in: int | None = None,
         n_out: int | None = None,
         *,
-        # options: written by bindings/generate_options.py
         w_gen: float = 0.2,
         w_prune: float = 0.95,
         w_cutoff: float | Literal["auto"] = "auto",
@@ -123,7 +119,6 @@ class LWPR(SklearnParts):
         init_lambda: float = 0.999,
         final_lambda: float = 0.99999,
         tau_lambda: float = 0.9999,
-        # options: end
         norm_in: ArrayLike | Literal["auto"] | None = None,
         norm_out: ArrayLike | Literal["auto"] | None = None,
         threads: int = 0,
@@ -349,27 +344,23 @@ class LWPR(SklearnParts):
             if value is not None:
                 whole(value, name, 1, MAX_COUNT - 1, "None or a whole number of at least 1")
         whole(self.threads, "threads", 0, MAX_COUNT - 1, f"0 (all cores) to {MAX_COUNT - 1}")
-        self._core_options().check()
+        self._core_options(self._options())
         for name in ("norm_in", "norm_out"):
             check_norm(getattr(self, name), name)
 
     def _options(self) -> dict[str, Any]:
-        """The options of the core, as given; TypeError or ValueError for one that is none."""
-        out = {}
-        for name, option in _SCHEMA.items():
+        """The options of the core, as given; TypeError for a text that is not "auto"."""
+        fields = _core.LwprOptions.fields()
+        for name in AUTO:
             value = getattr(self, name)
-            if option.kind == "bool" and type(value) is int and value in (0, 1):
-                value = bool(value)  # saved models may hold 0 or 1
-            if isinstance(value, str) and name in AUTO and value != "auto":
-                raise TypeError(f'{name}: expected {option.expected} or "auto", got {value!r}')
-            out[name] = value if name in AUTO and is_auto(value) else option.check(value)
-        return out
+            if isinstance(value, str) and value != "auto":
+                expected = fields[name].metadata["expected"]
+                raise TypeError(f'{name}: expected {expected} or "auto", got {value!r}')
+        return {name: getattr(self, name) for name in fields}
 
-    def _core_options(self, values: dict[str, Any] | None = None) -> _core.LwprOptions:
-        options = _core.LwprOptions()
-        for name, value in (without_auto(self._options()) if values is None else values).items():
-            setattr(options, name, numbers(value, name).ravel().tolist() if name == "init_D" else value)
-        return options
+    def _core_options(self, values: dict[str, Any]) -> _core.LwprOptions:
+        given = without_auto(values)
+        return _core.LwprOptions(**{**given, "init_D": numbers(given["init_D"], "init_D").ravel().tolist()})
 
     def _learn_anew(self, x: ArrayLike, y: ArrayLike, device: int = CPU) -> None:
         before = self._model

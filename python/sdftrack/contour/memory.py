@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import os
-import threading
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal import saved_file
 from sdftrack._internal.array_equality import same
-from sdftrack._internal.option_schema import schema_of
-from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import whole
 from sdftrack.contour.dct import Order, block_of, series
-from sdftrack.contour.harmonic_regression import HarmonicRegression
+from sdftrack.contour.harmonic_regression import HarmonicRegression, checked_lwpr
 from sdftrack.contour.masks import checked_mask, resampled
-from sdftrack.contour.memory_options import MemoryOptions
 from sdftrack.contour.result import Assessment, Judgement
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -74,7 +71,6 @@ class ShapeMemory:
 
     def __init__(
         self,
-        # options: written by bindings/generate_options.py
         n_harmonics: int = 10,
         n_inputs: int = 3,
         *,
@@ -88,32 +84,31 @@ class ShapeMemory:
         w_gen: float = 0.1,
         reach: float = 0.1,
         settle: int = 20,
-        # options: end
         lwpr: dict[str, Any] | None = None,
     ) -> None:
         given = dict(locals())
-        options = {name: given[name] for name in schema_of("memory")}
-        self._options = MemoryOptions(**options, lwpr={} if lwpr is None else lwpr)
+        self._options = _core.MemoryOptions(**{name: given[name] for name in _core.MemoryOptions().to_dict()})
+        self._lwpr = checked_lwpr({} if lwpr is None else lwpr, self._options.rule)
         self._start()
 
     def _start(self) -> None:
         o = self._options
-        self._lock = threading.Lock()
+        self._order = cast("Order", o.order)
+        self._lock = ReentrantLock()
         self._shape: tuple[int, int] | None = None
         self._regressed = 0
         self._shapes: _core.SilhouetteMemory | None = None
         self._regression: HarmonicRegression | None = None
         if o.rule == "remembered":
-            self._shapes = _core.SilhouetteMemory(
-                o.n_harmonics, o.order, o.size, o.capacity, o.spacing, o.max_occluders, o.calibrate_on
-            )
+            self._shapes = _core.SilhouetteMemory(o)
         else:
             self._regression = HarmonicRegression(
-                o.n_harmonics, o.n_inputs, o.order, o.w_gen, o.reach, o.settle, o.lwpr
+                o.n_harmonics, o.n_inputs, self._order, o.w_gen, o.reach, o.settle, self._lwpr
             )
 
     # Learning
 
+    @one_thread("shape memory")
     def learn(self, mask: ArrayLike) -> None:
         """Learn a silhouette that is known to be unoccluded.
 
@@ -130,13 +125,12 @@ class ShapeMemory:
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
-        with SingleThreadGuard(self._lock, "shape memory"):
-            if self._shapes is not None:
-                self._shapes.learn(on_grid)
-            elif self._regression is not None:
-                self._regression.learn(self._code(on_grid))
-                self._regressed += 1
-            self._shape = given.shape
+        if self._shapes is not None:
+            self._shapes.learn(on_grid)
+        elif self._regression is not None:
+            self._regression.learn(self._code(on_grid))
+            self._regressed += 1
+        self._shape = given.shape
 
     def observe(self, mask: ArrayLike) -> Assessment:
         """Judge a silhouette and learn it if it is unoccluded, as a tracker does after its first frames."""
@@ -156,6 +150,7 @@ class ShapeMemory:
         `mask`; errors as in `assess`."""
         return self.assess(mask).mask
 
+    @one_thread("shape memory")
     def assess(self, mask: ArrayLike) -> Assessment:
         """Judge and recover in a single call.
 
@@ -182,12 +177,12 @@ class ShapeMemory:
                 "memory: nothing has been learned; call learn(mask) with unoccluded silhouettes first"
             )
         on_grid = self._on_grid(given)
-        with SingleThreadGuard(self._lock, "shape memory"):
-            if self._shapes is not None:
-                return self._remembered(given, self._shapes.assess(on_grid))
-            assert self._regression is not None
-            return self._printed(self._regression, given, on_grid)
+        if self._shapes is not None:
+            return self._remembered(given, self._shapes.assess(on_grid))
+        assert self._regression is not None
+        return self._printed(self._regression, given, on_grid)
 
+    @one_thread("shape memory")
     def judge_frame(
         self,
         occlusions: _core.OcclusionHandler,
@@ -197,8 +192,7 @@ class ShapeMemory:
     ) -> tuple[_core.ShapeJudgement, Mask | None]:
         """For `ContourTracker`: the judgement of the shape that it sees, and the recovered shape, if any."""
         assert self._shapes is not None
-        with SingleThreadGuard(self._lock, "shape memory"):
-            return occlusions.judge(tracker, image, burn_in, self._shapes)
+        return occlusions.judge(tracker, image, burn_in, self._shapes)
 
     def _remembered(self, given: Mask, said: dict[str, Any]) -> Assessment:
         completed = given | self._back(said["hidden"], given.shape)
@@ -213,7 +207,7 @@ class ShapeMemory:
             return Assessment("novel", given, given, code, np.zeros(len(code)), 0.0, np.inf, 0.0)
         said = regression.explain(code)
         threshold = self.threshold
-        completed = series(said.coefficients, given.shape, self._options.order) > 0
+        completed = series(said.coefficients, given.shape, self._order) > 0
         judgement: Judgement = "occluded" if said.error >= threshold else "unoccluded"
         if said.active < MIN_KNOWN or not completed.any():
             judgement = "novel"
@@ -255,8 +249,8 @@ class ShapeMemory:
         return self._shapes
 
     @property
-    def options(self) -> MemoryOptions:
-        """The options of the memory; frozen."""
+    def options(self) -> _core.MemoryOptions:
+        """The options of the memory, without those of `lwpr`; frozen."""
         return self._options
 
     def __repr__(self) -> str:
@@ -283,22 +277,21 @@ class ShapeMemory:
         """Load a file written by `save`. FileNotFoundError; ValueError for another, a newer or a damaged file."""
         return saved_file.loaded(path, FILE, cls, dict)
 
+    @one_thread("shape memory")
     def __getstate__(self) -> dict[str, Any]:
-        with SingleThreadGuard(self._lock, "shape memory"):
-            return self._state()
-
-    def _state(self) -> dict[str, Any]:
         if self._shapes is not None:
             engine = self._shapes.state()
         else:
             assert self._regression is not None
             engine = {"learnt": self._regressed, "calibrated": 0, "squares": 0.0, **self._regression.state()}
         counts = [engine.pop("learnt"), engine.pop("calibrated"), *(self.shape or (0, 0))]
-        return {"options": self._options.to_dict(), "counts": np.array(counts, np.int64),
+        return {"options": {**self._options.to_dict(), "lwpr": self._lwpr}, "counts": np.array(counts, np.int64),
                 **{k: v if isinstance(v, bytes) else np.asarray(v) for k, v in engine.items()}}  # fmt: skip
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self._options = MemoryOptions(**state["options"])
+        options = dict(state["options"])
+        self._lwpr = options.pop("lwpr")
+        self._options = _core.MemoryOptions(**options)
         self._start()
         learnt, calibrated, height, width = (int(x) for x in state["counts"])
         self._shape = (height, width) if height else None
@@ -347,4 +340,4 @@ class ShapeMemory:
 
     def _code(self, on_grid: Mask) -> NDArray[np.float64]:
         o = self._options
-        return block_of(on_grid, o.n_harmonics, o.order, o.size)
+        return block_of(on_grid, o.n_harmonics, self._order, o.size)

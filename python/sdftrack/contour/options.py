@@ -1,43 +1,30 @@
 # SPDX-License-Identifier: MIT
-"""Options of the contour tracker, as the core describes them (cpp/contour/option_schema.h), and checks of its input."""
+"""Options of the contour tracker, which the core describes (cpp/contour/option_schema.h), and checks of its input."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.option_files import read_tables
-from sdftrack._internal.option_schema import check_options, core_schema
+from sdftrack._internal.option_files import options_from_file, read_tables
+from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import mask_of
 
-_SCHEMA = core_schema("contour")
-MEANINGS = {name: option.meaning for name, option in _SCHEMA.items()}
+
+def contour_options(given: dict[str, Any]) -> _core.ContourOptions:
+    """Options by name; TypeError or ValueError names a wrong one."""
+    refuse_unknown(given, [*_core.ContourOptions().to_dict(), "memory", "burn_in"])
+    return _core.ContourOptions(**given)
 
 
-def contour_options(given: dict[str, Any]) -> dict[str, Any]:
-    """Options by name, see `MEANINGS`, as plain values of the core's types; TypeError or ValueError names a wrong one.
-
-    Constraints on several options are checked by the core.
-    """
-    checked: dict[str, Any] = check_options(given, _SCHEMA, others=("memory", "burn_in"))
-    return checked
-
-
-def options_from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
+def options_of_file(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read and check the table ``[contour]`` of a TOML file; {} if it is missing."""
-    try:
-        options = contour_options(read_tables(path)["contour"])
-        _core.ContourCore(options)  # which checks the bounds
-        return options
-    except (TypeError, ValueError) as error:
-        if str(error).startswith(f"{Path(path)}:"):
-            raise
-        raise type(error)(f"{os.fspath(path)}: [contour] {error}") from None
+    options = options_from_file(_core.ContourOptions, path, "contour").to_dict()
+    return {name: options[name] for name in read_tables(path)["contour"]}
 
 
 # -- Checks of what the contour tracker is given

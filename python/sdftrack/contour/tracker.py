@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import copy
-import threading
 from dataclasses import replace
 from typing import Any, Protocol, get_args
 
@@ -12,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.option_schema import BURN_IN
-from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack._internal.thread_guard import ReentrantLock, one_thread
+from sdftrack._internal.validation import whole
 from sdftrack.contour.image_flow import BackwardFlow, ImageFlow
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.options import (
@@ -61,8 +60,8 @@ class ContourTracker:
         Where the outline evolves; the results are the same. The grid of one object is small: its transfer to a GPU
         takes longer than the steps on the CPU. "auto" selects a GPU if its self-test has passed.
     **options
-        Any of ``ContourTracker().options``, which holds the defaults; `sdftrack.contour.options.MEANINGS` and
-        ``sdftrack config`` describe each one.
+        Any of ``ContourTracker().options``, which holds the defaults; ``sdftrack config`` describes each
+        one.
 
     Raises
     ------
@@ -94,16 +93,16 @@ class ContourTracker:
                     f"memory: expected an object with learn, judge and recover, got {type(memory).__name__} without "
                     f"{name}"
                 )
-        self._burn_in: int = BURN_IN.check(burn_in)
-        self._lock = threading.Lock()
+        self._burn_in: int = whole(burn_in, "burn_in", 0, what="a whole number >= 0")
+        self._lock = ReentrantLock()
         self._device = device
         self._core = _core.ContourCore(settings, device_number(device))
         self._memory = memory
         self._shape: tuple[int, ...] | None = None
         self._warp: NDArray[np.float64] = np.eye(3)
         self._frames = 0
-        self._judges = self.options["confidence"] == "evidence"
-        self._moves = self.options["motion"] == "flow"
+        self._judges = settings.confidence == "evidence"
+        self._moves = settings.motion == "flow"
         self._flow: ImageFlow | None = None
         self._evidence: _core.EvidenceGatherer | None = None
         self._mask: NDArray[np.bool_] = np.zeros((0, 0), bool)
@@ -121,15 +120,15 @@ class ContourTracker:
     def __repr__(self) -> str:
         return f"ContourTracker({self.options['warp']!r}, {self._frames} frames)"
 
+    @one_thread("tracker")
     def __getstate__(self) -> dict[str, Any]:
-        with SingleThreadGuard(self._lock, "tracker"):
-            state = dict(self.__dict__)
-            del state["_lock"]
-            return {**state, "_core": (self.options, self._core.state())}
+        state = dict(self.__dict__)
+        del state["_lock"]
+        return {**state, "_core": (self._core.options, self._core.state())}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._lock = threading.Lock()
+        self._lock = ReentrantLock()
         options, core = state["_core"]
         self._core = _core.ContourCore(options, device_number(self._device))
         if not self._core.set_state(core):
@@ -142,7 +141,7 @@ class ContourTracker:
     @property
     def options(self) -> dict[str, Any]:
         """All options with their values."""
-        return dict(self._core.options())
+        return self._core.options.to_dict()
 
     @property
     def warp(self) -> NDArray[np.float64]:
@@ -154,6 +153,7 @@ class ContourTracker:
             raise RuntimeError("warp: expected start(image, box=...) first, got no start yet")
         return self._warp.copy()
 
+    @one_thread("tracker")
     def start(
         self, image: ArrayLike, box: ArrayLike | None = None, mask: ArrayLike | None = None
     ) -> ContourResult:
@@ -184,27 +184,27 @@ class ContourTracker:
         rgb = checked_image(image)
         if (box is None) == (mask is None):
             raise ValueError(f"box, mask: expected one of them, got {'none' if box is None else 'both'}")
-        with SingleThreadGuard(self._lock, "tracker"):
-            unstable = 0.0
-            if mask is not None:
-                frame = self._core.start_mask(rgb, checked_part(mask, rgb.shape[:2]))
-            else:
-                place = checked_box(box, rgb.shape[1], rgb.shape[0])
-                frame = self._core.start_box(rgb, *place)
-                if self._judges:
-                    unstable = _core.contour_first_instability(rgb, place, frame.mask, self.options)
-            self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
-            shapes = self._memory.shapes if isinstance(self._memory, ShapeMemory) else None
-            if self._occlusions is not None and shapes is not None:
-                self._occlusions.begin(self._core, shapes)
-            self._mask = frame.mask
-            self._flow = ImageFlow(rgb) if self._judges or self._moves else None
-            self._evidence = _core.EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
-            result = self._result(frame, None)
-            if box is None or not self._judges:
-                return result
-            return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable, frame.shared))
+        unstable = 0.0
+        if mask is not None:
+            frame = self._core.start_mask(rgb, checked_part(mask, rgb.shape[:2]))
+        else:
+            place = checked_box(box, rgb.shape[1], rgb.shape[0])
+            frame = self._core.start_box(rgb, *place)
+            if self._judges:
+                unstable = _core.contour_first_instability(rgb, place, frame.mask, self._core.options)
+        self._shape, self._warp, self._frames = rgb.shape, frame.warp, 0
+        shapes = self._memory.shapes if isinstance(self._memory, ShapeMemory) else None
+        if self._occlusions is not None and shapes is not None:
+            self._occlusions.begin(self._core, shapes)
+        self._mask = frame.mask
+        self._flow = ImageFlow(rgb) if self._judges or self._moves else None
+        self._evidence = _core.EvidenceGatherer(rgb, frame.mask, unstable) if self._judges else None
+        result = self._result(frame, None)
+        if box is None or not self._judges:
+            return result
+        return _with_evidence(result, Evidence(0.0, 0.0, 0.0, unstable, frame.shared))
 
+    @one_thread("tracker")
     def track(self, image: ArrayLike) -> ContourResult:
         """Find the object in the next image.
 
@@ -232,16 +232,15 @@ class ContourTracker:
                 f"image: expected the size at the start, {self._shape[1]} x {self._shape[0]}, got "
                 f"{rgb.shape[1]} x {rgb.shape[0]}; start again for another video"
             )
-        with SingleThreadGuard(self._lock, "tracker"):
-            flow = self._flow.next(rgb, self._mask) if self._flow is not None else None
-            cue = flow if self._moves else None
-            if self._memory is None:
-                frame, judgement = self._core.track(rgb, *cue or ()), None
-                self._frames += 1
-            else:
-                frame, judgement = self._track_with(self._memory, rgb, cue)
-            self._mask = frame.mask
-            return self._judged(self._result(frame, judgement), rgb, flow, frame.shared)
+        flow = self._flow.next(rgb, self._mask) if self._flow is not None else None
+        cue = flow if self._moves else None
+        if self._memory is None:
+            frame, judgement = self._core.track(rgb, *cue or ()), None
+            self._frames += 1
+        else:
+            frame, judgement = self._track_with(self._memory, rgb, cue)
+        self._mask = frame.mask
+        return self._judged(self._result(frame, judgement), rgb, flow, frame.shared)
 
     def _judged(
         self, result: ContourResult, rgb: NDArray[np.uint8], flow: BackwardFlow | None, shared: float

@@ -108,7 +108,7 @@ class Energy:
         T = state_poses(poses, len(many))
         self._core = _core.FrameEnergy(
             [shape._core_args for shape in many], self.camera._core,
-            depth, mask, list(T), self.options._to_core(), scale,
+            depth, mask, list(T), self.options, scale,
             "scale" in unknowns, "intrinsics" in unknowns, threads,
             color, None if color is None else color_map(camera, color), device_number(device),
         )  # fmt: skip

@@ -151,7 +151,7 @@ class PoseFitter:
     def _core_options(self, options: dict[str, Any]) -> Any:
         """Checked once: that takes longer than a fit, and most frames have the same ones."""
         if self._options is None or self._options[0] != options:
-            self._options = dict(options), TrackerOptions().replace(**options)._to_core()
+            self._options = dict(options), TrackerOptions(**options)
         return self._options[1]
 
 

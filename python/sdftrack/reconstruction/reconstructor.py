@@ -243,7 +243,7 @@ class Reconstructor:
         self._tracker = tracker
         poses = np.array(result.poses)
         poses[0] = shown.T_cam_obj
-        return self._finished(replace(result, poses=poses, shape_change=found["change_m"]), begin)
+        return self._finished(replace(result, poses=poses, shape_change=found["shape_change"]), begin)
 
     @briefly
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
@@ -400,7 +400,7 @@ class Reconstructor:
     def _new_session(self, found: _core.Beginning) -> _core.ReconstructionSession:
         return _core.ReconstructionSession(
             self._frame_camera._core,
-            self.options.to_core(),
+            self.options,
             self.voxels,
             self.extent,
             self.threads,

@@ -220,7 +220,7 @@ def _contour(device: str) -> Any:
     y, x = np.mgrid[:90, :120]
     phi = (np.hypot(x - 60, y - 45) - 25).astype(np.float32)
     foreground = np.random.default_rng(0).uniform(0.02, 0.98, phi.shape).astype(np.float32)
-    return _core.contour_steps(phi, foreground, 5, {}, device=device_number(device))
+    return _core.contour_steps(phi, foreground, 5, _core.ContourOptions(), device=device_number(device))
 
 
 def _evolution(device: str) -> Any:

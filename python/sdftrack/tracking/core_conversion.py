@@ -46,36 +46,11 @@ def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:
 STATUS = {s.value: s for s in Status}
 
 
-def assembled(
-    found: dict[str, Any],
-    *,
-    seconds: float,
-    timestamp: float | None,
-    membership: NDArray[np.float32] | None,
-    foreground: NDArray[np.float32] | None,
-    sensor: str = "",
-) -> TrackResult:
-    """Wrap `found`; all decisions about a frame are made in the core."""
+def assembled(found: dict[str, Any], **of_frame: Any) -> TrackResult:
+    """Wrap `found`, with the further fields of a `TrackResult`; all decisions about a frame are made in the core."""
     steps = [Steps(trials) for trials in found["steps"]]
+    status, energy = [STATUS[s] for s in found["status"]], float(found["energy"].mean())
+    iterations = sum(map(len, steps))
     return TrackResult(
-        poses=found["poses"],
-        status=[STATUS[s] for s in found["status"]],
-        reason=found["reason"],
-        confidence=found["confidence"],
-        covariances=found["covariances"],
-        twists=found["twists"],
-        inliers=found["inliers"],
-        runner_up=found["runner_up"],
-        energy=float(found["energy"].mean()),
-        iterations=sum(map(len, steps)),
-        steps=steps,
-        seconds=seconds,
-        timestamp=timestamp,
-        index=found["index"],
-        membership=membership,
-        foreground=foreground,
-        sensor=sensor,
-        systematic=found["systematic"],
-        unstated=found["unstated"],
-        shape_change=found.get("change_m", float("nan")),
+        **{**found, "status": status, "energy": energy, "steps": steps}, iterations=iterations, **of_frame
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
-from sdftrack._internal.thread_guard import SingleThreadGuard
+from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuse_unknown
 from sdftrack._internal.validation import of_kind, one_of
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
@@ -186,11 +185,11 @@ class Tracker:
         self._device_number, self.collision, self._always = number, collision, always
         self._reads_outline = mode == "rgb" or self.options.outline
         self._last: TrackResult | None = None
-        self._lock = threading.Lock()
+        self._lock = ReentrantLock()
         self._core = _core.Tracker(
             [s._core_args for s in self.shapes],
             self._frame_camera._core,
-            self.options.replace(**self._always)._to_core(),
+            self.options.replace(**self._always),
             self.threads,
             self.recover_lost,
             _core.MotionModel.__members__[self.motion],
@@ -233,10 +232,10 @@ class Tracker:
         return self._free_sizes.fits(len(self.shapes))
 
     @property
+    @one_thread("tracker")
     def scales(self) -> list[ScaleEstimate | None]:
         """Current scale of each shape with ``scale="free"`` over the one that was given; None: another shape."""
-        with self._alone():
-            return [estimate(self, k) if free else None for k, free in enumerate(self._free_scales)]
+        return [estimate(self, k) if free else None for k, free in enumerate(self._free_scales)]
 
     def start(
         self,
@@ -307,7 +306,7 @@ class Tracker:
     def _start_at(
         self, frame: Frame, camera: Camera, colors: tuple[Any, Any], places: list[Place]
     ) -> TrackResult:
-        with self._alone():
+        with self._lock.held("changes", "tracker"):
             begin = time.perf_counter()
             view = self._core_frame(frame, camera, colors)
             if self._free_sizes:
@@ -315,6 +314,7 @@ class Tracker:
                 self._free_sizes.start(TrackerInterface(self), frame, camera, places)
             return self._finish(frame, view, self._core.start(view, places, self.names), begin)
 
+    @one_thread("tracker")
     def track(self, depth: Frame | ArrayLike, color: ArrayLike | None = None) -> TrackResult:
         """Track the objects in the next frame.
 
@@ -340,19 +340,19 @@ class Tracker:
             state of the tracker is unchanged.
         """
         frame = depth if isinstance(depth, Frame) else Frame(depth, color)
-        with self._alone():
-            if self._core.index < 0:
-                raise RuntimeError("track: call start(frame, poses=[...]) first")
-            camera, colors = self._camera_of(frame), self._colors_of(frame)
-            begin = time.perf_counter()
-            if self._free_sizes:
-                self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
-            view = self._core_frame(frame, camera, colors)
-            result = self._finish(frame, view, self._core.track(view, self.names), begin)
-            if self._free_sizes:
-                self._free_sizes.look(TrackerInterface(self), frame, camera, result)
-            return result
+        if self._core.index < 0:
+            raise RuntimeError("track: call start(frame, poses=[...]) first")
+        camera, colors = self._camera_of(frame), self._colors_of(frame)
+        begin = time.perf_counter()
+        if self._free_sizes:
+            self._free_sizes.find(TrackerInterface(self), frame, camera, self.recover_lost)
+        view = self._core_frame(frame, camera, colors)
+        result = self._finish(frame, view, self._core.track(view, self.names), begin)
+        if self._free_sizes:
+            self._free_sizes.look(TrackerInterface(self), frame, camera, result)
+        return result
 
+    @one_thread("tracker")
     def recover(
         self, frame: Frame, k: int | None = None, mask: ArrayLike | None = None, box: Any = None
     ) -> TrackResult:
@@ -381,34 +381,33 @@ class Tracker:
             An empty mask, a box outside the image, both given, or either given for several objects.
         """
         of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
-        with self._alone():
-            if self._last is None:
-                first = (
-                    "track(frame), because the set of objects has changed since the last frame"
-                    if self._core.index >= 0
-                    else "start(frame)"
-                )
-                raise RuntimeError(f"recover: call {first} first")
-            camera, colors = self._camera_of(frame), self._colors_of(frame)
-            place = one_place(None, mask, box, camera)
-            last = self._last
-            if k is None:
-                wanted = [j for j, s in enumerate(last.status) if s is Status.LOST]
-            else:
-                wanted = [object_number(k, len(self.shapes))]
-            if place is not None and len(wanted) > 1:
-                raise ValueError(
-                    f"k: expected the index of the object to search for, got None with {len(wanted)} objects lost"
-                )
-            if not wanted:
-                return last
-            begin = time.perf_counter()
-            for j in wanted:
-                self._free_sizes.look_at(j, place)
-            placed = self._free_sizes.find(TrackerInterface(self), frame, camera, anywhere=True)
-            places = [placed.get(j, place) for j in wanted]
-            view = self._core_frame(frame, camera, colors)
-            return self._finish(frame, view, self._core.recover(view, wanted, places, self.names), begin)
+        if self._last is None:
+            first = (
+                "track(frame), because the set of objects has changed since the last frame"
+                if self._core.index >= 0
+                else "start(frame)"
+            )
+            raise RuntimeError(f"recover: call {first} first")
+        camera, colors = self._camera_of(frame), self._colors_of(frame)
+        place = one_place(None, mask, box, camera)
+        last = self._last
+        if k is None:
+            wanted = [j for j, s in enumerate(last.status) if s is Status.LOST]
+        else:
+            wanted = [object_number(k, len(self.shapes))]
+        if place is not None and len(wanted) > 1:
+            raise ValueError(
+                f"k: expected the index of the object to search for, got None with {len(wanted)} objects lost"
+            )
+        if not wanted:
+            return last
+        begin = time.perf_counter()
+        for j in wanted:
+            self._free_sizes.look_at(j, place)
+        placed = self._free_sizes.find(TrackerInterface(self), frame, camera, anywhere=True)
+        places = [placed.get(j, place) for j in wanted]
+        view = self._core_frame(frame, camera, colors)
+        return self._finish(frame, view, self._core.recover(view, wanted, places, self.names), begin)
 
     def set_pose(self, k: int, T: ArrayLike, covariance: ArrayLike | None = None) -> None:
         """Replace the last pose of object k; it is no longer considered lost.
@@ -425,7 +424,7 @@ class Tracker:
         index = object_number(k, len(self.shapes))
         pose = rigid_pose(T, "T")
         prior = None if covariance is None else pose_covariance(covariance)
-        with self._alone():
+        with self._lock.held("changes", "tracker"):
             self._core.set_pose(index, pose, prior)
             self._free_sizes.look_at(index, pose)
 
@@ -449,7 +448,7 @@ class Tracker:
         if not isinstance(shape, Primitive):
             of_kind(shape, SDF, "shape", "make one with SDF.from_mesh, or give a st.Primitive")
         place = one_place(pose, mask, box, self._frame_camera)
-        with self._alone():
+        with self._lock.held("changes", "tracker"):
             volume = self._free_sizes.add(len(self.shapes), shape, place)
             k: int = self._core.add(volume._core_args, place)
             self._paint(k, volume)
@@ -462,18 +461,18 @@ class Tracker:
             self._last = None
             return k
 
+    @one_thread("tracker")
     def remove(self, k: int) -> None:
         """Stop tracking object k; the indices of later objects decrease by one."""
         index = object_number(k, len(self.shapes))
         if len(self.shapes) == 1:
             raise ValueError("k: expected at least one remaining object, got the only one")
-        with self._alone():
-            self._core.remove(index)
-            self._free_sizes.remove(index)
-            for values in (self.shapes, self.names, self.mode_used, self._symmetries, self._free_scales):
-                del values[index]
-            self._drop_unused_paint()
-            self._last = None
+        self._core.remove(index)
+        self._free_sizes.remove(index)
+        for values in (self.shapes, self.names, self.mode_used, self._symmetries, self._free_scales):
+            del values[index]
+        self._drop_unused_paint()
+        self._last = None
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write shapes, settings and the state of tracking to one file, completely or not at all (docs/files.md)."""
@@ -497,6 +496,7 @@ class Tracker:
         return loaded(path, KIND, Tracker, state_from)
 
     @property
+    @one_thread("tracker")
     def color_delay(self) -> ColorDelay | None:
         """Delay of the colour images relative to the depth images, estimated from all objects since :meth:`start`.
 
@@ -509,40 +509,39 @@ class Tracker:
         ColorDelay or None
             None: unknown, for lack of timestamps, colour, a distinct outline, or motion.
         """
-        with self._alone():
-            delay_s, sd_s, frames = self._core.color_delay()
+        delay_s, sd_s, frames = self._core.color_delay()
         return ColorDelay(delay_s, sd_s, frames) if frames and sd_s < COLOR_DELAY_KNOWN_S else None
 
+    @one_thread("tracker")
     def __getstate__(self) -> dict[str, Any]:
-        with self._alone():
-            return {
-                "shapes": list(self.shapes),
-                "camera": self.camera,
-                "arguments": {
-                    "mode": self.mode,
-                    "names": list(self.names),
-                    "options": self.options,
-                    "sensor": self.sensor,
-                    "threads": self.threads,
-                    "device": "auto" if self._any_device else self.device,
-                    "recover": self.recover_lost,
-                    "motion": self.motion,
-                    "membership": self.membership,
-                    "collision": self.collision,
-                    "symmetry": list(self._symmetries),
-                    "scale": ["free" if free else None for free in self._free_scales],
-                },
-                # Nothing of it changes with this tracker. Other versions cannot read `core`: they go on from the rest.
-                "progress": {
-                    "core": self._core.state(),
-                    "index": self._core.index,
-                    "last": self._last,
-                    "best": self._core.best,
-                    "sizes": self._free_sizes.copy(),
-                    "frame_camera": self._frame_camera,
-                    "modes": list(self.mode_used),
-                },
-            }
+        return {
+            "shapes": list(self.shapes),
+            "camera": self.camera,
+            "arguments": {
+                "mode": self.mode,
+                "names": list(self.names),
+                "options": self.options,
+                "sensor": self.sensor,
+                "threads": self.threads,
+                "device": "auto" if self._any_device else self.device,
+                "recover": self.recover_lost,
+                "motion": self.motion,
+                "membership": self.membership,
+                "collision": self.collision,
+                "symmetry": list(self._symmetries),
+                "scale": ["free" if free else None for free in self._free_scales],
+            },
+            # Nothing of it changes with this tracker. Other versions cannot read `core`: they go on from the rest.
+            "progress": {
+                "core": self._core.state(),
+                "index": self._core.index,
+                "last": self._last,
+                "best": self._core.best,
+                "sizes": self._free_sizes.copy(),
+                "frame_camera": self._frame_camera,
+                "modes": list(self.mode_used),
+            },
+        }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         arguments = dict(state["arguments"])
@@ -565,14 +564,11 @@ class Tracker:
         followed = [] if last is None else [s in (Status.OK, Status.WEAK) for s in last.status]
         self._core.resume(progress["index"], time_s, followed, np.ascontiguousarray(progress["best"]))
 
+    @one_thread("tracker")
     def _interrupt(self, index: int) -> None:
         """Mark a discontinuity: the last frame gets this index, and no motion is predicted from it to the next one."""
-        with self._alone():
-            self._core.interrupt(index)
-            self._last = None
-
-    def _alone(self) -> SingleThreadGuard:
-        return SingleThreadGuard(self._lock, "tracker")
+        self._core.interrupt(index)
+        self._last = None
 
     def _camera_of(self, frame: Frame) -> Camera:
         camera = depth_camera(self.camera if frame.camera is None else frame.camera)
@@ -648,7 +644,7 @@ class Tracker:
         colored = "rgb" if self.mode == "rgb" or frame.depth is None else "rgbd"
         for k in self._scaled():
             enlarge(self, k)
-        self._note_modes(found["index"], [colored if used else "depth" for used in found["color_used"]])
+        self._note_modes(found["index"], [colored if used else "depth" for used in found.pop("color_used")])
         weights, foreground = self._membership(frame, view)
         self._last = assembled(
             found,
