@@ -11,9 +11,9 @@ import numpy as np
 
 import sdftrack as st
 from sdftrack.calibration.intrinsics_residuals import compare
-from sdftrack.calibration.observability import MIN_IN_CELL
+from sdftrack.calibration.intrinsics_result import MIN_IN_CELL
 from sdftrack.calibration.plots import show_cells, show_estimate
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 truth = st.Camera(572, 570, 318, 243, 640, 480)
 guess = st.Camera(600, 600, 300, 200, 640, 480)

@@ -12,7 +12,7 @@ from PIL import Image
 
 import sdftrack as st
 from sdftrack import geometry
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 FRAMES, SHOWN, SIZE = 60, (0, 9, 24, 59), 190  # once round; panels; pixels of a panel
 

@@ -13,7 +13,7 @@ from PIL import Image
 import sdftrack as st
 from experiments.synth.contact import Solid
 from experiments.synth.several import meetings
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 SHOWN, MARGIN, SIZE = (6, 52), 50, 240  # frames; pixels around the objects; of a panel
 

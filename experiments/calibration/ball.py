@@ -14,9 +14,9 @@ from experiments.registry import experiment
 from experiments.synth.ball import COLOR_CAMERA, DEPTH_CAMERA, BallScene, ball_path, ball_scene
 from experiments.table import Table
 from sdftrack import _core
+from sdftrack.calibration.color_result import BallPairs, ColorMapping, Fit, fit_from
 from sdftrack.calibration.color_to_depth import registered, result_of
 from sdftrack.calibration.observe import watch
-from sdftrack.calibration.pairs import BallPairs, ColorMapping, Fit, fit_from
 from sdftrack.calibration.statistics import student_t975
 
 Array = NDArray[np.float64]

@@ -35,7 +35,7 @@ class Body:
 
 def body(mesh: Path | None, unit: str | None, scale: float = 1.0) -> Body:
     """The mesh of that file, or the duck times `scale`."""
-    from sdftrack.synth.duck import duck_mesh
+    from sdftrack.synth.objects import duck_mesh
 
     if mesh is not None:
         return Body(st.Mesh.load(mesh, unit), mesh.name, unit)  # type: ignore[arg-type]

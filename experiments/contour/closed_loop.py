@@ -21,7 +21,7 @@ from experiments.registry import experiment
 from experiments.synth.gait import FIGURES
 from experiments.synth.gait_video import GaitVideo, gait_video, occluder
 from experiments.table import Table
-from sdftrack.contour.masks import align
+from sdftrack.contour.dct import align
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.contour.result import ContourResult
 from sdftrack.contour.tracker import ContourTracker

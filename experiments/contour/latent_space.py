@@ -74,7 +74,7 @@ def _fitted(masks: bytes, q: int) -> tuple[GPLVM, float]:
     """The model of (n, SIZE, SIZE) masks, and the seconds that it took; ways that search it differently share it."""
     began = time.thread_time()
     shapes = np.frombuffer(masks, bool).reshape(-1, SIZE, SIZE)
-    model = GPLVM(np.array([block_of(mask, HARMONICS, "max", SIZE) for mask in shapes]), q)
+    model = GPLVM(np.array([block_of(mask, HARMONICS, "max") for mask in shapes]), q)
     return model, time.thread_time() - began
 
 

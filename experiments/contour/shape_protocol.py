@@ -16,8 +16,7 @@ from experiments.contour.shape_baselines import BASELINES
 from experiments.synth.covers import hide
 from experiments.synth.gait import gait
 from sdftrack import _core
-from sdftrack.contour.dct import block_of, harmonic_numbers, series
-from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.dct import block_of, harmonic_numbers, series, signed_distances
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.metrics import iou
 
@@ -78,7 +77,7 @@ def davis_masks(folder: Path, name: str) -> Mask:
     """(n, SIZE, SIZE): the hand-made masks of one sequence, each aligned by itself."""
     import cv2
 
-    from sdftrack.contour.masks import align
+    from sdftrack.contour.dct import align
 
     files = sorted((folder / name / "mask").glob("*.png"))
     if not files:
@@ -136,11 +135,11 @@ def completion(
 ) -> Callable[[Mask], tuple[Mask, float]]:
     """What a baseline that has learnt the masks makes of a silhouette: the mask that the harmonics give, and how far
     its coefficients are from the observed ones."""
-    codes = np.array([block_of(m, n_harmonics, "max", SIZE) for m in masks])
+    codes = np.array([block_of(m, n_harmonics, "max") for m in masks])
     model = BASELINES[name](codes, harmonic_numbers(n_harmonics) > n_harmonics - n_inputs)
 
     def complete(seen: Mask) -> tuple[Mask, float]:
-        c = block_of(seen, n_harmonics, "max", SIZE)
+        c = block_of(seen, n_harmonics, "max")
         whole = model.complete(c)
         return series(whole, (SIZE, SIZE)) > 0, float(np.linalg.norm(whole - c))
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.posterior import MotionSamples
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives import PrimitiveFit, fit_primitive
-from sdftrack.primitives.kinds import KINDS
+from sdftrack.primitives.result import KINDS
 from sdftrack.primitives.segmentation import SegmentedFrame, pieces
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Noise

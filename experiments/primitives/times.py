@@ -18,7 +18,7 @@ from experiments.table import Table
 from sdftrack.camera import Camera
 from sdftrack.frame import Frame
 from sdftrack.primitives import fit_primitive
-from sdftrack.primitives.kinds import SOLIDS
+from sdftrack.primitives.result import SOLIDS
 from sdftrack.primitives.segmentation import SegmentedFrame
 from sdftrack.primitives.solver import FitRequest, solve
 from sdftrack.synth.noise import Kinect

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdftrack.camera import Camera
 from sdftrack.synth.bodies import SKIN
-from sdftrack.synth.capsules import Capsules, cast
+from sdftrack.synth.grip import Capsules, cast
 from sdftrack.synth.surroundings import background
 
 Array = NDArray[np.float64]

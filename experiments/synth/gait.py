@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.contour.masks import FILL, align
+from sdftrack.contour.dct import FILL, align
 
 Mask: TypeAlias = NDArray[np.bool_]
 Point: TypeAlias = tuple[float, float]

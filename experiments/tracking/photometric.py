@@ -15,7 +15,7 @@ from experiments.common.protocol import load_mesh
 from experiments.data import has
 from experiments.registry import experiment
 from experiments.table import Table
-from sdftrack.synth.printed_can import can_mesh, turning_can
+from sdftrack.synth.objects import can_mesh, turning_can
 
 Array = NDArray[np.float64]
 

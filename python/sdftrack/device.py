@@ -74,8 +74,9 @@ def device_number(device: str) -> int:
             '"pip install . -C cmake.define.SDFTRACK_CUDA=ON", or use device="cpu"'
         )
     if not usable:
+        least = _core.cuda_least_capability() / 10
         raise RuntimeError(
-            f'device="{device}": this build supports CUDA, but no CUDA device of capability {_least()} or later '
+            f'device="{device}": this build supports CUDA, but no CUDA device of capability {least:.1f} or later '
             'is available here (see nvidia-smi); use device="cpu"'
         )
     number = usable[0] if found["number"] is None else int(found["number"])
@@ -85,16 +86,9 @@ def device_number(device: str) -> int:
     return number
 
 
-def _least() -> str:
-    major, minor = divmod(_core.cuda_least_capability(), 10)
-    return f"{major}.{minor}"
-
-
 def host_array(value: Any, name: str) -> NDArray[Any]:
-    """An array-like as a numpy array, copied to the host from a CUDA device; errors name the argument.
-
-    Arrays on a device need ``__cuda_array_interface__`` or DLPack, and to be C-contiguous.
-    """
+    """An array-like as a numpy array, copied to the host from a CUDA device; errors name the argument."""
+    # Arrays on a device need ``__cuda_array_interface__`` or DLPack, and to be C-contiguous.
     if isinstance(value, np.ndarray):
         return value
     value = detached(value)

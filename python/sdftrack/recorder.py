@@ -19,13 +19,7 @@ from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.out_folder import OutFolder, cannot_write
-from sdftrack.io.report_file import (
-    BOP_HEADER,
-    bop_row,
-    number_or_none,
-    object_entry,
-    plain,
-)
+from sdftrack.io.report_file import BOP_HEADER, bop_row, number_or_none, object_entry, plain
 from sdftrack.io.trajectories import tum_line
 from sdftrack.io.video import PART, VideoFile
 from sdftrack.results import TrackResult

@@ -157,10 +157,6 @@ def find_symmetries(sdf: Any, tolerance: float = 1.5) -> Symmetry:
     tolerance : float
         In voxels: 98 % of the rotated surface must lie within this distance of the surface.
 
-    Returns
-    -------
-    Symmetry
-
     Examples
     --------
     >>> from sdftrack import SDF
@@ -188,11 +184,13 @@ class _Search:
         good = [S for fold in self.FOLDS for S in self._of_fold(fold)]
         axes: list[Array] = []
         for S in good:
-            a = _axis_of(S)
-            if all(abs(a @ b) < self.APART for b in axes) and self._is_continuous(a):
+            a = _unit(np.array(_core.rotation_log(np.ascontiguousarray(S))))
+            turns = (_turn(a, self.centre, angle) for angle in (0.4, 1.0, 1.9, 2.7))
+            if all(abs(a @ b) < self.APART for b in axes) and all(map(self._fits, turns)):
                 axes.append(a)
         if len(axes) > 1:
-            return Symmetry(continuous=((axes[0], self.centre), (_across(axes[0], axes[1]), self.centre)))
+            across = _unit(axes[1] - (axes[0] @ axes[1]) * axes[0])
+            return Symmetry(continuous=((axes[0], self.centre), (across, self.centre)))
         if axes:
             flips = [S for S in good if S[:3, :3] @ axes[0] @ axes[0] < -self.APART]
             return Symmetry(np.array(flips[:1]) if flips else _none(), ((axes[0], self.centre),))
@@ -201,9 +199,6 @@ class _Search:
     def _fits(self, S: Array) -> bool:
         away = np.abs(self.sdf(self.points @ S[:3, :3].T + S[:3, 3]))
         return bool(np.quantile(away, 0.98) < self.limit)
-
-    def _is_continuous(self, axis: Array) -> bool:
-        return all(self._fits(_turn(axis, self.centre, angle)) for angle in (0.4, 1.0, 1.9, 2.7))
 
     def _of_fold(self, fold: int) -> list[Array]:
         """Refined rotations by 1/`fold` of a full turn that fit."""
@@ -220,10 +215,7 @@ class _Search:
             if len(picked) == self.BEST:
                 break
         refined = [self._refined(turns[i]) for i in picked]
-        return [S for S in refined if self._is_turn(S) and self._fits(S)]
-
-    def _is_turn(self, S: Array) -> bool:
-        return np.linalg.norm(_core.rotation_log(S)) > self.SAME
+        return [S for S in refined if np.linalg.norm(_core.rotation_log(S)) > self.SAME and self._fits(S)]
 
     def _refined(self, S: Array) -> Array:
         """The nearest motion that maps the surface onto itself, by Gauss-Newton on the moved points' distances."""
@@ -256,26 +248,15 @@ class _Search:
         at = 0
         while at < len(group) and len(group) < self.MAX_ROTATIONS:
             for other in list(group):
-                S = self._rigid_again(group[at] @ other)
+                S = rigid(self._refined(group[at] @ other))
                 if len(group) < self.MAX_ROTATIONS and new(S) and self._fits(S):
                     group.append(S)
             at += 1
         return np.array(group[1:]).reshape(-1, 4, 4)
 
-    def _rigid_again(self, S: Array) -> Array:
-        return rigid(self._refined(S))
 
-
-def _axis_of(S: Array) -> Array:
-    w = np.array(_core.rotation_log(np.ascontiguousarray(S)))
-    axis: Array = w / np.linalg.norm(w)
-    return axis
-
-
-def _across(a: Array, b: Array) -> Array:
-    across = b - (a @ b) * a
-    out: Array = across / np.linalg.norm(across)
-    return out
+def _unit(v: Array) -> Array:
+    return np.asarray(v / np.linalg.norm(v))
 
 
 def _half_sphere(count: int) -> Array:

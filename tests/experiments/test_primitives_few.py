@@ -9,7 +9,7 @@ from experiments.primitives.few_points import few_points, found_and_z, run
 from experiments.primitives.kinds import views
 from experiments.primitives.kinect_objects import objects_of
 from experiments.synth.solids import KINDS
-from sdftrack.primitives.kinds import FREE
+from sdftrack.primitives.result import FREE
 
 RUNS = 10
 FOUND = 9  # of 10 at 50 points; before, a cylinder and a cone 0

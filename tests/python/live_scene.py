@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 import sdftrack as st
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 from support.faulty_camera import FaultyCamera
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)

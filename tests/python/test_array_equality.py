@@ -10,10 +10,8 @@ import pytest
 
 import sdftrack as st
 from experiments.synth.gait import gait
-from sdftrack.calibration.color_result import ColorCalibration
-from sdftrack.calibration.intrinsics_result import IntrinsicsResult, PerFrame
-from sdftrack.calibration.observability import Observability
-from sdftrack.calibration.pairs import BallPairs, ColorMapping
+from sdftrack.calibration.color_result import BallPairs, ColorCalibration, ColorMapping
+from sdftrack.calibration.intrinsics_result import IntrinsicsResult, Observability, PerFrame
 from sdftrack.contour.result import Assessment, ContourResult
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.reconstruction.quality import Quality

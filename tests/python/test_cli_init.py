@@ -12,7 +12,7 @@ import sdftrack as st
 from sdftrack.cli.app import run
 from sdftrack.imaging.regions import connected_region
 from sdftrack.io.frames import write_mask
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 FRAMES = 3
 MAX_ERROR_M, MAX_ERROR_RAD = 0.003, np.deg2rad(3.0)  # 1 mm noise, about 2,500 px: bound 0.05 mm, 0.05 deg

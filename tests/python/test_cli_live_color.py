@@ -18,7 +18,7 @@ from sdftrack.cli.app import run
 from sdftrack.imaging.pose_hint import moved_into
 from sdftrack.io.frames import read_mask
 from sdftrack.live.sources import CAMERAS, CameraKind
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 from sdftrack.viz.viewer import Box, Click, Record, Save
 
 FRAMES = 40

@@ -9,8 +9,8 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from experiments.synth.ball import ball_path, ball_scene
+from sdftrack.calibration.color_result import BallPairs, ColorMapping
 from sdftrack.calibration.color_to_depth import check_spread
-from sdftrack.calibration.pairs import BallPairs, ColorMapping
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
 HELD_OUT_PX = 0.3  # the target, on images four times as large

@@ -9,7 +9,7 @@ from refusals import assert_refused, refused
 
 import sdftrack as st
 from sdftrack.synth.exercise_plans import PLANS
-from sdftrack.synth.exercise_sequence import OBJECTS
+from sdftrack.synth.objects import OBJECTS
 
 STEP_S = 1e-4
 DERIVATIVE_RTOL = 1e-3  # central differences of STEP_S across the jumps of the snap; measured 4e-4

@@ -8,7 +8,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.synth.exercise_sequence import OBJECTS
+from sdftrack.synth.objects import OBJECTS
 
 
 @pytest.mark.parametrize("name", OBJECTS)

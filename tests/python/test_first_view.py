@@ -17,7 +17,7 @@ FRAMES, VOXELS, VOXEL_M = 24, 96, 0.004
 
 @pytest.fixture(scope="module")
 def duck():
-    from sdftrack.synth.duck import duck_mesh
+    from sdftrack.synth.objects import duck_mesh
 
     return duck_mesh()
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
 REPEATED, TIME = "repeats the previous one; the pose", "timestamp"

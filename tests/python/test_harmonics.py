@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import sdftrack as st
-from sdftrack.contour.dct import block_of, count, harmonic_numbers, series
-from sdftrack.contour.masks import transformed
+from sdftrack.contour.dct import block_of, count, harmonic_numbers, series, transformed
 
 ORDERS = ["max", "sum"]
 ROUNDING = 1e-11  # sums of 4,096 numbers of about 1, in double; measured 3e-15
@@ -88,7 +87,7 @@ def test_a_mask_of_another_size_is_resampled_by_area():
     big = disc(256, 80)
     c = st.contour.harmonics(big, 10)
     shares = big.reshape(64, 4, 64, 4).mean(axis=(1, 3))
-    np.testing.assert_allclose(c, block_of(shares, 10, "max", 64), atol=FLOAT32)
+    np.testing.assert_allclose(c, block_of(shares, 10, "max"), atol=FLOAT32)
     np.testing.assert_array_equal(
         st.contour.harmonics(255 * big.astype(np.uint8), 10), c, err_msg="uint8 is the same as bool"
     )

@@ -11,8 +11,8 @@ from scipy import stats
 import sdftrack as st
 from reference.calibration import marginal_information, numeric_rows, point_residual, residual
 from sdftrack import _core
+from sdftrack.calibration.intrinsics_result import refuse_unobservable
 from sdftrack.calibration.lens import core_lens
-from sdftrack.calibration.observability import refuse_unobservable
 from sdftrack.calibration.statistics import chi2_quantile, fuse, inverse_of
 
 TRUTH = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)

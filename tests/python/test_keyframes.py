@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from sdftrack import geometry
-from sdftrack.reconstruction.keyframe import Keyframe, Keyframes
+from sdftrack.reconstruction.refining import Keyframe, Keyframes
 
 FAR_M = 0.6
 

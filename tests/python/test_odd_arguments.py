@@ -10,11 +10,9 @@ from refusals import assert_refused, refused
 import sdftrack as st
 from sdftrack import _core, metrics
 from sdftrack.io import trajectories
-from sdftrack.motion import contacts
 
 CAMERA = st.Camera(30.0, 30.5, 15.5, 11.5, 32, 24)
 POINTS = np.random.default_rng(0).normal(size=(30, 3))
-TIMES = np.arange(5) / 10
 LARGE, FRAME = np.zeros(70_000), st.Frame(np.ones((24, 32), np.float32))
 DEPTH, COLOR = np.ones((24, 32), np.float32), np.zeros((24, 32, 3), np.uint8)
 IMAGE, MASK = np.zeros((8, 9, 3), np.uint8), np.eye(8, 9, dtype=bool)
@@ -89,8 +87,6 @@ def each(call, values, error, words):
 @refused(
     (lambda: metrics.chamfer(np.full((3, 3), np.nan), POINTS), ValueError, "points: expected"),
     *each(lambda c: metrics.mspd(np.eye(4), np.eye(4), POINTS, c), (None, 3.0, [], b"x"), TypeError, NO_CAMERA),
-    (lambda: contacts(np.zeros((1, 5)), TIMES[::-1]), ValueError, "times_s: expected"),
-    (lambda: contacts(np.zeros((0, 5)), TIMES), ValueError, "times_s: expected"),
     (lambda: st.motion.sparc(np.ones((1, 9)), 5e-324), ValueError, "expected"),
     (lambda: st.motion.tremor_of(_still(), 0, 1, noise_m=1e300), ValueError, "expected"),
     *each(lambda w: st.motion.savitzky_golay(_still(), w), (1e308, np.inf), ValueError, "expected"),
@@ -133,12 +129,6 @@ def test_adds_of_a_pose_that_is_not_finite_is_not_finite(x):
 @pytest.mark.parametrize("x", [1e16, 1e30, 1e200])
 def test_adds_of_a_pose_beyond_float32_is_its_distance(x):
     assert metrics.adds(_poses(x=x), np.eye(4), POINTS) == pytest.approx(x)
-
-
-def test_contacts_are_found_in_no_time_however_short_the_recording():
-    times = 1e-300 * np.arange(5)
-    assert contacts(np.zeros((1, 5)), times).share == 1
-    assert contacts(np.array([[1.0, 1, 0, 1, 1]]), times).share in (0, 1)
 
 
 def test_a_tiny_scale_of_depth_is_a_number():

@@ -10,7 +10,7 @@ import sdftrack as st
 from experiments.tracking.photometric import follow
 from reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
 from sdftrack import _core
-from sdftrack.synth.printed_can import can_mesh, turning_can
+from sdftrack.synth.objects import can_mesh, turning_can
 from sdftrack.tracking.core_conversion import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48

@@ -7,8 +7,7 @@ import pytest
 import sdftrack as st
 from reference.primitives import distance
 from sdftrack import _core
-from sdftrack.primitives.kinds import KINDS, SIZES, SOLIDS, TABLE
-from sdftrack.primitives.result import volume_of
+from sdftrack.primitives.result import KINDS, SIZES, SOLIDS, TABLE, volume_of
 
 LENGTHS_M = (0.05, 0.09, 0.07)
 MADE = {

@@ -13,7 +13,7 @@ from experiments.synth.patches import patch_scene
 from experiments.synth.solids import KINDS, posed_scene, random_solid, ray_depth, standing_scene
 from reference import primitives as twin
 from sdftrack import _core
-from sdftrack.primitives.multi_frame import fuse_sizes
+from sdftrack.primitives.frames import fuse_sizes
 from sdftrack.primitives.segmentation import ON, TABLE_M, SegmentedFrame, pieces
 from sdftrack.synth.noise import Gaussian, Kinect
 

@@ -9,7 +9,7 @@ import pytest
 
 import sdftrack as st
 from experiments.synth.solids import ray_depth, standing_scene
-from sdftrack.primitives.multi_frame import SizeSum, fuse_sizes
+from sdftrack.primitives.frames import SizeSum, fuse_sizes
 from sdftrack.synth.noise import Gaussian
 
 CAMERA = st.Camera(262, 262, 159.5, 119.5, 320, 240)

@@ -10,7 +10,7 @@ import pytest
 import sdftrack as st
 from experiments.contour.shape_protocol import asked, baseline, cases, detection, learnt
 from experiments.synth.gait import gait
-from sdftrack.contour.masks import signed_distances
+from sdftrack.contour.dct import signed_distances
 
 RECOVERED = 0.88  # overlap under bars that hide 20 to 60 %, 60 frames learnt; measured 0.904
 BETTER_THAN_SIMPLE = 0.03  # overlap over the best baseline that keeps what is seen; measured 0.043

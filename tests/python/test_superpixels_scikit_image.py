@@ -1,130 +1,85 @@
 # SPDX-License-Identifier: MIT
-"""Superpixels take calls written for scikit-image: channel axes, scales, blur, spacing, volumes, SLIC-zero."""
+"""Superpixels take calls written for scikit-image: what the core does not do, scikit-image itself does."""
+
+import sys
 
 import numpy as np
 import pytest
+from skimage import segmentation
 
 import sdftrack as st
 
 slic = st.superpixels.slic
+rng = np.random.default_rng(3)
+GREY, COLOR, VOLUME = rng.random((24, 30)), rng.random((24, 30, 3)), rng.random((8, 9, 10))
+MASK = np.ones((24, 30)) * (np.arange(30) > 4)
 
 
-def quarters(*values, size=24):
-    """An image of four squares, with a little noise."""
-    a, b, c, d = (np.broadcast_to(np.asarray(v, float), (size, size, np.size(v))) for v in values)
-    image = np.concatenate([np.concatenate([a, b], axis=1), np.concatenate([c, d], axis=1)], axis=0)
-    return image + np.random.default_rng(1).uniform(0, 1e-3, image.shape)
-
-
-QUARTERS = np.kron([[1, 2], [3, 4]], np.ones((24, 24), int))
-GREY = quarters(0.1, 0.4, 0.6, 0.9)[..., 0]
-COLOR = quarters((0.9, 0.1, 0.1), (0.1, 0.9, 0.1), (0.1, 0.1, 0.9), (0.9, 0.9, 0.1))
-
-
-def test_grey_with_no_channel_axis_is_rescaled_whatever_its_type():
-    wanted = slic(GREY, 4, compactness=0.1, channel_axis=None)
-    np.testing.assert_array_equal(wanted, QUARTERS)
-    for same in (1000 + 50 * GREY, -GREY[::-1, ::-1]):
-        np.testing.assert_array_equal(slic(same, 4, compactness=0.1, channel_axis=None), wanted)
-    for dtype in (np.uint16, np.int64, np.float16):
-        np.testing.assert_array_equal(
-            slic((1000 * GREY).astype(dtype), 4, compactness=0.1, channel_axis=None), wanted
-        )
+@pytest.mark.parametrize(
+    ("image", "arguments"),
+    [
+        (GREY, {"channel_axis": None}),
+        ((1000 * GREY).astype(np.uint16), {"channel_axis": None}),
+        ((1000 * GREY).astype(np.int64), {"channel_axis": None, "mask": MASK}),
+        (GREY, {"channel_axis": None, "spacing": (1, 50)}),
+        (GREY, {"channel_axis": None, "sigma": (1, 2)}),
+        (GREY, {"channel_axis": None, "slic_zero": True}),
+        (COLOR, {"channel_axis": -1, "convert2lab": False}),
+        (COLOR, {"channel_axis": -1, "sigma": 2}),
+        (1000 * COLOR, {"channel_axis": -1, "start_label": 0}),
+        (COLOR[..., :2], {"channel_axis": -1, "enforce_connectivity": False}),
+        (VOLUME, {"channel_axis": None}),
+    ],
+)
+def test_what_the_core_does_not_do_scikit_image_does_with_our_defaults(image, arguments):
+    theirs = segmentation.slic(image, 12, 0.3, **{"max_num_iter": 5, "min_size_factor": 0.25, **arguments})
+    found = slic(image, 12, 0.3, **arguments)
+    assert found.dtype == np.int32
+    np.testing.assert_array_equal(found, theirs)
 
 
 def test_channels_may_lie_on_any_axis():
-    wanted = slic(COLOR, 4)
-    np.testing.assert_array_equal(wanted, QUARTERS)
     for axis in (0, 1, -2):
-        np.testing.assert_array_equal(slic(np.moveaxis(COLOR, -1, axis), 4, channel_axis=axis), wanted)
+        moved = slic(np.moveaxis(COLOR, -1, axis), 4, channel_axis=axis)
+        np.testing.assert_array_equal(moved, slic(COLOR, 4))
+        np.testing.assert_array_equal(
+            slic(np.moveaxis(COLOR, -1, axis), 4, channel_axis=axis, convert2lab=False),
+            slic(COLOR, 4, convert2lab=False),
+        )
 
 
-@pytest.mark.parametrize("channels", [2, 4, 8])
-def test_other_numbers_of_channels(channels):
-    rng = np.random.default_rng(2)
-    image = quarters(*rng.random((4, channels)))
-    np.testing.assert_array_equal(slic(image, 4, compactness=0.1, channel_axis=-1), QUARTERS)
-
-
-def test_colours_are_not_converted_where_asked():
-    with_lab, without = (
-        slic(COLOR, 4, compactness=0.1, convert2lab=convert, channel_axis=-1) for convert in (True, False)
-    )
-    np.testing.assert_array_equal(with_lab, QUARTERS)
-    np.testing.assert_array_equal(without, QUARTERS)
-    rng = np.random.default_rng(3)
-    image = rng.random((40, 50, 3))
-    assert (slic(image, 30, convert2lab=False) != slic(image, 30)).any()
-    scaled = (image - image.min()) / np.ptp(image)
-    np.testing.assert_array_equal(
-        slic(image, 30, compactness=0.2, convert2lab=False),
-        slic(scaled, 30, compactness=20, color_space="rgb"),
-    )
-
-
-def test_a_volume_is_cut_into_its_eighths():
-    truth = np.kron(np.arange(8).reshape(2, 2, 2), np.ones((6, 6, 6), int))
-    volume = truth / 7 + np.random.default_rng(4).uniform(0, 1e-3, truth.shape)
-    labels = slic(volume, 8, compactness=0.1, channel_axis=None)
-    assert labels.dtype == np.int32
-    np.testing.assert_array_equal(labels, truth + 1)
-    color = np.random.default_rng(5).random((8, 3))[truth]
-    np.testing.assert_array_equal(slic(color, 8, start_label=0), truth)
-    mask = np.zeros(truth.shape)
-    mask[2:-2, 2:-2, 2:-2] = 1
-    masked = slic(volume, 8, compactness=0.1, channel_axis=None, mask=mask)
-    np.testing.assert_array_equal(masked, np.where(mask > 0, truth + 1, 0))
-
-
-def test_small_pieces_of_a_volume_join_their_largest_neighbour():
-    volume = np.zeros((9, 9, 9))
-    volume[4:, 4:, 4:] = 0.9
-    volume[1, 1, 1] = 1
-    labels = slic(volume, 2, compactness=0.01, channel_axis=None, max_num_iter=10)
-    assert labels[1, 1, 1] == labels[0, 0, 0]
-    np.testing.assert_array_equal(np.unique(labels), np.arange(1, labels.max() + 1))
-
-
-def test_spacing_stretches_an_axis():
-    image = np.random.default_rng(6).random((12, 12))
-    tall = st.superpixels.regions(slic(image, 4, channel_axis=None, spacing=(1, 50)))
-    wide = st.superpixels.regions(slic(image, 4, channel_axis=None, spacing=(50, 1)))
-    assert tall.boxes[:, 3].mean() > tall.boxes[:, 2].mean()
-    assert wide.boxes[:, 2].mean() > wide.boxes[:, 3].mean()
-    even = slic(image, 4, channel_axis=None, spacing=(1, 1))
-    np.testing.assert_array_equal(even, slic(image, 4, channel_axis=None, spacing=[1, 1]))
-
-
-def test_sigma_blurs():
-    rng = np.random.default_rng(7)
-    image = np.clip(GREY + rng.normal(0, 0.3, GREY.shape), 0, 1)
-    rough, smooth = (
-        slic(image, 4, compactness=0.3, channel_axis=None, sigma=sigma, enforce_connectivity=False)
-        for sigma in (0, 3)
-    )
-    assert (smooth == QUARTERS).mean() > (rough == QUARTERS).mean() + 0.1
-    np.testing.assert_array_equal(
-        smooth, slic(image, 4, compactness=0.3, channel_axis=None, sigma=(3, 3), enforce_connectivity=False)
-    )
-    with pytest.warns(FutureWarning, match="sigma number of elements must be 2"):
-        slic(image, 4, channel_axis=None, sigma=(1, 3, 3))
-
-
-def test_slic_zero_finds_its_own_compactness():
-    # A contrast of 0.02: with a compactness of 10 nothing of it is seen, with an adaptive one it is.
-    image = np.where(np.arange(40) < 15, 0.0, 1.0)[None].repeat(40, axis=0)
-    plain, zero = (
-        slic(image, 4, channel_axis=None, slic_zero=zero, max_num_iter=10, compactness=10)
-        for zero in (False, True)
-    )
-    assert st.superpixels.boundaries(zero)[:, 14].all()
-    assert not st.superpixels.boundaries(plain)[:, 14].all()
-
-
-def test_a_sigma_of_many_images_is_the_mean_and_needs_no_memory():
-    image = np.random.default_rng(2).random((40, 60))
-    even = slic(image, 4, channel_axis=None, sigma=1e9)
-    np.testing.assert_array_equal(even, slic(np.full((40, 60), image.mean()), 4, channel_axis=None))
+def test_a_blur_wider_than_the_image_needs_no_memory():
     sigma = np.array([1e300, 0.0])
-    slic(image, 4, channel_axis=None, sigma=sigma)
+    assert slic(GREY, 4, channel_axis=None, sigma=sigma).shape == GREY.shape
+    assert slic(GREY, 4, channel_axis=None, sigma=1e9).shape == GREY.shape
     assert sigma[0] == 1e300
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"channel_axis": 2}, ValueError, "channel_axis=2 indicates multichannel"),
+        ({"channel_axis": "x"}, TypeError, "channel_axis: expected a whole number or None"),
+        ({"channel_axis": None, "sigma": -1}, ValueError, "sigma: expected finite numbers of at least 0"),
+        ({"channel_axis": None, "spacing": "x"}, TypeError, "spacing: expected a number for each axis"),
+        ({"channel_axis": None, "compactness": 0}, ValueError, "compactness: expected a number above 0"),
+        ({"channel_axis": None, "depth": GREY}, ValueError, "depth: not taken with scikit-image's arguments"),
+        ({"edge": 1}, TypeError, "unexpected keyword argument 'edge'"),
+    ],
+)
+def test_what_is_wrong_is_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        slic(GREY, 4, **arguments)
+
+
+def test_values_that_are_not_finite_are_refused_unless_they_are_masked_out():
+    image = np.where(MASK > 0, GREY, np.nan)
+    with pytest.raises(ValueError, match="expected finite values, got NaN"):
+        slic(image, 4, channel_axis=None)
+    assert (slic(image, 4, channel_axis=None, mask=MASK)[MASK == 0] == 0).all()
+
+
+def test_without_scikit_image_the_error_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "skimage.segmentation", None)
+    with pytest.raises(ImportError, match=r"pip install 'sdftrack\[superpixels\]'"):
+        slic(GREY, 4, channel_axis=None)

@@ -7,8 +7,7 @@ import pytest
 import sdftrack as st
 from sdftrack.synth import Cover, Grip, leave_and_return
 from sdftrack.synth.bodies import Body, Stage
-from sdftrack.synth.capsules import Capsules, cast
-from sdftrack.synth.grip import _Held
+from sdftrack.synth.grip import Capsules, _Held, cast
 from sdftrack.synth.surroundings import Tabletop, box_mesh
 
 CAMERA = st.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)

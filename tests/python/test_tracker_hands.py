@@ -6,7 +6,7 @@ import pytest
 
 import sdftrack as st
 from sdftrack.synth import Grip
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 CAMERA = st.Camera(393.75, 393.75, 239.5, 179.5, 480, 360)
 FRAMES = 36

@@ -24,7 +24,7 @@ from sdftrack.viz.viewer import Box, Click, Viewer
 from sdftrack.viz.viewer.drawer import Drawer
 from sdftrack.viz.viewer.drawing import cloud, ellipsoid, object_rgb, trail_segments
 from sdftrack.viz.viewer.panel import lines_html, rates_html
-from sdftrack.viz.viewer.stage import place_board
+from sdftrack.viz.viewer.scene import place_board
 
 pytest.importorskip("viser", reason="viser is not installed: pip install 'sdftrack[viewer]'")
 
@@ -256,9 +256,9 @@ def test_texts_are_escaped_and_unknown_numbers_left_out():
 # -- Requests and the end
 def test_requests_come_in_order_for_the_chosen_object(viewer_of_two):
     viewer = viewer_of_two
-    viewer._clicked(3.0, 4.0)
+    viewer._pointed(Click, 3.0, 4.0)
     viewer._panel._choice.value = "ball"
-    viewer._boxed(1.0, 2.0, 30.0, 40.0)
+    viewer._pointed(Box, 1.0, 2.0, 30.0, 40.0)
     assert viewer.requests() == [Click(0, 3.0, 4.0), Box(1, 1.0, 2.0, 30.0, 40.0)]
     assert viewer.requests() == []
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, of_kind, whole
-from sdftrack.calibration.color_result import ColorCalibration
+from sdftrack.calibration.color_result import BallPairs, ColorCalibration, Fit, fit_from, pairs_from
 from sdftrack.calibration.observe import Watch, guessed_camera, watch
-from sdftrack.calibration.pairs import BallPairs, Fit, fit_from, pairs_from
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 
@@ -61,10 +60,6 @@ def calibrate_color_to_depth(
         0: all cores. The result does not depend on it.
     seed : int
         Seed of the random samples in the search for consistent pairs.
-
-    Returns
-    -------
-    ColorCalibration
 
     Notes
     -----
@@ -129,7 +124,12 @@ def registered(
         )
     found = looked.recording.registered(eye._core, color_camera is not None, time_offset, seed)
     if found is None:
-        raise ValueError(no_map_agrees(len(first), smallest))
+        more = f"; with so few pairs a single outlier is fatal, {2 * smallest} pairs tolerate some"
+        raise ValueError(
+            f"frames: no mapping agrees with {smallest} of the {len(first)} pairs to {_core.BALL_BAND_PX:g} px; is the "
+            "ball found in depth the one found in colour? Check the size (ball_radius) and the colour "
+            f"(ball_color){more if len(first) < smallest + 3 else ''}"
+        )
     fit, pairs = fit_from(found[0], depth_camera, color_camera), pairs_from(found[1])
     check_kept(fit, len(pairs), time_offset)
     check_spread(pairs.part(fit.kept), smallest, "frames")
@@ -154,22 +154,9 @@ def result_of(fit: Fit, pairs: BallPairs, size: tuple[int, int], time_offset: bo
         camera = RGBDCamera(x.depth, None, projective=(P, q))
     sd = float(np.sqrt(fit.covariance[n, n])) if time_offset else 0.0
     return ColorCalibration(
-        P,
-        q,
-        covariance,
-        rms,
-        pairs,
-        T,
-        T_covariance,
-        K,
-        camera,
-        fit.offset_s,
-        sd,
-        x,
-        fit.covariance,
-        size,
+        P, q, covariance, rms, pairs, T, T_covariance, K, camera, fit.offset_s, sd, x, fit.covariance, size,
         fit.freedom,
-    )
+    )  # fmt: skip
 
 
 # -- Checks that a recording of the ball is sufficient for a registration, with the cause if not
@@ -263,10 +250,8 @@ def check_spread(pairs: BallPairs, smallest: int, name: str) -> None:
 
 
 def _expect_its_size(pairs: BallPairs, name: str) -> None:
-    """ValueError if depth and colour show objects of different sizes: with a wrong radius another object is found.
-
-    For one ball, outline radius times distance is constant: its radius times the colour camera's focal length.
-    """
+    """ValueError if depth and colour show objects of different sizes: with a wrong radius another object is found."""
+    # For one ball, outline radius times distance is constant: its radius times the colour camera's focal length.
     size = pairs.radius_px * pairs.center_cam[:, 2]
     middle = float(np.median(size))
     scatter = 1.4826 * float(np.median(np.abs(size - middle))) / middle
@@ -276,16 +261,6 @@ def _expect_its_size(pairs: BallPairs, name: str) -> None:
             f"distance: their product varies by {100 * scatter:.0f} %; check ball_radius, that nothing else of that "
             "shape is in view, and that both images are simultaneous"
         )
-
-
-def no_map_agrees(found: int, smallest: int) -> str:
-    """Message: the pairs do not agree with a mapping."""
-    more = f"; with so few pairs a single outlier is fatal, {2 * smallest} pairs tolerate some"
-    return (
-        f"frames: no mapping agrees with {smallest} of the {found} pairs to {_core.BALL_BAND_PX:g} px; is the ball "
-        "found in depth the one found in colour? Check the size (ball_radius) and the colour "
-        f"(ball_color){more if found < smallest + 3 else ''}"
-    )
 
 
 def check_kept(fit: Fit, found: int, time_offset: bool) -> None:

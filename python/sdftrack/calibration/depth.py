@@ -102,6 +102,7 @@ def calibrate_depth(
         raise ValueError(f"{missing}: expected both model and poses, or neither (a wall or table), got None")
     if model is not None:
         of_kind(model, SDF, "model", "make one with SDF.from_mesh")
+    known = poses if isinstance(poses, dict) else dict(enumerate(() if poses is None else poses))
     left_out: dict[int, str] = {}
     found: list[_core.ImageNoise] = []
     total = 0
@@ -109,7 +110,7 @@ def calibrate_depth(
         total += 1
         lens = depth_camera(camera if frame.camera is None else frame.camera)
         try:
-            found.append(_noise(frame, lens, model, _pose_of(poses, i)))
+            found.append(_noise(frame, lens, model, known.get(i)))
         except ValueError as error:
             left_out[i] = str(error)
         if progress is not None:
@@ -142,14 +143,6 @@ def calibrate_depth(
         np.array(bias if model is not None else []).reshape(-1, 2),
         left_out,
     )
-
-
-def _pose_of(poses: Any, i: int) -> Any:
-    if poses is None:
-        return None
-    if isinstance(poses, dict):
-        return poses.get(i)
-    return poses[i] if i < len(poses) else None
 
 
 def _noise(frame: Frame, camera: Camera, model: SDF | None, T: Any) -> _core.ImageNoise:

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack.calibration.intrinsics_result import IntrinsicsResult
+from sdftrack.calibration.intrinsics_result import COLUMNS, MIN_IN_CELL, ROWS, IntrinsicsResult
 from sdftrack.calibration.lens import EXTRA
-from sdftrack.calibration.observability import COLUMNS, MIN_IN_CELL, ROWS
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.report_file import plain
@@ -95,10 +94,8 @@ def misfit(readings: Sequence[tuple[NDArray[Any], Array]], camera: Camera) -> Mi
 
 
 def points_of(depth: NDArray[np.float32], camera: Camera, extra: dict[str, float] | None = None) -> Array:
-    """(H, W, 3) points, m, with parameters not in Camera; (0, 0, 0) without a measurement.
-
-    `extra`: skew (px), depth_scale, depth_offset (m), see `IntrinsicsResult.extra`.
-    """
+    """(H, W, 3) points, m, with parameters not in Camera; (0, 0, 0) without a measurement."""
+    # `extra`: skew (px), depth_scale, depth_offset (m), see `IntrinsicsResult.extra`.
     values = {**EXTRA, **(extra or {})}
     depth_m = np.where(depth > 0, values["depth_scale"] * depth + values["depth_offset"], 0.0)
     if values["skew"] == 0:

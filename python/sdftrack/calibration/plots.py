@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sdftrack.calibration.color_result import ColorCalibration
 from sdftrack.calibration.depth import DepthCalibration
 from sdftrack.calibration.intrinsics_residuals import Misfit
-from sdftrack.calibration.intrinsics_result import IntrinsicsResult
-from sdftrack.calibration.observability import MIN_IN_CELL
+from sdftrack.calibration.intrinsics_result import MIN_IN_CELL, IntrinsicsResult
 from sdftrack.camera import RGBDCamera
 from sdftrack.viz.plots import COLORS, figure
 

@@ -22,11 +22,9 @@ CLUSTERED_FROM = 30  # frames beyond the unknowns from which their own scatter i
 
 
 def fuse(values: Array, information: Array) -> tuple[Array, Array]:
-    """Information-weighted mean (n,) of the frames' estimates (M, n) (thesis Eq. 3.23), and its covariance.
-
-    `information` (M, n, n) is the inverse of each estimate's marginal covariance; the covariance of the mean is that
-    of the scatter of the estimates about it.
-    """
+    """Information-weighted mean (n,) of the frames' estimates (M, n) (thesis Eq. 3.23), and its covariance."""
+    # `information` (M, n, n) is the inverse of each estimate's marginal covariance; the covariance of the mean is that
+    # of the scatter of the estimates about it.
     total = np.linalg.inv(information.sum(axis=0))
     mean: Array = total @ np.einsum("mij,mj->i", information, values)
     pulls = np.einsum("mij,mj->mi", information, values - mean)
@@ -35,11 +33,9 @@ def fuse(values: Array, information: Array) -> tuple[Array, Array]:
 
 
 def covariance_of(estimates: Estimates) -> Array:
-    """Covariance of the joint solution: sandwich estimator over frames, or over pixels if frames are few.
-
-    Errors of pixels in one frame are correlated (voxel grid, correlated noise); those of different frames are not. With
-    enough frames their scatter measures this; docs/math/intrinsics.md, section 4.
-    """
+    """Covariance of the joint solution: sandwich estimator over frames, or over pixels if frames are few."""
+    # Errors of pixels in one frame are correlated (voxel grid, correlated noise); those of different frames are not.
+    # With enough frames their scatter measures this; docs/math/intrinsics.md, section 4.
     pulls = estimates["gradient"]
     frames, n = pulls.shape
     total, open_ = inverse_of(estimates["information"].sum(axis=0))
@@ -54,11 +50,9 @@ def covariance_of(estimates: Estimates) -> Array:
 
 
 def inverse_of(information: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Pseudo-inverse (n, n) in the observable directions, and the parameters (n,) involved in unobservable ones.
-
-    Each parameter is scaled by its own information, so that units do not matter. A direction without information beyond
-    rounding is unobservable, as are the parameters that it involves.
-    """
+    """Pseudo-inverse (n, n) in the observable directions, and the parameters (n,) involved in unobservable ones."""
+    # Each parameter is scaled by its own information, so that units do not matter. A direction without information
+    # beyond rounding is unobservable, as are the parameters that it involves.
     own = np.diag(information)
     said: NDArray[np.bool_] = np.asarray(own > 0, dtype=np.bool_)
     unit = 1 / np.sqrt(np.where(said, own, 1.0))
@@ -80,11 +74,9 @@ def robust_chi2(estimates: Estimates) -> Array:
 
 
 def excess_scatter(values: Array, mean: Array, covariances: Array) -> float:
-    """Scatter of the frames' estimates about their mean over what their own covariances state; 1: they agree.
-
-    By the median over the frames, so that a few outliers have no say. Errors of depth that are the same over an object,
-    and others in the next frame, are in the scatter alone.
-    """
+    """Scatter of the frames' estimates about their mean over what their own covariances state; 1: they agree."""
+    # By the median over the frames, so that a few outliers have no say. Errors of depth that are the same over an
+    # object, and others in the next frame, are in the scatter alone.
     if not len(values):
         return 0.0
     away = values - mean
@@ -93,11 +85,9 @@ def excess_scatter(values: Array, mean: Array, covariances: Array) -> float:
 
 
 def frame_test(estimates: Estimates, min_hits: int) -> dict[int, str]:
-    """Frames to exclude, by index: too few pixels, a bad fit, or disagreement with the others.
-
-    The last is a chi-square test at 99.9 % of the frame's gradient, with its scatter estimated from the median of all
-    frames; docs/math/intrinsics.md, section 5.
-    """
+    """Frames to exclude, by index: too few pixels, a bad fit, or disagreement with the others."""
+    # The last is a chi-square test at 99.9 % of the frame's gradient, with its scatter estimated from the median of all
+    # frames; docs/math/intrinsics.md, section 5.
     n = estimates["gradient"].shape[1]
     out = {
         int(

@@ -86,7 +86,7 @@ def synth(job: Synth) -> None:
 
 
 def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
-    from sdftrack.synth.duck import duck_mesh
+    from sdftrack.synth.objects import duck_mesh
 
     _refuse(job, {"--kind": job.kind, "--object": job.object_, "--repetitions": job.repetitions})
     around = job.around or "objects"

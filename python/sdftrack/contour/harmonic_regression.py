@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Regression of the low harmonics of a silhouette from its high ones by LWPR (thesis 6.3.4, Table 6.3)."""
+"""The thesis' rule of a shape memory: an LWPR unit for each low coefficient of the silhouette's DCT."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack.contour.dct import Order, harmonic_numbers
+from sdftrack.contour.dct import block_of, harmonic_numbers, series
+from sdftrack.contour.result import Assessment, Judgement
 
 Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+MIN_KNOWN = 0.5  # of the regressions; less is "novel" (Table 6.3: more than half of the units)
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
-
-
 SET_BY_MEMORY = {
     "w_gen": "give ShapeMemory(w_gen=...) instead",
     "n_in": "it follows from n_inputs",
@@ -42,82 +44,81 @@ def checked_lwpr(given: Any, rule: str) -> dict[str, Any]:
     return {name: plain(value) for name, value in given.items()}
 
 
-class PredictedHarmonics(NamedTuple):
-    """The m harmonics of one silhouette, the low ones predicted from the high ones."""
-
-    coefficients: Array
-    std: Array  # of the prediction; 0 for the high ones
-    error: float  # |predicted - observed| over the low ones
-    active: float  # share of the regressions whose largest activation is above `w_gen`
-
-
 class HarmonicRegression:
-    """One LWPR unit for each low coefficient, all with the same inputs: the coefficients of the high harmonics.
+    """The printed rule: an LWPR unit for each low coefficient, whose inputs are those of the high harmonics."""
 
-    Inputs are divided by their standard deviations over the first `settle` samples, which are then learned at once; the
-    scale remains fixed. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics differ by
-    one standard deviation on average activate each other by exp(-reach / 2). A small reach yields few fields, down to a
-    single one, which is a linear regression by partial least squares; a large one makes occluded details "novel".
-    """
+    # Inputs are divided by their standard deviations over the first `settle` samples, which are then learned at once;
+    # the scale remains fixed. The metric of a field is D = (reach / inputs) I: two silhouettes whose high harmonics
+    # differ by one standard deviation on average activate each other by exp(-reach / 2). A small reach yields few
+    # fields, down to a single one, which is a linear regression by partial least squares; a large one makes occluded
+    # details "novel".
 
-    def __init__(
-        self, n_harmonics: int, n_inputs: int, order: Order, w_gen: float, reach: float, settle: int,
-        options: dict[str, Any],
-    ) -> None:  # fmt: skip
+    count = 0  # of silhouettes that are stored
+
+    def __init__(self, options: _core.MemoryOptions, lwpr: dict[str, Any]) -> None:
         from sdftrack.contour.lwpr import LWPR
 
-        self.high = harmonic_numbers(n_harmonics, order) > n_harmonics - n_inputs
-        self.w_gen, self.settle = w_gen, settle
-        inputs = int(self.high.sum())
+        self._options = o = options
+        self._high = harmonic_numbers(o.n_harmonics, o.order) > o.n_harmonics - o.n_inputs
+        inputs = int(self._high.sum())
+        self.learnt = 0
         self._waiting: list[Array] = []
-        self.scale: Array | None = None
+        self._scale: Array | None = None
         # A full metric of 51 inputs for 49 outputs would be learnt from 10^5 numbers per field: diagonal.
-        given = {"init_D": reach / inputs, "diagonal": True, "update_D": False, **options}
-        self.model = LWPR(inputs, len(self.high) - inputs, w_gen=w_gen, **given)
+        given = {"init_D": o.reach / inputs, "diagonal": True, "update_D": False, **lwpr}
+        self._model = LWPR(inputs, len(self._high) - inputs, w_gen=o.w_gen, **given)
+
+    def learn(self, on_grid: Mask) -> None:
+        """Learn a whole silhouette."""
+        c = block_of(on_grid, self._options.n_harmonics, self._options.order)
+        if self._scale is None:
+            self._waiting.append(c)
+            if len(self._waiting) == self._options.settle:
+                first = np.array(self._waiting)
+                sd = first[:, self._high].std(axis=0)
+                self._scale = np.maximum(sd, MIN_SCALE * np.sqrt(np.mean(sd**2)) + 1e-9)
+                self._model.update(first[:, self._high] / self._scale, first[:, ~self._high])
+                self._waiting = []
+        else:
+            self._model.update(c[self._high] / self._scale, c[~self._high])
+        self.learnt += 1
+
+    def assess(self, given: Mask, on_grid: Mask) -> Assessment:
+        """The low harmonics predicted from the high ones, and the judgement by Table 6.3."""
+        c = block_of(on_grid, self._options.n_harmonics, self._options.order)
+        std = np.zeros(len(c))
+        if self._scale is None:
+            return Assessment("novel", given, given, c, std, 0.0, np.inf, 0.0)
+        x, observed = c[self._high] / self._scale, c[~self._high]
+        mean, std[~self._high] = self._model.predict(x, confidence=True)
+        c[~self._high] = mean
+        error, threshold = float(np.linalg.norm(mean - observed)), self.threshold
+        # The share of the regressions whose largest activation is above `w_gen`.
+        active = float((self._model.activations(x) > self._options.w_gen).mean())
+        completed = series(c, given.shape, self._options.order) > 0
+        judgement: Judgement = "occluded" if error >= threshold else "unoccluded"
+        if active < MIN_KNOWN or not completed.any():
+            judgement = "novel"
+        shown = completed if judgement == "occluded" else given
+        return Assessment(judgement, shown, completed, c, std, error, threshold, active)
 
     @property
-    def ready(self) -> bool:
-        """Whether enough silhouettes were learned to set the scale of the inputs."""
-        return self.scale is not None
-
-    def learn(self, c: Array) -> None:
-        """Learn the coefficients of one whole silhouette."""
-        if self.scale is not None:
-            self.model.update(c[self.high] / self.scale, c[~self.high])
-            return
-        self._waiting.append(c)
-        if len(self._waiting) < self.settle:
-            return
-        first = np.array(self._waiting)
-        sd = first[:, self.high].std(axis=0)
-        self.scale = np.maximum(sd, MIN_SCALE * np.sqrt(np.mean(sd**2)) + 1e-9)
-        self.model.update(first[:, self.high] / self.scale, first[:, ~self.high])
-        self._waiting = []
-
-    def explain(self, c: Array) -> PredictedHarmonics:
-        """Predict the low harmonics of one silhouette; `ready` must be true."""
-        assert self.scale is not None
-        x = c[self.high] / self.scale
-        mean, sd = self.model.predict(x, confidence=True)
-        out, std = c.copy(), np.zeros(len(c))
-        out[~self.high] = mean
-        std[~self.high] = sd
-        active = float((self.model.activations(x) > self.w_gen).mean())
-        return PredictedHarmonics(out, std, float(np.linalg.norm(mean - c[~self.high])), active)
-
-    def training_error(self) -> float:
-        """|e| of Table 6.3: root of the sum of squared training residuals of the low coefficients."""
-        return float(np.linalg.norm(self.model.training_error))
+    def threshold(self) -> float:
+        """sqrt(2) times |e| of Table 6.3: root of the sum of squared training residuals of the low coefficients."""
+        return (
+            np.inf if self._scale is None else np.sqrt(2) * float(np.linalg.norm(self._model.training_error))
+        )
 
     def state(self) -> dict[str, Any]:
-        """The learned state, as arrays and bytes."""
-        waiting = np.array(self._waiting).reshape(-1, len(self.high))
-        scale = np.zeros(0) if self.scale is None else self.scale
-        return {"waiting": waiting, "scale": scale, "lwpr": self.model.__getstate__()["core"]}
+        """The learned state, as numbers, arrays and bytes."""
+        waiting = np.array(self._waiting).reshape(-1, len(self._high))
+        scale = np.zeros(0) if self._scale is None else self._scale
+        core = self._model.__getstate__()["core"]
+        counts = {"learnt": self.learnt, "calibrated": 0, "squares": 0.0}
+        return {**counts, "waiting": waiting, "scale": scale, "lwpr": core}
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def restore(self, learnt: int, state: dict[str, Any]) -> None:
         """Restore what `state` returned."""
-        self._waiting = list(state["waiting"])
-        self.scale = state["scale"] if len(state["scale"]) else None
-        now = self.model.__getstate__()
-        self.model.__setstate__({**now, "core": state["lwpr"]})
+        self.learnt, self._waiting = learnt, list(state["waiting"])
+        self._scale = state["scale"] if len(state["scale"]) else None
+        self._model.__setstate__({**self._model.__getstate__(), "core": state["lwpr"]})

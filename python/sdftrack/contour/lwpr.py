@@ -18,9 +18,11 @@ from sdftrack.contour.lwpr_data import (
     FIRST,
     KIND,
     FirstSamples,
+    LWPRField,
     Samples,
     check_norm,
     content_of,
+    field_from_core,
     fitted,
     inputs,
     is_auto,
@@ -32,7 +34,6 @@ from sdftrack.contour.lwpr_data import (
     warn_of_many_fields,
     without_auto,
 )
-from sdftrack.contour.lwpr_field import LWPRField, field_from_core
 from sdftrack.contour.lwpr_sklearn import SklearnParts
 from sdftrack.device import CPU, device_input, device_number
 
@@ -289,10 +290,7 @@ class LWPR(SklearnParts):
     def load(cls, path: str | os.PathLike[str]) -> LWPR:
         """Load a model written by `save`, bit by bit identical.
 
-        Raises
-        ------
-        FileNotFoundError, ValueError
-            No such file; a file of another kind, truncated or damaged.
+        Raises FileNotFoundError, ValueError: no such file; a file of another kind, truncated or damaged.
         """
         return saved_file.loaded(path, KIND, cls, state_from)
 

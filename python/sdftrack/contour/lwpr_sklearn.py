@@ -65,10 +65,7 @@ class SklearnParts:
     def set_params(self, **parameters: Any) -> Self:
         """Change parameters. The learned state is kept: changes take effect at the next `fit`.
 
-        Raises
-        ------
-        TypeError, ValueError
-            No such parameter, or a value out of range; nothing is changed.
+        Raises TypeError, ValueError: no such parameter, or a value out of range; nothing is changed.
         """
         before = self.get_params()
         try:

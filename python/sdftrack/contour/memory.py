@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,8 @@ from sdftrack._internal.array_equality import same
 from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuses_unknown
 from sdftrack._internal.validation import whole
-from sdftrack.contour.dct import Order, block_of, series
+from sdftrack.contour.dct import Order, checked_mask, resampled
 from sdftrack.contour.harmonic_regression import HarmonicRegression, checked_lwpr
-from sdftrack.contour.masks import checked_mask, resampled
 from sdftrack.contour.result import Assessment, Judgement
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -25,7 +24,6 @@ Rule: TypeAlias = Literal["remembered", "printed"]
 FILE = saved_file.FileKind("sdftrack.ShapeMemory", 1, "ShapeMemory.save")
 
 MOST_CLOCK = 2**62  # of a count of silhouettes
-MIN_KNOWN = 0.5  # of the regressions; less is "novel" (Table 6.3: more than half of the units)
 
 
 @refuses_unknown
@@ -93,18 +91,11 @@ class ShapeMemory:
 
     def _start(self) -> None:
         o = self._options
-        self._order = cast("Order", o.order)
         self._lock = ReentrantLock()
         self._shape: tuple[int, int] | None = None
-        self._regressed = 0
-        self._shapes: _core.SilhouetteMemory | None = None
-        self._regression: HarmonicRegression | None = None
-        if o.rule == "remembered":
-            self._shapes = _core.SilhouetteMemory(o)
-        else:
-            self._regression = HarmonicRegression(
-                o.n_harmonics, o.n_inputs, self._order, o.w_gen, o.reach, o.settle, self._lwpr
-            )
+        self._engine: _core.SilhouetteMemory | HarmonicRegression = (
+            HarmonicRegression(o, self._lwpr) if o.rule == "printed" else _core.SilhouetteMemory(o)
+        )
 
     # Learning
 
@@ -125,11 +116,7 @@ class ShapeMemory:
         """
         given = self._checked(mask)
         on_grid = self._on_grid(given)
-        if self._shapes is not None:
-            self._shapes.learn(on_grid)
-        elif self._regression is not None:
-            self._regression.learn(self._code(on_grid))
-            self._regressed += 1
+        self._engine.learn(on_grid)
         self._shape = given.shape
 
     def observe(self, mask: ArrayLike) -> Assessment:
@@ -177,10 +164,14 @@ class ShapeMemory:
                 "memory: nothing has been learned; call learn(mask) with unoccluded silhouettes first"
             )
         on_grid = self._on_grid(given)
-        if self._shapes is not None:
-            return self._remembered(given, self._shapes.assess(on_grid))
-        assert self._regression is not None
-        return self._printed(self._regression, given, on_grid)
+        if isinstance(self._engine, HarmonicRegression):
+            return self._engine.assess(given, on_grid)
+        said = self._engine.assess(on_grid)
+        completed = given | self._back(said["hidden"], given.shape)
+        return Assessment(
+            said["judgement"], completed if said["accepted"] else given, completed, said["coefficients"],
+            said["std"], said["error"], said["threshold"], said["known"], said["doubt"],
+        )  # fmt: skip
 
     @one_thread("shape memory")
     def judge_frame(
@@ -191,50 +182,25 @@ class ShapeMemory:
         burn_in: bool,
     ) -> tuple[_core.ShapeJudgement, Mask | None]:
         """For `ContourTracker`: the judgement of the shape that it sees, and the recovered shape, if any."""
-        assert self._shapes is not None
-        return occlusions.judge(tracker, image, burn_in, self._shapes)
-
-    def _remembered(self, given: Mask, said: dict[str, Any]) -> Assessment:
-        completed = given | self._back(said["hidden"], given.shape)
-        return Assessment(
-            said["judgement"], completed if said["accepted"] else given, completed, said["coefficients"],
-            said["std"], said["error"], said["threshold"], said["known"], said["doubt"],
-        )  # fmt: skip
-
-    def _printed(self, regression: HarmonicRegression, given: Mask, on_grid: Mask) -> Assessment:
-        code = self._code(on_grid)
-        if not regression.ready:
-            return Assessment("novel", given, given, code, np.zeros(len(code)), 0.0, np.inf, 0.0)
-        said = regression.explain(code)
-        threshold = self.threshold
-        completed = series(said.coefficients, given.shape, self._order) > 0
-        judgement: Judgement = "occluded" if said.error >= threshold else "unoccluded"
-        if said.active < MIN_KNOWN or not completed.any():
-            judgement = "novel"
-        return Assessment(
-            judgement, completed if judgement == "occluded" else given, completed, said.coefficients, said.std,
-            said.error, threshold, said.active,
-        )  # fmt: skip
+        assert isinstance(self._engine, _core.SilhouetteMemory)
+        return occlusions.judge(tracker, image, burn_in, self._engine)
 
     # What it is
 
     @property
     def threshold(self) -> float:
         """Error from which a silhouette is "occluded": sqrt(2) times the training error."""
-        if self._shapes is not None:
-            return self._shapes.threshold
-        assert self._regression is not None
-        return np.sqrt(2) * self._regression.training_error() if self._regression.ready else np.inf
+        return self._engine.threshold
 
     @property
     def n_learnt(self) -> int:
         """Number of silhouettes learned."""
-        return self._shapes.learnt if self._shapes is not None else self._regressed
+        return self._engine.learnt
 
     @property
     def n_kept(self) -> int:
         """Number of silhouettes stored; 0 with ``rule="printed"``, which stores none."""
-        return self._shapes.count if self._shapes is not None else 0
+        return self._engine.count
 
     @property
     def shape(self) -> tuple[int, int] | None:
@@ -246,7 +212,7 @@ class ShapeMemory:
     @property
     def shapes(self) -> _core.SilhouetteMemory | None:
         """The stored silhouettes, for a tracker; None with ``rule="printed"``."""
-        return self._shapes
+        return self._engine if isinstance(self._engine, _core.SilhouetteMemory) else None
 
     @property
     def options(self) -> _core.MemoryOptions:
@@ -279,11 +245,7 @@ class ShapeMemory:
 
     @one_thread("shape memory")
     def __getstate__(self) -> dict[str, Any]:
-        if self._shapes is not None:
-            engine = self._shapes.state()
-        else:
-            assert self._regression is not None
-            engine = {"learnt": self._regressed, "calibrated": 0, "squares": 0.0, **self._regression.state()}
+        engine = self._engine.state()
         counts = [engine.pop("learnt"), engine.pop("calibrated"), *(self.shape or (0, 0))]
         return {"options": {**self._options.to_dict(), "lwpr": self._lwpr}, "counts": np.array(counts, np.int64),
                 **{k: v if isinstance(v, bytes) else np.asarray(v) for k, v in engine.items()}}  # fmt: skip
@@ -295,13 +257,11 @@ class ShapeMemory:
         self._start()
         learnt, calibrated, height, width = (int(x) for x in state["counts"])
         self._shape = (height, width) if height else None
-        if self._shapes is None:
-            assert self._regression is not None
-            self._regressed = learnt
-            self._regression.restore(state)
+        if isinstance(self._engine, HarmonicRegression):
+            self._engine.restore(learnt, state)
             return
         clock = whole(int(state["clock"]), "clock", 0, MOST_CLOCK)
-        self._shapes.restore(
+        self._engine.restore(
             learnt, calibrated, float(state["squares"]), state["kept"], state["unlike"], state["ages"], clock
         )
 
@@ -337,7 +297,3 @@ class ShapeMemory:
 
         image = cv2.resize(on_grid.astype(np.float32), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
         return np.asarray(image > 0.5)
-
-    def _code(self, on_grid: Mask) -> NDArray[np.float64]:
-        o = self._options
-        return block_of(on_grid, o.n_harmonics, self._order, o.size)

@@ -14,7 +14,7 @@ from sdftrack import _core
 from sdftrack._internal.validation import THREADS, numbers, positive, whole
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number
-from sdftrack.energy.state import depth_and_mask, state_poses
+from sdftrack.energy.energy import depth_and_mask, state_poses
 from sdftrack.frame import Frame
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step

@@ -28,11 +28,9 @@ Indices = NDArray[np.int64]
 
 
 def decimate(vertices: Points, faces: Faces, count: int) -> tuple[Points, Faces, Indices]:
-    """Vertices and faces of a mesh reduced to at most `count` faces; a closed surface stays closed.
-
-    Third comes for each input vertex the vertex into which it was merged; -1: it was in a part that collapsed and was
-    removed.
-    """
+    """Vertices and faces of a mesh reduced to at most `count` faces; a closed surface stays closed."""
+    # Third comes for each input vertex the vertex into which it was merged; -1: it was in a part that collapsed and was
+    # removed.
     library = need("fast_simplification", "export")
     if not np.isfinite(vertices).all():
         raise ValueError("vertices: every coordinate must be finite")

@@ -124,11 +124,7 @@ class Mesh:
             return cls(vertices * scale, faces, colors, seen=seen)
 
     def save(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        texture: int | None = None,
-        colors_from: Mesh | None = None,
+        self, path: str | os.PathLike[str], *, texture: int | None = None, colors_from: Mesh | None = None
     ) -> None:
         """Write .ply, .obj, .glb or .stl (metres); each file completely or not at all.
 
@@ -157,7 +153,7 @@ class Mesh:
         --------
         >>> mesh.decimated(5000).save("object.glb", texture=1024, colors_from=mesh)  # doctest: +SKIP
         """
-        from sdftrack.mesh.writing import write_mesh
+        from sdftrack.mesh.files import write_mesh
 
         if colors_from is not None:
             of_kind(colors_from, Mesh, "colors_from")

@@ -15,16 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import THREADS, direction, numbers, of_kind, whole
-from sdftrack.motion.definitions import DEFINITIONS, Context, Definition
-from sdftrack.motion.intervals import Measured, measured
-from sdftrack.motion.measures.repeatability import mean_dtw_distance
+from sdftrack.motion.definitions import DEFINITIONS, Context, Definition, Measured, measured
+from sdftrack.motion.measures.repetitions import Tremor, mean_dtw_distance, tremor_of
 from sdftrack.motion.measures.targets import definitions_of_target
-from sdftrack.motion.measures.tremor import Tremor, tremor_of
-from sdftrack.motion.posterior import SmoothedMotion
-from sdftrack.motion.quaternion_curves import angles_between
+from sdftrack.motion.posterior import MARGIN_S, MotionSamples, SmoothedMotion, with_rests
 from sdftrack.motion.repetitions import Repetition, count_interval, find_repetitions
-from sdftrack.motion.samples import MARGIN_S, MotionSamples, with_rests
 from sdftrack.motion.smoothing import smooth
+from sdftrack.motion.spline import angles_between
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -174,11 +171,13 @@ def analyze(
     definitions = _chosen(measures)
     for number, target in enumerate(targets, 1):
         definitions += definitions_of_target(target, number)
-    _check_spans(motion.trajectory, spans_s)
-    context = {
-        "up": None if up is None else direction(up, "up"),
-        "axis_obj": direction(axis_obj, "axis_obj"),
-    }
+    first, last = motion.trajectory.times_s[[0, -1]]
+    for a, b in spans_s or ():
+        if not first - 1e-6 <= a < b <= last + 1e-6:
+            raise ValueError(
+                f"spans_s: expected start < end within the recording, {first:g} to {last:g} s, got {a:g} to {b:g}"
+            )
+    context = {"up": None if up is None else direction(up, "up"), "axis_obj": direction(axis_obj, "axis_obj")}
     found = find_repetitions(motion, by=by, spans_s=spans_s)
     cues = np.sort(numbers(cues_s, "cues_s").ravel())
     each = [(r, _cue_of(r, found, cues)) for r in found]
@@ -202,15 +201,6 @@ def _chosen(measures: Sequence[str] | None) -> list[Definition]:
     if unknown:
         raise ValueError(f"measures: expected names of {', '.join(DEFINITIONS)}, got {unknown[0]!r}")
     return [DEFINITIONS[m] for m in measures]
-
-
-def _check_spans(trajectory: Trajectory, spans_s: Sequence[tuple[float, float]] | None) -> None:
-    first, last = trajectory.times_s[0], trajectory.times_s[-1]
-    for a, b in spans_s or ():
-        if not first - 1e-6 <= a < b <= last + 1e-6:
-            raise ValueError(
-                f"spans_s: expected start < end within the recording, {first:g} to {last:g} s, got {a:g} to {b:g}"
-            )
 
 
 def _cue_of(repetition: Repetition, found: list[Repetition], cues: Array) -> float | None:
@@ -292,10 +282,8 @@ def measure_repetition(
 
 
 def _unseen(mean: MotionSamples, samples: MotionSamples, axis_obj: Array) -> frozenset[str]:
-    """The measures of what is not known to 0.3 rad: of the rotation, or of the direction of the upright axis.
-
-    A can's print may not show how it is turned, while its axis is known.
-    """
+    """The measures of what is not known to 0.3 rad: of the rotation, or of the direction of the upright axis."""
+    # A can's print may not show how it is turned, while its axis is known.
     some = np.flatnonzero(mean.observed)[::10]
     if not len(some):
         return frozenset()

@@ -1,28 +1,32 @@
 # SPDX-License-Identifier: MIT
-"""Measures of a movement: name, unit, definition and source beside the function that computes each of them."""
+"""Measures of a movement: name, unit, definition, source and function of each; their values with 95 % intervals."""
 
 from __future__ import annotations
 
+import dataclasses
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.io.report_file import plain
+from sdftrack.motion.posterior import MotionSamples
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Context:
-    """What a measure may need besides the movement.
+    """What a measure may need besides the movement."""
 
-    `start_s` to `end_s` is the repetition, or the whole trajectory; the samples may extend beyond it. `cue_s` is the
-    time of the signal to start, `up` the unit vector against gravity in the reference frame, `axis_obj` the axis of the
-    object that is upright when a vessel stands; `movements` are the stretches (start, end) in which the object moves,
-    none: all of the repetition.
-    """
+    # `start_s` to `end_s` is the repetition, or the whole trajectory; the samples may extend beyond it. `cue_s` is the
+    # time of the signal to start, `up` the unit vector against gravity in the reference frame, `axis_obj` the axis of
+    # the object that is upright when a vessel stands; `movements` are the stretches (start, end) in which the object
+    # moves, none: all of the repetition.
 
     start_s: float
     end_s: float
@@ -84,32 +88,20 @@ class Definition:
 
 
 DEFINITIONS: dict[str, Definition] = {}
+ROWS: dict[str, Any] = tomllib.loads(
+    Path(__file__).with_name("measures").joinpath("definitions.toml").read_text("utf-8")
+)
 
 
-def measure(
-    name: str,
-    label: str,
-    unit: str,
-    text: str,
-    source: str,
-    *,
-    wide: float | None = None,
-    part: float = 0.0,
-    of: str = "repetition",
-    beyond: bool = False,
-) -> Callable[[Compute], Compute]:
-    """Register a function as the measure `name`.
-
-    An interval is "not determined" if it is wider than `wide`, in the measure's unit, or than the `part` of the value.
-    `beyond`: the function also takes the samples before and after the repetition.
-    """
+def measure(name: str, *, beyond: bool = False) -> Callable[[Compute], Compute]:
+    """Register a function as the measure `name`; `beyond`: it also takes the samples around the repetition."""
 
     def register(f: Compute) -> Compute:
-        bias, spread = CALIBRATION.get(name, (0.0, 1.0))
-        limit, compute = part if wide is None else wide, f if beyond else on_repetition(f)
-        DEFINITIONS[name] = Definition(
-            name, label, unit, text, source, limit, wide is None, compute, of, bias=bias, spread=spread
-        )
+        row = {**ROWS[name]}
+        row["source"] = row["source"].format(**ROWS["sources"])
+        relative = "part" in row
+        wide, compute = row.pop("part" if relative else "wide"), f if beyond else on_repetition(f)
+        DEFINITIONS[name] = Definition(name=name, wide=wide, relative=relative, compute=compute, **row)
         return compute
 
     return register
@@ -121,11 +113,9 @@ def undefined(samples: MotionSamples) -> Array:
 
 
 def on_repetition(compute: Compute) -> Compute:
-    """Passes only the samples from `context.start_s` to `context.end_s` to a measure.
-
-    The measure is NaN where that part has fewer than two samples or a gap: what was not seen may be the longest path
-    and the largest angle, so no part of the repetition stands for all of it.
-    """
+    """Passes only the samples from `context.start_s` to `context.end_s` to a measure."""
+    # The measure is NaN where that part has fewer than two samples or a gap: what was not seen may be the longest path
+    # and the largest angle, so no part of the repetition stands for all of it.
 
     def computed(samples: MotionSamples, context: Context) -> Array:
         part = samples.between(context.start_s, context.end_s)
@@ -136,28 +126,72 @@ def on_repetition(compute: Compute) -> Compute:
     return computed
 
 
-# Measure: (part of the samples' shift that the mean movement has, too; factor of the spread).
-CALIBRATION: dict[str, tuple[float, float]] = {
-    "path_length": (0.9, 2.1),
-    "index_of_curvature": (0.0, 0.9),
-    "sparc": (0.0, 1.05),
-    "log_dimensionless_jerk": (0.2, 1.1),
-    "peak_speed": (0.2, 1.0),
-    "peak_acceleration": (0.2, 1.0),
-    "peak_angular_speed": (0.5, 1.05),
-    "range_height": (1.0, 1.15),
-    "range_horizontal": (1.1, 1.25),
-    "range_turn": (1.5, 1.35),
-    "range_angle": (0.6, 0.85),
-    "range_x": (0.5, 1.2),
-    "range_y": (0.7, 1.0),
-    "range_z": (0.6, 0.9),
-    "reach": (0.2, 1.05),
-    "movement_time": (0.0, 0.8),
-    "reaction_time": (0.0, 0.9),
-    "repetition_time": (0.0, 0.8),
-    "time_to_peak_speed_part": (0.0, 1.1),
-    "max_tilt": (1.4, 0.95),
-    "mean_tilt": (0.2, 1.1),
-    "dwell_time": (0.1, 1.6),
-}
+LEVEL = (2.5, 97.5)
+TOO_WIDE = "the interval is too wide: move nearer, record more frames per second, or use a larger object"
+NOISE_ALONE = 0.2  # of the value, as the shift of the samples; of noise alone it is sqrt(2) - 1
+SEVERAL = "several movements fit the poses: correct the repetitions, or record more frames per second"
+APART = 0.8  # of half of an interval: the value of the mean movement is not that of the samples
+LEAST_DEFINED = 0.9  # of the samples
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The value of a measure.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, low, high : float
+        Of the smoothed movement, and the 95 % interval; NaN where undefined.
+    determined : bool
+        The interval is narrow enough to tell something.
+    note : str
+        "", or why it is not determined and what would help.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    determined: bool
+    note: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON: null where undefined."""
+        return dict(plain(dataclasses.asdict(self)))
+
+
+def measured(definition: Definition, value: float, samples: Array, name: str | None = None) -> Measured:
+    """`value` of the mean movement with the spread of the values of the posterior's samples."""
+    # Lengths and jerks of the samples are larger than those of their mean, as their noise adds to them; the interval is
+    # therefore the distribution of the samples shifted so that its median is the value of the mean movement, less the
+    # part of the shift that this value has, too (`Definition.bias`).
+    known = np.isfinite(samples)
+    if not np.isfinite(value) or known.mean() < LEAST_DEFINED:
+        nan = float("nan")
+        note = "undefined here" if not known.any() else "undefined in many of the possible movements"
+        return Measured(name or definition.name, definition.unit, nan, nan, nan, False, note)
+    # As np.percentile, whose checks take longer than the sort.
+    at = np.array([LEVEL[0], 50, LEVEL[1]]) * (0.01 * (known.sum() - 1))
+    low, middle, high = np.interp(at, np.arange(known.sum()), np.sort(samples[known])).tolist()
+    side = high - middle if value > middle else middle - low
+    if not definition.bias and abs(value - middle) > APART * side + 1e-12:
+        # The samples and their mean disagree on which movement this is: no shift makes one of the other.
+        low, high = float(min(value, low)), float(max(value, high))
+        return Measured(name or definition.name, definition.unit, float(value), low, high, False, SEVERAL)
+    noise_alone = middle - value > NOISE_ALONE * abs(value) and value >= 0
+    value -= definition.bias * (middle - value)
+    never_negative = definition.unit != "1" and not definition.signed  # lengths, times and angles
+    if never_negative:
+        value = max(value, 0.0)
+    low, high = value + definition.spread * (low - middle), value + definition.spread * (high - middle)
+    if never_negative:
+        # A range or tilt of zero would look the same as noise alone.
+        low = 0.0 if definition.bias and noise_alone else max(low, 0.0)
+    limit = definition.wide * (abs(value) if definition.relative else 1.0)
+    fine = bool(high - low <= limit)
+    note = "" if fine else TOO_WIDE
+    return Measured(
+        name or definition.name, definition.unit, float(value), float(low), float(high), fine, note
+    )

@@ -64,8 +64,6 @@ class LiveMotion:
     For feedback while an exercise is done; what is reported afterwards comes from :func:`analyze`, which looks at the
     whole movement and knows its intervals.
 
-    Examples
-    --------
     >>> live = LiveMotion()
     >>> for k in range(31):
     ...     values = live.add(k / 30, [0.3 * k / 30, 0, 0.8])

@@ -1,35 +1,114 @@
 # SPDX-License-Identifier: MIT
-"""The smoothed movement with its uncertainty: mean, covariance and samples at any time."""
+"""Movements on a regular grid, and the smoothed one with its uncertainty: mean, covariance and samples at any time."""
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.validation import number
-from sdftrack.motion.quaternion_curves import exponentials_first, product_first
-from sdftrack.motion.samples import MotionSamples
-from sdftrack.motion.spline import BandedPosterior, SlowErrors, UniformSpline
+from sdftrack.motion.spline import (
+    BandedPosterior,
+    SlowErrors,
+    UniformSpline,
+    exponentials_first,
+    product_first,
+)
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+Kept = TypeVar("Kept")
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSamples:
+    """S possible movements of one object over the same n times: one true movement, or samples of a posterior.
+
+    Attributes
+    ----------
+    times_s : (n,) float64
+        Regular.
+    positions_m, velocities_mps, accelerations_mps2, jerks_mps3 : (S, n, 3) float64
+        Of one point of the object, in the reference frame.
+    rotations : (S, n, 3, 3) float64
+        R_ref_obj.
+    angular_velocities_radps : (S, n, 3) float64
+        In the axes of the reference frame.
+    observed : (n,) bool
+        False in gaps: no pose was measured for longer than the smoother bridges.
+    """
+
+    times_s: Array
+    positions_m: Array
+    velocities_mps: Array
+    accelerations_mps2: Array
+    jerks_mps3: Array
+    rotations: Array
+    angular_velocities_radps: Array
+    observed: NDArray[np.bool_]
+    # What several measures ask for.
+    _kept: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return 1.0 / float(self.times_s[1] - self.times_s[0]) if len(self.times_s) > 1 else float("nan")
+
+    @property
+    def speeds_mps(self) -> Array:
+        """(S, n) norms of the velocities."""
+        return self.kept(
+            "speeds", lambda: np.sqrt(np.einsum("snd,snd->sn", self.velocities_mps, self.velocities_mps))
+        )
+
+    def kept(self, key: Any, compute: Callable[[], Kept]) -> Kept:
+        """The result of `compute`, which is called once for each `key`."""
+        if key not in self._kept:
+            self._kept[key] = compute()
+        return cast(Kept, self._kept[key])
+
+    def between(self, start_s: float, end_s: float) -> MotionSamples:
+        """The part from `start_s` to `end_s`, both included."""
+        a, b = np.searchsorted(self.times_s, [start_s - 1e-9, end_s + 1e-9])
+        return self.kept(("between", a, b), lambda: self.part(slice(None), slice(a, b)))
+
+    def part(self, samples: slice, times: slice) -> MotionSamples:
+        """Some of the samples and of the times."""
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}
+        of_times = ("times_s", "observed")
+        return MotionSamples(
+            **{k: v[times] if k in of_times else v[samples, times] for k, v in values.items()}
+        )
+
+
+MARGIN_S = 0.25
+
+
+def with_rests(movements: Sequence[tuple[float, float]], k: int) -> tuple[float, float]:
+    """(start, end) of movement `k` and up to 0.25 s of the rests beside it, at most half of a hold."""
+    start, end = movements[k]
+    before = 0.5 * (start - movements[k - 1][1]) if k > 0 else MARGIN_S
+    after = 0.5 * (movements[k + 1][0] - end) if k + 1 < len(movements) else MARGIN_S
+    return start - min(before, MARGIN_S), end + min(after, MARGIN_S)
+
+
 TOGETHER = 64  # coefficients whose errors stay in the processor's cache
 COORDINATES = 7  # x, y, z in metres and the quaternion x, y, z, w
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A stretch without a long gap, from the first to the last measured pose: splines of the seven coordinates.
+    """A stretch without a long gap, from the first to the last measured pose: splines of the seven coordinates."""
 
-    `posterior` is that of the coefficients, coordinate by coordinate within a knot; `noise_scales` the noise of
-    positions and of rotations over what the covariances say; `position_noise_m` the standard deviation from frame to
-    frame, all axes together; `slow` what the covariances say beyond that noise.
-    """
+    # `posterior` is that of the coefficients, coordinate by coordinate within a knot; `noise_scales` the noise of
+    # positions and of rotations over what the covariances say; `position_noise_m` the standard deviation from frame to
+    # frame, all axes together; `slow` what the covariances say beyond that noise.
 
     spline: UniformSpline
     posterior: BandedPosterior
@@ -45,10 +124,8 @@ class Piece:
         return np.asarray(self.posterior.mean).reshape(self.spline.size, COORDINATES)
 
     def drawn(self, rng: np.random.Generator, count: int, threads: int = 1) -> Array:
-        """(size, 7, count) coefficients of samples, with the slow errors.
-
-        These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
-        """
+        """(size, 7, count) coefficients of samples, with the slow errors."""
+        # These change little from knot to knot, so a coefficient takes the error at the middle of its spline.
         normal = rng.standard_normal((self.mean.size, count))
         slow = None if self.slow is None else self.slow.drawn(rng, count)
         out = self.posterior.deviations(normal, threads).reshape(self.spline.size, COORDINATES, count)
@@ -64,10 +141,8 @@ class Piece:
         return out
 
     def evaluate(self, times_s: Array, coefficients: Array) -> list[Array]:
-        """The fields of `MotionSamples` from positions to angular velocities, by (size, 7, S) coefficients.
-
-        Samples are the fastest axis in memory, so that nothing is copied: what is returned are views.
-        """
+        """The fields of `MotionSamples` from positions to angular velocities, by (size, 7, S) coefficients."""
+        # Samples are the fastest axis in memory, so that nothing is copied: what is returned are views.
         curves = [
             _core.spline_values(*self.spline.basis(times_s, m), coefficients, COORDINATES if m < 2 else 3)
             for m in range(4)
@@ -149,8 +224,8 @@ class SmoothedMotion:
                 return MotionSamples(*(times, *values, inside))
             if fields is None:
                 fields = [np.full((S, n, *v.shape[2:]), np.nan) for v in values]
-            for field, value in zip(fields, values, strict=True):
-                field[:, inside] = value
+            for kept, value in zip(fields, values, strict=True):
+                kept[:, inside] = value
             observed |= inside
         if fields is None:
             fields = [np.full((S, n, 3), np.nan) for _ in range(6)]

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from sdftrack._internal.validation import of_kind
-from sdftrack.motion.posterior import SmoothedMotion
-from sdftrack.motion.quaternion_curves import angles_between
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.posterior import MotionSamples, SmoothedMotion
+from sdftrack.motion.spline import angles_between
 
 Array = NDArray[np.float64]
 
@@ -73,11 +72,10 @@ FLAT = 0.5  # distances from the start that vary by less than this part of the r
 
 @dataclass(frozen=True, eq=False)
 class Excursion:
-    """How far the object is from its place: metres, or radians with `by` "rotation".
+    """How far the object is from its place: metres, or radians with `by` "rotation"."""
 
-    `by` may also be "direction": along the `direction` of the largest motion, for cycles that go around their start.
-    `largest` is the 98th percentile, `home` the position (3,) or rotation (3, 3) at the start.
-    """
+    # `by` may also be "direction": along the `direction` of the largest motion, for cycles that go around their start.
+    # `largest` is the 98th percentile, `home` the position (3,) or rotation (3, 3) at the start.
 
     times_s: Array
     values: Array
@@ -234,11 +232,7 @@ def _spans(found: Excursion, rests: Spans) -> Spans:
     """Start and end of the excursion about each peak."""
     e, t = found.values, found.times_s
     peaks = _peaks(e, found)
-    valleys = [
-        0,
-        *(a + int(np.argmin(e[a : b + 1])) for a, b in pairwise(peaks)),
-        len(e) - 1,
-    ]
+    valleys = [0, *(a + int(np.argmin(e[a : b + 1])) for a, b in pairwise(peaks)), len(e) - 1]
     spans = []
     for k, peak in enumerate(peaks):
         left, right = valleys[k], valleys[k + 1]

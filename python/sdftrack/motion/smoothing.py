@@ -12,8 +12,14 @@ from scipy.special import gammaincinv
 
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.motion.posterior import COORDINATES, Piece, SmoothedMotion, checked_gap
-from sdftrack.motion.quaternion_curves import continuous_quaternions, left_jacobians
-from sdftrack.motion.spline import BandedPosterior, UniformSpline, slow_errors, values_at
+from sdftrack.motion.spline import (
+    BandedPosterior,
+    UniformSpline,
+    continuous_quaternions,
+    left_jacobians,
+    slow_errors,
+    values_at,
+)
 from sdftrack.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -29,12 +35,11 @@ LEAST_JERK = 1e-6  # (m/s^3)^2 s per extent squared: a rest, and still well cond
 
 @dataclass(frozen=True)
 class MovementPrior:
-    """Precisions of a coordinate's prior, and what it leaves of the measurements.
+    """Precisions of a coordinate's prior, and what it leaves of the measurements."""
 
-    `precision` is that of the m-th differences of the coefficients over step^m, `residuals` (n, C) are measured less
-    smoothed values; `absorbed` is the variance of the noise over that of the residuals, which the smoothed values
-    follow a little.
-    """
+    # `precision` is that of the m-th differences of the coefficients over step^m, `residuals` (n, C) are measured less
+    # smoothed values; `absorbed` is the variance of the noise over that of the residuals, which the smoothed values
+    # follow a little.
 
     precision: Array
     residuals: Array
@@ -42,10 +47,8 @@ class MovementPrior:
 
 
 def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, variances: Array) -> MovementPrior:
-    """The prior of C coordinates that share it, from measured `values` (n, C).
-
-    `variances` (n,) are those of the noise of each coordinate, up to a factor that is estimated.
-    """
+    """The prior of C coordinates that share it, from measured `values` (n, C)."""
+    # `variances` (n,) are those of the noise of each coordinate, up to a factor that is estimated.
     rng = np.random.default_rng(0)
     h, size, m = spline.step_s, spline.size, spline.order
     basis = spline.basis(times_s)
@@ -70,10 +73,8 @@ def estimate_prior(spline: UniformSpline, times_s: Array, values: Array, varianc
 
 
 def quiet_level(ratio: Array, window: float, coordinates: int) -> float:
-    """The level of a windowed average of squares where it is low, with the bias of that choice removed.
-
-    The mean over all times would take tremor for noise, and then smooth it away.
-    """
+    """The level of a windowed average of squares where it is low, with the bias of that choice removed."""
+    # The mean over all times would take tremor for noise, and then smooth it away.
     smooth = gaussian_filter1d(ratio, window, mode="nearest")
     freedom = coordinates * min(len(ratio), 2 * np.sqrt(np.pi) * window)  # of a Gaussian window
     expected = 2 * gammaincinv(freedom / 2, QUIET) / freedom  # that quantile of chi squared over its freedom
@@ -174,11 +175,9 @@ def _noise(trajectory: Trajectory) -> Array:
 
 
 def _decoupled(covariances: Array) -> Array:
-    """Without what links positions to rotations about axes that are not known to `LINEAR_RAD`.
-
-    Such a rotation is off by more than the linear relation between the two holds for: applied to it, it would move the
-    position of a ball by millimetres because its print is not seen.
-    """
+    """Without what links positions to rotations about axes that are not known to `LINEAR_RAD`."""
+    # Such a rotation is off by more than the linear relation between the two holds for: applied to it, it would move
+    # the position of a ball by millimetres because its print is not seen.
     values, axes = np.linalg.eigh(covariances[:, 3:, 3:])
     links = covariances[:, :3, 3:] @ axes
     links *= (values < LINEAR_RAD**2)[:, None, :]

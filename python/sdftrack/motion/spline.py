@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Uniform B-splines whose coefficients have a Gaussian posterior, by banded matrices."""
+"""Uniform B-splines whose coefficients have a Gaussian posterior, by banded matrices; quaternion curves (x, y, z, w).
+
+A smooth curve q(t) that is nearly of unit length stands for the rotations of q / |q|. Its angular velocity is exact for
+any length: w = 2 vec(q' q*) / |q|^2.
+"""
 
 from __future__ import annotations
 
@@ -30,15 +34,16 @@ class SlowErrors:
     def drawn(self, rng: np.random.Generator, count: int) -> Array:
         """(size, 6, count) coefficients of samples."""
         normal = rng.standard_normal((self.spline.size, 6, count))
-        return np.asarray(_unit_scale(self.spline) * self.factors @ normal)
+        # The variance of a spline with independent coefficients is made one, averaged over a knot.
+        weights = self.spline.basis(self.spline.start_s + self.spline.step_s * np.linspace(0, 1, 20))[1]
+        scale = float(1 / np.sqrt((weights**2).sum(axis=1).mean()))
+        return np.asarray(scale * self.factors @ normal)
 
 
 def slow_errors(times_s: Array, covariances: Array, noise: list[Array]) -> SlowErrors | None:
-    """The slow part of covariances (n, 6, 6) at times (n,); None if all of it is noise.
-
-    `noise`: (3,) variances of the noise from frame to frame over those of the covariances, along the principal axes of
-    the position's and of the rotation's, best known first.
-    """
+    """The slow part of covariances (n, 6, 6) at times (n,); None if all of it is noise."""
+    # `noise`: (3,) variances of the noise from frame to frame over those of the covariances, along the principal axes
+    # of the position's and of the rotation's, best known first.
     rest = [np.where(level < 1 - UNSURE, 1 - level, 0.0) for level in noise]
     if not np.any(rest):
         return None
@@ -62,18 +67,11 @@ def _at_knots(spline: UniformSpline, times_s: Array, covariances: Array) -> Arra
     return np.asarray((totals[last] - totals[first]) / (last - first)[:, None, None])
 
 
-def _unit_scale(spline: UniformSpline) -> float:
-    """What makes the variance of a spline with independent coefficients one, averaged over a knot."""
-    weights = spline.basis(spline.start_s + spline.step_s * np.linspace(0, 1, 20))[1]
-    return float(1 / np.sqrt((weights**2).sum(axis=1).mean()))
-
-
 @dataclass(frozen=True)
 class UniformSpline:
-    """Splines of `intervals` polynomial pieces on equidistant knots from `start_s` on.
+    """Splines of `intervals` polynomial pieces on equidistant knots from `start_s` on."""
 
-    `order` is the m of the penalty: white noise in the m-th derivative, whose smoothing splines have degree 2 m - 1.
-    """
+    # `order` is the m of the penalty: white noise in the m-th derivative, whose smoothing splines have degree 2 m - 1.
 
     start_s: float
     step_s: float
@@ -143,11 +141,10 @@ def values_at(first: NDArray[np.int64], weights: Array, coefficients: Array) -> 
 
 
 class BandedPosterior:
-    """The Gaussian with precision A and mean A^-1 b; several columns of b, (N, k), are several means.
+    """The Gaussian with precision A and mean A^-1 b; several columns of b, (N, k), are several means."""
 
-    `band` (width, N) is the lower band of A, band[r, c] = A[c + r, c]. LinAlgError if A is not positive definite: too
-    few measurements.
-    """
+    # `band` (width, N) is the lower band of A, band[r, c] = A[c + r, c]. LinAlgError if A is not positive definite: too
+    # few measurements.
 
     def __init__(self, band: Array, right: Array) -> None:
         self._factor, row = _core.band_factor(band)
@@ -160,3 +157,54 @@ class BandedPosterior:
         """Standard normal z (N, S) becomes L^-T z: samples less the mean, in place. 0 threads: all cores."""
         _core.band_deviations(self._factor, normal, threads)
         return normal
+
+
+def continuous_quaternions(R: Array) -> Array:
+    """(n, 4) unit quaternions of rotations (n, 3, 3), of the sign that is nearer to the one before."""
+    from scipy.spatial.transform import Rotation
+
+    q = np.asarray(Rotation.from_matrix(R).as_quat())
+    flips = np.sign(np.einsum("ni,ni->n", q[1:], q[:-1]))
+    q[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
+    return q
+
+
+def left_jacobians(q: Array) -> Array:
+    """(n, 4, 3): change of q by a small rotation r on the left, R -> Exp(r) R."""
+    x, y, z, w = q.T
+    G = np.array([[w, z, -y], [-z, w, x], [y, -x, w], [-x, -y, -z]])
+    return np.asarray(0.5 * np.moveaxis(G, 2, 0))
+
+
+def matrices(q: Array) -> Array:
+    """(..., 3, 3) rotations of quaternions (..., 4) of any length but 0."""
+    x, y, z, w = np.moveaxis(q, -1, 0)
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    out = np.empty((3, 3, *x.shape))
+    xs, ys, zs = s * x, s * y, s * z
+    out[0, 0], out[0, 1], out[0, 2] = 1 - (ys * y + zs * z), xs * y - zs * w, xs * z + ys * w
+    out[1, 0], out[1, 1], out[1, 2] = xs * y + zs * w, 1 - (xs * x + zs * z), ys * z - xs * w
+    out[2, 0], out[2, 1], out[2, 2] = xs * z - ys * w, ys * z + xs * w, 1 - (xs * x + ys * y)
+    return np.moveaxis(out, (0, 1), (-2, -1))
+
+
+def product_first(p: Array, q: Array) -> Array:
+    """(4, ...) product p q of quaternions (4, ...): the rotation of q, then that of p."""
+    return np.concatenate(
+        [
+            p[3] * q[:3] + q[3] * p[:3] + np.cross(p[:3], q[:3], axis=0),
+            [p[3] * q[3] - (p[:3] * q[:3]).sum(axis=0)],
+        ]
+    )
+
+
+def exponentials_first(w: Array) -> Array:
+    """(4, ...) quaternions of rotation vectors (3, ...)."""
+    half = 0.5 * np.sqrt((w**2).sum(axis=0))
+    return np.concatenate([0.5 * w * np.sinc(half / np.pi), [np.cos(half)]])
+
+
+def angles_between(R: Array, S: Array) -> Array:
+    """(...) angles of the rotations R^T S of two (..., 3, 3), rad: arccos((trace - 1) / 2)."""
+    trace = np.einsum("...ij,...ij->...", R, S)
+    return np.asarray(np.arccos(np.clip(0.5 * (trace - 1), -1, 1)))

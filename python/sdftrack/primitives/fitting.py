@@ -14,8 +14,7 @@ from sdftrack._internal.validation import numbers
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
 from sdftrack.mesh.files import unit_scale
-from sdftrack.primitives.in_frame import FrameFitter
-from sdftrack.primitives.multi_frame import fused
+from sdftrack.primitives.frames import FrameFitter, fused
 from sdftrack.primitives.result import PrimitiveFit
 from sdftrack.primitives.segmentation import checked_plane
 from sdftrack.primitives.solver import FitRequest, solve
@@ -75,10 +74,6 @@ def fit_primitive(
     unit : None, "m", "mm", "cm" or "in"
         Unit of the points; the fit is in metres. None: metres, and an extent of more than 10 m or less than 1 mm is an
         error, because it suggests another unit.
-
-    Returns
-    -------
-    PrimitiveFit
 
     Raises
     ------

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Result of fitting a primitive."""
+"""The kinds of primitives, and the result of fitting one."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,11 +13,41 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack._internal.array_equality import Compared
 from sdftrack.mesh import Mesh
-from sdftrack.primitives.kinds import TABLE
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
-from sdftrack.sdf.grid import MAX_VOXELS, grid_round
-from sdftrack.sdf.solids import distances_of_solid
+from sdftrack.sdf.grid import MAX_VOXELS, distances_of_solid, grid_round
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind."""
+
+    name: str
+    sizes: tuple[str, ...]  # names of its lengths, m; in the order of the covariance's columns
+    size_axes: tuple[
+        int, ...
+    ]  # of each length, the axis along which the centre is uncertain if the length is
+    extent: tuple[
+        tuple[int, float], ...
+    ]  # along x, y, z: index of the length (-1: none), its share on either side
+    unknowns: int  # that a view can determine: a ball has no orientation, a round body no turn about its axis
+    has_inside: bool  # and so a distance volume
+
+    @property
+    def member(self) -> _core.PrimitiveKind:
+        """The member in the core."""
+        return _core.PrimitiveKind.__members__[self.name]
+
+    def half_extent(self, lengths: list[float]) -> list[float]:
+        """Distance from the centre to the farthest point along x, y and z, m."""
+        return [lengths[i] * half if i >= 0 else 0.0 for i, half in self.extent]
+
+
+TABLE = {kind["name"]: Kind(**kind) for kind in _core.primitive_kinds()}
+KINDS = tuple(TABLE)
+SOLIDS = tuple(name for name, kind in TABLE.items() if kind.has_inside)
+SIZES = {name: kind.sizes for name, kind in TABLE.items()}
+FREE = {name: kind.unknowns for name, kind in TABLE.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +177,14 @@ class PrimitiveFit(Compared):
             "scores": dict(self.scores),
             "skipped": {str(i): why for i, why in self.skipped.items()},
         }
+
+
+def with_size(fit: PrimitiveFit, size: NDArray[np.float64], covariance: NDArray[np.float64]) -> PrimitiveFit:
+    """The fit with other lengths, m, that do not depend on its pose, and their covariance."""
+    whole = fit.covariance.copy()
+    whole[6:, :] = whole[:, 6:] = 0
+    whole[6:, 6:] = covariance
+    return replace(fit, size=dict(zip(fit.size, size.tolist(), strict=True)), covariance=whole)
 
 
 def volume_of(kind: str, size: dict[str, float], voxels: int = 100) -> SDF:

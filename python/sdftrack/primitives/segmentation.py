@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from sdftrack._internal.validation import mask_of, number, numbers
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.imaging.plane import remove_plane
-from sdftrack.primitives.kinds import TABLE
+from sdftrack.primitives.result import TABLE
 
 OFF, ON, UNKNOWN = 0, 1, 2  # the core's labels
 # Half the thickness of a table in measurements at up to 1 m; it grows with the square of the depth.
@@ -61,11 +61,9 @@ class SegmentedFrame:
         return self.points @ self.plane[0] + self.plane[1]
 
     def low(self) -> NDArray[np.bool_]:
-        """Measurements that are, or may be, on the table.
-
-        Near the threshold the mean of the neighbours decides. With a per-pixel decision, measurements raised by noise
-        would be kept and lowered ones dropped, so that the foot would bulge by millimetres.
-        """
+        """Measurements that are, or may be, on the table."""
+        # Near the threshold the mean of the neighbours decides. With a per-pixel decision, measurements raised by noise
+        # would be kept and lowered ones dropped, so that the foot would bulge by millimetres.
         import cv2
 
         share = self.heights() / (TABLE_M * self.growth)
@@ -83,15 +81,10 @@ class SegmentedFrame:
         if not own_foot:  # nothing outside the mask: a window is enough
             rows, columns = _window(mask)
             labels = np.full(self.depth.shape, OFF, np.uint8)
-            labels[rows, columns] = self._part(rows, columns)._labels(mask[rows, columns], False)
+            part = replace(self, depth=self.depth[rows, columns], points=self.points[rows, columns])
+            labels[rows, columns] = part._labels(mask[rows, columns], False)
             return labels
         return self._labels(mask, True)
-
-    def _part(self, rows: slice, columns: slice) -> SegmentedFrame:
-        """The same of a window, for whatever needs no camera."""
-        return SegmentedFrame(
-            self.frame, self.camera, self.depth[rows, columns], self.points[rows, columns], self.plane
-        )
 
     def _labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
         height, growth = self.heights(), self.growth
@@ -173,10 +166,7 @@ def checked_plane(plane: Any) -> Any:
 
 
 def table_under(
-    depth: NDArray[np.float32],
-    camera: Camera,
-    points: NDArray[np.float64],
-    mask: NDArray[np.bool_] | None,
+    depth: NDArray[np.float32], camera: Camera, points: NDArray[np.float64], mask: NDArray[np.bool_] | None
 ) -> Plane | None:
     """The dominant plane, unless it is a face of the object itself."""
     try:
@@ -224,10 +214,8 @@ def _with_rim(
     crumbs: NDArray[np.bool_],
     step_m: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Add the pixels at its depth edges that are not farther away, because an edge belongs to the nearer side.
-
-    Also adds adjacent `crumbs` at its depth: the tip of a cone is thinner than a pixel and thus not connected.
-    """
+    """Add the pixels at its depth edges that are not farther away, because an edge belongs to the nearer side."""
+    # Also adds adjacent `crumbs` at its depth: the tip of a cone is thinner than a pixel and thus not connected.
     import cv2
 
     own = np.where(piece, depth, np.float32(0))
@@ -263,12 +251,10 @@ def distance_to(seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj
 def mask_near(
     seen: SegmentedFrame, kind: str, lengths: list[float], T_cam_obj: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]] | None:
-    """Mask of an object that was at a pose, and the whole connected piece that contains it.
-
-    Among the pieces on the table, the one with the most measurements near the old surface, or the nearest one if none
-    has any. If a piece contains other objects too (they touch), only a band around the surface is used, as wide as its
-    measurements require. None: there is nothing within the object's size of its old location.
-    """
+    """Mask of an object that was at a pose, and the whole connected piece that contains it."""
+    # Among the pieces on the table, the one with the most measurements near the old surface, or the nearest one if none
+    # has any. If a piece contains other objects too (they touch), only a band around the surface is used, as wide as
+    # its measurements require. None: there is nothing within the object's size of its old location.
     away = distance_to(seen, kind, lengths, T_cam_obj)
     found = pieces(seen)
     if not found:

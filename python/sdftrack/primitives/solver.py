@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import THREADS, number, of_kind, one_of, whole
-from sdftrack.primitives.kinds import FREE, KINDS, SIZES, SOLIDS, TABLE
-from sdftrack.primitives.result import PrimitiveFit
+from sdftrack.primitives.result import FREE, KINDS, SIZES, SOLIDS, TABLE, PrimitiveFit
 from sdftrack.results import Status
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
@@ -168,27 +167,18 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
             )
             reason = "; ".join(filter(None, (held, reason)))
     return PrimitiveFit(
-        kind=kind,
-        T_cam_obj=T,
-        size=dict(zip(names, answer["size"], strict=True)),
-        covariance=covariance,
-        rms=float(answer["rms"]),
-        inliers=inliers,
-        status=status,
-        reason=reason,
-        scores=scores,
-    )
+        kind=kind, T_cam_obj=T, size=dict(zip(names, answer["size"], strict=True)), covariance=covariance,
+        rms=float(answer["rms"]), inliers=inliers, status=status, reason=reason, scores=scores,
+    )  # fmt: skip
 
 
 # -- One order for the axes of a solid that has three of its own: a box, an ellipsoid
 
 
 def descending(answer: dict[str, Any]) -> dict[str, Any]:
-    """The core's answer with its axes renamed: x along the longest length, z along the shortest.
-
-    Of the four turns that give the same solid, the one whose z points towards the camera and whose x points to the
-    right of the image. Pose covariances are in camera axes and do not change.
-    """
+    """The core's answer with its axes renamed: x along the longest length, z along the shortest."""
+    # Of the four turns that give the same solid, the one whose z points towards the camera and whose x points to the
+    # right of the image. Pose covariances are in camera axes and do not change.
     size = np.asarray(answer["size"])
     order = np.argsort(-size, kind="stable")
     T = np.array(answer["T_cam_obj"])

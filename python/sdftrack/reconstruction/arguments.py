@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Validation of a reconstructor's arguments: each error states the argument, what was expected and what was given."""
+"""A reconstructor's arguments and first frames: errors state the argument, what was expected and given."""
 
 from __future__ import annotations
 
@@ -8,12 +8,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.validation import number, of_kind, shown
 from sdftrack.camera import Camera
 from sdftrack.device import device_number
 from sdftrack.frame import Frame
-from sdftrack.reconstruction.volume import BYTES_PER_VOXEL, MAX_VOXELS
+from sdftrack.imaging.pose_hint import Place
+from sdftrack.options import TrackerOptions
+from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
+
+MAX_VOXELS = 512
+BYTES_PER_VOXEL = 20
+
+
+def shape_of(core: Any, least: int) -> SDF:
+    """A copy of the current distances and colours; colours observed less than `least` are omitted."""
+    rgb_seen = core.rgb_seen.reshape(-1, 4)
+    seen = np.flatnonzero(rgb_seen[:, 3] >= least)
+    colors = None
+    if rgb_seen[seen, :3].any():
+        colors = np.zeros(rgb_seen.shape, np.uint8)
+        colors[seen, :3] = (rgb_seen[seen, :3] + 128) >> 8
+        colors[seen, 3] = 255
+        colors = colors.reshape(core.rgb_seen.shape)
+    return SDF(np.array(core.phi), core.voxel_m, core.origin, colors)
+
 
 VOXELS = {"quick": 96, "normal": 200, "fine": 300}
 
@@ -57,10 +77,8 @@ def check_beginning(
     *,
     known: bool = False,
 ) -> NDArray[np.float32]:
-    """Check the first frame and that exactly one hint for the object is given; returns its depth image (m).
-
-    `known`: a shape already exists, so its pose may be given.
-    """
+    """Check the first frame and that exactly one hint for the object is given; returns its depth image (m)."""
+    # `known`: a shape already exists, so its pose may be given.
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError(
@@ -80,3 +98,36 @@ def check_beginning(
             "pose: requires Reconstructor(camera, initial=sdf), whose pose it is; otherwise give mask or box"
         )
     return depth
+
+
+Array = NDArray[np.float64]
+
+
+def find_object(
+    depth: NDArray[np.float32],
+    place: Place,
+    camera: Camera,
+    initial: SDF | None,
+    options: ReconstructorOptions,
+) -> _core.Beginning:
+    """The object at a mask, a box, or the pose of the initial shape (see `sdftrack.imaging.pose_hint`)."""
+    shape = None if initial is None else initial._core_args
+    return _core.find_object(depth, place, camera._core, shape, *_limits(options))
+
+
+def find_standing(
+    depth: NDArray[np.float32], pose: Array, camera: Camera, shape: SDF, options: ReconstructorOptions
+) -> _core.Beginning:
+    """The object's pixels at the pose of a shape, whose outline is unknown, with the planes that it stands on."""
+    return _core.find_standing(depth, pose, camera._core, shape._core_args, *_limits(options))
+
+
+def _limits(options: ReconstructorOptions) -> tuple[bool, bool, int, float | None]:
+    return options.planes, options.keep_to_mask, options.mask_margin_px, options.noise_m
+
+
+def printed_tracker_options() -> TrackerOptions:
+    """Options of the thesis' tracker, which does not assess its poses."""
+    return TrackerOptions.printed().replace(
+        lost_inliers=0.0, weak_inliers=0.0, lost_evidence=0.0, weak_evidence=0.0
+    )

@@ -55,17 +55,11 @@ def seen_part(mesh: Mesh, min_seen: float) -> Mesh:
     )
 
 
-def expected_error(seen: NDArray[np.float32], noise_m: float, voxel_m: float) -> NDArray[np.float32]:
-    with np.errstate(divide="ignore"):
-        error = noise_m / np.sqrt(seen)
-    out: NDArray[np.float32] = np.where(seen > 0, np.maximum(error, 0.2 * voxel_m), np.inf).astype(np.float32)
-    return out
-
-
 def quality_of(mesh: Mesh, fused: int, voxel_m: float, noise_m: float, min_seen: float) -> Quality:
     """Quality of the result of `surface_mesh`, from `fused` frames with the sensor's noise (m)."""
     assert mesh.seen is not None
-    errors = expected_error(mesh.seen, noise_m, voxel_m)
+    with np.errstate(divide="ignore"):  # infinite where nothing was observed
+        errors = np.maximum(noise_m / np.sqrt(mesh.seen), 0.2 * voxel_m).astype(np.float32)
     share = float((mesh.seen >= min_seen).mean())
     rest = "" if share > 0.9 else "; turn the object further to see the rest"
     frames = f"{fused} frame{'s' * (fused != 1)}"

@@ -22,12 +22,16 @@ from sdftrack.imaging.pose_hint import one_place
 from sdftrack.mesh import Mesh
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction import quality, refining, resuming, saved_state
-from sdftrack.reconstruction.arguments import check_beginning, check_settings, voxels_of
-from sdftrack.reconstruction.initialization import find_object, printed_tracker_options
-from sdftrack.reconstruction.keyframe import Keyframe, Refined
+from sdftrack.reconstruction.arguments import (
+    check_beginning,
+    check_settings,
+    find_object,
+    printed_tracker_options,
+    shape_of,
+    voxels_of,
+)
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.refining import OVERFIT, Judge, learn_colors
-from sdftrack.reconstruction.volume import shape_of
+from sdftrack.reconstruction.refining import OVERFIT, Judge, Keyframe, Refined, learn_colors
 from sdftrack.results import TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -302,13 +306,9 @@ class Reconstructor:
     @reading
     def quality(self, mesh: Mesh | None = None) -> quality.Quality:
         """Quality of the surface; `mesh`: the result of :meth:`mesh` for the current shape, if available."""
-        return quality.quality_of(
-            self.mesh() if mesh is None else mesh,
-            self._volume.fused,
-            self._volume.core.voxel_m,
-            self._beginning.noise_m,
-            self.options.min_seen,
-        )
+        volume, noise_m = self._volume, self._begun.beginning.noise_m
+        shown = self.mesh() if mesh is None else mesh
+        return quality.quality_of(shown, volume.fused, volume.core.voxel_m, noise_m, self.options.min_seen)
 
     @alone
     def tracker(self) -> Tracker:
@@ -385,11 +385,6 @@ class Reconstructor:
         return self._begun.beginning
 
     @property
-    def _later(self) -> list[_core.Beginning]:
-        """Of further recordings, what their first frames show."""
-        return self._begun.later
-
-    @property
     def _index(self) -> int:
         return self._begun.index
 
@@ -399,15 +394,9 @@ class Reconstructor:
 
     def _new_session(self, found: _core.Beginning) -> _core.ReconstructionSession:
         return _core.ReconstructionSession(
-            self._frame_camera._core,
-            self.options,
-            self.voxels,
-            self.extent,
-            self.threads,
-            device_number(self.device),
-            None if self.initial is None else self.initial._core_args,
-            found,
-        )
+            self._frame_camera._core, self.options, self.voxels, self.extent, self.threads,
+            device_number(self.device), None if self.initial is None else self.initial._core_args, found,
+        )  # fmt: skip
 
     def _new_tracker(self, session: _core.ReconstructionSession) -> Tracker:
         noise_m, noise_per_m = session.tracker_noise
@@ -439,7 +428,7 @@ class Reconstructor:
     def _fuse_all(self, progress: Callable[[float], None]) -> None:
         """Rebuild the shape from all keyframes at their current poses."""
         volume, recording = self._volume.emptied(), 0
-        kept, later = self._kept, self._later
+        kept, later = self._kept, self._begun.later
         for i, keyframe in enumerate(kept):
             if keyframe.recording != recording:
                 recording = keyframe.recording

@@ -4,17 +4,67 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core, metrics
+from sdftrack._core import Keyframe, Keyframes
 from sdftrack.camera import Camera
+from sdftrack.frame import Frame
 from sdftrack.geometry import inverse, transform_points
-from sdftrack.reconstruction.keyframe import Keyframe, Refined, frame_of, whole
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
 from sdftrack.tracking.interface import TrackerInterface
+
+__all__ = ["Keyframe", "Keyframes", "Refined", "frame_of", "whole"]
+
+
+def whole(keyframe: Keyframe, part: NDArray[Any] | None, size: tuple[int, int]) -> Any:
+    """A keyframe's `depth`, `rgb` or `mask` as an image (height, width) that is 0 elsewhere; None for None."""
+    if part is None:
+        return None
+    image = np.zeros((*size, *part.shape[2:]), part.dtype)
+    x0, y0, x1, y1 = keyframe.region
+    image[y0:y1, x0:x1] = part
+    return image
+
+
+def frame_of(keyframe: Keyframe, camera: Camera) -> Frame:
+    """Both images, colour aligned to depth; measurements without a colour (black) are removed."""
+    depth, color = (whole(keyframe, part, camera.shape) for part in (keyframe.depth, keyframe.rgb))
+    if color is None:
+        return Frame(depth, camera=camera, check_units=False)
+    return Frame(np.where(color.any(axis=2), depth, 0), color, camera=camera, check_units=False)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """Result of :meth:`Reconstructor.refine`.
+
+    Attributes
+    ----------
+    poses : dict of int to (4, 4) float64
+        Refined ``T_cam_obj`` of each kept frame, by its index.
+    rounds : int
+        Number of rounds in which all poses and the shape were re-estimated.
+    moved_m, turned_rad : list of float
+        RMS change of the object's centre and orientation in each round.
+    misfit_m : (float, float)
+        Mean distance of the frames' measurements from the shape before and after, m.
+    taken : bool
+        Whether the refined poses and shape were accepted; otherwise they are unchanged.
+    """
+
+    poses: dict[int, NDArray[np.float64]]
+    rounds: int
+    moved_m: list[float]
+    turned_rad: list[float]
+    misfit_m: tuple[float, float] = (float("nan"), float("nan"))
+    taken: bool = True
+
 
 TRACKING = 0.4  # of a round's time; the rest is fusing
 
@@ -74,16 +124,17 @@ FRAMES, READINGS = 60, 1500  # that are looked at: of all frames, and of each
 
 
 class Judge:
-    """A fixed sample of the object's depth measurements, selected with the current shape.
+    """A fixed sample of the object's depth measurements, selected with the current shape."""
 
-    The same measurements judge every later shape and set of poses, so that none scores better by explaining less.
-    """
+    # The same measurements judge every later shape and set of poses, so that none scores better by explaining less.
 
     def __init__(self, keyframes: list[Keyframe], shape: SDF, camera: Camera) -> None:
         self._frames = keyframes[:: max(1, len(keyframes) // FRAMES)]
         self._points = []
         for keyframe in self._frames:
-            points = _read_points(keyframe, camera)
+            points = camera.back_project(whole(keyframe, keyframe.depth, camera.shape))
+            points = points[points[..., 2] > 0]
+            points = points[:: max(1, len(points) // READINGS)]
             near = np.abs(shape(_in_object(points, keyframe))) < FAR_M
             self._points.append(points[near])
 
@@ -94,13 +145,6 @@ class Judge:
             for keyframe, points in zip(self._frames, self._points, strict=True)
         ]
         return float(np.concatenate(off).mean())
-
-
-def _read_points(keyframe: Keyframe, camera: Camera) -> NDArray[np.float64]:
-    """(N, 3) points in the camera frame."""
-    points = camera.back_project(whole(keyframe, keyframe.depth, camera.shape))
-    read: NDArray[np.float64] = points[points[..., 2] > 0]
-    return read[:: max(1, len(read) // READINGS)]
 
 
 def _in_object(points: NDArray[np.float64], keyframe: Keyframe) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from sdftrack.frame import Frame
 from sdftrack.geometry import inverse, transform_points
 from sdftrack.imaging.pose_hint import Place
 from sdftrack.mesh import Mesh
-from sdftrack.reconstruction.initialization import find_object, find_standing
+from sdftrack.reconstruction.arguments import find_object, find_standing
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.reconstruction.quality import seen_part
 from sdftrack.results import Status, TrackResult, doubted
@@ -42,11 +42,10 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Evidence of a frame against a pose of the known shape.
+    """Evidence of a frame against a pose of the known shape."""
 
-    `empty`: fraction of the object's measurements in space observed to be free by earlier frames. `through`: fraction
-    of the previously observed, camera-facing surface where the frame observes free space.
-    """
+    # `empty`: fraction of the object's measurements in space observed to be free by earlier frames. `through`: fraction
+    # of the previously observed, camera-facing surface where the frame observes free space.
 
     empty: float
     through: float
@@ -78,10 +77,8 @@ def begin_again(
     camera: Camera,
     options: ReconstructorOptions,
 ) -> tuple[TrackResult, _core.Beginning | None]:
-    """Start a tracker that has the known shape in the first frame of another recording.
-
-    Returns bounds on the object from that frame, too, at the pose found; None: the pose is not reliable.
-    """
+    """Start a tracker that has the known shape in the first frame of another recording."""
+    # Returns bounds on the object from that frame, too, at the pose found; None: the pose is not reliable.
     assert frame.depth is not None
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
         result = _settled(tracker, tracker.start(frame, poses=place))
@@ -175,14 +172,9 @@ def _find_known(tracker: Tracker, shape: SDF, looked: Looked, frame: Frame, on_o
     found = np.array(result.poses[0])
     most = looked.against(found).total + WORSE
     other = another_pose(
-        found,
-        alternatives,
-        looked.mesh,
-        shape,
-        looked.read_cam,
-        lambda T: np.array(tracker.start(frame, poses=T).poses[0]),
-        lambda T: looked.against(T).total > most,
-    )
+        found, alternatives, looked.mesh, shape, looked.read_cam,
+        lambda T: np.array(tracker.start(frame, poses=T).poses[0]), lambda T: looked.against(T).total > most,
+    )  # fmt: skip
     if other is not None:
         turned = np.degrees(metrics.pose_error(other, found)[1])
         return doubted(result, AMBIGUOUS.format(turned))
@@ -231,11 +223,9 @@ def another_pose(
     settle: Callable[[Pose], Pose],
     refuted: Callable[[Pose], bool],
 ) -> Pose | None:
-    """A pose far from the one found that also explains the measurements `read_cam` (N, 3); None: there is none.
-
-    Tried are turns about the mesh's axes and the `alternatives` (n, 4, 4). `settle` refines a pose to the best fit
-    nearby, `refuted` tells whether the frame contradicts it. `mesh` and `shape` include the object's guessed parts.
-    """
+    """A pose far from the one found that also explains the measurements `read_cam` (N, 3); None: there is none."""
+    # Tried are turns about the mesh's axes and the `alternatives` (n, 4, 4). `settle` refines a pose to the best fit
+    # nearby, `refuted` tells whether the frame contradicts it. `mesh` and `shape` include the object's guessed parts.
     some = read_cam[:: max(1, len(read_cam) // READINGS)]
 
     def misfit_m(T: Pose) -> float:

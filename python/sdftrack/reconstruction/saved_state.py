@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +15,9 @@ from sdftrack._internal.validation import number, whole
 from sdftrack.camera import depth_camera
 from sdftrack.device import resolve_device
 from sdftrack.options import TrackerOptions
-from sdftrack.reconstruction.arguments import check_settings
-from sdftrack.reconstruction.keyframe import Keyframe
+from sdftrack.reconstruction.arguments import MAX_VOXELS, check_settings
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.volume import MAX_VOXELS
+from sdftrack.reconstruction.refining import Keyframe
 from sdftrack.tracking.interface import TrackerInterface
 from sdftrack.tracking.saved_state import camera_from, camera_record, volume_from, volume_record
 
@@ -83,7 +81,7 @@ def content_of(state: dict[str, Any]) -> dict[str, Any]:
         **{name: saved[name] for name in ("selection", "index", "fused", "pose")},
         "camera": camera_record(state["camera"]),
         "initial": None if initial is None else volume_record(initial),
-        "options": _fields(state["options"]),
+        "options": dict(vars(state["options"])),
         "tracker_options": state["tracker_options"].to_dict(),
         "beginnings": [_beginning_record(b) for b in saved["beginnings"]],
         "keyframes": [{name: getattr(k, name) for name in KEYFRAME} for k in saved["keyframes"]],
@@ -131,10 +129,6 @@ def _selection_from(record: dict[str, Any], n: int) -> dict[str, Any]:
         "nearest": nearest,
         "gaps": array_of(record["gaps"], "gaps", np.float64, (n, 2)),
     }
-
-
-def _fields(record: Any) -> dict[str, Any]:
-    return {f.name: getattr(record, f.name) for f in dataclasses.fields(record)}
 
 
 def _beginning_record(beginning: _core.Beginning) -> dict[str, Any]:

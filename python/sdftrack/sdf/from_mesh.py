@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Conversion of a mesh to signed distances (docs/math/mesh_to_sdf.md)."""
+"""Conversion of a mesh to signed distances (docs/math/mesh_to_sdf.md), and its report."""
 
 from __future__ import annotations
 
 import os
 import warnings
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,43 @@ from numpy.typing import NDArray
 from sdftrack import _core
 from sdftrack.mesh import Mesh, unit_scale, vertex_colors
 from sdftrack.sdf.grid import check_voxels
-from sdftrack.sdf.mesh_report import MeshReport
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """Properties of a mesh before its conversion to a distance field, after merging equal vertices.
+
+    Attributes
+    ----------
+    watertight : bool
+        Every edge is used equally often in both directions, so there is an inside.
+    merged_vertices, degenerate_faces, duplicate_faces, flipped_faces : int
+        Repaired: equal vertices merged, faces without area and duplicate faces removed, faces oriented against their
+        neighbours flipped.
+    double_sided_faces, inverted_parts : int
+        Repaired: double-sided faces, of which one side was kept; parts that were inside out, which were flipped.
+    open_edges, non_manifold_edges : int
+        Edges of only one face, and of more than two faces.
+    parts : int
+        Number of connected parts.
+    volume : float
+        m^3; meaningless for an open mesh.
+    thinnest : float
+        m; all but the thinnest 2 % of the surface have at least this thickness of material behind them.
+    """
+
+    watertight: bool
+    merged_vertices: int
+    degenerate_faces: int
+    duplicate_faces: int
+    flipped_faces: int
+    open_edges: int
+    non_manifold_edges: int
+    parts: int
+    volume: float
+    thinnest: float
+    double_sided_faces: int = 0
+    inverted_parts: int = 0
 
 
 def mesh_of(mesh: Any) -> Mesh:
@@ -49,13 +86,7 @@ def _of_open3d(mesh: Any) -> Mesh:
 
 
 def distances_of_mesh(
-    mesh: Mesh,
-    voxels: int,
-    padding: float | None,
-    unit: str | None,
-    holes: str,
-    color: bool,
-    threads: int,
+    mesh: Mesh, voxels: int, padding: float | None, unit: str | None, holes: str, color: bool, threads: int
 ) -> tuple[NDArray[np.float32], float, NDArray[np.float64], MeshReport]:
     """Values (nz, ny, nx), voxel size, origin (m) and report; the arguments and errors of `SDF.from_mesh`."""
     if color and mesh.colors is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The grid of a volume: around a box, and resampling of another volume on it."""
+"""The grid of a volume: around a box, of an analytic solid, and resampling of another volume on it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
 from sdftrack._internal.array_archive import may_hold
-from sdftrack._internal.validation import number, shown
+from sdftrack._internal.validation import number, numbers, shown
 
 if TYPE_CHECKING:
     from sdftrack.sdf.volume import SDF
@@ -31,10 +31,8 @@ def shape_zyx(n_xyz: NDArray[Any]) -> Shape3:
 def voxels_between(
     low: NDArray[np.float64], high: NDArray[np.float64], voxel_size: float, sources: Sequence[SDF], name: str
 ) -> NDArray[np.int64]:
-    """(nx, ny, nz) of the grid over a box.
-
-    ValueError if it is far larger than the volumes that it is made of, as by a tiny voxel in a wide box.
-    """
+    """(nx, ny, nz) of the grid over a box."""
+    # ValueError if it is far larger than the volumes that it is made of, as by a tiny voxel in a wide box.
     n = np.ceil((high - low) / voxel_size - 1e-6) + 1
     needed = FLOAT_BYTES * float(np.prod(n))
     if not n.max() <= MAX_VOXELS or not may_hold(sum(s.values.nbytes for s in sources), int(needed)):
@@ -82,3 +80,22 @@ def resample(
         points = xy if T is None else xy @ T[:3, :3].T + T[:3, 3]
         out[iz] = sdf(points)
     return out
+
+
+def distances_of_solid(
+    kind: str, size: list[float], half: NDArray[np.float64], voxels: int, padding: float | None
+) -> tuple[NDArray[np.float32], float, NDArray[np.float64]]:
+    """Values (nz, ny, nx), voxel size and origin (m) of a solid whose box is -`half` to `half`."""
+    lengths = [number(s, kind) for s in size]
+    if not all(0 < s <= MAX_VOXEL for s in lengths):
+        raise ValueError(f"{kind}: expected positive lengths in metres, at most {MAX_VOXEL:g}, got {lengths}")
+    voxel_size, shape, origin = grid_round(-half, half, voxels, padding)
+    return _core.primitive_sdf(kind, lengths, shape, voxel_size, list(origin)), voxel_size, origin
+
+
+def three_lengths(a: ArrayLike, name: str) -> NDArray[np.float64]:
+    """(3,) float64, or an error that names the argument."""
+    v = numbers(a, name)
+    if v.shape != (3,):
+        raise ValueError(f"{name}: expected three numbers (x, y, z) in metres, got {shown(a)}")
+    return v

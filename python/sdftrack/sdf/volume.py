@@ -18,10 +18,17 @@ from sdftrack._internal.validation import number, numbers, one_of, shown, whole
 from sdftrack.device import device_number
 from sdftrack.geometry import inverse
 from sdftrack.mesh import Mesh, core_camera, unit_scale
-from sdftrack.sdf.from_mesh import distances_of_mesh, mesh_of
-from sdftrack.sdf.grid import MAX_ORIGIN, MAX_VOXEL, MIN_VOXEL, resample, shape_zyx, voxels_between
-from sdftrack.sdf.mesh_report import MeshReport
-from sdftrack.sdf.solids import distances_of_solid, three_lengths
+from sdftrack.sdf.from_mesh import MeshReport, distances_of_mesh, mesh_of
+from sdftrack.sdf.grid import (
+    MAX_ORIGIN,
+    MAX_VOXEL,
+    MIN_VOXEL,
+    distances_of_solid,
+    resample,
+    shape_zyx,
+    three_lengths,
+    voxels_between,
+)
 
 if TYPE_CHECKING:
     import trimesh

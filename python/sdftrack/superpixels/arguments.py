@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Validation and conversion of images, masks and depth for the core, and its call."""
+"""Validation and conversion of images, masks and depth; calls written for scikit-image; the call of the core."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
+from sdftrack._internal.extras import need
 from sdftrack._internal.validation import positive
 from sdftrack.device import host_array
 
@@ -148,3 +150,106 @@ def core_labels(
             f"image: {shape[0]} x {shape[1]} pixels in {segments} segments need about {need / 2**20:.0f} MiB of "
             "memory, which is not available; split the image"
         ) from None
+
+
+NAMES = ("channel_axis", "sigma", "spacing", "convert2lab", "slic_zero", "max_size_factor")
+OURS: Any = object()  # channel_axis where none is given: (H, W) is grey, else the last axis
+WIDEST = 4.0  # of a blur, in sides of the image, beyond which it is even and only needs memory
+
+
+@dataclass(frozen=True)
+class Given:
+    """The arguments of scikit-image beyond ours."""
+
+    channel_axis: Any = OURS
+    sigma: Any = 0
+    spacing: Any = None
+    convert2lab: bool | None = None
+    slic_zero: bool = False
+    max_size_factor: float = 3
+
+    @property
+    def blurs(self) -> bool:
+        return self.sigma is not None and bool(np.any(np.asarray(self.sigma) != 0))
+
+
+def taken(others: dict[str, Any]) -> Given:
+    """TypeError for an unknown argument."""
+    for name in others:
+        if name not in NAMES:
+            raise TypeError(f"slic() got an unexpected keyword argument {name!r}")
+    return Given(**others)
+
+
+def given_image(image: ArrayLike, given: Given) -> tuple[NDArray[Any], bool]:
+    """The image with its channels last, and whether it has any."""
+    pixels = host_array(image, "image")
+    axis = given.channel_axis
+    if axis is None or axis is OURS:
+        return pixels, axis is OURS and pixels.ndim > 2
+    if isinstance(axis, bool) or not isinstance(axis, (int, np.integer)):
+        raise TypeError(f"channel_axis: expected a whole number or None, got {axis!r}")
+    if pixels.ndim == 2:
+        raise ValueError(
+            f"channel_axis={axis} indicates multichannel, but the image has two axes; use channel_axis=None for grey"
+        )
+    if not -pixels.ndim <= axis < pixels.ndim:
+        raise ValueError(f"channel_axis: expected an axis of an image of {pixels.shape}, got {axis}")
+    return np.moveaxis(pixels, axis, -1), True
+
+
+def is_theirs(pixels: NDArray[Any], colored: bool, given: Given) -> bool:
+    """Whether only scikit-image does it. (H, W, 4) without a channel axis is a picture with alpha, which is refused."""
+    ours = (1, 3, 4) if given.channel_axis is OURS else (1, 3)
+    if pixels.ndim - colored > 2 or (colored and pixels.shape[-1] not in ours):
+        return True
+    if given.channel_axis is None or given.convert2lab is False or given.slic_zero or given.blurs:
+        return True
+    in_unit = pixels.dtype.kind == "f" and pixels.size > 0 and pixels.min() >= 0 and pixels.max() <= 1
+    return given.spacing is not None or not (
+        given.channel_axis is OURS or pixels.dtype == np.uint8 or in_unit
+    )
+
+
+def as_theirs(
+    pixels: NDArray[Any], colored: bool, given: Given, inside: NDArray[np.uint8] | None, options: Any
+) -> NDArray[np.int32]:
+    """Labels by scikit-image (extra ``superpixels``), with our options."""
+    theirs = need("skimage.segmentation", "superpixels").slic
+    if pixels.dtype.kind not in "biuf":
+        raise TypeError(f"image: expected an array of numbers, got {pixels.dtype}")
+    if pixels.size == 0:
+        raise ValueError(f"image: expected at least one pixel, got {pixels.shape}")
+    values = pixels.astype(np.float64)
+    within = None if inside is None else inside.view(np.bool_)
+    if not np.isfinite(values if within is None else values[within]).all():
+        raise ValueError(
+            "image: expected finite values, got NaN or infinity; replace them or mask them out with mask"
+        )
+    if not options.compactness > 0:
+        raise ValueError(f"compactness: expected a number above 0, got {options.compactness:g}; 10 is usual")
+    sides = values.shape[:-1] if colored else values.shape
+    sigma = 0 if given.sigma is None else _checked(given.sigma, "sigma", 0)
+    widest = WIDEST * (np.array(sides) if np.shape(sigma) == (len(sides),) else max(sides))
+    spacing = None if given.spacing is None else _checked(given.spacing, "spacing", np.nextafter(0, 1))
+    return np.asarray(
+        theirs(
+            np.nan_to_num(values), options.n_segments, options.compactness, options.max_iterations,
+            sigma=np.minimum(sigma, widest) if np.ndim(sigma) else float(min(sigma, widest)), spacing=spacing,
+            convert2lab=given.convert2lab, enforce_connectivity=options.connected, min_size_factor=options.min_size,
+            max_size_factor=given.max_size_factor, slic_zero=bool(given.slic_zero), start_label=options.first_label,
+            mask=within, channel_axis=-1 if colored else None,
+        ),
+        np.int32,
+    )  # fmt: skip
+
+
+def _checked(value: Any, name: str, least: float) -> Any:
+    """A number or an array of numbers of at least this much."""
+    try:
+        out = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a number for each axis, got {value!r}") from None
+    if not (np.isfinite(out).all() and (out >= least).all()):
+        raise ValueError(f"{name}: expected finite numbers of at least {least:.0f}, got {value!r}")
+    return out if out.ndim else float(out)

@@ -12,14 +12,17 @@ from sdftrack import _core
 from sdftrack._internal.validation import THREADS, number, one_of, whole
 from sdftrack.device import CPU, device_input, device_number
 from sdftrack.superpixels.arguments import (
+    as_theirs,
     checked_depth,
     checked_image,
     checked_mask,
     checked_shape,
     checked_values,
     core_labels,
+    given_image,
+    is_theirs,
+    taken,
 )
-from sdftrack.superpixels.scikit_image import as_theirs, given_image, is_theirs, taken
 
 Labels = NDArray[np.int32]
 SPACES = ("lab", "xyz", "rgb")
@@ -81,10 +84,9 @@ def slic(
         0: all cores.
     device : {"auto", "cpu", "cuda", "cuda:N"}
     **scikit_image
-        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab`` and ``slic_zero`` as there. With
-        ``channel_axis=None`` or ``convert2lab=False``, values of any numeric type are rescaled to 0..1 and
-        `compactness` has their scale. Volumes, other numbers of channels, ``spacing`` and ``slic_zero=True`` are
-        computed in numpy on the CPU, slower. ``max_size_factor`` has no effect: segments have no largest size.
+        ``channel_axis``, ``sigma``, ``spacing``, ``convert2lab``, ``slic_zero`` and ``max_size_factor`` as there. Blur,
+        volumes, other numbers of channels, ``channel_axis=None``, ``convert2lab=False``, ``spacing`` and
+        ``slic_zero=True`` are computed by scikit-image (extra ``superpixels``), with our defaults for the rest.
 
     Returns
     -------
@@ -101,6 +103,8 @@ def slic(
         A wrong shape, values outside 0..1 or not finite, an empty mask, a number out of range.
     RuntimeError
         ``device="cuda"`` without one.
+    ImportError
+        An argument or image that is computed by scikit-image, which is not installed.
     MemoryError
         The image is too large; the message states the memory required.
 
@@ -112,12 +116,8 @@ def slic(
     >>> int(labels.min()), bool((labels[:, 39] != labels[:, 40]).all())
     (1, True)
     """
-    given = taken(scikit_image)
-    number = device_number(device)
-    options = _options(
-        n_segments, compactness, max_num_iter, color_space, start_label, enforce_connectivity, distance,
-        min_size_factor, 0.0,
-    )  # fmt: skip
+    options = _options(locals(), max_num_iter)
+    given, number = taken(scikit_image), device_number(device)
     workers = whole(threads, "threads", 0, MAX_COUNT, THREADS)
     if mask is None and depth is None and not scikit_image:
         there = device_input(image, "image", number)
@@ -139,7 +139,7 @@ def slic(
             if other:
                 raise ValueError(f"{name}: not taken with scikit-image's arguments and images; omit {name}")
         inside = checked_mask(mask, pixels.shape[: pixels.ndim - colored], start_label)
-        return as_theirs(pixels, colored, given, inside, options, color_space, workers, number)
+        return as_theirs(pixels, colored, given, inside, options)
     pixels = checked_shape(pixels)
     inside = checked_mask(mask, pixels.shape[:2], start_label)
     pixels = checked_values(pixels, inside)
@@ -188,13 +188,8 @@ class Video:
         min_size_factor: float = 0.25,
         threads: int = 0,
     ) -> None:
-        self._options = [
-            _options(
-                n_segments, compactness, rounds, color_space, start_label, enforce_connectivity, distance,
-                min_size_factor, 0.0,
-            )
-            for rounds in (first_num_iter, max_num_iter)
-        ]  # fmt: skip
+        given = dict(locals())
+        self._options = [_options(given, rounds) for rounds in (first_num_iter, max_num_iter)]
         self._threads = whole(threads, "threads", 0, MAX_COUNT, THREADS)
         self._work = _core.SlicWork()
         self._shape: tuple[int, ...] | None = None
@@ -220,27 +215,18 @@ class Video:
         self._shape = None
 
 
-def _options(
-    n_segments: int,
-    compactness: float,
-    max_num_iter: int,
-    color_space: str,
-    start_label: int,
-    connected: bool,
-    distance: str,
-    min_size: float,
-    depth_weight: float,
-) -> Any:
+def _options(given: dict[str, Any], rounds: int) -> Any:
+    """The core's options from the arguments of `slic` and `Video`."""
     options = _core.SlicOptions()
-    options.n_segments = whole(n_segments, "n_segments", 1, MAX_COUNT)
-    options.compactness = number(compactness, "compactness")
-    options.max_iterations = whole(max_num_iter, "max_num_iter", 1, MAX_COUNT)
-    options.space = one_of(color_space, SPACES, "color_space")
-    options.first_label = whole(start_label, "start_label", 0, MAX_COUNT)
-    options.connected = bool(connected)
-    options.distance = one_of(distance, DISTANCES, "distance")
-    options.min_size = number(min_size, "min_size_factor")
+    options.n_segments = whole(given["n_segments"], "n_segments", 1, MAX_COUNT)
+    options.compactness = number(given["compactness"], "compactness")
+    options.max_iterations = whole(rounds, "max_num_iter", 1, MAX_COUNT)
+    options.space = one_of(given["color_space"], SPACES, "color_space")
+    options.first_label = whole(given["start_label"], "start_label", 0, MAX_COUNT)
+    options.connected = bool(given["enforce_connectivity"])
+    options.distance = one_of(given["distance"], DISTANCES, "distance")
+    options.min_size = number(given["min_size_factor"], "min_size_factor")
     if not 0 <= options.min_size <= 1:
-        raise ValueError(f"min_size_factor: expected a number from 0 to 1, got {min_size}")
-    options.depth_weight = depth_weight
+        raise ValueError(f"min_size_factor: expected a number from 0 to 1, got {given['min_size_factor']}")
+    options.depth_weight = 0.0
     return options

@@ -18,7 +18,7 @@ from sdftrack.frame import Frame
 from sdftrack.geometry import look_at, pose
 from sdftrack.mesh import Mesh
 from sdftrack.sdf import SDF
-from sdftrack.synth.duck import duck_mesh
+from sdftrack.synth.objects import duck_mesh
 
 Array = NDArray[np.float64]
 EYE, TARGET = (0.02, -0.69, 0.54), (0.0, 0.0, 0.12)
@@ -65,7 +65,11 @@ class DemoScene:
             depth[nearer], normals[nearer], colors[nearer] = d[nearer], n[nearer], c[nearer]
         rng = np.random.default_rng([self.seed, i])
         lamp = (self._T_cam_world[:3, :3] @ LIGHT).astype(np.float32)
-        return Frame(_sensor_depth(depth, rng), _lit(normals, colors, lamp, rng), timestamp=i / 30.0, index=i)
+        measured = _sensor_depth(depth, rng)
+        shade = 0.45 + 0.62 * np.clip(normals @ lamp, 0, 1)
+        grain = 3.0 * rng.standard_normal(shade.shape, dtype=np.float32)
+        lit = np.clip(colors * shade[..., None] + grain[..., None], 0, 255).astype(np.uint8)
+        return Frame(measured, lit, timestamp=i / 30.0, index=i)
 
 
 def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
@@ -86,10 +90,8 @@ def make_scene(frames: int, seed: int = 0, threads: int = 0) -> DemoScene:
 
 
 def alone(scene: DemoScene, place_m: Sequence[float], turns_rad: ArrayLike) -> DemoScene:
-    """The same scene without any hand: the duck floats at a place over the table (world).
-
-    There is a frame for each of (N, 3) turns, about the duck's own z, then about the world's y and x.
-    """
+    """The same scene without any hand: the duck floats at a place over the table (world)."""
+    # There is a frame for each of (N, 3) turns, about the duck's own z, then about the world's y and x.
     T_cam = scene._T_cam_world @ _shift(*place_m)
     poses = np.array([T_cam @ _turn(x) @ _turn(y=y) @ _turn(z=z) for x, y, z in np.asarray(turns_rad)])
     return replace(scene, poses=poses, _hand=None)
@@ -208,14 +210,3 @@ def _sensor_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArr
     out = out + (NOISE_M + NOISE_PER_M * out * out) * noise
     out[(depth <= 0) | missing] = 0
     return np.ascontiguousarray(out, np.float32)
-
-
-def _lit(
-    normals: NDArray[np.float32],
-    colors: NDArray[np.uint8],
-    lamp: NDArray[np.float32],
-    rng: np.random.Generator,
-) -> NDArray[np.uint8]:
-    shade = 0.45 + 0.62 * np.clip(normals @ lamp, 0, 1)
-    grain = 3.0 * rng.standard_normal(shade.shape, dtype=np.float32)
-    return np.clip(colors * shade[..., None] + grain[..., None], 0, 255).astype(np.uint8)

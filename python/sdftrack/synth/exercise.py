@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable
+from collections.abc import Sequence as Several
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import geometry
 from sdftrack._internal.files import write_json
 from sdftrack._internal.text_files import contents, read_json
-from sdftrack._internal.validation import numbers, whole, within
+from sdftrack._internal.validation import numbers, of_kind, whole, within
 from sdftrack.camera import Camera
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.io.datasets.sequence import Sequence
+from sdftrack.motion.posterior import MotionSamples
+from sdftrack.synth.exercise_motion import ObjectMotion
 from sdftrack.synth.exercise_plans import PLANS, Wishes
-from sdftrack.synth.exercise_signals import ObjectMotion
+from sdftrack.synth.scene import DEFAULT_CAMERA, sequence
+from sdftrack.synth.surroundings import Table
 
 Array = NDArray[np.float64]
 VIEWS = 200  # tries until all of the exercise is in view
@@ -103,15 +107,9 @@ class Exercise:
         R_cam = self.T_cam_table[:3, :3]
         place, velocity, acceleration, jerk = (motion.places(times) @ R_cam.T)[:, None]
         return MotionSamples(
-            times,
-            place + self.T_cam_table[:3, 3],
-            velocity,
-            acceleration,
-            jerk,
-            rotations=(R_cam @ R)[None],
-            angular_velocities_radps=(w @ R_cam.T)[None],
-            observed=np.ones(len(times), bool),
-        )
+            times, place + self.T_cam_table[:3, 3], velocity, acceleration, jerk, rotations=(R_cam @ R)[None],
+            angular_velocities_radps=(w @ R_cam.T)[None], observed=np.ones(len(times), bool),
+        )  # fmt: skip
 
     def poses(self, times_s: ArrayLike | None = None, object: int = 0) -> Array:
         """(n, 4, 4) exact T_cam_obj in metres; None: at `times_s` of the frames."""
@@ -262,7 +260,6 @@ def _differences(a: Any, b: Any) -> float:
 # -- Where a camera stands that looks down at a table, and whether it sees all of an exercise
 
 
-CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 DISTANCE_M = (0.6, 0.9)  # along the optical axis
 DOWN_RAD = (float(np.radians(38)), float(np.radians(60)))
 ROLL_RAD = float(np.radians(4))
@@ -289,10 +286,84 @@ def in_view(T_cam_table: Array, motions: Iterable[ObjectMotion], duration_s: flo
         p = geometry.transform_points(T_cam_table, middle)
         # To first order; the outline of a ball away from the axis is a little longer.
         reach = 1.1 * BALL_M / p[:, 2]
-        for axis, focal, centre, size in (
-            (0, CAMERA.fx, CAMERA.cx, CAMERA.width), (1, CAMERA.fy, CAMERA.cy, CAMERA.height),
-        ):  # fmt: skip
+        K = DEFAULT_CAMERA
+        for axis, focal, centre, size in ((0, K.fx, K.cx, K.width), (1, K.fy, K.cy, K.height)):
             px = focal * p[:, axis] / p[:, 2] + centre
             if (px - focal * reach).min() < 0 or (px + focal * reach).max() > size - 1:
                 return False
     return True
+
+
+# -- Rendered sequences of exercises
+
+
+STANDS_M = 0.002  # how far the foot of an object may be from the table
+
+
+def exercise_sequence(
+    exercise: Exercise,
+    meshes: Any,
+    *,
+    noise: Any = "kinect",
+    camera: Camera | None = None,
+    around: str | None = "table",
+    occluder: Any = None,
+    frames: int | None = None,
+    seed: int = 0,
+    color: bool = True,
+    threads: int = 0,
+) -> Sequence:
+    """Render an exercise at the times i / fps, with exact poses and masks.
+
+    Parameters
+    ----------
+    exercise : Exercise
+    meshes : Mesh, SDF, path, or a list of them, one for each object
+        With z up and the lowest point `origin_m` below the origin, as `exercise_object` has it (0). One shape for two
+        objects is one model with two instances.
+    noise, occluder, camera, color, threads
+        As in :func:`sequence`. The view is that of a camera of 640 x 480 with 525 px; another one sees as much only
+        if its field of view is as wide.
+    around : "table", "wall" or None
+        The table of the exercise and a wall, a wall, or nothing.
+    frames : int, optional
+        The first ones alone.
+    seed : int
+        Of noise, colours and surroundings.
+
+    Examples
+    --------
+    >>> from sdftrack.synth import exercise as make, exercise_object
+    >>> seq = exercise_sequence(make("reach", repetitions=1), exercise_object("box"), frames=2)
+    >>> seq[1].depth.shape, round(seq[1].timestamp, 4)
+    ((480, 640), 0.0333)
+    """
+    of_kind(exercise, Exercise, "exercise", "create it with st.synth.exercise")
+    if around not in ("table", "wall", None):
+        raise ValueError(f'around: expected "table", "wall" or None, got {around!r}')
+    given = list(meshes) if isinstance(meshes, Several) and not isinstance(meshes, str) else [meshes]
+    if len(given) == 1:
+        given *= exercise.objects
+    if len(given) != exercise.objects:
+        raise ValueError(f"meshes: expected 1 or {exercise.objects} for {exercise.kind!r}, got {len(given)}")
+    for mesh in given:
+        _check_stands(mesh, exercise.arguments["origin_m"])
+    times = exercise.times_s if frames is None else exercise.times_s[: whole(frames, "frames", 1)]
+    poses = np.stack([exercise.poses(times, k) for k in range(exercise.objects)], axis=1)
+    n, d = exercise.table
+    table = Table((float(n[0]), float(n[1]), float(n[2])), d)
+    return sequence(
+        given, len(times), poses, noise, occluder, seed, camera=camera,
+        clutter=table if around == "table" else around, color=color, fps=exercise.fps, threads=threads,
+    )  # fmt: skip
+
+
+def _check_stands(mesh: Any, origin_m: float) -> None:
+    if not hasattr(mesh, "raycast"):  # a volume's box is larger than what it holds
+        return
+    low = float(mesh.bounds[0][2])
+    if abs(low + origin_m) > STANDS_M:
+        raise ValueError(
+            f"meshes: expected the lowest point at z = {-origin_m:g} m, as the exercise's origin_m says, "
+            f"got {low:.4f}; create it with exercise(..., origin_m={-low:.4f})"
+        )

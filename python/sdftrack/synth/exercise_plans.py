@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.synth.exercise_carry import Carry, Person
-from sdftrack.synth.exercise_signals import Circle, ObjectMotion, Signal, Steps, Swing, Turn
+from sdftrack.synth.exercise_motion import Carry, Circle, ObjectMotion, Person, Signal, Steps, Swing, Turn
 
 Array = NDArray[np.float64]
 TREMOR_HZ, TREMOR_M = (4.0, 9.0), (0.0005, 0.003)
@@ -139,13 +138,8 @@ def tremor(wishes: Wishes, rng: np.random.Generator) -> Plan:
     """Lifted, held for 4-7 s with a tremor, put back."""
     seconds = rng.uniform(4.0, 7.0)
     return _carried(
-        wishes,
-        rng,
-        (0.03, 0.12),
-        (0.08, 0.16),
-        True,
-        lambda plan, carry, start: start + _varied(seconds, rng),
-    )
+        wishes, rng, (0.03, 0.12), (0.08, 0.16), True, lambda plan, carry, start: start + _varied(seconds, rng),
+    )  # fmt: skip
 
 
 def circle(wishes: Wishes, rng: np.random.Generator) -> Plan:
@@ -164,12 +158,8 @@ def circle(wishes: Wishes, rng: np.random.Generator) -> Plan:
     crossings = _crossings(angle, onset, plan.duration_s, wishes.repetitions)
     plan.repetitions = [(float(a), float(b)) for a, b in pairwise(crossings)]
     plan.enter("rest", plan.duration_s + _varied(person.pause_s, rng))
-    uneven = tuple(
-        (float(s), float(w), float(p))
-        for s, w, p in zip(
-            rng.uniform(0.01, 0.04, 3), (0.37, 1.62, 3.0), rng.uniform(0, 6.28, 3), strict=True
-        )
-    )
+    shares, phases = rng.uniform(0.01, 0.04, 3).tolist(), rng.uniform(0, 6.28, 3).tolist()
+    uneven = tuple(zip(shares, (0.37, 1.62, 3.0), phases, strict=True))
     path = Circle(angle, (radius, radius * rng.uniform(0.85, 1.0)), rng.uniform(0, 2 * np.pi), uneven)
     start = path.arm()
     turns = (Turn((0.0, 0.0, 1.0), (Swing(angle, rng.uniform(0.05, 0.3)),), rng.uniform(-np.pi, np.pi)),)
@@ -197,11 +187,11 @@ def two_handed(wishes: Wishes, rng: np.random.Generator) -> Plan:
     apart, away = rng.uniform(0.32, 0.42) + wishes.meeting_m, rng.uniform(-0.05, 0.05)
     lag = rng.uniform(0.05, 0.25)
     late = int(rng.integers(2))
-    carries = [
-        Carry(p, np.array([side * apart / 2, away, wishes.origin_m]), rng)
-        for side, p in ((-1, person), (1, other))
-    ]
-    meet = [np.array([side * wishes.meeting_m / 2, away, wishes.origin_m]) for side in (-1, 1)]
+    home, meet = (
+        [np.array([side * wide / 2, away, wishes.origin_m]) for side in (-1, 1)]
+        for wide in (apart, wishes.meeting_m)
+    )
+    carries = [Carry(p, at, rng) for p, at in zip((person, other), home, strict=True)]
     for _ in range(wishes.repetitions):
         onset = plan.wait(person, rng)
         plan.enter("move", onset + _varied(person.move_s, rng))
@@ -220,9 +210,5 @@ def two_handed(wishes: Wishes, rng: np.random.Generator) -> Plan:
 
 
 PLANS: dict[str, Callable[[Wishes, np.random.Generator], Plan]] = {
-    "reach": reach,
-    "pouring": pouring,
-    "circle": circle,
-    "tremor": tremor,
-    "two_handed": two_handed,
+    plan.__name__: plan for plan in (reach, pouring, circle, tremor, two_handed)
 }

@@ -106,15 +106,10 @@ def sequence(
     frames = Rendered(world, noise_of(noise), threads, None if cache is None else Path(cache))
     distinct = list(dict.fromkeys(bodies))
     return Sequence(
-        frames,
-        RGBDCamera(eye),
-        {i: {k: poses[k, i] for k in range(len(bodies))} for i in range(int(n))},
-        Models(distinct),
-        objects=[1 + distinct.index(b) for b in bodies],
-        masks=frames.masks,
-        layout="memory",
+        frames, RGBDCamera(eye), {i: {k: poses[k, i] for k in range(len(bodies))} for i in range(int(n))},
+        Models(distinct), objects=[1 + distinct.index(b) for b in bodies], masks=frames.masks, layout="memory",
         name="synthetic",
-    )
+    )  # fmt: skip
 
 
 def _all_poses(trajectory: Any, n: int, bodies: list[Body], seed: int) -> Array:

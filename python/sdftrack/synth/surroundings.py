@@ -138,10 +138,8 @@ def plane_layer(
 
 
 def hand_mesh(scale_m: float) -> Mesh:
-    """A palm, four fingers, a thumb and a forearm that points along +y; `scale_m` long without the forearm.
-
-    Origin at the tips of the fingers' middle, fingers towards -y, palm facing +z.
-    """
+    """A palm, four fingers, a thumb and a forearm that points along +y; `scale_m` long without the forearm."""
+    # Origin at the tips of the fingers' middle, fingers towards -y, palm facing +z.
     parts: list[tuple[tuple[float, ...], tuple[float, ...], float]] = [
         ((-0.14, 0.62, 0), (-0.14, 0.85, 0), 0.17),
         ((0.14, 0.62, 0), (0.14, 0.85, 0), 0.17),
@@ -195,11 +193,10 @@ TABLE_M, THICK_M = 0.9, 0.02
 
 
 class Tabletop:
-    """A table under the object and things in contact with it; all of it moves with the object.
+    """A table under the object and things in contact with it; all of it moves with the object."""
 
-    "Up" is the direction in which a camera that looks down by 40 degrees sees it, averaged over the path: with
-    a path of the camera around the object the table stays below.
-    """
+    # "Up" is the direction in which a camera that looks down by 40 degrees sees it, averaged over the path: with a path
+    # of the camera around the object the table stays below.
 
     def __init__(self, body: Any, poses: Array, rng: np.random.Generator) -> None:
         up_cam = np.array([0, -np.cos(TILT_RAD), -np.sin(TILT_RAD)])
@@ -240,10 +237,8 @@ class Tabletop:
 def _touching(
     points: Array, angle: float, diameter: float, round_: bool, rng: np.random.Generator
 ) -> Mesh | None:
-    """A thing on the table, moved along `angle` towards the object until it touches; table frame.
-
-    None where the object has nothing at that height to touch.
-    """
+    """A thing on the table, moved along `angle` towards the object until it touches; table frame."""
+    # None where the object has nothing at that height to touch.
     height, half = rng.uniform(0.3, 0.8) * diameter, rng.uniform(0.12, 0.25) * diameter
     away, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     aside = rng.uniform(-0.1, 0.1) * diameter

@@ -24,8 +24,7 @@ from sdftrack.frame import Frame
 from sdftrack.imaging.pose_hint import Place, click_list, one_place, place_list
 from sdftrack.options import TrackerOptions
 from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.shape import Primitive
-from sdftrack.primitives.tracked import FreeSizes
+from sdftrack.primitives.tracked import FreeSizes, Primitive
 from sdftrack.results import ColorDelay, ScaleEstimate, Status, TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.sdf.volume import shape_list

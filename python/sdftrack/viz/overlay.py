@@ -117,6 +117,7 @@ IN_FRONT_M = 0.015  # a measurement this much nearer than the model hides it: a 
 REASON = 70  # letters in each line of the reason, below the status
 REASON_LINES = 3
 SHADE = 0.28  # share of the drawn surface in the mix
+MESH_RGB = (205, 210, 220)  # of a mesh without colours
 TINT = 0.55  # share of the objects' colours where memberships are shown
 
 
@@ -174,11 +175,13 @@ def draw(
     camera = frame.camera if getattr(frame, "camera", None) is not None else camera
     lens = depth_camera(camera)
     picture = backdrop(frame, camera)
-    shade = SHADE
+    canvas, share = _Canvas(picture, frame.depth), SHADE
     if result.membership is not None:
-        _tint(picture, result.membership)
-        shade = 0.0
-    surface = np.full(picture.shape[:2], np.inf, np.float32)  # the nearest model so far
+        y, x = np.nonzero(result.membership.sum(axis=2) > 0)
+        colours = np.array([OBJECT_RGB[k % len(OBJECT_RGB)] for k in range(count)], np.float32)
+        mixed = (1 - TINT) * picture[y, x] + TINT * (result.membership[y, x] @ colours)
+        picture[y, x] = mixed.astype(np.uint8)
+        share = 0.0
     edges = []
     for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
         status = str(result.status[k])
@@ -189,27 +192,20 @@ def draw(
         if window is None:
             continue
         if status in ("ok", "weak"):
-            _shade(
-                picture, surface, frame.depth, depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], shade
-            )
+            canvas.shade(depth, normals, window, OBJECT_RGB[k % len(OBJECT_RGB)], share)
         edges.append((depth[window], window, STATUS_RGB[status]))
     for k, mesh in enumerate(meshes or ()):
         if mesh is not None and str(result.status[k]) in ("ok", "weak"):
-            _solid(picture, surface, frame.depth, mesh, lens, result.poses[k])
+            depth, normals, colors = mesh.raycast(lens, np.ascontiguousarray(result.poses[k]))
+            if (window := _window(depth)) is not None:
+                canvas.shade(depth, normals, window, MESH_RGB if colors is None else colors, 1.0)
     for depth, window, colour in edges:
-        _outline(picture, surface[window], depth, window, colour)
+        canvas.outline(depth, window, colour)
     for k, (shape, T) in enumerate(zip(shapes, result.poses, strict=True)):
         if str(result.status[k]) in ("ok", "weak"):
             _axes(picture, shape, lens, T)
     _captions(picture, result, names)
     return picture
-
-
-def _tint(picture: Picture, membership: NDArray[np.float32]) -> None:
-    """Blend the objects' colours into the image by the assignment of each pixel."""
-    y, x = np.nonzero(membership.sum(axis=2) > 0)
-    colours = np.array([OBJECT_RGB[k % len(OBJECT_RGB)] for k in range(membership.shape[2])], np.float32)
-    picture[y, x] = ((1 - TINT) * picture[y, x] + TINT * (membership[y, x] @ colours)).astype(np.uint8)
 
 
 def _window(depth: NDArray[np.float32]) -> tuple[slice, slice] | None:
@@ -224,62 +220,43 @@ def _window(depth: NDArray[np.float32]) -> tuple[slice, slice] | None:
     )
 
 
-def _shade(
-    picture: Picture,
-    surface: NDArray[np.float32],
-    measured: NDArray[np.float32] | None,
-    depth: NDArray[np.float32],
-    normals: NDArray[np.float32],
-    window: tuple[slice, slice],
-    colour: Any,
-    share: float,
-) -> None:
-    """Blend a shaded surface into the image where it is not occluded. `colour`: one RGB or an image."""
-    d = depth[window]
-    free = (d > 0) & (d <= surface[window])
-    if measured is not None:
-        m = measured[window]
-        free &= (m <= 0) | (m > d - IN_FRONT_M)
-    if not free.any():
-        return
-    facing = np.abs(normals[window][free][:, 2])  # a lamp at the camera
-    tint = np.asarray(colour, np.float32)
-    tint = tint[window][free] if tint.ndim == 3 else tint
-    lit = (0.30 + 0.70 * facing)[:, None] * tint
-    area = picture[window]
-    area[free] = ((1 - share) * area[free] + share * lit).astype(np.uint8)
-    surface[window][free] = d[free]
+class _Canvas:
+    """The picture, the depth image, and the nearest model so far at each pixel."""
 
+    def __init__(self, picture: Picture, measured: NDArray[np.float32] | None) -> None:
+        self.picture, self.measured = picture, measured
+        self.surface = np.full(picture.shape[:2], np.inf, np.float32)
 
-def _solid(
-    picture: Picture, surface: NDArray[np.float32], measured: Any, mesh: Any, lens: Any, T: Array
-) -> None:
-    depth, normals, colors = mesh.raycast(lens, np.ascontiguousarray(T))
-    window = _window(depth)
-    if window is not None:
-        colour = colors if colors is not None else (205, 210, 220)
-        _shade(picture, surface, measured, depth, normals, window, colour, 1.0)
+    def shade(self, depth: Any, normals: Any, window: tuple[slice, slice], colour: Any, share: float) -> None:
+        """Blend a shaded surface into the image where it is not occluded. `colour`: one RGB or an image."""
+        d = depth[window]
+        free = (d > 0) & (d <= self.surface[window])
+        if self.measured is not None:
+            m = self.measured[window]
+            free &= (m <= 0) | (m > d - IN_FRONT_M)
+        if not free.any():
+            return
+        facing = np.abs(normals[window][free][:, 2])  # a lamp at the camera
+        tint = np.asarray(colour, np.float32)
+        tint = tint[window][free] if tint.ndim == 3 else tint
+        lit = (0.30 + 0.70 * facing)[:, None] * tint
+        area = self.picture[window]
+        area[free] = ((1 - share) * area[free] + share * lit).astype(np.uint8)
+        self.surface[window][free] = d[free]
 
+    def outline(self, depth: Any, window: tuple[slice, slice], colour: Any) -> None:
+        """Border of the silhouette, omitted where another tracked object is in front of it."""
+        import cv2
 
-def _outline(
-    picture: Picture,
-    surface: NDArray[np.float32],
-    depth: NDArray[np.float32],
-    window: tuple[slice, slice],
-    colour: Any,
-) -> None:
-    """Border of the silhouette, omitted where another tracked object is in front of it."""
-    import cv2
-
-    contours, _ = cv2.findContours((depth > 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    line = np.zeros(depth.shape, np.uint8)
-    cv2.drawContours(line, contours, -1, 255, max(1, round(picture.shape[0] / 300)), cv2.LINE_AA)
-    near = cv2.dilate(depth, np.ones((5, 5), np.uint8))  # the model's depth, a little beyond its border
-    line[surface < near - IN_FRONT_M] = 0
-    drawn = line > 0
-    share = line[drawn, None] / np.float32(255)
-    area = picture[window]
-    area[drawn] = ((1 - share) * area[drawn] + share * np.asarray(colour, np.float32)).astype(np.uint8)
+        contours, _ = cv2.findContours((depth > 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        line = np.zeros(depth.shape, np.uint8)
+        cv2.drawContours(line, contours, -1, 255, max(1, round(self.picture.shape[0] / 300)), cv2.LINE_AA)
+        near = cv2.dilate(depth, np.ones((5, 5), np.uint8))  # the model's depth, a little beyond its border
+        line[self.surface[window] < near - IN_FRONT_M] = 0
+        drawn = line > 0
+        share = line[drawn, None] / np.float32(255)
+        area = self.picture[window]
+        area[drawn] = ((1 - share) * area[drawn] + share * np.asarray(colour, np.float32)).astype(np.uint8)
 
 
 def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:

@@ -46,10 +46,8 @@ def save_figure(fig: Any, path: Path) -> None:
 
 
 def write_plots(folder: Path, plots: Mapping[str, Callable[[], Any]]) -> list[str]:
-    """Plots of a command, by name and by what makes the figure; returns the names of those written.
-
-    Without Matplotlib none is: a warning says how to install it, and plots of an earlier run are removed.
-    """
+    """Plots of a command, by name and by what makes the figure; returns the names of those written."""
+    # Without Matplotlib none is: a warning says how to install it, and plots of an earlier run are removed.
     try:
         need("matplotlib", EXTRA)
     except MissingExtra as error:

@@ -52,10 +52,8 @@ def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
 
 
 def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> NDArray[np.uint8]:
-    """The frame, aligned with its depth image, with wireframes of all primitives, thin where self-occluded.
-
-    Green: ok, amber: weak, red: lost.
-    """
+    """The frame, aligned with its depth image, with wireframes of all primitives, thin where self-occluded."""
+    # Green: ok, amber: weak, red: lost.
     import cv2
 
     from sdftrack.viz.overlay import backdrop

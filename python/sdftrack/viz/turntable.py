@@ -27,11 +27,9 @@ SOFT_PX = 1.5
 def four_sides(
     mesh: Mesh, T_cam_obj: ArrayLike, size_px: int = 420, threads: int = 0, *, min_seen: float = 0.0
 ) -> Picture:
-    """The mesh from the first viewpoint and from three more, a quarter turn apart, as one RGB picture.
-
-    It is rotated about the vertical axis of the image in which it has the pose `T_cam_obj`. Surface with
-    ``mesh.seen`` below `min_seen` is tinted violet, with a caption.
-    """
+    """The mesh from the first viewpoint and from three more, a quarter turn apart, as one RGB picture."""
+    # It is rotated about the vertical axis of the image in which it has the pose `T_cam_obj`. Surface with
+    # ``mesh.seen`` below `min_seen` is tinted violet, with a caption.
     tinted = _tinted(mesh, min_seen)
     guessed = 0.0 if mesh.seen is None else float(_unseen(mesh.seen, min_seen).mean())
     height = size_px + CAPTION_PX * (2 if guessed > 0 else 1)

@@ -117,11 +117,10 @@ def _fps(frames: Any) -> float:
 
 
 class Playback:
-    """A slider and a play button for `count` frames; a thread loads the frame that was asked for last.
+    """A slider and a play button for `count` frames; a thread loads the frame that was asked for last."""
 
-    `show(i)` loads frame i and hands it to the viewer, in that thread only. `index` is the frame shown last, -1 before
-    the first. Closing the viewer ends the playback.
-    """
+    # `show(i)` loads frame i and hands it to the viewer, in that thread only. `index` is the frame shown last, -1
+    # before the first. Closing the viewer ends the playback.
 
     def __init__(self, viewer: Any, count: int, show: Callable[[int], None], fps: float) -> None:
         self._count, self._show, self._period_s = count, show, 1 / fps

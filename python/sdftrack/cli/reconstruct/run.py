@@ -294,7 +294,7 @@ def write_mesh_files(
     `texture`: side of a texture, in texels, with the colours of `colors_from`; ignored for .stl and meshes without
     colours.
     """
-    from sdftrack.mesh.writing import TEXTURE_FORMATS, files_beside
+    from sdftrack.mesh.files import TEXTURE_FORMATS, files_beside
 
     names = []
     for suffix in dict.fromkeys(["ply", *formats]):

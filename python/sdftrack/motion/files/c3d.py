@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
-from sdftrack.motion.files.record import (
-    Record,
-    gaps_as_lost,
-    matrices_as_poses,
-    regular_rate_hz,
-    shared_times,
-)
+from sdftrack.motion.files.table import Record, gaps_as_lost, matrices_as_poses, regular_rate_hz, shared_times
 from sdftrack.motion.trajectory import Trajectory
 
 EXTRA = ("ezc3d", "motion")

@@ -19,15 +19,16 @@ from sdftrack._internal.validation import number, shown
 from sdftrack.io.report_file import BOP_HEADER, read_results, result_of
 from sdftrack.io.trajectories import read_tum_rows
 from sdftrack.motion.files.c3d import read_c3d
-from sdftrack.motion.files.record import (
+from sdftrack.motion.files.table import (
+    TITLE,
     Array,
     Record,
     gaps_as_lost,
     matrices_as_poses,
     quaternions_as_poses,
+    read_table,
     times_from_numbers,
 )
-from sdftrack.motion.files.table import TITLE, read_table
 from sdftrack.motion.trajectory import USABLE, Trajectory
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # metres per unit

@@ -14,8 +14,7 @@ from sdftrack._internal.files import replacing, write_text
 from sdftrack._internal.rotations import quaternion
 from sdftrack._internal.validation import of_kind, vector
 from sdftrack.motion.files.c3d import write_c3d
-from sdftrack.motion.files.record import Array, regular_rate_hz, shared_times
-from sdftrack.motion.files.table import table_text
+from sdftrack.motion.files.table import Array, regular_rate_hz, shared_times, table_text
 from sdftrack.motion.trajectory import Trajectory
 
 SUFFIXES = (".csv", ".c3d", ".sto", ".trc")
@@ -105,10 +104,8 @@ NAN3, NAN4 = ["nan"] * 3, ["nan"] * 4
 
 
 def orientation_text(trajectories: Sequence[Trajectory]) -> str:
-    """A storage of quaternions w,x,y,z: the type that OpenSim reads as TimeSeriesTableQuaternion.
-
-    Signs are those of continuous motion: q and -q are one rotation, but not one curve.
-    """
+    """A storage of quaternions w,x,y,z: the type that OpenSim reads as TimeSeriesTableQuaternion."""
+    # Signs are those of continuous motion: q and -q are one rotation, but not one curve.
     columns = []
     for t in trajectories:
         last, column = np.array([0.0, 0.0, 0.0, 1.0]), []

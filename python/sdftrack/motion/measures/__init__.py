@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The measures. Importing this package enters them in `sdftrack.motion.definitions.DEFINITIONS`."""
+"""The measures. Importing this package enters them in `DEFINITIONS`, in the order of definitions.toml."""
 
-from sdftrack.motion.measures import range_of_motion, smoothness, speed, tilt, timing
+from sdftrack.motion.definitions import DEFINITIONS, ROWS
+from sdftrack.motion.measures import kinematics, smoothness
 
-__all__ = ["range_of_motion", "smoothness", "speed", "tilt", "timing"]
+for _name in ROWS:
+    if _name in DEFINITIONS:
+        DEFINITIONS[_name] = DEFINITIONS.pop(_name)
+
+__all__ = ["kinematics", "smoothness"]

@@ -15,12 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack._internal.validation import number, numbers, shown
 from sdftrack.motion.definitions import Context, measure
 from sdftrack.motion.measures.movement import movement_of
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.posterior import MotionSamples
 
 Array = NDArray[np.float64]
 LEAST_HZ, MOST_HZ = 1e-9, 1e9
 CUTOFF_HZ, THRESHOLD, PADDING = 10.0, 0.05, 4  # of the spectrum; doublings of its length
-SOURCE = "Balasubramanian et al. 2015, doi 10.1186/s12984-015-0090-9"
 
 
 def sparc(speeds: ArrayLike, rate_hz: float) -> Array:
@@ -115,32 +114,11 @@ def _rate(rate_hz: float) -> float:
     return rate
 
 
-@measure(
-    "sparc",
-    "Smoothness (SPARC)",
-    "1",
-    "Spectral arc length of the speed from onset to offset: minus the length of the curve of its Fourier magnitude "
-    "|V(w)| / V(0) over w / w_c, from 0 to w_c, the last frequency up to 10 Hz with a magnitude of at least 5 %; zero "
-    "padding to at least 16 times the length. Near -1.4 for a minimum-jerk movement; it answers to straightness too.",
-    f"{SOURCE}; recommended by Mohamed Refai et al. 2021, doi 10.1186/s12984-021-00949-6; straightness: Cornec et al. "
-    "2024, doi 10.1186/s12984-024-01382-1",
-    wide=0.4,
-    of="movement",
-)
+@measure("sparc")
 def _sparc(samples: MotionSamples, context: Context) -> Array:
     return sparc(samples.speeds_mps * movement_of(samples).within, samples.rate_hz)
 
 
-@measure(
-    "log_dimensionless_jerk",
-    "Smoothness (log dimensionless jerk)",
-    "1",
-    "-ln(T^3 / v_peak^2 * integral of |d^2 v / dt^2|^2 dt) of the velocity v from onset to offset, T their distance in "
-    "time, v_peak the largest speed, and the jerk the second difference of the velocities. It falls with duration and "
-    "with noise.",
-    f"{SOURCE}; duration: Cornec et al. 2024, doi 10.1186/s12984-024-01382-1",
-    wide=1.0,
-    of="movement",
-)
+@measure("log_dimensionless_jerk")
 def _log_dimensionless_jerk(samples: MotionSamples, context: Context) -> Array:
     return log_dimensionless_jerk(samples.velocities_mps, samples.rate_hz, movement_of(samples).within)

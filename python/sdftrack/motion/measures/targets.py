@@ -14,7 +14,7 @@ from scipy.ndimage import binary_closing, binary_opening
 from sdftrack._internal.text_files import read_text
 from sdftrack._internal.validation import number, numbers
 from sdftrack.motion.definitions import Compute, Context, Definition, on_repetition
-from sdftrack.motion.samples import MotionSamples
+from sdftrack.motion.posterior import MotionSamples
 
 Array = NDArray[np.float64]
 
@@ -211,10 +211,8 @@ MIN_S = 0.1  # noise at a threshold makes many short stretches of one
 
 
 def settled(holds: Mask, rate_hz: float, min_s: float = MIN_S) -> Mask:
-    """(S, n) `holds` without breaks and then without stretches that are shorter than `min_s`.
-
-    A stretch or break at either end of the recording stays: how long it goes on beyond is not known.
-    """
+    """(S, n) `holds` without breaks and then without stretches that are shorter than `min_s`."""
+    # A stretch or break at either end of the recording stays: how long it goes on beyond is not known.
     count = max(1, round(min(min_s * rate_hz, holds.shape[1] + 1)))  # what is longer than all is no different
     beyond = 3 * count  # both filters take something off the ends
     wide = np.pad(holds, ((0, 0), (beyond, beyond)), mode="edge")

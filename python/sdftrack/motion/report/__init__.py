@@ -3,17 +3,10 @@
 
 from sdftrack.motion.report.numbers import measures_csv, measures_json, repetitions_text, smoothed_csv
 from sdftrack.motion.report.page import report_html
-from sdftrack.motion.report.pair import Pair, pairs_of
 from sdftrack.motion.report.sessions import Change, compare_sessions
+from sdftrack.motion.two_objects import Pair, pairs_of
 
 __all__ = [
-    "Change",
-    "Pair",
-    "compare_sessions",
-    "measures_csv",
-    "measures_json",
-    "pairs_of",
-    "repetitions_text",
-    "report_html",
-    "smoothed_csv",
-]
+    "Change", "Pair", "compare_sessions", "measures_csv", "measures_json", "pairs_of", "repetitions_text",
+    "report_html", "smoothed_csv",
+]  # fmt: skip

@@ -13,10 +13,10 @@ from sdftrack import __version__
 from sdftrack._internal.csv_cells import text_cell
 from sdftrack.io.report_file import plain
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
-from sdftrack.motion.quaternion_curves import continuous_quaternions
-from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.sessions import Change
 from sdftrack.motion.report.words import gaps_of
+from sdftrack.motion.spline import continuous_quaternions
+from sdftrack.motion.two_objects import Pair
 
 FORMAT = 1  # of measures.json; changes when a program that reads it has to change
 
@@ -45,29 +45,26 @@ def measures_json(
         Of :func:`pairs_of`, by session.
     """
     asked = {d.name: d for each in sessions.values() for a in each for d in a.definitions}
-    return dict(
-        plain(
+    content = {
+        "format": FORMAT,
+        "version": __version__,
+        "settings": dict(settings or {}),
+        "notes": list(notes),
+        "definitions": {
+            d.name: {"label": d.label, "unit": d.unit, "definition": d.text, "source": d.source}
+            for d in asked.values()
+        },
+        "sessions": [
             {
-                "format": FORMAT,
-                "version": __version__,
-                "settings": dict(settings or {}),
-                "notes": list(notes),
-                "definitions": {
-                    d.name: {"label": d.label, "unit": d.unit, "definition": d.text, "source": d.source}
-                    for d in asked.values()
-                },
-                "sessions": [
-                    {
-                        "name": name,
-                        "objects": [_object(a) for a in each],
-                        "pairs": [p.to_dict() for p in (pairs or {}).get(name, ())],
-                    }
-                    for name, each in sessions.items()
-                ],
-                "changes": [c.to_dict() for c in changes],
+                "name": name,
+                "objects": [_object(a) for a in each],
+                "pairs": [p.to_dict() for p in (pairs or {}).get(name, ())],
             }
-        )
-    )
+            for name, each in sessions.items()
+        ],
+        "changes": [c.to_dict() for c in changes],
+    }
+    return dict(plain(content))
 
 
 def _object(a: Analysis) -> dict[str, Any]:
@@ -126,7 +123,8 @@ def measures_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
     units = {n: m.unit for _, _, _, r in everything for n, m in r.values.items()}
     head = ["session", "object", "repetition", "start_s", "end_s", "gap_s"]
     for name, unit in units.items():
-        head += [name if unit == "1" else f"{name}_{unit_text(unit)}", f"{name}_low", f"{name}_high"]
+        unit = unit.replace("/", "_per_").replace("^", "").replace("%", "percent")  # m/s^2 is m_per_s2
+        head += [name if unit == "1" else f"{name}_{unit}", f"{name}_low", f"{name}_high"]
     rows = [[text_cell(column) for column in head]]
     for session, a, k, r in everything:
         row = [
@@ -146,11 +144,6 @@ def measures_csv(sessions: Mapping[str, Sequence[Analysis]]) -> str:
             )
         rows.append(row)
     return "".join(",".join(row) + "\n" for row in rows)
-
-
-def unit_text(unit: str) -> str:
-    """A unit as part of a column's name: "m/s^2" is m_per_s2."""
-    return unit.replace("/", "_per_").replace("^", "").replace("%", "percent")
 
 
 def repetitions_text(analyses: Sequence[Analysis]) -> str:

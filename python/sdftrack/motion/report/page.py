@@ -11,7 +11,6 @@ import numpy as np
 
 from sdftrack import __version__
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.report.pair import Pair
 from sdftrack.motion.report.plots import (
     GAP,
     PHASES,
@@ -35,6 +34,7 @@ from sdftrack.motion.report.words import (
     trust,
     value_html,
 )
+from sdftrack.motion.two_objects import Pair
 
 TILES = ("repetition_time", "reach", "peak_speed_move", "sparc_move", "max_tilt")  # what is asked for first
 ROWS = 5  # measures side by side in the table of repetitions, for A4

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.intervals import Measured
+from sdftrack.motion.definitions import Measured
 from sdftrack.motion.report.plots import trend_svg
 from sdftrack.motion.report.words import change_text, interval_text, label_of, labels_of, table, value_html
 
@@ -102,12 +102,13 @@ def sessions_html(sessions: Mapping[str, Sequence[Analysis]], changes: Sequence[
     """Each measure over the sessions, a table per object."""
     names = list(sessions)
     found = {(c.session, c.object, c.name): c for c in changes}
-    changed = sum(c.shown for c in changes)
-    parts = [
-        f"<h2>Changes since {escape(names[0])}</h2>",
-        f"<p>{_summary(changes, changed, names[0])}</p>",
-        f'<p class="quiet">{EXPLAINED}</p>',
-    ]
+    changed, start = sum(c.shown for c in changes), escape(names[0])
+    summary = f"{changed} of {len(changes)} comparisons with {start} show a change."
+    if not changes:
+        summary = (
+            f"No measure can be compared with {start}: it takes two repetitions or more in each session."
+        )
+    parts = [f"<h2>Changes since {start}</h2>", f"<p>{summary}</p>", f'<p class="quiet">{EXPLAINED}</p>']
     for k, first in enumerate(sessions[names[0]]):
         if len(sessions[names[0]]) > 1:
             parts.append(f"<h3>{escape(first.trajectory.name)}</h3>")
@@ -116,12 +117,6 @@ def sessions_html(sessions: Mapping[str, Sequence[Analysis]], changes: Sequence[
             shown = [0, *range(at, min(at + COLUMNS, len(names)))]
             parts.append(_table(names, series, shown, found))
     return "\n".join(parts)
-
-
-def _summary(changes: Sequence[Change], changed: int, first: str) -> str:
-    if not changes:
-        return f"No measure can be compared with {escape(first)}: it takes two repetitions or more in each session."
-    return f"{changed} of {len(changes)} comparisons with {escape(first)} show a change."
 
 
 def _table(

@@ -10,7 +10,7 @@ from html import escape
 import numpy as np
 
 from sdftrack.motion.analysis import Analysis
-from sdftrack.motion.intervals import Measured
+from sdftrack.motion.definitions import Measured
 from sdftrack.motion.trajectory import Trajectory
 
 YEAR_2000_S, YEAR_2100_S = 946_684_800.0, 4_102_444_800.0

@@ -13,11 +13,10 @@ T = TypeVar("T")
 
 
 class Drawer(Generic[T]):
-    """Calls `draw(item)` in a thread of its own, at most `max_hz` times per second, while it is `watched`.
+    """Calls `draw(item)` in a thread of its own, at most `max_hz` times per second, while it is `watched`."""
 
-    Otherwise only the newest item is kept. An exception is logged and kept in `error`; the thread goes on. `drawn` and
-    `replaced` count items drawn, and items that a newer one replaced.
-    """
+    # Otherwise only the newest item is kept. An exception is logged and kept in `error`; the thread goes on. `drawn`
+    # and `replaced` count items drawn, and items that a newer one replaced.
 
     def __init__(self, draw: Callable[[T], None], watched: Callable[[], bool], max_hz: float) -> None:
         self._draw, self._watched, self._period_s = draw, watched, 1 / max_hz

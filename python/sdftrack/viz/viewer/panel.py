@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdftrack.viz.overlay import STATUS_RGB
-from sdftrack.viz.viewer.drawing import Shown, object_rgb
-from sdftrack.viz.viewer.history import History
+from sdftrack.viz.viewer.drawing import History, Shown, object_rgb
 
 MAGNIFIED = 10.0  # position errors are below a millimetre, and would not be seen
 STYLE = "padding:0.2em 0.9em; font-size:0.9em; line-height:1.5"
@@ -61,11 +60,10 @@ Request = Click | Box | Pause | Record | Save
 
 
 class Panel:
-    """Elements of viser's panel; `update` is called by the viewer's drawing thread only.
+    """Elements of viser's panel; `update` is called by the viewer's drawing thread only."""
 
-    `ask` is called with what the user asked for, `again` draws the last frame once more after a change of a setting;
-    `note` and, from the next `update` on, `message` are sentences shown above everything.
-    """
+    # `ask` is called with what the user asked for, `again` draws the last frame once more after a change of a setting;
+    # `note` and, from the next `update` on, `message` are sentences shown above everything.
 
     def __init__(
         self,

@@ -24,12 +24,11 @@ _quiet = threading.Lock()
 
 
 class PageServer:
-    """A viser server at `host`, with a token unless only this computer can reach it. It has no other port.
+    """A viser server at `host`, with a token unless only this computer can reach it. It has no other port."""
 
-    `port` is the first that is tried, 0: any free one. `url` is the address of the page with the token, `note` "" or a
-    sentence about another port than asked for. ImportError if viser is not installed, or is a version that cannot be
-    put behind the gate; OSError if `host` is no address of this computer, or no port is free.
-    """
+    # `port` is the first that is tried, 0: any free one. `url` is the address of the page with the token, `note` "" or
+    # a sentence about another port than asked for. ImportError if viser is not installed, or is a version that cannot
+    # be put behind the gate; OSError if `host` is no address of this computer, or no port is free.
 
     def __init__(self, host: str, port: int, token: str | None) -> None:
         whole(port, "port", 0, 65535)
@@ -92,15 +91,13 @@ _replacing = threading.Lock()
 
 
 class Gate:
-    """Has viser serve at a socket of ours, and answers each request before viser sees it.
+    """Has viser serve at a socket of ours, and answers each request before viser sees it."""
 
-    viser's server has neither an argument for a socket nor one for a check of requests, and a second server in front of
-    it would leave its port open to every program and page of this computer. websockets, on which it is built, has both.
-
-    The token is the first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a cookie
-    would be shared by all ports of a host, and be refused within the frame of a notebook. Without a token only names of
-    this computer are the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
-    """
+    # viser's server has neither an argument for a socket nor one for a check of requests, and a second server in front
+    # of it would leave its port open to every program and page of this computer. websockets, on which it is built, has
+    # both. The token is the first part of the path (``/TOKEN/``), which browsers send with the page's WebSocket too; a
+    # cookie would be shared by all ports of a host, and be refused within the frame of a notebook. Without a token only
+    # names of this computer are the host, so that a foreign name that resolves to 127.0.0.1 does not reach the page.
 
     def __init__(self, listening: socket.socket, token: str | None) -> None:
         self._listening, self._token = listening, token
@@ -157,10 +154,8 @@ class Gate:
 
 
 def admitted(path: str, headers: Any, token: str | None) -> str | None:
-    """The path of a request without the token; None: refused.
-
-    `headers`: those of websockets, of which one name may have several values.
-    """
+    """The path of a request without the token; None: refused."""
+    # `headers`: those of websockets, of which one name may have several values.
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) != 1 or len(origins) > 1 or not path.startswith("/"):
         return None

@@ -8,6 +8,7 @@ import html
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,7 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import depth_camera
 from sdftrack.mesh import Mesh
 from sdftrack.viz.viewer.drawer import Drawer
-from sdftrack.viz.viewer.drawing import MeshShape, Shown
-from sdftrack.viz.viewer.history import History
+from sdftrack.viz.viewer.drawing import History, MeshShape, Shown
 from sdftrack.viz.viewer.panel import Box, Click, Panel, Request
 from sdftrack.viz.viewer.scene import Scene
 from sdftrack.viz.viewer.server import PageServer
@@ -104,11 +104,11 @@ class Viewer(ClosedByWith):
         self._server = PageServer(host, port, token)
         self.url, self.note = self._server.url, self._server.note
         self._panel = Panel(
-            self._server.viser, self._names, self._requests.append, self._draw_again, self._server.note
-        )
-        self._scene = Scene(self._server.viser, self._clicked, self._boxed)
+            self._server.viser, self._names, self._requests.append, lambda: self._drawer.again(), self._server.note,
+        )  # fmt: skip
+        self._scene = Scene(self._server.viser, partial(self._pointed, Click), partial(self._pointed, Box))
         self._drawer: Drawer[Shown] = Drawer(self._draw, lambda: self._server.pages() > 0, max_hz)
-        self._server.viser.on_client_connect(lambda client: self._draw_again())
+        self._server.viser.on_client_connect(lambda client: self._drawer.again())
         atexit.register(self.close)
 
     def show(
@@ -156,16 +156,7 @@ class Viewer(ClosedByWith):
             raise ValueError(f"result: expected at most {len(now)} objects, as many as shapes, got {count}")
         self._history.add(result)
         self._drawer.offer(
-            Shown(
-                frame,
-                result,
-                now[:count],
-                self._names[:count],
-                latency_s,
-                dropped,
-                mask,
-                list(notes),
-            )
+            Shown(frame, result, now[:count], self._names[:count], latency_s, dropped, mask, list(notes))
         )
 
     def requests(self) -> list[Request]:
@@ -221,9 +212,6 @@ class Viewer(ClosedByWith):
         url = html.escape(self.url, quote=True)
         return f'<iframe src="{url}" width="100%" height="600" style="border:0"></iframe>'
 
-    def _draw_again(self) -> None:
-        self._drawer.again()
-
     def _draw(self, shown: Shown) -> None:
         camera = shown.frame.camera if shown.frame.camera is not None else self._camera
         with self._lock:
@@ -231,13 +219,9 @@ class Viewer(ClosedByWith):
         self._picture = self._scene.update(shown, camera, meshes, self._history, self._panel.magnified)
         self._panel.update(shown, self._history)
 
-    def _clicked(self, x_px: float, y_px: float) -> None:
+    def _pointed(self, kind: type[Click | Box], *place: float) -> None:
         if self._panel.chosen >= 0:
-            self._requests.append(Click(self._panel.chosen, x_px, y_px))
-
-    def _boxed(self, x: float, y: float, w: float, h: float) -> None:
-        if self._panel.chosen >= 0:
-            self._requests.append(Box(self._panel.chosen, x, y, w, h))
+            self._requests.append(kind(self._panel.chosen, *place))
 
 
 def _drawable(shape: Any) -> Any:

@@ -1,22 +1,166 @@
 # SPDX-License-Identifier: MIT
-"""Size estimation from several frames."""
+"""Fit primitives to frames: to one, to several of one object, or one after the other to all on a table."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sdftrack._internal.saved_file import array_of
+from sdftrack._internal.validation import of_kind, whole
+from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.primitives.in_frame import FrameFitter
-from sdftrack.primitives.result import PrimitiveFit
-from sdftrack.primitives.solver import FitRequest, unbounded
+from sdftrack.primitives.result import PrimitiveFit, with_size
+from sdftrack.primitives.segmentation import (
+    ON,
+    SegmentedFrame,
+    camera_of,
+    checked_mask,
+    checked_plane,
+    distance_to,
+    mask_near,
+    pieces,
+)
+from sdftrack.primitives.solver import FitRequest, solve, unbounded
 from sdftrack.results import Status
+
+
+class FrameFitter:
+    """Fits to frames with one camera (None: each frame's own) and one setting for the table."""
+
+    def __init__(self, camera: Any, plane: Any) -> None:
+        self.camera, self.plane = camera, plane
+
+    def fit(self, frame: Frame, mask: Any, request: FitRequest) -> PrimitiveFit:
+        """Fit in the mask; without one, in the frame's own mask, at the start, or in the largest piece on the table."""
+        seen, given = self._seen(frame, mask)
+        if given is not None:
+            return _solved(seen, given, False, request)
+        if request.pose is not None and request.size is not None:
+            near = mask_near(seen, request.kinds[0], request.size, request.pose)
+            if near is None:
+                raise ValueError(
+                    "initial: expected a pose at something that stands off the dominant plane, got one with nothing "
+                    "within its own size; pass a mask, or plane=None where there is no table"
+                )
+            return _solved(seen, near[0], True, request)
+        found = pieces(seen)
+        if not found:
+            raise ValueError(
+                "frame: expected something that stands off the dominant plane, got nothing; pass a mask, or "
+                "plane=None where there is no table"
+            )
+        return _solved(seen, found[0], True, request)
+
+    def again(self, frame: Frame, request: FitRequest) -> Iterator[PrimitiveFit]:
+        """Candidate fits in a later frame, starting from `request`; iterate until one is acceptable."""
+        # First from the previous pose; then from guesses in the same piece, for larger motion.
+        seen, given = self._seen(frame, None)
+        assert request.size is not None
+        assert request.pose is not None
+        fresh = copy.copy(request)
+        fresh.pose = fresh.size = None
+        if given is not None:
+            yield _solved(seen, given, False, request)
+            yield _solved(seen, given, False, fresh)
+            return
+        near = mask_near(seen, request.kinds[0], request.size, request.pose)
+        if near is None:
+            raise ValueError(
+                "there is nothing within the object's size of its location in the previous frame"
+            )
+        yield _solved(seen, near[0], True, request)
+        yield _solved(seen, near[1], True, fresh)
+
+    def _seen(self, frame: Frame, mask: Any) -> tuple[SegmentedFrame, NDArray[np.bool_] | None]:
+        pinhole = camera_of(frame, self.camera)
+        given = checked_mask(mask, frame)
+        return SegmentedFrame.of(frame, pinhole, self.plane, given), given
+
+
+def _solved(
+    seen: SegmentedFrame, own: NDArray[np.bool_], own_foot: bool, request: FitRequest
+) -> PrimitiveFit:
+    labels = seen.labels(own, own_foot)
+    count = int(np.count_nonzero(labels == ON))
+    if count < request.min_points():
+        off = "" if seen.plane is None else " off the table"
+        raise ValueError(
+            f"mask: expected at least {request.min_points()} depth measurements{off} in it (the number of unknowns), "
+            f"got {count}"
+        )
+    return solve(seen.view(labels), request)
+
+
+CLAIM_M = 0.008  # measurements so near a fitted surface, at up to 1 m, are that object's
+MIN_READINGS = 150
+
+
+def fit_primitives(
+    frame: Frame,
+    kind: str = "auto",
+    *,
+    camera: Camera | RGBDCamera | None = None,
+    mask: ArrayLike | None = None,
+    most: int = 20,
+    seed: int = 0,
+    scaling: str = "exact",
+    plane: Any = "auto",
+    threads: int = 0,
+) -> list[PrimitiveFit]:
+    """Fit primitives sequentially: each removes the measurements on its surface, the next is fitted to the rest.
+
+    Parameters
+    ----------
+    frame : Frame
+        With a depth image.
+    kind, camera, seed, scaling, plane, threads
+        As in `fit_primitive`.
+    mask : (H, W) bool or uint8, optional
+        Search region; None: everything above the table.
+    most : int
+        Maximum number of objects.
+
+    Returns
+    -------
+    list of PrimitiveFit
+        In order of decreasing piece size. Pieces that no primitive explains (status ``"lost"``) are omitted.
+
+    >>> for fit in st.fit_primitives(frame, camera=camera): print(fit)  # doctest: +SKIP
+    """
+    request = FitRequest(kind, None, seed, scaling, threads)
+    most = whole(most, "most", 1, what="a number of objects, at least 1")
+    of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
+    pinhole = camera_of(frame, camera)
+    given = checked_mask(mask, frame) if mask is not None else None
+    seen = SegmentedFrame.of(frame, pinhole, checked_plane(plane), None)
+    rest = np.ones(seen.depth.shape, bool) if given is None else given.copy()
+    out: list[PrimitiveFit] = []
+    while len(out) < most:
+        found = [p for p in pieces(seen, rest) if np.count_nonzero(p) >= MIN_READINGS]
+        if not found:
+            return out
+        piece = found[0]
+        labels = seen.labels(piece, True)
+        if np.count_nonzero(labels == ON) < request.min_points():
+            rest &= ~piece
+            continue
+        fit = solve(seen.view(labels), request)
+        lengths = list(fit.size.values())
+        claimed = piece & (distance_to(seen, fit.kind, lengths, fit.T_cam_obj) < CLAIM_M)
+        if fit.status is Status.LOST or np.count_nonzero(claimed) < MIN_READINGS:
+            rest &= ~piece
+            continue
+        out.append(fit)
+        # What is left of a piece that the primitive explains is its rim; else there is another object.
+        rest &= ~(piece if fit.inliers > 0.8 else claimed)
+    return out
+
 
 GATE = 4.0  # standard deviations: a frame whose size is farther from the others' has seen something else
 MIN_INLIERS = 0.6  # of a later frame; of an object whose first frame has fewer, nearly as many
@@ -192,19 +336,9 @@ def _with_size(
     fits: list[PrimitiveFit], size: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> PrimitiveFit:
     last = fits[-1]
-    whole = last.covariance.copy()
-    whole[6:, :] = whole[:, 6:] = 0
-    whole[6:, 6:] = covariance
     loose = [name for name, held in last.bounded.items() if not held]
     status, reason = last.status, last.reason
     if np.isfinite(np.diag(covariance)).all() and reason == unbounded(loose):
         status, reason = Status.OK, ""
-    return replace(
-        last,
-        size=dict(zip(last.size, size.tolist(), strict=True)),
-        covariance=whole,
-        status=status,
-        reason=reason,
-        scores=fits[0].scores,
-        per_frame=tuple(fits),
-    )
+    found = with_size(last, size, covariance)
+    return replace(found, status=status, reason=reason, scores=fits[0].scores, per_frame=tuple(fits))
