@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 
 from sdftrack._internal.background import Background
 from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.files import PART
 from sdftrack._internal.text_files import reason_of
 from sdftrack.io.out_folder import OutFolder, cannot_write
-from sdftrack.io.report_file import BOP_HEADER, bop_row, number_or_none, object_entry, plain
-from sdftrack.io.trajectories import tum_line
-from sdftrack.io.video import PART, VideoFile
+from sdftrack.io.report_file import BOP_HEADER, bop_row, number_or_none, object_entry, plain, tum_line
+from sdftrack.io.video import VideoFile
 from sdftrack.results import TrackResult
 
 WAITING = 3  # frames that may wait to be drawn

@@ -45,7 +45,7 @@ def _meshes(folder: Path) -> Case:
 
 
 def _trajectories(folder: Path) -> Case:
-    from sdftrack.io import trajectories
+    from sdftrack.io import report_file as trajectories
 
     times, T = np.arange(8) / 30, np.array(poses(8))
     tum = "".join(f"{trajectories.tum_line(t, P)}\n" for t, P in zip(times, T, strict=True)).encode()

@@ -22,7 +22,8 @@ from fuzz_values import Call, Fixed, valid_value
 from run import TARGETS, plan, table
 
 import sdftrack as st
-from sdftrack.io import frames, trajectories
+from sdftrack.io import frames
+from sdftrack.io import report_file as trajectories
 
 CORPUS = Path(__file__).resolve().parent / "corpus"  # READER/NAME, files that once failed
 READERS = {

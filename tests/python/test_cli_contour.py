@@ -10,7 +10,7 @@ import pytest
 
 from experiments.synth.blob import BlobVideo, blob_video
 from sdftrack.cli.app import run
-from sdftrack.cli.contour_files import WRITTEN
+from sdftrack.cli.contour import WRITTEN
 from sdftrack.contour.memory import ShapeMemory
 from sdftrack.io.frames import read_mask, write_color, write_mask
 from sdftrack.io.video import ColorVideo, write_video

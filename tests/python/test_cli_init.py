@@ -10,7 +10,7 @@ from live_scene import CAMERA, box_of, recorded
 
 import sdftrack as st
 from sdftrack.cli.app import run
-from sdftrack.imaging.regions import connected_region
+from sdftrack.imaging.pose_hint import connected_region
 from sdftrack.io.frames import write_mask
 from sdftrack.synth.objects import duck_mesh
 

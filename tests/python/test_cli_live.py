@@ -10,9 +10,8 @@ from live_scene import CAMERA, Page, PatientCamera, recorded
 import sdftrack as st
 from sdftrack.cli import live as live_module
 from sdftrack.cli.app import run
-from sdftrack.cli.live import files as live_files
 from sdftrack.cli.live import run as live_run
-from sdftrack.live.sources import CAMERAS, CameraKind
+from sdftrack.live.camera import CAMERAS, CameraKind
 from sdftrack.viz.viewer import Box, Click, Pause, Record, Save
 from support.faulty_camera import FaultyCamera
 
@@ -150,7 +149,7 @@ def test_a_box_starts_an_object_and_a_pause_holds_it(scene, page, tmp_path):
 
 def test_the_user_records_and_saves(scene, page, tmp_path, monkeypatch):
     # as fast as the page takes frames, the disk may not follow
-    monkeypatch.setattr(live_files, "WAITING", FRAMES)
+    monkeypatch.setattr(live_run, "WAITING", FRAMES)
     made = page({5: [Record(True)], 15: [Record(False), Save()], 20: [Record(True)]})
     out = tmp_path / "out"
     assert live(scene, out) == 0

@@ -17,7 +17,7 @@ from sdftrack.cli import live as live_module
 from sdftrack.cli.app import run
 from sdftrack.imaging.pose_hint import moved_into
 from sdftrack.io.frames import read_mask
-from sdftrack.live.sources import CAMERAS, CameraKind
+from sdftrack.live.camera import CAMERAS, CameraKind
 from sdftrack.synth.objects import duck_mesh
 from sdftrack.viz.viewer import Box, Click, Record, Save
 

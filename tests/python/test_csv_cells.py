@@ -10,7 +10,7 @@ from motion_cases import noisy, reaches
 from scipy.spatial.transform import Rotation
 
 from sdftrack import motion
-from sdftrack._internal.csv_cells import cell_text, text_cell
+from sdftrack._internal.text_files import cell_text, text_cell
 
 HOSTILE = [
     "=cmd|' /C calc'!A0", '=HYPERLINK("http://evil.example.com","a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1",

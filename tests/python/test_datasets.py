@@ -153,7 +153,7 @@ def test_unknown_folders_get_the_list_of_layouts(tmp_path):
 def test_a_reader_of_files_is_registered_with_its_options(tmp_path, monkeypatch):
     layouts = datasets.LAYOUTS.copy()
     monkeypatch.setattr(datasets, "LAYOUTS", layouts)
-    monkeypatch.setattr(sys.modules["sdftrack.io.datasets.layouts"], "LAYOUTS", layouts)
+    monkeypatch.setattr(sys.modules["sdftrack.io.datasets.sequence"], "LAYOUTS", layouts)
     closed = []
 
     @datasets.register("tape", ".tape", lambda path: path.suffix == ".tape", options=("topic",))

@@ -117,7 +117,7 @@ def test_results_of_other_images_or_of_another_object_are_refused(tmp_path):
 
 def test_errors_of_bop_are_those_of_the_metrics_and_lost_frames_count_as_wrong(tmp_path):
     from sdftrack import metrics
-    from sdftrack.evaluation.object_score import TAUS, diameter
+    from sdftrack.evaluation.report import TAUS, diameter
 
     seq = sequence()
     (score,) = compare(read_results(recorded(tmp_path / "a")), seq)

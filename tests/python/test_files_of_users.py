@@ -12,7 +12,7 @@ import pytest
 
 import sdftrack as st
 from reference.lattice import SAME_SURFACE, without_lattice
-from sdftrack._internal.time_units import in_seconds
+from sdftrack.io.datasets.pairing import in_seconds
 from sdftrack.io.frames import read_depth_units
 from sdftrack.testing import assert_pose_close
 

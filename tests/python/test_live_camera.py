@@ -9,9 +9,8 @@ import pytest
 
 import sdftrack as st
 from sdftrack.live import CameraLost, LiveCamera, open_camera
-from sdftrack.live.camera import CameraClock
+from sdftrack.live.camera import CAMERAS, CameraClock, CameraKind
 from sdftrack.live.replay import Replay
-from sdftrack.live.sources import CAMERAS, CameraKind
 
 CAMERA = st.Camera(20, 20, 7.5, 5.5, 16, 12)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as hs
 from motion_recordings import FPS, poses, results_of, trajectory, write_folder
 
 import sdftrack as st
-from sdftrack.io.trajectories import tum_line
+from sdftrack.io.report_file import tum_line
 
 ROUNDING = 1e-9  # of poses through a quaternion, or through the nine decimals of a file, and back
 STATUSES = ["ok", "weak", "lost", "bad_frame"]

@@ -9,7 +9,7 @@ from refusals import assert_refused, refused
 
 import sdftrack as st
 from sdftrack import _core, metrics
-from sdftrack.io import trajectories
+from sdftrack.io import report_file as trajectories
 
 CAMERA = st.Camera(30.0, 30.5, 15.5, 11.5, 32, 24)
 POINTS = np.random.default_rng(0).normal(size=(30, 3))

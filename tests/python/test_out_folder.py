@@ -18,8 +18,7 @@ from tracking_fakes import CAMERA, frame, pose, result
 import sdftrack as st
 from sdftrack._internal import files
 from sdftrack.cli.app import run
-from sdftrack.io.folder_lock import LOCK, FolderLock, lock_folder, one_run
-from sdftrack.io.out_folder import prepare_folder, refuse_folder
+from sdftrack.io.out_folder import LOCK, FolderLock, lock_folder, one_run, prepare_folder, refuse_folder
 from sdftrack.recorder import Recorder
 
 pytest.importorskip("fcntl", reason="there are no locks on this system")
@@ -29,7 +28,7 @@ BUSY = r"out: expected a folder that no other run writes into, got .*, used by"
 HOLD = """
 import sys, time
 from pathlib import Path
-from sdftrack.io.folder_lock import FolderLock
+from sdftrack.io.out_folder import FolderLock
 lock = FolderLock(Path(sys.argv[1]))
 print("held", flush=True)
 time.sleep(60)

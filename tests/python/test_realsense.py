@@ -178,7 +178,7 @@ def test_a_camera_without_depth_is_refused(monkeypatch):
 def test_presets_are_chosen_by_name_and_unknown_ones_listed():
     from types import SimpleNamespace
 
-    from sdftrack.live.realsense_device import set_preset
+    from sdftrack.live.realsense import set_preset
 
     chosen = []
     names = {0: "Custom", 1: "Default", 3: "High Accuracy"}
@@ -246,9 +246,9 @@ def test_colour_on_another_clock_is_not_lost_silently(camera, monkeypatch):
 def test_the_nearest_colour_is_taken_and_a_missing_one_is_noticed():
     pairing = Pairing(0.1)
     for i in range(4):
-        pairing.add_depth(0.1 * i, f"d{i}")
+        pairing.depth.append((0.1 * i, f"d{i}"))
     for i in (0, 1, 3):
-        pairing.add_color(0.1 * i + 0.03, f"c{i}")
+        pairing.color.append((0.1 * i + 0.03, f"c{i}"))
     got = [pairing.pop() for _ in range(5)]
     assert [one and one[1:] for one in got] == [
         ("d0", "c0"), ("d1", "c1"), ("d2", None), ("d3", "c3"), None,
@@ -257,10 +257,10 @@ def test_the_nearest_colour_is_taken_and_a_missing_one_is_noticed():
 
 def test_colour_that_comes_first_or_at_another_rate():
     pairing = Pairing(0.1)  # depth at 40 Hz, colour at 10 Hz, first
-    pairing.add_color(0.0, "c0")
-    pairing.add_color(0.1, "c1")
+    pairing.color.append((0.0, "c0"))
+    pairing.color.append((0.1, "c1"))
     for i in range(5):
-        pairing.add_depth(0.025 * i, i)
+        pairing.depth.append((0.025 * i, i))
     assert [pairing.pop()[2] for _ in range(5)] == ["c0", "c0", "c0", "c1", "c1"]
 
 
@@ -268,6 +268,6 @@ def test_depth_does_not_wait_for_ever():
     pairing = Pairing(0.1)
     got = []
     for i in range(6):
-        pairing.add_depth(0.1 * i, i)
+        pairing.depth.append((0.1 * i, i))
         got.append(pairing.pop())
     assert [one and one[1] for one in got] == [None, None, None, 0, 1, 2]

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from test_realsense import COLOR, DEPTH, SCALE, START_S, frames
 
 import sdftrack as st
-from sdftrack.io.datasets.streams import nearest_in_time
+from sdftrack.io.datasets.pairing import nearest_in_time
 from support.software_realsense import PAUSE_S, SoftwareRealSense, record
 
 pytest.importorskip("pyrealsense2", exc_type=ImportError, reason="needs the extra realsense")

@@ -16,8 +16,7 @@ from sdftrack._internal import files
 from sdftrack.cli.app import run
 from sdftrack.io import frames as image_io
 from sdftrack.io.datasets import video_images
-from sdftrack.io.datasets.video_file import VideoFile
-from sdftrack.io.datasets.video_images import VideoImages
+from sdftrack.io.datasets.video_images import VideoFile, VideoImages
 from sdftrack.io.writers import WRITERS, Contents
 from sdftrack.io.writers import video as video_writer
 from sdftrack.io.writers.video import KEY_EVERY, VideoWriter

@@ -24,7 +24,7 @@ from viewer_scene import wait_until
 import sdftrack as st
 from sdftrack._internal.rotations import rotation
 from sdftrack.live.streams import STREAMS, Receiver, Stream, open_stream, register_stream
-from sdftrack.live.streams.kinds import host_and_port, safe_names
+from sdftrack.live.streams.stream import host_and_port, safe_names
 from sdftrack.live.streams.websocket import Admission
 
 pytest.importorskip("websockets")
@@ -447,7 +447,7 @@ def test_a_receiver_that_fails_raises_nothing_and_is_tried_again():
 
 
 def test_a_scheme_of_ones_own(monkeypatch):
-    monkeypatch.setattr("sdftrack.live.streams.kinds.STREAMS", STREAMS)
+    monkeypatch.setattr("sdftrack.live.streams.stream.STREAMS", STREAMS)
     monkeypatch.setitem(STREAMS, "print", None)
     lines = []
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from sdftrack.frame import Frame
-from sdftrack.live.sources import CameraLost
+from sdftrack.live.camera import CameraLost
 
 FPS = 30.0  # of the timestamps
 

@@ -10,10 +10,8 @@ import numpy as np
 
 
 class Compared:
-    """Base of a dataclass (``eq=False``): two records are equal if all fields are.
-
-    Arrays are compared by shape, dtype and values, NaN equal to NaN; containers by their elements.
-    """
+    """Base of a dataclass (``eq=False``): two records are equal if all fields are. Arrays are compared by shape, dtype
+    and values, NaN equal to NaN; containers by their elements."""
 
     def _values(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
@@ -27,7 +25,6 @@ class Compared:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal, as `Compared` compares them."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         if not (isinstance(a, np.ndarray) and isinstance(b, np.ndarray)):
             return False

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
@@ -14,9 +16,7 @@ _END: Any = object()
 
 class Background(Generic[T]):
     """Calls `work(item)` for one item after the other on a thread of its own, with at most `waiting` that wait.
-
-    `dropped`: how many found no place, and nobody waited.
-    """
+    `dropped`: how many found no place, and nobody waited."""
 
     def __init__(self, work: Callable[[T], object], waiting: int, name: str) -> None:
         self.dropped = 0
@@ -61,42 +61,15 @@ class Background(Generic[T]):
 
 
 def read_ahead(items: Iterable[T], waiting: int = 4) -> Generator[T, None, None]:
-    """The items, taken by a thread of its own before they are asked for; at most `waiting` are held.
-
-    Closing the iterator, or its end, stops the thread.
-    """
-    taken: queue.Queue[tuple[T | None, BaseException | None]] = queue.Queue(waiting)
-    stop = threading.Event()
-
-    def offer(item: tuple[T | None, BaseException | None]) -> bool:
-        while not stop.is_set():
-            try:
-                taken.put(item, timeout=0.1)
-                return True
-            except queue.Full:
-                continue
-        return False
-
-    def take() -> None:
+    """The items, taken by a thread of its own before they are asked for; at most `waiting` are held. Closing the
+    iterator, or its end, stops the thread."""
+    source = iter(items)
+    with ThreadPoolExecutor(1, "read ahead") as pool:
+        taken = deque(pool.submit(next, source, _END) for _ in range(waiting))
         try:
-            for item in items:
-                if not offer((item, None)):
-                    return
-            offer((_END, None))
-        except BaseException as error:
-            offer((None, error))
-
-    thread = threading.Thread(target=take, name="read ahead", daemon=True)
-    thread.start()
-    try:
-        while True:
-            item, error = taken.get()
-            if error is not None:
-                raise error
-            if item is _END:
-                return
-            yield item  # type: ignore[misc]
-            del item
-    finally:
-        stop.set()
-        thread.join()
+            while (item := taken.popleft().result()) is not _END:
+                taken.append(pool.submit(next, source, _END))
+                yield item
+                del item
+        finally:
+            pool.shutdown(cancel_futures=True)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 PART_PREFIX = ".part-"  # of a file that has not got its name yet
+PART = ".part"  # suffix of a file that is written over a longer time
 
 
 @contextlib.contextmanager
@@ -41,7 +42,6 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[BinaryIO], object]) -> None:
-    """Write bytes, or the output of a function that writes to an open file, completely or not at all."""
     with replacing(path) as temporary:
         if callable(content):
             with temporary.open("wb") as file:
@@ -60,11 +60,9 @@ def write_json(path: str | os.PathLike[str], value: Any) -> None:
 
 
 def _new_beside(path: Path, start: str, suffix: str, make: Callable[[Path], object]) -> Path:
-    """A hidden name beside `path` that `make` has made.
-
-    The system gives it the permissions of any new file. To ask for the process's mask of permissions is to set it:
-    files that other threads make in that moment would be open to all.
-    """
+    """A hidden name beside `path` that `make` has made. The system gives it the permissions of any new file. To ask for
+    the process's mask of permissions is to set it: files that other threads make in that moment would be open to
+    all."""
     while True:
         new = path.with_name(f"{start}.{secrets.token_hex(4)}{suffix}")
         with contextlib.suppress(FileExistsError):
@@ -97,10 +95,8 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 class UnbufferedFile:
-    """A file without a buffer in this process, so that a crash loses nothing that was written.
-
-    What `write` was given is with the operating system when it returns; OSError if the disk is full.
-    """
+    """A file without a buffer in this process, so that a crash loses nothing that was written. What `write` was given
+    is with the operating system when it returns; OSError if the disk is full."""
 
     def __init__(self, path: Path) -> None:
         self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by its owner

@@ -13,7 +13,6 @@ PORTS = 20  # how many ports are tried
 
 
 def is_local(host: str) -> bool:
-    """Whether only programs on this computer reach a server bound to `host`."""
     return host in LOCAL
 
 
@@ -52,11 +51,9 @@ def origin_host(origin: str) -> str | None:
 
 
 def listen(host: str, port: int, name: str) -> socket.socket:
-    """A listening TCP socket on `host` and `port` (0: any), or the next free port of twenty.
-
-    OSError, whose message begins with `name`, if `host` is not a name or address of this computer, the port needs
-    rights, or no port is free.
-    """
+    """A listening TCP socket on `host` and `port` (0: any), or the next free port of twenty. OSError, whose message
+    begins with `name`, if `host` is not a name or address of this computer, the port needs rights, or no port is
+    free."""
     bound = bound_address(host)
     family = socket.AF_INET6 if ":" in bound else socket.AF_INET
     last = min(port + PORTS - 1, 65535) if port else 0

@@ -24,7 +24,6 @@ class RotationErrors:
         self.count, self.worst, self.first = 0, 0.0, ""
 
     def add(self, error: float, name: str) -> None:
-        """Record a deviation of `error` from a rotation."""
         if error <= SILENT:
             return
         self.count += 1
@@ -32,7 +31,6 @@ class RotationErrors:
         self.worst = max(self.worst, error)
 
     def tell(self, stacklevel: int = 3) -> None:
-        """Issue the warning, if any."""
         if not self.count:
             return
         one = self.count == 1

@@ -7,17 +7,18 @@ import contextlib
 import enum
 import errno
 import json
+import math
 import os
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from io import BufferedIOBase
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold, read_array
 from sdftrack._internal.files import replacing
 from sdftrack._internal.text_files import WRONG, reason
 
@@ -61,11 +62,9 @@ def read(
     path: str | os.PathLike[str], kind: FileKind, make: Callable[[Any], T], plain: tuple[str, ...] = ()
 ) -> T:
     """What `make` makes of the content that `write` was given (with lists for tuples; arrays are writable).
-
     FileNotFoundError; ValueError in one line that names the file, if it is damaged, of another kind or a later version,
-    or if `make` refuses its content. Nothing in a file is executed, and sizes are checked before memory is taken.
-    A file without a header is read if all of `plain` that it has are arrays of it.
-    """
+    or if `make` refuses its content. Nothing in a file is executed, and sizes are checked before memory is taken. A
+    file without a header is read if all of `plain` that it has are arrays of it."""
     file = Path(path)
     if not file.is_file():
         raise FileNotFoundError(f"{file}: no such file; expected one of {kind.writer}")
@@ -147,12 +146,8 @@ def _packed(value: Any, place: str, arrays: dict[str, NDArray[Any]]) -> Any:
 
 
 def _content(
-    archive: zipfile.ZipFile,
-    info: zipfile.ZipInfo | None,
-    kind: FileKind,
-    array: Callable[[str], NDArray[Any]],
-) -> Any:
-    """The content of the checked header, with its arrays."""
+    archive: zipfile.ZipFile, info: zipfile.ZipInfo | None, kind: FileKind, array: Callable[[str], NDArray[Any]],
+) -> Any:  # fmt: skip
     if info is None:
         raise ValueError("one without a header")
     if info.file_size > MAX_HEADER_BYTES:
@@ -207,10 +202,43 @@ def _refused(file: Path, kind: FileKind) -> Iterator[None]:
             raise
         told = reason(error)[:200]
         if isinstance(error, zipfile.BadZipFile):
-            told = f"a truncated or damaged one ({told})" if _is_zip(file) else "another kind of file"
+            with file.open("rb") as opened:
+                is_zip = opened.read(4) == b"PK\x03\x04"
+            told = f"a truncated or damaged one ({told})" if is_zip else "another kind of file"
         raise ValueError(f"{file}: expected a file of {kind.writer}, got {told}") from None
 
 
-def _is_zip(file: Path) -> bool:
-    with file.open("rb") as opened:
-        return opened.read(4) == b"PK\x03\x04"
+# What a file may expand to, so that a small one cannot take all memory.
+MOST_EXPANSION = 10
+ALLOWANCE_BYTES = 200_000_000
+CHUNK_BYTES = 1 << 24
+KINDS = "biuf"  # of numpy's dtypes: bool, integers, floating point
+
+
+def may_hold(file_bytes: int, array_bytes: int) -> bool:
+    """Whether a file of this size is read if its contents have `array_bytes`."""
+    return array_bytes <= MOST_EXPANSION * file_bytes + ALLOWANCE_BYTES
+
+
+def read_array(file: BinaryIO | BufferedIOBase, file_bytes: int) -> NDArray[Any]:
+    """An array of numbers in numpy's format, whose file has `file_bytes`; writable and contiguous. ValueError, also
+    where it declares more than the file has; whatever numpy raises for a header that is none."""
+    version = np.lib.format.read_magic(file)
+    headers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+    if version not in headers:
+        raise ValueError(f"an array of numpy's format {version}")
+    shape, fortran, dtype = headers[version](file)
+    if dtype.kind not in KINDS:
+        raise ValueError(f"an array of {dtype}, not of numbers")
+    declared = math.prod(shape) * dtype.itemsize
+    if file.tell() + declared != file_bytes:
+        raise ValueError(f"an array of {declared} bytes in a file of {file_bytes}")
+    out = np.empty(shape[::-1] if fortran else shape, dtype)
+    view, at = out.reshape(-1).view(np.uint8).data, 0
+    while at < len(view):
+        piece = file.read(min(CHUNK_BYTES, len(view) - at))
+        if not piece:
+            raise EOFError("the end of the file within an array")
+        view[at : at + len(piece)] = piece
+        at += len(piece)
+    return out.T if fortran else out

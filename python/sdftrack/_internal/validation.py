@@ -86,7 +86,6 @@ def _kind(values: Any) -> str:
 
 
 def vector(value: Any, name: str) -> NDArray[np.float64]:
-    """`value` as (3,) finite numbers."""
     v = numbers(value, name)
     if v.shape != (3,) or not np.isfinite(v).all():
         raise ValueError(f"{name}: expected three finite numbers (x, y, z), got {shown(value)}")
@@ -94,7 +93,6 @@ def vector(value: Any, name: str) -> NDArray[np.float64]:
 
 
 def direction(value: Any, name: str) -> NDArray[np.float64]:
-    """`value` as (3,), of unit length."""
     v = numbers(value, name)
     length = float(np.linalg.norm(v))
     if v.shape != (3,) or not (math.isfinite(length) and length > 0):

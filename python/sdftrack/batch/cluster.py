@@ -52,29 +52,24 @@ def cluster(
     scheduler: str | None, jobs: int = 0, *, memory_bytes: int | None = None, threads: int = 1
 ) -> Iterator[Connect]:
     """What connects to the workers: those of a Dask scheduler, or processes of this machine that end with the context.
-
-    `jobs` is the number of these processes, 0: as many as the cores, and the memory and threads that a task needs,
-    allow.
-    """
+    `jobs` is the number of these processes, 0: as many as cores, memory and threads of a task allow."""
     distributed, dask = need("distributed", "batch"), need("dask", "batch")
     if scheduler is not None:
         if not ADDRESS.match(scheduler):
             raise ValueError(f"scheduler: expected an address such as tcp://node1:8786, got {scheduler!r}")
         yield lambda patience_s: _reached(distributed, scheduler, patience_s)
         return
-    count = workers_for(jobs, memory_bytes, threads)
     with dask.config.set(LOCAL):
         # One thread each: a task's log and its interrupts belong to a process.
         local = distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, silence_logs=50,
-            dashboard_address="127.0.0.1:0",  # without a host it could be reached from the network
+            n_workers=workers_for(jobs, memory_bytes, threads), threads_per_worker=1, processes=True,
+            silence_logs=50, dashboard_address="127.0.0.1:0",  # without a host the network could reach it
         )  # fmt: skip
     with local:
         yield lambda patience_s: distributed.Client(local)
 
 
 def workers_for(jobs: int, memory_bytes: int | None, threads: int) -> int:
-    """Number of workers on this machine."""
     count = whole(jobs, "jobs", 0, 10_000) or max(1, _core.thread_count(0) // _core.thread_count(threads))
     # Of the machine, or of the control group that this process may use; 0: not known.
     total = int(need("distributed.system", "batch").MEMORY_LIMIT or 0)
@@ -95,24 +90,19 @@ def _reached(distributed: Any, address: str, patience_s: float) -> Any:
         try:
             return distributed.Client(address, timeout=CONNECT_S)
         except (OSError, TimeoutError) as error:
-            if time.monotonic() < end:
-                time.sleep(1.0)
-                continue
-            after = f" within {patience_s:.0f} s" if patience_s else ""
-            raise ConnectionError(
-                f"scheduler: cannot reach {address}{after}; is `dask scheduler` running there?"
-            ) from error
+            if time.monotonic() >= end:
+                after = f" within {patience_s:.0f} s" if patience_s else ""
+                told = f"scheduler: cannot reach {address}{after}; is `dask scheduler` running there?"
+                raise ConnectionError(told) from error
+            time.sleep(1.0)
 
 
 def outcomes(
     connect: Connect, function: Callable[[Any], Any], tasks: Iterable[Task], *, retries: int = 3
 ) -> Iterator[tuple[Task, Any]]:
-    """(task, outcome) as they end: what the function returned, the exception that it raised, or `Died`.
-
-    A task whose worker died is repeated up to `retries` times; a function that raised is not called again. If the
-    scheduler is lost, what had no outcome is submitted anew: the function, which workers must be able to import, may
-    run twice.
-    """
+    """(task, outcome) as they end: what the function returned, the exception that it raised, or `Died`. A task whose
+    worker died is repeated up to `retries` times; a function that raised is not called again. If the scheduler is lost,
+    what had no outcome is submitted anew: the function may run twice."""
     left, deaths, patience_s = {task.name: task for task in tasks}, Counter[str](), 0.0
     while left:
         client = connect(patience_s)
@@ -131,15 +121,21 @@ def outcomes(
 def _run(
     client: Any, function: Any, tasks: Iterable[Task], deaths: Counter[str], retries: int
 ) -> Iterator[tuple[Task, Any]]:
-    """Until all is done, or the scheduler is lost."""
     distributed = need("distributed", "batch")
     ready, running = deque(tasks), dict[str, Task]()
     ended = distributed.as_completed(loop=client.loop)
     while ready or running:
         while ready and len(running) < WINDOW:
-            future = _submitted(client, function, ready[0])
-            running[future.key] = ready.popleft()
-            ended.add(future)
+            task = ready[0]
+            key = f"{task.name}-{uuid.uuid4().hex}"  # of its own: Dask remembers the outcome of a key
+            about = {"key": key, "pure": False, "resources": task.resources or None}
+            try:
+                ended.add(client.submit(function, task.argument, **about))
+            except Exception as error:
+                if client.status in ("running", "connecting"):
+                    raise
+                raise _Lost from error
+            running[key] = ready.popleft()
         future = next(ended)
         outcome = _outcome(distributed, future)
         task = running.pop(future.key)
@@ -152,18 +148,7 @@ def _run(
         yield task, outcome
 
 
-def _submitted(client: Any, function: Any, task: Task) -> Any:
-    key = f"{task.name}-{uuid.uuid4().hex}"  # of its own: Dask remembers the outcome of a key
-    try:
-        return client.submit(function, task.argument, key=key, pure=False, resources=task.resources or None)
-    except Exception as error:
-        if client.status in ("running", "connecting"):
-            raise
-        raise _Lost from error
-
-
 def _outcome(distributed: Any, future: Any) -> Any:
-    """What the function returned, or the exception that there is instead."""
     if future.status in ("cancelled", "lost"):
         raise _Lost
     try:
@@ -191,14 +176,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Outcome(Generic[R]):
-    """Of one call.
-
-    Attributes
-    ----------
-    value
-        What the function returned; None if it raised, or its worker died.
-    error : Exception or None
-    """
+    """Of one call: what the function returned, None if it raised or its worker died; and that error, or None."""
 
     value: R | None
     error: Exception | None = None
@@ -237,21 +215,13 @@ def map(
     Returns
     -------
     list of Outcome
-        In the order of the items.
-
-    Raises
-    ------
-    ImportError
-        The extra "batch" is not installed.
-    ConnectionError
-        No scheduler at that address.
+        In the order of the items. ImportError without the extra "batch", ConnectionError without that scheduler.
     """
     if not callable(function):
         raise TypeError(f"function: expected a function, got {type(function).__name__}")
-    given = list(items)
     whole(jobs, "jobs", 0, 10_000)
     retries = whole(retries, "retries", 0, 1000)
-    tasks = [Task(f"item-{i}", item) for i, item in enumerate(given)]
+    tasks = [Task(f"item-{i}", item) for i, item in enumerate(items)]
     out: dict[str, Outcome[R]] = {}
     if not tasks:
         return []

@@ -19,9 +19,10 @@ from sdftrack.batch.addresses import expanded, is_address, name_of
 
 COMMANDS = ("track", "reconstruct", "fit", "contour", "superpixels", "convert", "evaluate", "motion")
 OF_RESULTS = ("evaluate", "motion")  # may take the results of another job
-OWN: dict[str, Any] = {
-    "command": str, "name": str, "sequences": (str, list), "of": str, "threads": int, "memory_gb": (int, float),
-    "gpus": (int, float), "timeout_s": (int, float),
+TEXT, NUMBER = (str, "text"), ((int, float), "a number")
+OWN: dict[str, tuple[Any, str]] = {
+    "command": TEXT, "name": TEXT, "sequences": ((str, list), "a path, a pattern or a list"), "of": TEXT,
+    "threads": (int, "a number"), "memory_gb": NUMBER, "gpus": NUMBER, "timeout_s": NUMBER,
 }  # fmt: skip
 TAKEN = ("out", "overwrite", "quiet")
 MOST = 10_000_000  # of items
@@ -29,19 +30,13 @@ MOST = 10_000_000  # of items
 
 @dataclass(frozen=True)
 class Commands:
-    """The commands of the program, handed in by what assembles them, the one that runs a batch among them.
-
-    `fields` of a command's name: its options and arguments, as `sdftrack.cli.options.Field`. `check` parses a command
-    line. `run` runs it and returns the exit code; workers can import it.
-    """
+    """The commands of the program, handed in by what assembles them, the one that runs a batch among them. `fields` of
+    a command's name: its options and arguments, as `sdftrack.cli.options.Field`. `check` parses a command line. `run`
+    runs it and returns the exit code; workers can import it."""
 
     fields: Callable[[str], Sequence[Any]]
     check: Callable[[list[str]], None]
     run: Callable[[list[str]], int]
-
-    def options(self, name: str) -> dict[str, Any]:
-        """The options of a command, by the names that a plan uses."""
-        return {_key(f.name.removeprefix("--")): f for f in self.fields(name) if f.is_option}
 
 
 def _key(name: str) -> str:
@@ -50,12 +45,10 @@ def _key(name: str) -> str:
 
 @dataclass(frozen=True)
 class Item:
-    """One call of a command.
-
-    `name`: job/recording, and the values of the matrix: also the folder of its results below DIR. `after`: the item
-    whose results it takes. `options`: as on a command line, without --out and --threads; `files`: where addresses stand
-    among them. `matrix`: values of the options that differ between the items of the job.
-    """
+    """One call of a command. `name`: job/recording, and the values of the matrix: also the folder of its results below
+    DIR. `after`: the item whose results it takes. `options`: as on a command line, without --out and --threads;
+    `files`: where addresses stand among them. `matrix`: values of the options that differ between the items of the
+    job."""
 
     name: str
     job: str
@@ -72,7 +65,6 @@ class Item:
 
     @property
     def words(self) -> list[str]:
-        """The options and the number of threads, as on a command line."""
         return [*self.options, "--threads", str(self.threads)]
 
     @property
@@ -83,11 +75,8 @@ class Item:
 
 
 def read_plan(path: Path, common: Mapping[str, Any], commands: Commands) -> list[Item]:
-    """The items of a plan in order; every command line in it has been checked.
-
-    `common`: options of each job that does not set them, if its command has them. FileNotFoundError or ValueError name
-    the job and what is wrong with it.
-    """
+    """The items of a plan in order; every command line in it has been checked. `common`: options of each job that does
+    not set them, if its command has them. FileNotFoundError or ValueError name the job and what is wrong with it."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a plan in TOML")
     plan = read_toml(path)
@@ -111,59 +100,41 @@ def read_plan(path: Path, common: Mapping[str, Any], commands: Commands) -> list
 
 
 def _items(
-    job: Mapping[str, Any],
-    common: Mapping[str, Any],
-    base: Path,
-    earlier: dict[str, list[Item]],
-    commands: Commands,
-) -> list[Item]:
+    job: Mapping[str, Any], common: Mapping[str, Any], base: Path, earlier: dict[str, list[Item]], commands: Commands
+) -> list[Item]:  # fmt: skip
     command = job.get("command")
     if command not in COMMANDS:
         raise ValueError(f"command: expected one of {', '.join(COMMANDS)}, got {command!r}")
-    options = commands.options(command)
+    fields = commands.fields(command)
+    options = {_key(f.name.removeprefix("--")): f for f in fields if f.is_option}
     job = {**{key: value for key, value in common.items() if key in options}, **job}
-    _check_types(job)
+    _check_own(job)
     given = {key: value for key, value in job.items() if key not in OWN}
-    for key in given:
-        if _key(key) in TAKEN:
-            raise ValueError(f"{key}: set by the batch; remove it")
     name = job.get("name", command)
     if not name or Path(name).name != name or name.startswith("."):
         raise ValueError(f"name: expected a word that can name a folder, got {name!r}")
-    threads = job.get("threads", 1)
     sources = _sources(job, base, earlier)
     before = {item.name: item for own in earlier.values() for item in own}
-    same = None if _is_of_recording(given) else list(_matrix(given, options, base))
-    out = []
+    own = (job.get("threads", 1), job.get("memory_gb"), float(job.get("gpus", 0)), job.get("timeout_s"))
+    out: dict[str, Item] = {}
     for (source, after), label in zip(sources, _names(sources), strict=True):
-        rows = list(_matrix(_filled(given, source, label), options, base)) if same is None else same
+        rows = list(_matrix(_filled(given, source, label), options, base))
         for matrix, words, files in rows:
             folder = "/".join([name, label, *([_folder(matrix)] if len(rows) > 1 else [])])
-            varied = {**(before[after].matrix if after else {}), **matrix}
-            out.append(
-                Item(
-                    folder, name, command, source, after, words, files, varied,
-                    threads, job.get("memory_gb"), float(job.get("gpus", 0)), job.get("timeout_s"),
+            if folder.lower() in out:
+                raise ValueError(
+                    f"expected values with different names, got two calls that write into {folder}"
                 )
-            )  # fmt: skip
-    _check_unique(out)
-    inputs = ["x"] * sum(not f.is_option for f in commands.fields(command))
+            varied = {**(before[after].matrix if after else {}), **matrix}
+            out[folder.lower()] = Item(folder, name, command, source, after, words, files, varied, *own)
+    items, inputs = list(out.values()), ["x"] * sum(not f.is_option for f in fields)
     try:
-        commands.check([command, *inputs, *out[0].words, "--out", "x"])
+        commands.check([command, *inputs, *items[0].words, "--out", "x"])
     except Exception as error:  # typer may bring its own copy of click
         if not hasattr(error, "format_message"):
             raise
         raise ValueError(" ".join(error.format_message().split())) from None
-    return out
-
-
-def _is_of_recording(value: Any) -> bool:
-    """Whether a value, or one in a list or table, differs between recordings: it holds {recording} or {name}."""
-    if isinstance(value, Mapping):
-        return any(map(_is_of_recording, value.values()))
-    if isinstance(value, list):
-        return any(map(_is_of_recording, value))
-    return isinstance(value, str) and ("{recording}" in value or "{name}" in value)
+    return items
 
 
 def _filled(value: Any, source: str, name: str) -> Any:
@@ -175,32 +146,27 @@ def _filled(value: Any, source: str, name: str) -> Any:
     return value.replace("{recording}", source).replace("{name}", name) if isinstance(value, str) else value
 
 
-def _check_types(job: Mapping[str, Any]) -> None:
-    for key, kind in OWN.items():
-        value = job.get(key)
-        if value is None:
-            continue
-        if not isinstance(value, kind) or isinstance(value, bool):
-            expected = (
-                "text" if kind is str else "a path, a pattern or a list" if key == "sequences" else "a number"
-            )
-            raise TypeError(f"{key}: expected {expected}, got {value!r}")
-        if isinstance(value, (int, float)) and not 0 <= value < 1e9:
+def _check_own(job: Mapping[str, Any]) -> None:
+    for key, value in job.items():
+        kind, words = OWN.get(key, (object, ""))
+        if key in OWN and (not isinstance(value, kind) or isinstance(value, bool)):
+            raise TypeError(f"{key}: expected {words}, got {value!r}")
+        if key in OWN and isinstance(value, (int, float)) and not 0 <= value < 1e9:
             raise ValueError(f"{key}: expected 0 or more, got {value!r}")
+        if _key(key) in TAKEN:
+            raise ValueError(f"{key}: set by the batch; remove it")
 
 
 def _sources(
     job: Mapping[str, Any], base: Path, earlier: dict[str, list[Item]]
 ) -> list[tuple[str, str | None]]:
-    """(recording, item whose results are taken) of each call."""
     of, sequences = job.get("of"), job.get("sequences")
     if (of is None) == (sequences is None):
         raise ValueError('expected one of sequences = "FOLDER/*" and of = "JOB"')
     if of is not None:
         if job["command"] not in OF_RESULTS:
-            raise ValueError(
-                f"of: expected sequences = ...; only {' and '.join(OF_RESULTS)} take results of a job"
-            )
+            known = " and ".join(OF_RESULTS)
+            raise ValueError(f"of: expected sequences = ...; only {known} take results of a job")
         if of not in earlier:
             raise ValueError(f"of: expected the name of an earlier job, {unknown_option(of, earlier)}")
         return [(item.source, item.name) for item in earlier[of]]
@@ -209,7 +175,7 @@ def _sources(
     patterns = [sequences] if isinstance(sequences, str) else sequences
     if not patterns or not all(isinstance(p, str) for p in patterns):
         raise ValueError(f"sequences: expected a path, a pattern or a list of them, got {sequences!r}")
-    found = list(dict.fromkeys(place for pattern in patterns for place in expanded(pattern, base)))
+    found = dict.fromkeys(place for pattern in patterns for place in expanded(pattern, base))
     return [(place, None) for place in found]
 
 
@@ -217,17 +183,19 @@ def _matrix(
     given: Mapping[str, Any], options: Mapping[str, Any], base: Path
 ) -> Iterator[tuple[dict[str, str], list[str], tuple[int, ...]]]:
     """(values that differ, command line, where addresses stand in it) of each combination of options."""
-    axes = [(key, value if isinstance(value, list) else [value]) for key, value in given.items()]
-    for key, values in axes:
+    axes = {key: value if isinstance(value, list) else [value] for key, value in given.items()}
+    for key, values in axes.items():
         if not values:
             raise ValueError(f"{key}: expected a value or a list of values, got none")
-    for chosen in itertools.product(*(values for _, values in axes)):
-        words: list[str] = []
-        for (key, _), value in zip(axes, chosen, strict=True):
-            words += _words(options, key, value, base)
-        places = tuple(i for i, word in enumerate(words) if is_address(word))
-        varied = {key: _text(v) for (key, values), v in zip(axes, chosen, strict=True) if len(values) > 1}
-        yield varied, words, places
+    for row in itertools.product(*axes.values()):
+        chosen = dict(zip(axes, row, strict=True))
+        words = [word for key, value in chosen.items() for word in _words(options, key, value, base)]
+        varied = {
+            key: ",".join(map(str, v)) if isinstance(v, list) else str(v)
+            for key, v in chosen.items()
+            if len(axes[key]) > 1
+        }
+        yield varied, words, tuple(i for i, word in enumerate(words) if is_address(word))
 
 
 def _words(options: Mapping[str, Any], key: str, value: Any, base: Path) -> list[str]:
@@ -246,25 +214,15 @@ def _words(options: Mapping[str, Any], key: str, value: Any, base: Path) -> list
     for each in values:
         if isinstance(each, bool) or not isinstance(each, (str, int, float)):
             raise ValueError(f"{key}: expected text or a number, got {each!r}")
-        words += [field.name, _word(key, each, base, field.is_files)]
+        text = str(each)
+        if isinstance(each, str) and text and not is_address(text):
+            path = base / Path(text).expanduser()
+            if os.path.exists(path):  # unlike Path.exists(), also of a text that is too long for a name
+                text = str(path)
+            elif field.is_files:
+                raise ValueError(f"{key}: no such file: {path}")
+        words += [field.name, text]
     return words
-
-
-def _word(key: str, value: str | float, base: Path, is_file: bool) -> str:
-    """A value as text; what names an existing file below `base` becomes its path."""
-    text = str(value)
-    if not isinstance(value, str) or not text or is_address(text):
-        return text
-    path = base / Path(text).expanduser()
-    if os.path.exists(path):  # unlike Path.exists(), also of a text that is too long for a name
-        return str(path)
-    if is_file:
-        raise ValueError(f"{key}: no such file: {path}")
-    return text
-
-
-def _text(value: Any) -> str:
-    return ",".join(str(v) for v in value) if isinstance(value, list) else str(value)
 
 
 def _folder(matrix: dict[str, str]) -> str:
@@ -286,13 +244,3 @@ def _names(sources: list[tuple[str, str | None]]) -> list[str]:
         numbers[name] += 1
         out.append(label)
     return out
-
-
-def _check_unique(items: list[Item]) -> None:
-    seen: dict[str, Item] = {}
-    for item in items:
-        if item.name.lower() in seen:
-            raise ValueError(
-                f"expected values with different names, got two calls that write into {item.name}"
-            )
-        seen[item.name.lower()] = item

@@ -26,24 +26,12 @@ TIMED_OUT = "timed out after"
 
 @dataclass(frozen=True)
 class Call:
-    """What a worker needs to know; paths are whole.
-
-    `run`: runs a command line; `out`: the folder of the batch; `cache`: one for copies of what lies at addresses.
-    """
+    """What a worker needs to know: what runs a command line, the folder of the batch, a folder for copies of files."""
 
     run: Callable[[list[str]], int]
     item: Item
     out: Path
     cache: Path | None = None
-
-    @property
-    def inputs(self) -> list[str]:
-        """Paths or addresses: results of another item, the recording, or both."""
-        item = self.item
-        if item.after is None:
-            return [item.source]
-        results = str(self.out / item.after)
-        return [results, item.source] if item.command == "evaluate" else [results]
 
 
 @dataclass(frozen=True)
@@ -57,7 +45,6 @@ class Result:
 
 
 def call(what: Call) -> Result:
-    """Run the command unless its results are there."""
     folder, log, digest = what.out / what.item.name, log_of(what.out, what.item.name), what.item.digest
     there = read_record(folder)
     if there is not None:
@@ -109,35 +96,32 @@ def log_of(out: Path, name: str) -> Path:
 
 def _run(what: Call, part: Path, log: Path) -> tuple[int, str]:
     """Exit code and the last error of the command; its output goes to the log."""
-    _check_alone()
+    # The standard output and the warnings of this process belong to the call.
+    with contextlib.suppress(ImportError, ValueError):  # not on a worker
+        from distributed import get_worker
+
+        if int(get_worker().state.nthreads) > 1:
+            raise RuntimeError("expected workers with one thread each: dask worker --nthreads 1")
     item = what.item
+    inputs = [item.source] if item.after is None else [str(what.out / item.after)]
+    if item.after is not None and item.command == "evaluate":
+        inputs.append(item.source)
     log.parent.mkdir(parents=True, exist_ok=True)
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(log.open("w", encoding="utf-8", errors="replace"))
         stack.enter_context(contextlib.redirect_stdout(file))
         stack.enter_context(contextlib.redirect_stderr(file))
-
-        def local(place: str) -> str:
-            return str(stack.enter_context(fetched(place, what.cache)))
-
         try:
-            paths = [local(place) for place in what.inputs]
-            words = [local(word) if i in item.files else word for i, word in enumerate(item.words)]
+            paths = [str(stack.enter_context(fetched(place, what.cache))) for place in inputs]
+            words = item.words
+            for i in item.files:
+                words[i] = str(stack.enter_context(fetched(words[i], what.cache)))
         except (OSError, ValueError, ImportError) as error:
             print(f"{ERROR}{error}")
             return 1, str(error)
         stack.enter_context(_time_limit(item.timeout_s, log))
         code = what.run([item.command, *paths, *words, "--out", str(part)])
     return code, _last_error(log) if code else ""
-
-
-def _check_alone() -> None:
-    """The standard output and the warnings of this process belong to the call."""
-    with contextlib.suppress(ImportError, ValueError):  # not on a worker
-        from distributed import get_worker
-
-        if int(get_worker().state.nthreads) > 1:
-            raise RuntimeError("expected workers with one thread each: dask worker --nthreads 1")
 
 
 @contextlib.contextmanager

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Camera files and messages of other programs. `make` is the camera class to create."""
+"""Cameras of other programs (`make` is the class to create): files, messages, RealSense's lens models; and intrinsics
+that are unlikely those of the image."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
@@ -19,6 +21,7 @@ from sdftrack._internal.text_files import contents, parsed_json, read_text
 
 if TYPE_CHECKING:
     from sdftrack.camera.pinhole import Camera
+    from sdftrack.camera.rgbd import RGBDCamera
 
 KINDS = (
     "our camera.json, Open3D, BOP, RealSense, nerfstudio, ROS camera_info or topic echo, Kalibr, OpenCV FileStorage, "
@@ -27,36 +30,18 @@ KINDS = (
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LINE = re.compile(r"(\s*(?:- )?)[\"']?([A-Za-z_][\w.-]*)[\"']?\s*:(?:\s+(.*))?$")
 MATRICES = (
-    "cam_k",
-    "camera_matrix",
-    "cameramatrix",
-    "k",
-    "k_depth",
-    "intrinsics",
-    "camera_intrinsics",
-    "intrinsic",
-)
+    "cam_k", "camera_matrix", "cameramatrix", "k", "k_depth", "intrinsics", "camera_intrinsics", "intrinsic",
+)  # fmt: skip
 LENSES = (
-    "distortion",
-    "distortion_coefficients",
-    "distortion_coeffs",
-    "dist_coeffs",
-    "distcoeffs",
-    "d",
-    "dist",
-)
+    "distortion", "distortion_coefficients", "distortion_coeffs", "dist_coeffs", "distcoeffs", "d", "dist",
+)  # fmt: skip
 MODELS = ("distortion_model", "camera_model", "model")
 SIZES = (("width", "image_width", "w"), ("height", "image_height", "h"))
 PAIRS = ("image_size", "resolution")  # width, height
 NO_PINHOLE = ("fisheye", "equidistant", "kannala", "omni", "theta", "fov", "double", "eucm", "ds", "mei")
 REALSENSE = (
-    "none",
-    "modified_brown_conrady",
-    "inverse_brown_conrady",
-    "ftheta",
-    "brown_conrady",
-    "kannala_brandt4",
-)
+    "none", "modified_brown_conrady", "inverse_brown_conrady", "ftheta", "brown_conrady", "kannala_brandt4",
+)  # fmt: skip
 
 
 def save_camera(path: str | os.PathLike[str], camera: Camera) -> None:
@@ -82,35 +67,26 @@ def read_camera(make: type[Camera], path: Path, width: int | None, height: int |
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such camera file; expected {KINDS}")
     text = read_text(path)
-    fields = _fields(text, path)
-    if fields is None:
-        return _from_matrix(make, path, text, width, height)
-    with contents(path, KINDS):
-        return _from_fields(make, _of_one_camera(fields), width, height)
-
-
-def _fields(text: str, path: Path) -> dict[str, Any] | None:
-    """The fields of JSON, XML or YAML; None of other text."""
     if text.lstrip().startswith("{") or path.suffix.lower() == ".json":
         fields = parsed_json(text, path)
         if not isinstance(fields, dict):
             raise ValueError(f"{path}: expected a JSON object ({KINDS})")
-        return fields
-    if text.lstrip().startswith("<?xml"):
+    elif text.lstrip().startswith("<?xml"):
         with contents(path, "XML of OpenCV's FileStorage"):
-            return _of_xml(ElementTree.fromstring(text.lstrip()))
-    return _of_yaml(text) or None
+            fields = _of_xml(ElementTree.fromstring(text.lstrip()))
+    else:
+        fields = _of_yaml(text)
+        if not fields:
+            return _from_matrix(make, path, text, width, height)
+    with contents(path, KINDS):
+        return _from_fields(make, _of_one_camera(fields), width, height)
 
 
 def _of_xml(element: ElementTree.Element) -> dict[str, Any]:
-    return {
-        e.tag: _of_xml(e) if len(e) else _value(f"[{e.text}]" if _is_list(e) else e.text or "")
-        for e in element
-    }
+    def value(e: ElementTree.Element) -> Any:
+        return _of_xml(e) if len(e) else _value(f"[{e.text}]" if e.tag == "data" else e.text or "")
 
-
-def _is_list(element: ElementTree.Element) -> bool:
-    return element.tag == "data"
+    return {e.tag: value(e) for e in element}
 
 
 def _of_yaml(text: str) -> dict[str, Any]:
@@ -221,7 +197,6 @@ def _lens(d: dict[str, Any], model: str) -> tuple[float, ...]:
 
 
 def numbers_in(value: Any) -> list[float]:
-    """The numbers of a list, of rows of them, or of a matrix with its `data`."""
     value = value.get("data", ()) if isinstance(value, dict) else value
     return [float(v) for v in np.ravel(np.asarray(value, dtype=float))]
 
@@ -240,11 +215,9 @@ def _from_matrix(make: type[Camera], path: Path, text: str, width: int | None, h
 
 
 def distortion_from_ros(model: str, D: Any) -> tuple[float, ...]:
-    """OpenCV's coefficients of a lens; ValueError for a model that they do not describe.
-
-    A fisheye lens (equidistant) is refused also with coefficients of zero, because it is no pinhole then either. An
-    empty name stands for a pinhole, as drivers without a calibration leave it.
-    """
+    """OpenCV's coefficients of a lens; ValueError for a model that they do not describe. A fisheye lens (equidistant)
+    is refused also with coefficients of zero, because it is no pinhole then either. An empty name stands for a pinhole,
+    as drivers without a calibration leave it."""
     lens = tuple(float(k) for k in D)
     sizes = {"plumb_bob": (4, 5), "rational_polynomial": (8,)}
     if not any(lens) and (model in sizes or model.lower() in ("", "none")):
@@ -274,3 +247,143 @@ def _check_whole(offset: tuple[Any, ...], binning: tuple[Any, ...]) -> None:
             f"camera_info: expected a full image, got roi offset {offset} and binning {binning}; "
             "build the full camera and use .cropped() and .scaled()"
         )
+
+
+FIT_TOLERANCE_PX = 0.3  # at the worst pixel, a corner; a strong tangential part does not convert exactly
+
+Array = NDArray[np.float64]
+
+
+def opencv_distortion_from_realsense(
+    model: str, coefficients: tuple[float, ...], camera: Camera
+) -> tuple[float, ...]:
+    """OpenCV's coefficients for a RealSense lens: `model` by name, `coefficients` k1 k2 p1 p2 k3."""
+    kind = model.rsplit(".", 1)[-1].strip().lower().replace(" ", "_").replace("-", "_")
+    if kind == "none" or not any(coefficients):
+        return ()
+    if kind == "brown_conrady":
+        return tuple(coefficients[:5])
+    u, v = np.meshgrid(np.linspace(0, camera.width - 1, 33), np.linspace(0, camera.height - 1, 25))
+    xy = np.column_stack([(u.ravel() - camera.cx) / camera.fx, (v.ravel() - camera.cy) / camera.fy])
+    if kind == "inverse_brown_conrady":  # its polynomial takes distorted coordinates to ideal ones
+        ideal, distorted = _polynomial(xy, coefficients, radial_first=False), xy
+    elif kind == "modified_brown_conrady":  # its tangential part uses the radially distorted point
+        ideal = xy
+        for _ in range(50):
+            ideal = ideal + xy - _polynomial(ideal, coefficients, radial_first=True)
+        distorted = _polynomial(ideal, coefficients, radial_first=True)
+    else:
+        raise ValueError(
+            f"model: expected a RealSense lens none, brown_conrady, inverse_brown_conrady or "
+            f"modified_brown_conrady, got {model!r}; rectify the images first"
+        )
+    lens = _fit(ideal, distorted)
+    try:
+        fitted = type(camera)(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, lens)
+    except ValueError:  # it folds over: no fit at all
+        fitted = camera
+    rays = np.column_stack([ideal, np.ones(len(ideal))])
+    wanted = distorted * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+    error = np.abs(fitted.project(rays) - wanted).max()
+    if not error <= FIT_TOLERANCE_PX:
+        raise ValueError(
+            f"model: {kind} with coefficients {coefficients} differs from any Brown-Conrady lens by "
+            f"{error:.2g} px, expected at most {FIT_TOLERANCE_PX}; rectify the images first"
+        )
+    return lens
+
+
+def _polynomial(xy: Array, c: tuple[float, ...], radial_first: bool) -> Array:
+    r2 = (xy**2).sum(1, keepdims=True)
+    radial = xy * (1 + r2 * (c[0] + r2 * (c[1] + r2 * c[4])))
+    x, y = (radial if radial_first else xy).T
+    # RealSense takes r^2 of the undistorted point in both models.
+    return radial + np.column_stack(
+        [2 * c[2] * x * y + c[3] * (r2[:, 0] + 2 * x * x), 2 * c[3] * x * y + c[2] * (r2[:, 0] + 2 * y * y)]
+    )
+
+
+def _fit(ideal: Array, distorted: Array) -> tuple[float, ...]:
+    """k1 k2 p1 p2 k3 k4 k5 k6 by least squares. distorted = ideal N / D + t with N, D polynomials in r^2; multiplied by
+    D, it is linear in all unknowns except the product D t, where D is taken from the previous iteration."""
+    r2 = (ideal**2).sum(1, keepdims=True)
+    x, y = ideal.T
+    k1, k2, p1, p2, k3, k4, k5, k6 = np.zeros(8)
+    for _ in range(10):
+        D = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
+        columns = [
+            *(ideal * r2**n for n in (1, 2, 3)),
+            *(-distorted * r2**n for n in (1, 2, 3)),
+            D * np.column_stack([2 * x * y, r2[:, 0] + 2 * y * y]),
+            D * np.column_stack([r2[:, 0] + 2 * x * x, 2 * x * y]),
+        ]
+        A = np.column_stack([c.ravel() for c in columns])
+        k1, k2, k3, k4, k5, k6, p1, p2 = np.linalg.lstsq(A, (distorted - ideal).ravel(), rcond=1e-12)[0]
+    return tuple(float(k) for k in (k1, k2, p1, p2, k3, k4, k5, k6))
+
+
+MIN_FOCAL = 0.1  # of the width: a field of view of 157 degrees, beyond what a pinhole model describes
+OTHER_SCALE = 1.5  # times the middle of the image, or less than 1 / 1.5 of it
+EQUAL = 0.12  # by which both coordinates of the principal point may differ in that ratio
+OFF_MIDDLE = 0.1  # of the half image; calibrated principal points are nearer to the middle
+NEAR_SIZE = 0.05  # of twice the principal point, to the size of a common image
+# Width and height of the images of common cameras, colour and depth.
+COMMON_SIZES = (
+    (320, 240), (424, 240), (480, 270), (512, 424), (640, 360), (640, 400), (640, 480), (640, 576), (800, 600),
+    (848, 480), (960, 540), (1024, 768), (1024, 1024), (1280, 720), (1280, 800), (1280, 960), (1280, 1024),
+    (1440, 1080), (1600, 1200), (1920, 1080), (1920, 1200), (1920, 1440), (2048, 1536), (2560, 1440), (3840, 2160),
+    (4032, 3024), (4096, 3072),
+)  # fmt: skip
+
+
+def doubt_of(camera: Camera) -> str:
+    """Why the intrinsics are unlikely those of an image of this size, in one sentence; "" where they may be. A
+    principal point off the middle is right in a crop, as :meth:`Camera.cropped` makes it; to be asked only of cameras
+    from files and of matrices."""
+    width, height = camera.width, camera.height
+    if min(camera.fx / width, camera.fy / height) < MIN_FOCAL:
+        return (
+            f"the focal lengths ({camera.fx:.4g}, {camera.fy:.4g}) are below a tenth of the {width} x {height} image; "
+            "expected pixels of this image"
+        )
+    u, v = camera.cx + 0.5, camera.cy + 0.5
+    x, y = 2 * u / width, 2 * v / height  # 1: in the middle
+    other = _other_size(camera, x, y)
+    outside = not (0 < u < width and 0 < v < height)
+    if not other and not outside:
+        return ""
+    at_corner = abs(x - 2) < OFF_MIDDLE and abs(y - 2) < OFF_MIDDLE
+    where = (
+        "outside" if outside and not at_corner else "at the corner of" if at_corner else "off the middle of"
+    )
+    text = f"the principal point ({camera.cx:g}, {camera.cy:g}) lies {where} the {width} x {height} image"
+    if not other:
+        return text + ", which is right only for a crop of a larger one"
+    ratios = " x ".join(f"{ratio:.3g}" for ratio in dict.fromkeys((other[0] / width, other[1] / height)))
+    return (
+        f"{text}: the intrinsics look like those of a {other[0]} x {other[1]} image, {ratios} times as large; scale "
+        "them, or take those of this image"
+    )
+
+
+def _other_size(camera: Camera, x: float, y: float) -> tuple[int, int] | None:
+    """The image size in whose middle the principal point lies, if it is in the middle of no image of this size."""
+    if x <= 0 or y <= 0 or max(abs(x - 1), abs(y - 1)) < OFF_MIDDLE:
+        return None
+    width, height = camera.width * x, camera.height * y
+    for common in COMMON_SIZES:
+        if abs(width / common[0] - 1) < NEAR_SIZE and abs(height / common[1] - 1) < NEAR_SIZE:
+            return common
+    scale = (x * y) ** 0.5
+    if abs(x / y - 1) < EQUAL and not 1 / OTHER_SCALE < scale < OTHER_SCALE:
+        return round(camera.width * scale), round(camera.height * scale)
+    return None
+
+
+def warn_if_doubtful(camera: Camera | RGBDCamera, name: str, stacklevel: int = 3) -> None:
+    """One warning for each camera whose intrinsics are unlikely those of its image."""
+    both: Any = camera
+    pair = {"depth": both.depth, "colour": both.color} if hasattr(both, "depth") else {"": both}
+    for kind, one in pair.items():
+        if one is not None and (doubt := doubt_of(one)):
+            warnings.warn(f"{name}{kind and ', ' + kind + ' camera'}: {doubt}", stacklevel=stacklevel)

@@ -127,7 +127,7 @@ class Camera:
     @classmethod
     def from_K(cls, K: ArrayLike, width: int, height: int, distortion: ArrayLike | None = None) -> Camera:
         """Camera from a (3, 3) matrix without skew; warns where it is likely that of an image of another size."""
-        from sdftrack.camera.plausible import warn_if_doubtful
+        from sdftrack.camera.files import warn_if_doubtful
 
         camera = cls._from_K(K, width, height, distortion)
         warn_if_doubtful(camera, "K")
@@ -159,13 +159,11 @@ class Camera:
 
     @classmethod
     def from_realsense(cls, intrinsics: Any) -> Camera:
-        """Camera from a RealSense `intrinsics` object (by attributes; the SDK is not required).
-
-        RealSense's `inverse_brown_conrady` maps distorted to ideal coordinates; it and `modified_brown_conrady` are
-        converted by a fit that must agree within 0.3 px over the whole image, else ValueError. Lens models without such
-        a conversion (f-theta, Kannala-Brandt) raise ValueError.
-        """
-        from sdftrack.camera.realsense_lens import opencv_distortion_from_realsense
+        """Camera from a RealSense `intrinsics` object (by attributes; the SDK is not required). RealSense's
+        `inverse_brown_conrady` maps distorted to ideal coordinates; it and `modified_brown_conrady` are converted by a
+        fit that must agree within 0.3 px over the whole image, else ValueError. Lens models without such a conversion
+        (f-theta, Kannala-Brandt) raise ValueError."""
+        from sdftrack.camera.files import opencv_distortion_from_realsense
 
         i = intrinsics
         bare = cls(i.fx, i.fy, i.ppx, i.ppy, i.width, i.height)
@@ -269,15 +267,11 @@ class Camera:
     def load(
         cls, path: str | os.PathLike[str], width: int | None = None, height: int | None = None
     ) -> Camera:
-        """Read a camera of our JSON, Open3D, BOP, RealSense, nerfstudio, ROS, Kalibr, OpenCV, or from cam_K.txt.
-
-        The contents tell which; docs/data.md has the fields. `width` and `height` are required for a file that does not
-        contain them; if it does, they must agree.
-        FileNotFoundError, or ValueError stating what the file lacks. A warning where the intrinsics are likely those of
-        an image of another size.
-        """
-        from sdftrack.camera.files import load_camera
-        from sdftrack.camera.plausible import warn_if_doubtful
+        """Read a camera of our JSON, Open3D, BOP, RealSense, nerfstudio, ROS, Kalibr, OpenCV, or from cam_K.txt. The
+        contents tell which; docs/data.md has the fields. `width` and `height` are required for a file that does not
+        contain them; if it does, they must agree. FileNotFoundError, or ValueError stating what the file lacks. A
+        warning where the intrinsics are likely those of an image of another size."""
+        from sdftrack.camera.files import load_camera, warn_if_doubtful
 
         camera = load_camera(cls, Path(path), width, height)
         warn_if_doubtful(camera, os.fspath(path))

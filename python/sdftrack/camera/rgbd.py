@@ -132,11 +132,9 @@ def depth_camera(camera: Camera | RGBDCamera, name: str = "camera") -> Camera:
 
 
 def color_map(camera: Camera | RGBDCamera, color: NDArray[np.uint8]) -> Any:
-    """The core's mapping from depth pixels to the pixels of `color`, (h, w, 3).
-
-    A Camera, or an RGBDCamera without a mapping, means that colour is aligned to depth. ValueError if `color` does not
-    have the size of the camera (for aligned colour: of the depth image).
-    """
+    """The core's mapping from depth pixels to the pixels of `color`, (h, w, 3). A Camera, or an RGBDCamera without a
+    mapping, means that colour is aligned to depth. ValueError if `color` does not have the size of the camera (for
+    aligned colour: of the depth image)."""
     depth, size = depth_camera(camera), color.shape[:2]
     rig = camera if isinstance(camera, RGBDCamera) and not camera.aligned else None
     if rig is None:

@@ -32,7 +32,7 @@ from sdftrack.cli import (
 )
 from sdftrack.cli.calibrate import color, depth, intrinsics
 from sdftrack.cli.options import Field, command, fields_of, job_of
-from sdftrack.io.folder_lock import one_run
+from sdftrack.io.out_folder import one_run
 
 if TYPE_CHECKING:
     from sdftrack.batch.plan import Commands
@@ -56,10 +56,8 @@ def _root(
 
 @cache
 def parser(only: str | None = None) -> Any:
-    """The whole command line, as typer made it.
-
-    `only`: the one command whose options are needed, "" for none; those of all take a tenth of a second.
-    """
+    """The whole command line, as typer made it. `only`: the one command whose options are needed, "" for none; those of
+    all take a tenth of a second."""
     app = typer.Typer(
         name="sdftrack",
         help="Track and reconstruct rigid objects with an RGB-D camera, using signed distance functions.",
@@ -81,7 +79,6 @@ def parser(only: str | None = None) -> Any:
 
 
 def run(arguments: list[str]) -> int:
-    """Run one command; returns the exit code."""
     import warnings
 
     whole = parser(next((word for word in arguments if not word.startswith("-")), ""))
@@ -109,34 +106,37 @@ def _run(command: Any, arguments: list[str], options: dict[str, str]) -> int:
         return _fail("interrupted", 130)
     except Exception as error:
         # typer may bring its own copy of click, so its exceptions are known by what they can do.
-        if type(error).__name__ == "Abort":  # of Ctrl-C, and of a prompt at the end of its input
+        kind, context = type(error).__name__, getattr(error, "ctx", None)
+        if kind == "Abort":  # of Ctrl-C, and of a prompt at the end of its input
             return _fail("interrupted", 130)
-        if type(error).__name__ == "NoArgsIsHelpError":
+        if kind == "NoArgsIsHelpError":
             print(error)
             return 2
         if hasattr(error, "format_message"):
-            context = getattr(error, "ctx", None)
+            text = str(error.format_message())
+            if kind == "NoSuchOption" and context is not None:
+                known = [name for p in context.command.params for name in p.opts]
+                text = unknown_option(getattr(error, "option_name", ""), known)
             where = context.command_path if context is not None else "sdftrack"
-            return _fail(f"{_one_line(_wrong_usage(error, context))} (see {where} --help)", 2)
+            return _fail(f"{_one_line(text)} (see {where} --help)", 2)
         if os.environ.get("SDFTRACK_DEBUG"):
             raise
         return _fail(_told(error, options), 1)
 
 
-def _wrong_usage(error: Any, context: Any) -> str:
-    if type(error).__name__ != "NoSuchOption" or context is None:
-        return str(error.format_message())
-    return unknown_option(error.option_name, [name for p in context.command.params for name in p.opts])
-
-
 def _told(error: Exception, options: dict[str, str]) -> str:
     text = as_options(_one_line(str(error)), options)
-    if isinstance(error, (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError)) and text:
-        if isinstance(error, OSError) and error.strerror:
-            about = [str(error.filename)] if error.filename is not None else []
-            return _one_line(": ".join([*about, error.strerror]))
-        return text
-    return f"{type(error).__name__}: {text} (set SDFTRACK_DEBUG=1 for the traceback, and please report it)"
+    if (
+        not isinstance(error, (ValueError, TypeError, OSError, RuntimeError, ImportError, MemoryError))
+        or not text
+    ):
+        return (
+            f"{type(error).__name__}: {text} (set SDFTRACK_DEBUG=1 for the traceback, and please report it)"
+        )
+    if isinstance(error, OSError) and error.strerror:
+        about = [str(error.filename)] if error.filename is not None else []
+        return _one_line(": ".join([*about, error.strerror]))
+    return text
 
 
 def _one_line(text: str) -> str:
@@ -152,36 +152,20 @@ def _fail(text: str, code: int) -> int:
 def _commands() -> Commands:
     from sdftrack.batch.plan import Commands
 
-    return Commands(_fields, _parse, run)
+    def fields(name: str) -> list[Field]:
+        return list(fields_of(job_of(next(each for each in COMMANDS if each.__name__ == name))))
 
+    def parse(line: list[str]) -> None:
+        parser(line[0]).commands[line[0]].make_context(line[0], line[1:])
 
-def _fields(name: str) -> list[Field]:
-    return list(fields_of(job_of(next(each for each in COMMANDS if each.__name__ == name))))
-
-
-def _parse(line: list[str]) -> None:
-    parser(line[0]).commands[line[0]].make_context(line[0], line[1:])
+    return Commands(fields, parse, run)
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    demo.demo,
-    track.track,
-    reconstruct.reconstruct,
-    fit.fit,
-    contour.contour,
-    superpixels.superpixels,
-    evaluate.evaluate,
-    motion.motion,
-    batch.batch,
-    live.live,
-    record.record,
-    record.convert,
-    synth.synth,
-    reproduce.reproduce,
-    view.view,
-    info.info,
-    info.config,
-)
+    demo.demo, track.track, reconstruct.reconstruct, fit.fit, contour.contour, superpixels.superpixels,
+    evaluate.evaluate, motion.motion, batch.batch, live.live, record.record, record.convert, synth.synth,
+    reproduce.reproduce, view.view, info.info, info.config,
+)  # fmt: skip
 
 
 # Of every command, also where the parser could not tell which one was meant.

@@ -43,7 +43,6 @@ class Batch(Common):
 
 
 def batch(commands: Callable[[], Commands], job: Batch) -> None:
-    """`commands`: all those of the program, of which a plan names some."""
     from sdftrack.batch.journal import FAILED, read_items, read_journal
     from sdftrack.batch.plan import read_plan
 
@@ -77,7 +76,6 @@ def batch(commands: Callable[[], Commands], job: Batch) -> None:
 
 
 def _run(job: Batch, items: list[Item], commands: Commands) -> dict[str, dict[str, Any]]:
-    """The last event of each item."""
     from sdftrack.batch.run import Running
 
     out = job.folder.resolve()

@@ -23,15 +23,12 @@ Holes = Literal["error", "close"]
 
 
 def device_name(value: str) -> str:
-    """ "auto", "cpu" or "cuda:N" in small letters."""
     if re.fullmatch(r"auto|cpu|cuda(:\d{1,4})?", value, re.IGNORECASE) is None:
         raise Usage(f"expected one of auto, cpu, cuda, cuda:N, got {value!r}")
     return value.lower()
 
 
 def above_zero(what: str, limit: float = math.inf) -> Any:
-    """A check of numbers: above 0, finite and up to the limit."""
-
     def check(value: float) -> float:
         if not 0 < value <= limit or value == math.inf:
             most = "" if limit == math.inf else f" and up to {limit:g}"
@@ -51,8 +48,6 @@ def exit_if_lost(lines: list[str]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """Options of every command."""
-
     out: Path | None = option(None, "Output folder.", "--out", "-o", metavar="DIR")
     overwrite: bool = option(
         False, "Allow DIR to contain files; files of this command are replaced.", "--overwrite"
@@ -66,7 +61,6 @@ class Common:
 
     @property
     def folder(self) -> Path:
-        """--out, of a command that needs it."""
         if self.out is None:
             raise Usage("expected a folder for the results: --out DIR", "--out")
         return self.out
@@ -101,8 +95,6 @@ class Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """--sensor, of commands that track."""
-
     sensor: str | None = option(
         None,
         "Depth error model: kinect_v1, realsense_d400, azure_kinect or a file written by calibrate depth.",
@@ -119,7 +111,6 @@ class Meshes:
 
 
 def refuse_cuda(device: str) -> None:
-    """Usage error for --device cuda in commands that do not support it."""
     if device.startswith("cuda"):
         raise Usage(
             f"expected auto or cpu, got {device}: this command runs on the CPU (track, reconstruct, superpixels and "
@@ -142,7 +133,6 @@ def tracker_settings(config: Path | None, sensor: str | None = None) -> dict[str
 
 
 def reconstructor_settings(config: Path | None, evolution: str | None = None) -> dict[str, Any]:
-    """Keyword arguments for `Reconstructor` from --config and --evolution."""
     single = {} if evolution is None else {"evolution": evolution}
     if config is None:
         return single
@@ -185,7 +175,6 @@ def floats(text: str, count: int) -> tuple[float, ...]:
 
 
 def parse_box(text: str) -> tuple[float, float, float, float]:
-    """The numbers of ``--box x,y,w,h``."""
     x, y, w, h = floats(text, 4) or (0.0,) * 4
     if not (abs(x) < MAX_PX and abs(y) < MAX_PX and 0 < w < MAX_PX and 0 < h < MAX_PX):
         raise Usage(f"expected x,y,w,h in pixels, w and h above 0, got {text!r}", "--box")
@@ -193,27 +182,19 @@ def parse_box(text: str) -> tuple[float, float, float, float]:
 
 
 def text_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Aligned columns; the first left-aligned, numbers right-aligned."""
-    widths = [max(len(r[i]) for r in [head, *rows]) for i in range(len(head))]
+    table = [head, *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = [
-        "  ".join(
-            c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(r, widths, strict=True))
-        )
-        for r in [head, *rows]
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in table
     ]
-    return "\n".join([title, *(line.rstrip() for line in lines)])
+    return "\n".join([title, *lines])
 
 
 def show_table(
-    title: str,
-    head: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    colors: Mapping[str, str] | None = None,
-) -> str:
-    """Print a table (drawn on a terminal, aligned text in a pipe) and return its text.
-
-    `colors` are those of columns, by head, on a terminal; cells with "0" are not coloured.
-    """
+    title: str, head: Sequence[str], rows: Sequence[Sequence[str]], colors: Mapping[str, str] | None = None,
+) -> str:  # fmt: skip
+    """Print a table (drawn on a terminal, aligned text in a pipe) and return its text. `colors` are those of columns,
+    by head, on a terminal; cells with "0" are not coloured."""
     text = text_table(title, head, rows)
     if sys.stdout.isatty():
         from rich.console import Console

@@ -67,18 +67,19 @@ def demo(job: Demo) -> None:
     sdf = st.SDF.from_mesh(scene.duck, voxels=VOXELS)
     tracker = st.Tracker(sdf, scene.camera, mode="depth", names=["duck"], **options)
     settings = {
-        "command": "demo",
-        "frames": job.frames,
-        "seed": job.seed,
-        "voxels": VOXELS,
-        "threads": job.threads,
+        "command": "demo", "frames": job.frames, "seed": job.seed, "voxels": VOXELS, "threads": job.threads,
         "tracker": tracker.options.to_dict(),
-    }
+    }  # fmt: skip
     with st.Recorder(
         folder, scene.camera, sdf, True, job.overwrite, names=["duck"], settings=settings
     ) as recorder:
         results, pictures, first = _track(job, scene, sdf, tracker, recorder)
-        _save_sequence(folder / SEQUENCE, scene, sdf, first)
+        # With the mask of the duck in the first frame.
+        masks = {0: {0: duck_mask(first[0], sdf, scene.camera, scene.poses[0])}}
+        poses = scene.poses[: len(first)]
+        own = st.Sequence(first, scene.camera, poses, {1: scene.duck}, masks=lambda i: masks.get(i, {}))
+        shutil.rmtree(folder / SEQUENCE, ignore_errors=True)
+        st.save_sequence(folder / SEQUENCE, own)
         row, summary = _reconstruct(job, scene, sdf, recorder)
     _report(job, scene, sdf, results, pictures, row, summary)
 
@@ -86,7 +87,6 @@ def demo(job: Demo) -> None:
 def _track(
     job: Demo, scene: Any, sdf: Any, tracker: Any, recorder: Any
 ) -> tuple[list[Any], list[Any], list[Any]]:
-    """The results, the pictures of the strip, and the first frames."""
     shown = {round(s * (job.frames - 1)) for s in STRIP}
     results: list[Any] = []
     pictures, first = [], []
@@ -101,16 +101,6 @@ def _track(
     return results, pictures, first
 
 
-def _save_sequence(folder: Path, scene: Any, sdf: Any, frames: list[Any]) -> None:
-    """The first frames, with the mask of the duck in the first of them."""
-    masks = {0: {0: duck_mask(frames[0], sdf, scene.camera, scene.poses[0])}}
-    sequence = st.Sequence(
-        frames, scene.camera, scene.poses[: len(frames)], {1: scene.duck}, masks=lambda i: masks.get(i, {})
-    )
-    shutil.rmtree(folder, ignore_errors=True)
-    st.save_sequence(folder, sequence)
-
-
 def _report(
     job: Demo, scene: Any, sdf: Any, results: list[Any], pictures: list[Any], row: list[str], summary: str
 ) -> None:
@@ -122,15 +112,18 @@ def _report(
     folder = job.folder
     errors = st.metrics.pose_error(np.array([r.poses[0] for r in results]), scene.poses)
     write_color(folder / "frames.png", strip(pictures))
-    plots = write_plots(
-        folder,
-        {
-            "errors.png": lambda: plot_run(*errors, results),
-            "sdf_slices.png": lambda: plot_sdf_slices(sdf),
-        },
-    )
+    drawn = {"errors.png": lambda: plot_run(*errors, results), "sdf_slices.png": lambda: plot_sdf_slices(sdf)}
+    plots = write_plots(folder, drawn)
+    milliseconds = 1e3 * np.array([r.seconds for r in results[1:]])
+    status = [str(r.status[0]) for r in results]
+    counts = ", ".join(f"{status.count(s)} {s}" for s in ("ok", "weak", "lost"))
     title = f"a hand-held duck, {job.frames} frames of 640 x 480, by depth alone"
-    head, rows = ["", "mean", "median", "max"], [*_rows(errors, results), row]
+    head = ["", "mean", "median", "max"]
+    rows = [
+        _row("translation error (mm)", 1e3 * errors[0]), _row("rotation error (deg)", np.rad2deg(errors[1])),
+        _row("time per frame (ms)", milliseconds),
+        ["frames per second", f"{1e3 / milliseconds.mean():.0f}", "", ""], [f"status: {counts}", "", "", ""], row,
+    ]  # fmt: skip
     write_text(folder / "table.txt", text_table(title, head, rows) + "\n")
     if job.quiet:
         return
@@ -142,21 +135,6 @@ def _report(
         f"try it: sdftrack track {seq} --model {seq / 'models/obj_000001.ply'} "
         f"--init {seq / 'mask_visib/000000_000000.png'} --out tracked"
     )
-
-
-def _rows(errors: Any, results: list[Any]) -> list[list[str]]:
-    import numpy as np
-
-    milliseconds = 1e3 * np.array([r.seconds for r in results[1:]])
-    status = [str(r.status[0]) for r in results]
-    counts = ", ".join(f"{status.count(s)} {s}" for s in ("ok", "weak", "lost"))
-    return [
-        _row("translation error (mm)", 1e3 * errors[0]),
-        _row("rotation error (deg)", np.rad2deg(errors[1])),
-        _row("time per frame (ms)", milliseconds),
-        ["frames per second", f"{1e3 / milliseconds.mean():.0f}", "", ""],
-        [f"status: {counts}", "", "", ""],
-    ]
 
 
 def _row(name: str, values: Any) -> list[str]:
@@ -184,7 +162,9 @@ def _reconstruct(job: Demo, scene: Any, sdf: Any, recorder: Any) -> tuple[list[s
     from sdftrack.viz.turntable import four_sides
 
     frames = min(WHOLE_TURN, job.frames // 4 + 8)
-    turned = alone(scene, PLACE_M, _turn(frames))
+    # Round the duck's upright axis, tilted up and down so that its underside is seen too.
+    a = 2 * np.pi * np.arange(frames) / WHOLE_TURN
+    turned = alone(scene, PLACE_M, np.stack([TILT_RAD * np.sin(2 * a), np.zeros(frames), a], axis=1))
     star = st.Reconstructor(scene.camera, voxels=TURN_VOXELS, threads=job.threads)
     results: list[Any] = []
     for i, frame in enumerate(progress(turned.frames(), len(turned), "reconstructing", job.quiet)):
@@ -200,29 +180,15 @@ def _reconstruct(job: Demo, scene: Any, sdf: Any, recorder: Any) -> tuple[list[s
     write_color(job.folder / "mesh.png", four_sides(mesh, pose, threads=job.threads, min_seen=min_seen))
     recorder.wrote("mesh.ply", "mesh.png")
     section = {
-        "summary": quality.summary,
-        "seen_share": quality.seen_share,
-        "mean_distance_m": float(off_m.mean()),
-        "largest_distance_m": float(off_m.max()),
-        "frames": frames,
-        "voxels": TURN_VOXELS,
-        "seconds_per_frame": float(np.mean([r.seconds for r in results[1:]])),
-        "T_duck_obj": T_duck_obj,
-    }
+        "summary": quality.summary, "seen_share": quality.seen_share, "mean_distance_m": float(off_m.mean()),
+        "largest_distance_m": float(off_m.max()), "frames": frames, "voxels": TURN_VOXELS,
+        "seconds_per_frame": float(np.mean([r.seconds for r in results[1:]])), "T_duck_obj": T_duck_obj,
+    }  # fmt: skip
     recorder.note("reconstruction", section)
     return _row("reconstructed surface (mm)", 1e3 * off_m), quality.summary
 
 
-def _turn(frames: int) -> Array:
-    """(frames, 3) angles: round the duck's upright axis, tilted up and down so that its underside is seen too."""
-    import numpy as np
-
-    a = 2 * np.pi * np.arange(frames) / WHOLE_TURN
-    return np.stack([TILT_RAD * np.sin(2 * a), np.zeros(frames), a], axis=1)
-
-
 def duck_mask(frame: Any, sdf: Any, camera: Any, T: Array) -> NDArray[np.bool_]:
-    """The duck's pixels, as a hand-drawn mask would have them."""
     import numpy as np
 
     depth = sdf.render(camera, T)[0]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,8 +32,9 @@ class Evaluate(Layout, Common):
 
 
 def evaluate(job: Evaluate) -> None:
-    from sdftrack.evaluation.report import HEAD, compare, table_rows
+    from sdftrack.evaluation.report import HEAD, compare, plot_errors, plot_trajectories, table_rows
     from sdftrack.io.report_file import read_results
+    from sdftrack.viz.plots import write_plots
 
     job.on_cpu()
     if job.symmetry != "recorded":
@@ -43,17 +45,20 @@ def evaluate(job: Evaluate) -> None:
     with st.open_sequence(job.seq, **job.opening) as sequence:
         objects = [int(o["obj_id"]) for o in report["frames"][0]["objects"]] if report["frames"] else []
         scores = compare(report, sequence, _symmetries(job.symmetry, sequence, objects))
-    title = f"{job.directory} against {job.seq}"
-    _write(job, title, scores)
+    out, title, rows = job.make_out(), f"{job.directory} against {job.seq}", table_rows(scores)
+    write_text(out / "table.txt", text_table(title, HEAD, rows) + "\n")
+    plots = {"errors.png": plot_errors, "trajectory.png": plot_trajectories}
+    write_plots(out, {name: functools.partial(plot, scores) for name, plot in plots.items()})
+    about = {"version": st.__version__, "results": str(job.directory), "sequence": job.seq}
+    write_json(out / "result.json", {**about, "objects": [s.to_dict() for s in scores]})
     if not job.quiet:
-        show_table(title, HEAD, table_rows(scores))
+        show_table(title, HEAD, rows)
         for score in scores:
             print(score.told())
         print(f"written to {job.out}")
 
 
 def _symmetries(text: str, seq: Any, objects: list[int]) -> dict[int, Any] | None:
-    """By obj_id; None: those of the results."""
     if text == "recorded":
         return None
     if text == "none":
@@ -64,21 +69,3 @@ def _symmetries(text: str, seq: Any, objects: list[int]) -> dict[int, Any] | Non
         return symmetry_of(text, seq, k, True, lambda: st.SDF.from_mesh(seq.models[k], voxels=VOXELS))
 
     return {k: found(k) for k in known}
-
-
-def _write(job: Evaluate, title: str, scores: list[Any]) -> None:
-    from sdftrack import __version__
-    from sdftrack.evaluation.report import HEAD, plot_errors, plot_trajectories, table_rows
-    from sdftrack.viz.plots import write_plots
-
-    out = job.make_out()
-    write_text(out / "table.txt", text_table(title, HEAD, table_rows(scores)) + "\n")
-    write_plots(
-        out,
-        {
-            "errors.png": lambda: plot_errors(scores),
-            "trajectory.png": lambda: plot_trajectories(scores),
-        },
-    )
-    about = {"version": __version__, "results": str(job.directory), "sequence": job.seq}
-    write_json(out / "result.json", {**about, "objects": [s.to_dict() for s in scores]})

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -63,7 +63,6 @@ class Fit(Frames, Layout, Common):
         return super().part if self.frame is None else slice(self.frame, self.frame + 1)
 
     def check(self) -> None:
-        """Usage error for options that exclude each other."""
         if self.mask is not None and self.box is not None:
             raise Usage("expected --mask or --box, got both", "--mask")
         if self.frame is not None and (self.start, self.stop) != (0, None):
@@ -73,20 +72,19 @@ class Fit(Frames, Layout, Common):
 
     def check_source(self, alone: bool, cloud: bool) -> None:
         """Usage error for options that do not go with a single depth image, a cloud or a sequence."""
-        whole = super().part == slice(0, None, 1) and self.frame is None
-        if not alone and (self.camera, self.intrinsics, self.depth_scale) != (None,) * 3:
+        part = not (super().part == slice(0, None, 1) and self.frame is None)
+        by_image = (self.camera, self.intrinsics, self.depth_scale) != (None,) * 3
+        if not alone and by_image:
             raise Usage(
                 "expected a depth image (16-bit PNG or TIFF, .npy) with --camera, --intrinsics and --depth-scale, "
                 "got a cloud or a sequence"
             )
-        if alone and not (self.unit is None and whole):
-            raise Usage(
-                "expected --depth-scale with a single depth image, got --unit, --frame, --start, --stop or --step"
-            )
-        if cloud and not (self.mask is None and self.box is None and whole):
-            raise Usage(
-                "expected a sequence with --mask, --box, --frame, --start, --stop and --step, got a cloud"
-            )
+        if alone and (part or self.unit is not None):
+            got = "--unit, --frame, --start, --stop or --step"
+            raise Usage(f"expected --depth-scale with a single depth image, got {got}")
+        if cloud and (part or self.mask is not None or self.box is not None):
+            of_sequences = "--mask, --box, --frame, --start, --stop and --step"
+            raise Usage(f"expected a sequence with {of_sequences}, got a cloud")
         if not alone and not cloud and self.unit is not None:
             raise Usage("expected no unit with a sequence, whose depth has its own", "--unit")
 
@@ -107,16 +105,21 @@ def fit(job: Fit) -> None:
     alone = _is_depth_image(source)
     cloud = not alone and source.is_file() and source.suffix.lower() in CLOUDS
     job.check_source(alone, cloud)
-    if alone:
-        found, about, picture = _fit_image(job, window)
-    elif cloud:
-        found, about, picture = _fit_cloud(job)
-    else:
-        found, about, picture = _fit_sequence(job, window)
+    found, about, picture = (
+        _fit_cloud(job) if cloud else _fit_image(job, window) if alone else _fit_sequence(job, window)
+    )
     _write(job, found, about)
     picture()
-    if not job.quiet:
-        _tell(job, found)
+    if job.quiet:
+        return
+    print(f"{source}: {found!r}")
+    if found.reason:
+        print(f"  {found.reason}")
+    for i, why in found.skipped.items():
+        print(f"  frame {i} left out: {why}")
+    if len(found.scores) > 1:
+        print("  scores: " + ", ".join(f"{kind} {score:.2f}" for kind, score in found.scores.items()))
+    print(f"  written to {job.folder}")
 
 
 Fitted = tuple[Any, dict[str, Any], Callable[[], object]]  # the result, what it is of, what makes fit.png
@@ -151,12 +154,10 @@ def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> Fitted:
         numbers, camera = job.numbers(seq, source, "--frame, --start, --stop"), seq.camera
         last = first = fitting(seq[numbers[0]], camera)
         mask = _mask(job, window, first, list(seq.masks(numbers[0]).values()))
-
-        def frames() -> Iterator[Any]:
-            for i in progress(numbers, len(numbers), source.name or str(source), job.quiet):
-                yield first if i == numbers[0] else fitting(seq[i], camera)
-
-        given = first if len(numbers) == 1 else frames()
+        given: Any = first
+        if len(numbers) > 1:
+            counted = progress(numbers, len(numbers), source.name or str(source), job.quiet)
+            given = (first if i == numbers[0] else fitting(seq[i], camera) for i in counted)
         found = st.fit_primitive(given, job.kind, camera=camera, mask=mask, **job.options())
         if len(numbers) > 1:
             found = replace(found, skipped={numbers[i]: why for i, why in found.skipped.items()})
@@ -166,8 +167,14 @@ def _fit_sequence(job: Fit, window: tuple[float, ...] | None) -> Fitted:
     return found, about, lambda: _draw(job, last, found, camera)
 
 
+def _draw(job: Fit, frame: Any, found: Any, camera: Any) -> None:
+    from sdftrack.io.frames import write_color
+    from sdftrack.viz.primitives import draw_primitives
+
+    write_color(job.folder / "fit.png", draw_primitives(frame, [found], camera))
+
+
 def _mask(job: Fit, window: tuple[float, ...] | None, frame: Any, own: list[Any]) -> Any:
-    """The mask of the options; else the only one of the sequence's `own`, or None."""
     import numpy as np
 
     from sdftrack.io.frames import read_mask
@@ -186,7 +193,6 @@ def _mask(job: Fit, window: tuple[float, ...] | None, frame: Any, own: list[Any]
 
 
 def _is_depth_image(source: Path) -> bool:
-    """Whether a file is a depth image: an image file, or a .npy of images, not of points (N, 3)."""
     if not source.is_file():
         return False
     if source.suffix.lower() != ".npy":
@@ -196,18 +202,18 @@ def _is_depth_image(source: Path) -> bool:
 
 
 def _array(source: Path) -> Any:
-    from sdftrack._internal.array_archive import read_array
+    from sdftrack._internal.saved_file import read_array
 
-    try:
-        with source.open("rb") as opened:
+    with source.open("rb") as opened:
+        try:
             return read_array(opened, source.stat().st_size)
-    except ValueError as error:
-        raise ValueError(f"{source}: not a readable .npy file ({' '.join(str(error).split())})") from None
+        except ValueError as error:
+            told = " ".join(str(error).split())
+            raise ValueError(f"{source}: not a readable .npy file ({told})") from None
 
 
 def _depth_image(job: Fit) -> Any:
-    """A single depth image as a frame with its camera."""
-    from sdftrack.camera.plausible import warn_if_doubtful
+    from sdftrack.camera.files import warn_if_doubtful
     from sdftrack.io.frames import read_depth_units
 
     source = job.source
@@ -216,12 +222,10 @@ def _depth_image(job: Fit) -> Any:
         raise Usage(f"expected the camera of a single depth image, got none: {HOW}", "--camera")
     depth: Any = _array(source) if source.suffix.lower() == ".npy" else read_depth_units(source)
     if depth.ndim != 2 or depth.dtype.kind not in "uif" or not depth.size:
-        raise ValueError(
-            f"{source}: expected depth (H, W) or points (N, 3) of numbers, got {depth.dtype} {depth.shape}"
-        )
-    height, width = depth.shape
+        got = f"{depth.dtype} {depth.shape}"
+        raise ValueError(f"{source}: expected depth (H, W) or points (N, 3) of numbers, got {got}")
     if values is not None:
-        camera = st.Camera(*values, width, height)
+        camera = st.Camera(*values, *depth.shape[::-1])
         warn_if_doubtful(camera, "--intrinsics")
     else:
         assert job.camera is not None
@@ -231,28 +235,9 @@ def _depth_image(job: Fit) -> Any:
 
 
 def _write(job: Fit, found: Any, about: dict[str, Any]) -> None:
-    """Create the folder with result.json and primitive.ply."""
     out = job.make_out()
     mesh, T = found.to_mesh(), found.T_cam_obj
     st.Mesh(mesh.vertices @ T[:3, :3].T + T[:3, 3], mesh.faces).save(out / "primitive.ply")
     settings = {k: v for k, v in about.items() if k != "threads"}
     values = {"version": st.__version__, "settings": settings, **found.to_dict()}
     write_json(out / "result.json", {**values, "per_frame": [f.to_dict() for f in found.per_frame]})
-
-
-def _draw(job: Fit, frame: Any, found: Any, camera: Any) -> None:
-    from sdftrack.io.frames import write_color
-    from sdftrack.viz.primitives import draw_primitives
-
-    write_color(job.folder / "fit.png", draw_primitives(frame, [found], camera))
-
-
-def _tell(job: Fit, found: Any) -> None:
-    print(f"{job.source}: {found!r}")
-    if found.reason:
-        print(f"  {found.reason}")
-    for i, why in found.skipped.items():
-        print(f"  frame {i} left out: {why}")
-    if len(found.scores) > 1:
-        print("  scores: " + ", ".join(f"{kind} {score:.2f}" for kind, score in found.scores.items()))
-    print(f"  written to {job.folder}")

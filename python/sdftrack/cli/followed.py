@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,26 +24,19 @@ EVENTS = 5  # lines about trouble after the table
 UNITS = "the units of --model (--unit) and of the depth"
 # What fits a reason: a part of it, the option that helps, if the command has it and it is not given, and the advice.
 REMEDIES = (
-    (
-        "ambiguous",
-        "symmetry",
-        "--symmetry auto, if the poses look alike; --colored, if colours tell them apart",
-    ),
-    (
-        "undetermined",
-        "symmetry",
-        "--symmetry auto, if the object is round; --colored, if colours show how it turns",
-    ),
-    ("undetermined", "mask", "colour images show how a round object turns: --mode rgbd"),
-    ("another size", "scale", "--scale free, if the size is not known; check --unit"),
-    ("continues where", "scale", "--scale free, if the size is not known; check --unit"),
-    ("free space at", "scale", "--scale free, if the size is not known; check --unit"),
-    ("colours do not match", "mode", "--mode depth, which does not use colours"),
-    ("no depth measurement", "symmetry", "--mode rgb, if the object is black, shiny or transparent"),
-    ("too few depth", "symmetry", "--mode rgb, if the object is black, shiny or transparent"),
-    ("do not fit the shape", "sensor", "--sensor NAME or FILE, with the errors of the depth camera"),
-    ("probability of only", "sensor", "--sensor NAME or FILE, with the errors of the depth camera"),
-)
+    (("ambiguous",), "symmetry",
+     "--symmetry auto, if the poses look alike; --colored, if colours tell them apart"),
+    (("undetermined",), "symmetry",
+     "--symmetry auto, if the object is round; --colored, if colours show how it turns"),
+    (("undetermined",), "mask", "colour images show how a round object turns: --mode rgbd"),
+    (("another size", "continues where", "free space at"), "scale",
+     "--scale free, if the size is not known; check --unit"),
+    (("colours do not match",), "mode", "--mode depth, which does not use colours"),
+    (("no depth measurement", "too few depth"), "symmetry",
+     "--mode rgb, if the object is black, shiny or transparent"),
+    (("do not fit the shape", "probability of only"), "sensor",
+     "--sensor NAME or FILE, with the errors of the depth camera"),
+)  # fmt: skip
 MOSTLY = 0.5  # of the frames: an object that is weak or lost in more is told
 NEXT = {
     "own": f"check that the masks of the recording show the object, and {UNITS}",
@@ -56,13 +50,10 @@ NEXT = {
 
 
 class StatusCounts:
-    """How often objects were weak or lost so far, for the progress."""
-
     def __init__(self) -> None:
         self._counts = Counter[str]()
 
     def add(self, result: Any) -> str:
-        """Count a result; returns what is to be told."""
         self._counts.update(map(str, result.status))
         return self()
 
@@ -92,34 +83,20 @@ class Followed:
         return [self.seq.ids[i] for i in self.numbers]
 
     def recorder(self, shapes: Any, settings: Mapping[str, Any], **more: Any) -> Any:
-        """The files, in a folder that is made now."""
         name, job, part = self.folder.resolve().name, self.job, self.numbers
         common = {
-            "sequence": str(self.folder),
-            "layout": self.seq.layout,
-            "frames": [part.start, part.stop, part.step],
+            "sequence": str(self.folder), "layout": self.seq.layout, "frames": [part.start, part.stop, part.step],
             "threads": job.threads,
-        }
+        }  # fmt: skip
         return st.Recorder(
-            self.out,
-            self.seq.camera,
-            shapes,
-            not job.no_video,
-            job.overwrite,
-            scene_id=int(name) if name.isdecimal() else 0,
-            settings={**settings, **common},
-            **more,
-        )
+            self.out, self.seq.camera, shapes, not job.no_video, job.overwrite,
+            scene_id=int(name) if name.isdecimal() else 0, settings={**settings, **common}, **more,
+        )  # fmt: skip
 
     def follow(
-        self,
-        track: Callable[[Any], Any],
-        truth: Callable[[int], dict[int, Any]],
-        shapes: Callable[[], Any],
-        note: Callable[[Any], str],
-        recorder: Any,
-        tell: Tell,
-    ) -> None:
+        self, track: Callable[[Any], Any], truth: Callable[[int], dict[int, Any]], shapes: Callable[[], Any],
+        note: Callable[[Any], str], recorder: Any, tell: Tell,
+    ) -> None:  # fmt: skip
         """Track and record all frames; the result of the first one is there. `note`: on a result, for the progress."""
         frame, label = self.frame, self.folder.name or str(self.folder)
         further = read_ahead(fitting(self.seq[i], self.seq.camera, self.job.fps) for i in self.numbers[1:])
@@ -134,7 +111,6 @@ class Followed:
                 tell(n + 1, len(self.numbers), label, note(result))
 
     def show(self, names: list[str], truths: list[dict[int, Any]], alike: Mapping[int, Any]) -> None:
-        """Print the summary; `alike`: {k: Symmetry}, modulo which errors are computed."""
         rows = []
         for k, name in enumerate(names):
             status = [str(r.status[k]) for r in self.results]
@@ -158,26 +134,27 @@ class Followed:
             print(f"and {len(events) - EVENTS} more, see report.json")
 
     def _remedy(self, reasons: list[str], otherwise: str) -> str:
-        """The advice that fits the most frequent reason."""
-        for reason, _ in Counter(reasons).most_common(1):
-            for part, option, advice in REMEDIES:
-                if part in reason and getattr(self.job, option, "given") in (None, "auto", "none", "known"):
-                    return advice if option == "mask" or not otherwise else f"{advice}; or {otherwise}"
+        reason = Counter(reasons).most_common(1)[0][0] if reasons else ""
+        for parts, option, advice in REMEDIES:
+            open_ = getattr(self.job, option, "given") in (None, "auto", "none", "known")
+            if open_ and any(part in reason for part in parts):
+                return advice if option == "mask" or not otherwise else f"{advice}; or {otherwise}"
         return otherwise
 
     def tell_remedies(self, names: list[str], inits: list[str]) -> None:
         """Print a line for each object that was followed but not well: how often, why, and what to try next."""
         for k, name in enumerate(names):
-            status = [str(r.status[k]) for r in self.results]
-            reasons = [
-                r.reason[k] for r, s in zip(self.results, status, strict=True) if s in ("weak", "lost")
-            ]
-            if any(s in ("ok", "weak") for s in status) and len(reasons) > MOSTLY * len(status):
-                counts = ", ".join(f"{status.count(s)} {s}" for s in ("weak", "lost") if s in status)
+            told = [(str(r.status[k]), r.reason[k]) for r in self.results]
+            counts, reasons = (
+                Counter(s for s, _ in told),
+                [reason for s, reason in told if s in ("weak", "lost")],
+            )
+            if (counts["ok"] or counts["weak"]) and len(reasons) > MOSTLY * len(told):
+                shown = ", ".join(f"{counts[s]} {s}" for s in ("weak", "lost") if counts[s])
                 reason = Counter(reasons).most_common(1)[0][0]
-                step = self._remedy(reasons, "" if "ok" in status else NEXT[inits[min(k, len(inits) - 1)]])
+                step = self._remedy(reasons, "" if counts["ok"] else NEXT[inits[min(k, len(inits) - 1)]])
                 following = f"; next: {step}" if step else ""
-                print(f"{name}: {counts} of {len(status)} frames, mostly because {reason}{following}")
+                print(f"{name}: {shown} of {len(told)} frames, mostly because {reason}{following}")
 
     def lost_throughout(self, names: list[str], inits: list[str], after: int = 0) -> Iterator[str]:
         """A line for each object without any pose in the frames from `after` on: since when, why, what to try next."""
@@ -187,21 +164,17 @@ class Followed:
                 continue
             reasons = [r.reason[k] for r in results if str(r.status[k]) == "lost"]
             step = self._remedy(reasons, NEXT[inits[min(k, len(inits) - 1)]])
-            first = next((r for r in results if str(r.status[k]) == "lost"), results[0])
             count = "the only frame" if len(results) == 1 else f"all {len(results)} frames"
             count += " after the first" if len(results) < len(self.results) else ""
-            yield f"{self.folder}: {name} is lost in {count} ({first.reason[k]}); next: {step}"
+            why = reasons[0] if reasons else results[0].reason[k]
+            yield f"{self.folder}: {name} is lost in {count} ({why}); next: {step}"
 
 
 def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:
-    """Events where an object is not ok: one line per run of frames with the same status."""
     for k, name in enumerate(names):
-        begin = 0
-        status = [str(r.status[k]) for r in results]
-        for i in range(1, len(status) + 1):
-            if i < len(status) and status[i] == status[begin]:
-                continue
-            if status[begin] not in ("ok", "weak"):
-                which = f"image {ids[begin]}" if i - begin == 1 else f"images {ids[begin]} to {ids[i - 1]}"
-                yield f"{name} {status[begin]}, {which}: {results[begin].reason[k]}"
-            begin = i
+        for status, run in itertools.groupby(range(len(results)), lambda i: str(results[i].status[k])):  # noqa: B023
+            if status not in ("ok", "weak"):
+                places = list(run)
+                first, last = ids[places[0]], ids[places[-1]]
+                which = f"image {first}" if len(places) == 1 else f"images {first} to {last}"
+                yield f"{name} {status}, {which}: {results[places[0]].reason[k]}"

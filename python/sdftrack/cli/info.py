@@ -43,7 +43,6 @@ def info(job: Info) -> None:
 
 
 def _self_test(device: str) -> tuple[list[str], bool]:
-    """A line for each comparison of the GPU with the CPU, and whether all agree."""
     from sdftrack.device import CPU, device_number
     from sdftrack.testing.self_test import run_self_test
 

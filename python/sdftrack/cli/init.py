@@ -33,7 +33,6 @@ class Init:
 
     @property
     def option(self) -> str:
-        """The option as typed."""
         return f"--init {self.text}"
 
 
@@ -53,10 +52,8 @@ def parse_inits(texts: Sequence[str], models: int) -> list[Init]:
 
 
 def parse_init(text: str, known: str = INIT, option: str = "--init", image: str = "depth") -> Init:
-    """Parse the value of an option; the usage error for an invalid one lists the `known` forms.
-
-    `image`: "depth" or "colour", the image in whose pixels places are.
-    """
+    """Parse the value of an option; the usage error for an invalid one lists the `known` forms. `image`: "depth" or
+    "colour", the image in whose pixels places are."""
     if text in ("gt", "auto"):
         return Init(text, text)
     if text == "mask" and "mask" in known.split("|"):
@@ -64,31 +61,24 @@ def parse_init(text: str, known: str = INIT, option: str = "--init", image: str 
     kind, colon, values = text.partition(":")
     for name, wanted in (("box", "x,y,w,h"), ("click", "x,y")):
         if colon and kind == name:
-            return Init(name, text, _numbers(text, values, name, wanted, option, image))
-    suffix = Path(text).suffix.lower()
-    if suffix == ".json":
-        return Init("poses", text)
-    if suffix in (".png", ".bmp", ".tif", ".tiff", ".pgm"):
-        return Init("mask", text)
-    raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", option)
-
-
-def _numbers(text: str, values: str, name: str, wanted: str, option: str, image: str) -> tuple[float, ...]:
-    numbers = floats(values, len(wanted.split(",")))
-    if not numbers:
-        raise Usage(f"expected {name}:{wanted} in pixels of the {image} image, got {text!r}", option)
-    if name == "box" and (numbers[2] <= 0 or numbers[3] <= 0):
-        raise Usage(f"expected a width and a height above 0, got {text!r}", option)
-    return numbers
+            numbers = floats(values, len(wanted.split(",")))
+            if not numbers:
+                raise Usage(f"expected {name}:{wanted} in pixels of the {image} image, got {text!r}", option)
+            if name == "box" and min(numbers[2:]) <= 0:
+                raise Usage(f"expected a width and a height above 0, got {text!r}", option)
+            return Init(name, text, numbers)
+    kinds = {".json": "poses", **dict.fromkeys((".png", ".bmp", ".tif", ".tiff", ".pgm"), "mask")}
+    found = kinds.get(Path(text).suffix.lower())
+    if found is None:
+        raise Usage(f"expected {known.replace('|', ', ')}, got {text!r}", option)
+    return Init(found, text)
 
 
 def begin(
     tracker: Any, inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
 ) -> tuple[Any, Selection]:
-    """Start the tracker on `frame` with index `first`; returns its result and the hints used.
-
-    StartError if the clicked or masked region is not the object.
-    """
+    """Start the tracker on `frame` with index `first`; returns its result and the hints used. StartError if the clicked
+    or masked region is not the object."""
     if inits[0].kind not in ("mask", "click"):
         told = places(inits, targets, frame, folder, first, seq)
         return tracker.start(frame, **told), Selection(told.get("masks") or [], [], told.get("boxes", []))
@@ -119,7 +109,6 @@ def begin(
 def places(
     inits: list[Init], targets: list[Target], frame: Any, folder: Path, first: int, seq: Any
 ) -> dict[str, Any]:
-    """Hints for `Tracker.start` on `frame` with index `first`: poses, masks or boxes, one per target."""
     kind = inits[0].kind
     if kind == "gt":
         return {"poses": _truth(targets, folder, first, seq)}
@@ -151,14 +140,12 @@ def _known_masks(targets: list[Target], first: int, seq: Any) -> list[NDArray[np
 
 
 def shape_of(frame: Any, seq: Any) -> tuple[int, int]:
-    """Rows and columns of the depth image of a frame, as its camera has them."""
     from sdftrack.camera import depth_camera
 
     return depth_camera(seq.camera if frame.camera is None else frame.camera).shape
 
 
 def box_inside(init: Init, shape: tuple[int, int], image: str = "depth") -> tuple[float, ...]:
-    """The given box, which must overlap the image."""
     x, y, w, h = init.numbers
     if x >= shape[1] or y >= shape[0] or x + w <= 0 or y + h <= 0:
         raise Usage(f"expected a box in the {shape[1]} x {shape[0]} {image} image, got {init.text}", "--init")
@@ -166,15 +153,13 @@ def box_inside(init: Init, shape: tuple[int, int], image: str = "depth") -> tupl
 
 
 def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArray[np.bool_]:
-    """The given mask.png, of the image's shape and not empty."""
-    from sdftrack.io.frames import read_mask
+    from sdftrack.io.frames import read_mask, size_text
 
     mask = read_mask(init.text, init.option)
     if mask.shape != shape:
-        size = f"{mask.shape[1]} x {mask.shape[0]}"
         raise ValueError(
-            f"{init.option}: expected the {image} image's size {shape[1]} x {shape[0]}, got {size}; a mask has "
-            f"the geometry of the {image} image"
+            f"{init.option}: expected the {image} image's size {size_text(shape)}, got {size_text(mask.shape)}; a mask "
+            f"has the geometry of the {image} image"
         )
     if not mask.any():
         raise ValueError(f"{init.option}: expected at least one pixel that is not 0, got an empty mask")
@@ -182,14 +167,13 @@ def mask_file(init: Init, shape: tuple[int, int], image: str = "depth") -> NDArr
 
 
 def place_of(init: Init, shape: tuple[int, int], image: str = "depth") -> dict[str, Any]:
-    """A box or a mask, as the argument of a start."""
     if init.kind == "box":
         return {"box": box_inside(init, shape, image)}
     return {"mask": mask_file(init, shape, image)}
 
 
 def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    from sdftrack.imaging.regions import connected_region
+    from sdftrack.imaging.pose_hint import connected_region
 
     if init.kind == "mask":
         return mask_file(init, shape)
@@ -201,7 +185,6 @@ def _mask(init: Init, target: Target, frame: Any, camera: Any, shape: tuple[int,
 
 
 def _click(init: Init, shape: tuple[int, int]) -> tuple[float, float]:
-    """The given pixel, which must be inside the depth image."""
     x, y = init.numbers
     if not (-0.5 <= x < shape[1] - 0.5 and -0.5 <= y < shape[0] - 0.5):
         raise Usage(f"expected a pixel of the {shape[1]} x {shape[0]} depth image, got {init.text}", "--init")
@@ -223,7 +206,7 @@ def _truth(targets: list[Target], folder: Path, first: int, seq: Any) -> list[ND
 
 
 def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
-    """First poses from ``{"T_cam_obj": [4x4, ...]}``, in the order of the models."""
+    """Of ``{"T_cam_obj": [4x4, ...]}``, in the order of the models; before the camera, in metres."""
     if not path.is_file():
         raise FileNotFoundError(f"--init: no such file: {path}")
     value = read_json(path)
@@ -231,28 +214,24 @@ def read_poses(path: Path, count: int) -> list[NDArray[np.float64]]:
     if not isinstance(poses, list):
         raise ValueError(f'--init {path}: expected {{"T_cam_obj": [4x4, ...]}}, in the order of the models')
     if len(poses) != count:
-        raise ValueError(
-            f"--init {path}: expected T_cam_obj to list one 4x4 matrix per --model ({count}), got {len(poses)}"
-        )
-    return [_placed(pose, f"--init {path}: T_cam_obj[{k}]") for k, pose in enumerate(poses)]
-
-
-def _placed(pose: Any, name: str) -> NDArray[np.float64]:
-    """A pose before the camera, in metres."""
-    try:
-        T = st.geometry.rigid(pose, name)
-    except TypeError as error:
-        raise ValueError(str(error)) from None
-    distance, z = math.hypot(*T[:3, 3]), float(T[2, 3])
-    if distance > FARTHEST_M:
-        raise ValueError(
-            f"{name}: the object is {distance:.4g} m away; translations are metres, are these mm?"
-        )
-    if z <= 0:
-        raise ValueError(
-            f"{name}: the object is behind the camera (z = {z:.4g} m); expected T_cam_obj, object to camera"
-        )
-    return T
+        expected = f"expected T_cam_obj to list one 4x4 matrix per --model ({count})"
+        raise ValueError(f"--init {path}: {expected}, got {len(poses)}")
+    out = []
+    for k, pose in enumerate(poses):
+        name = f"--init {path}: T_cam_obj[{k}]"
+        try:
+            T = st.geometry.rigid(pose, name)
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+        distance, z = math.hypot(*T[:3, 3]), float(T[2, 3])
+        if distance > FARTHEST_M:
+            away = f"the object is {distance:.4g} m away"
+            raise ValueError(f"{name}: {away}; translations are metres, are these mm?")
+        if z <= 0:
+            behind = f"the object is behind the camera (z = {z:.4g} m)"
+            raise ValueError(f"{name}: {behind}; expected T_cam_obj, object to camera")
+        out.append(T)
+    return out
 
 
 NAME = "start.png"
@@ -283,18 +262,18 @@ class StartError(ValueError):
 def save_start_picture(
     path: Path, frame: Any, camera: Any, selection: Selection, result: Any = None, sdfs: Any = ()
 ) -> None:
-    """Write the image, with the outlines of the shapes at the poses found."""
     import cv2
+    import numpy as np
 
     from sdftrack.io.frames import write_color
     from sdftrack.viz.overlay import backdrop
 
     picture = backdrop(frame, camera)
-    for k, sdf in enumerate(sdfs):
-        if str(result.status[k]) in ("ok", "weak"):
-            _outline(picture, sdf.silhouette(camera, result.poses[k]), FOUND)
-    for region in selection.regions:
-        _outline(picture, region, REGION)
+    good = [k for k in range(len(sdfs)) if str(result.status[k]) in ("ok", "weak")]
+    outlines = [(sdfs[k].silhouette(camera, result.poses[k]), FOUND) for k in good]
+    for inside, color in [*outlines, *((region, REGION) for region in selection.regions)]:
+        lines = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        cv2.drawContours(picture, lines, -1, color, 1)
     for x, y, w, h in selection.boxes:
         cv2.rectangle(picture, (round(x), round(y)), (round(x + w), round(y + h)), BOX, 1)
     for x, y in selection.clicks:
@@ -303,7 +282,6 @@ def save_start_picture(
 
 
 def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any, camera: Any) -> ValueError:
-    """Add the path of the image to the error, if the folder is writable."""
     from sdftrack.io.out_folder import prepare_folder
 
     try:
@@ -312,11 +290,3 @@ def error_with_picture(error: StartError, out: Path, overwrite: bool, frame: Any
     except OSError:
         return ValueError(str(error))
     return ValueError(f"{error}; {out / NAME} shows the selected region")
-
-
-def _outline(picture: NDArray[np.uint8], inside: NDArray[np.bool_], color: tuple[int, int, int]) -> None:
-    import cv2
-    import numpy as np
-
-    lines = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-    cv2.drawContours(picture, lines, -1, color, 1)

@@ -34,10 +34,9 @@ def load_targets(
     """Load meshes with volumes (one per distinct file) and assign ground-truth instances."""
     loaded: dict[Path, tuple[Any, Any, int | None]] = {}
     targets: list[Target] = []
-    used: set[int] = set()
-    foreign: list[Path] = []
-    for path in models:
-        key = path.resolve()
+    used: set[int | None] = set()
+    keys = [path.resolve() for path in models]
+    for path, key in zip(models, keys, strict=True):
         if key not in loaded:
             mesh = load_mesh(path, "--model", unit)
             own = own_obj_id(mesh, seq, known_unit=unit is not None)
@@ -47,19 +46,18 @@ def load_targets(
                 sdf = st.SDF.from_mesh(mesh, voxels=voxels, holes=holes, color=color, unit=same)
             loaded[key] = (mesh, sdf, own)
         mesh, sdf, own = loaded[key]
-        if own is None and key not in foreign:
-            foreign.append(key)
+        foreign = [k for k, (_, _, known) in loaded.items() if known is None]
         obj_id = own if own is not None else 1 + foreign.index(key)
-        instance = _next_instance(own, seq, used)
-        name = path.stem if [p.resolve() for p in models].count(key) == 1 else f"{path.stem} {len(targets)}"
+        free = (k for k, other in enumerate(seq.objects) if k not in used and own in (None, other))
+        instance = next(free, None)
+        used.add(instance)
+        name = path.stem if keys.count(key) == 1 else f"{path.stem} {len(targets)}"
         targets.append(Target(name, path, mesh, sdf, obj_id, instance, own is not None))
     return targets
 
 
 @contextlib.contextmanager
 def about_file(option: str, path: Path) -> Iterator[None]:
-    """Prefix errors and warnings inside with the option and the file."""
-
     def told(text: str) -> str:
         text = text.removeprefix("mesh: ")
         return f"{option}: {text}" if str(path) in text else f"{option} {path}: {text}"
@@ -94,16 +92,7 @@ def own_obj_id(mesh: Any, seq: Any, known_unit: bool = False) -> int | None:
     return None
 
 
-def _next_instance(own: int | None, seq: Any, used: set[int]) -> int | None:
-    for k, obj_id in enumerate(seq.objects):
-        if k not in used and own in (None, obj_id):
-            used.add(k)
-            return k
-    return None
-
-
 def check_symmetry(text: str) -> str:
-    """Usage error for a value that is neither a keyword nor a JSON file."""
     if text not in ("auto", "none") and Path(text).suffix.lower() != ".json":
         raise Usage(f"expected auto, none or a models_info.json, got {text!r}", "--symmetry")
     return text
@@ -123,7 +112,6 @@ def symmetry_of(text: str, seq: Any, obj_id: int, known: bool, shape: Callable[[
 
 
 def give_symmetries(targets: list[Target], seq: Any, text: str, colored: bool) -> None:
-    """Set each target's symmetry; none if colours resolve it (--colored)."""
     if text == "none" or colored:
         return
     first = {target.path.resolve(): target for target in reversed(targets)}

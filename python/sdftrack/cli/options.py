@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""A command from a frozen dataclass: its fields are the options, with help and bounds beside them.
-
-typer parses. tyro, which starts from dataclasses, was tried: it keeps the last of repeated options, knows no bounds,
-and draws a box around an error in the place of one line.
-"""
+"""A command from a frozen dataclass: its fields are the options, with help and bounds beside them. typer parses. tyro,
+which starts from dataclasses, was tried: it keeps the last of repeated options, knows no bounds, and draws a box around
+an error in the place of one line."""
 
 from __future__ import annotations
 
@@ -17,25 +15,24 @@ import typer
 
 
 def Usage(message: str, option: str | None = None) -> typer.BadParameter:
-    """A usage error (exit code 2)."""
     return typer.BadParameter(message, param_hint=option) if option else typer.BadParameter(message)
 
 
 def option(
     default: Any, help: str, *names: str, check: Callable[[Any], Any] | None = None, **more: Any
 ) -> Any:
-    """An option of a job, called as the field if no `names` are given; a default of ``...``: required.
+    """An option of a job, called as the field if no `names` are given; a default of ``...``: required. ``voxels: int =
+    option(200, "Number of voxels.", min=8)``. `check` checks or converts the value; `more`: min, max, metavar,
+    show_default. The words of a ``Literal`` are the only values; a ``tuple[T, ...]`` is an option that is repeated."""
+    return _described(default, names or ("",), check, {"help": help, **more})
 
-    ``voxels: int = option(200, "Number of voxels.", min=8)``. `check` checks or converts the value; `more`: min, max,
-    metavar, show_default. The words of a ``Literal`` are the only values; a ``tuple[T, ...]`` is an option that is
-    repeated.
-    """
-    about = {"names": names or ("",), "check": check, "more": {"help": help, **more}}
+
+def _described(default: Any, names: tuple[str, ...], check: Any, more: dict[str, Any]) -> Any:
+    about = {"names": names, "check": check, "more": more}
     return dataclasses.field(default=dataclasses.MISSING if default is ... else default, metadata=about)
 
 
 def argument(help: str, metavar: str, default: Any = ...) -> Any:
-    """A word without the name of an option before it."""
     about = {"names": (), "check": None, "more": {"help": help, "metavar": metavar}}
     return dataclasses.field(default=dataclasses.MISSING if default is ... else default, metadata=about)
 
@@ -95,7 +92,11 @@ def _field(field: Any, kind: Any) -> Field:
     def convert(value: Any) -> Any:
         if repeated:
             return tuple(value or ())
-        return value if value is None or check is None else _checked(check, value, long)
+        try:
+            return value if value is None or check is None else check(value)
+        except typer.BadParameter as error:
+            error.param_hint = error.param_hint or long
+            raise
 
     return Field(long, off, bool(names), "Path" in str(inner), inner is bool, repeated, parameter, convert)
 
@@ -108,14 +109,6 @@ def _one_of(words: tuple[str, ...]) -> Callable[[str], str]:
         return value.lower()
 
     return check
-
-
-def _checked(check: Callable[[Any], Any], value: Any, name: str) -> Any:
-    try:
-        return check(value)
-    except typer.BadParameter as error:
-        error.param_hint = error.param_hint or name
-        raise
 
 
 def command(function: Callable[..., None], *before: Any, bare: bool = False) -> Callable[..., None]:

@@ -16,10 +16,8 @@ PLAIN_EVERY_S = 5.0  # a line of progress when the output is not a terminal
 def progress(
     items: Iterable[T], total: int, label: str, quiet: bool, note: Callable[[], str] = lambda: ""
 ) -> Iterator[T]:
-    """Report progress: a bar on a terminal, a line every few seconds in a pipe, nothing if quiet.
-
-    Both have the rate, the remaining time and what `note` says at that moment.
-    """
+    """Report progress: a bar on a terminal, a line every few seconds in a pipe, nothing if quiet. Both have the rate,
+    the remaining time and what `note` says at that moment."""
     with progress_counter(quiet) as tell:
         yield from counted(items, total, label, tell, note)
 
@@ -27,7 +25,6 @@ def progress(
 def counted(
     items: Iterable[T], total: int, label: str, tell: Tell, note: Callable[[], str] = lambda: ""
 ) -> Iterator[T]:
-    """The items, each told of when it is done."""
     for n, item in enumerate(items, 1):
         yield item
         tell(n, total, label, note())
@@ -44,36 +41,30 @@ def progress_counter(quiet: bool) -> Iterator[Tell]:
     """The same for work that reports progress by a callback; a new label starts a new count."""
     if quiet:
         yield lambda done, total, label, note="": None
-    elif sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        return
+    if not sys.stderr.isatty():
+        yield _Lines().tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(),
-            TextColumn("{task.fields[note]}"),
-        )
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            tasks: dict[str, Any] = {}
+    texts = [
+        TextColumn(text) for text in ("{task.description}", "{task.fields[rate]}", "{task.fields[note]}")
+    ]
+    columns = (texts[0], BarColumn(), MofNCompleteColumn(), texts[1], TimeRemainingColumn(), texts[2])
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        tasks: dict[str, Any] = {}
 
-            def move(done: int, total: int, label: str, note: str = "") -> None:
-                if label not in tasks:
-                    tasks[label] = bar.add_task(label, total=total or None, rate="", note="")
-                seconds = bar.tasks[tasks[label]].elapsed or 0.0
-                bar.update(tasks[label], completed=done, rate=_rate(done, seconds), note=note)
+        def move(done: int, total: int, label: str, note: str = "") -> None:
+            if label not in tasks:
+                tasks[label] = bar.add_task(label, total=total or None, rate="", note="")
+            seconds = bar.tasks[tasks[label]].elapsed or 0.0
+            bar.update(tasks[label], completed=done, rate=_rate(done, seconds), note=note)
 
-            yield move
-    else:
-        lines = _Lines()
-        yield lines.tell
+        yield move
 
 
 class _Lines:
-    """Progress in a pipe: a line every few seconds, and one at the end."""
-
     def __init__(self) -> None:
         self._label, self._began, self._last = "", 0.0, time.monotonic()
 

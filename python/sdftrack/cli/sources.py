@@ -17,7 +17,6 @@ from sdftrack.cli.options import Usage, option
 
 
 def known_layout(value: str) -> str:
-    """Usage error for a layout that there is not."""
     from sdftrack.io.datasets import LAYOUTS
 
     known = ["auto", *LAYOUTS]
@@ -28,8 +27,6 @@ def known_layout(value: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """How a sequence is opened."""
-
     layout: str = option(
         "auto",
         "auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md).",
@@ -44,14 +41,11 @@ class Layout:
 
     @property
     def opening(self) -> dict[str, Any]:
-        """Keyword arguments of `open_sequence`."""
         return {"layout": self.layout, "depth_topic": self.depth_topic, "color_topic": self.color_topic}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Frames:
-    """The frames of a sequence that are used."""
-
     start: int = option(0, "First frame.", min=0)
     stop: int | None = option(None, "End frame (exclusive).", min=0)
     step: int = option(1, "Every n-th frame.", min=1)
@@ -61,7 +55,6 @@ class Frames:
         return slice(self.start, self.stop, self.step)
 
     def numbers(self, seq: Any, folder: Path, options: str = "--start, --stop") -> range:
-        """The numbers of the frames; ValueError if there are none."""
         numbers = range(len(seq))[self.part]
         if not len(numbers):
             raise ValueError(f"{options}: expected some of the {len(seq)} frames of {folder}, got none")
@@ -70,8 +63,6 @@ class Frames:
 
 @dataclass(frozen=True, kw_only=True)
 class Rate:
-    """--fps, of commands that write times."""
-
     fps: float | None = option(
         None,
         "Frames per second of a recording that has no times; without it, there are no trajectory files (TUM).",
@@ -94,10 +85,8 @@ def fitting(frame: Any, camera: Any, fps: float | None = None) -> Any:
 
 
 def first_readable(numbers: range, seq: Any, folder: Path, fps: float | None = None) -> tuple[range, Any]:
-    """The frames from the first one on that can be read, and that one; a warning names what was passed over.
-
-    ValueError with the reason if none of the first frames can be read.
-    """
+    """The frames from the first one on that can be read, and that one; a warning names what was passed over. ValueError
+    with the reason if none of the first frames can be read."""
     passed: list[str] = []
     for n, i in enumerate(numbers[:MOST_UNREADABLE]):
         frame = fitting(seq[i], seq.camera, fps)
@@ -164,8 +153,6 @@ MOST_UNREADABLE = 10
 
 @dataclass(frozen=True, kw_only=True)
 class CameraSize:
-    """What is asked of a running camera."""
-
     width: int | None = option(None, "Width of the images (of depth if any), px.", min=1)
     height: int | None = option(None, "Height of the images (of depth if any), px.", min=1)
     fps: float | None = option(None, "Frames per second.", check=above_zero("frames per second"))
@@ -190,12 +177,10 @@ class CameraSize:
 
 
 def is_webcam(address: str) -> bool:
-    """Whether the address is one of a camera without depth."""
     return address.partition(":")[0] == "webcam"
 
 
 def parse_intrinsics(text: str, name: str) -> tuple[float, float, float, float]:
-    """The numbers of an option ``fx,fy,cx,cy``."""
     fx, fy, cx, cy = floats(text, 4) or (0.0,) * 4
     if not (fx > 0 and fy > 0):
         raise Usage(f"expected fx,fy,cx,cy in pixels, fx and fy above 0, got {text!r}", name)
@@ -203,9 +188,7 @@ def parse_intrinsics(text: str, name: str) -> tuple[float, float, float, float]:
 
 
 def load_camera(file: Path, shape: tuple[int, int], what: str) -> Any:
-    """The pinhole camera of a file, for images of that shape (rows, columns); `what`: "the depth image"."""
-    from sdftrack.camera.files import read_camera
-    from sdftrack.camera.plausible import warn_if_doubtful
+    from sdftrack.camera.files import read_camera, warn_if_doubtful
 
     height, width = shape
     with about_file("--camera", file):

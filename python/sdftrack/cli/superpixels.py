@@ -37,7 +37,10 @@ class Superpixels(Common):
 
 def superpixels(job: Superpixels) -> None:
     out = job.folder
-    from sdftrack.io.frames import read_color, read_mask
+    import numpy as np
+
+    from sdftrack.io.frames import read_color, read_mask, write_color, write_depth_units
+    from sdftrack.io.out_folder import earlier_files
 
     job.on_device()
     picture = read_color(job.image, f"IMAGE {job.image}")
@@ -51,51 +54,26 @@ def superpixels(job: Superpixels) -> None:
     labels = st.superpixels.slic(picture, **options, mask=inside, threads=job.threads, device=job.device)
     seconds = time.perf_counter() - began
     job.make_out()
-    settings = {"image": str(job.image), "mask": job.mask and str(job.mask), **options}
-    _write(out, picture, labels, settings, seconds)
+    # 16-bit PNG, and an array if the labels do not fit.
+    most, files = np.iinfo(np.uint16).max, ["labels.png"]
+    write_depth_units(out / "labels.png", np.minimum(labels, most).astype(np.uint16))
+    if labels.max() > most:
+        write_whole(out / "labels.npy", lambda file: np.save(file, labels))
+        files.append("labels.npy")
+    elif "labels.npy" in earlier_files(out, "result.json", "superpixels"):
+        (out / "labels.npy").unlink(missing_ok=True)
+    write_color(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
+    write_color(out / "mean.png", st.superpixels.mean_colors(picture, labels))
+    settings = {"image": str(job.image), "mask": job.mask and str(job.mask), **options, "files": files}
+    areas = np.bincount(labels.ravel())[1:]
+    result = {
+        "version": st.__version__, "settings": {"command": "superpixels", **settings},
+        "size": [picture.shape[1], picture.shape[0]], "segments": int(labels.max()),
+        "smallest_px": int(areas.min()), "largest_px": int(areas.max()),
+        "neighbors": int(np.count_nonzero(st.superpixels.adjacency(labels)[:, 0] > 0)), "seconds": seconds,
+    }  # fmt: skip
+    write_json(out / "result.json", result)
     if not job.quiet:
         size = f"{picture.shape[1]} x {picture.shape[0]} pixels"
         print(f"{job.image}: {labels.max()} segments of {size} in {1e3 * seconds:.1f} ms")
         print(f"  written to {out}")
-
-
-def _write(out: Path, picture: Any, labels: Any, settings: dict[str, Any], seconds: float) -> None:
-    import numpy as np
-
-    from sdftrack.io.frames import write_color
-
-    segments = int(labels.max())
-    files = _save_labels(out, labels)
-    write_color(out / "boundaries.png", st.superpixels.mark_boundaries(picture, labels))
-    write_color(out / "mean.png", st.superpixels.mean_colors(picture, labels))
-    areas = np.bincount(labels.ravel())[1:]
-    write_json(
-        out / "result.json",
-        {
-            "version": st.__version__,
-            "settings": {"command": "superpixels", **settings, "files": files},
-            "size": [picture.shape[1], picture.shape[0]],
-            "segments": segments,
-            "smallest_px": int(areas.min()),
-            "largest_px": int(areas.max()),
-            "neighbors": int(np.count_nonzero(st.superpixels.adjacency(labels)[:, 0] > 0)),
-            "seconds": seconds,
-        },
-    )
-
-
-def _save_labels(out: Path, labels: Any) -> list[str]:
-    """Write labels as 16-bit PNG, and as an array if they do not fit; returns the file names."""
-    import numpy as np
-
-    from sdftrack.io.frames import write_depth_units
-    from sdftrack.io.out_folder import earlier_files
-
-    most = np.iinfo(np.uint16).max
-    write_depth_units(out / "labels.png", np.minimum(labels, most).astype(np.uint16))
-    if labels.max() > most:
-        write_whole(out / "labels.npy", lambda file: np.save(file, labels))
-        return ["labels.png", "labels.npy"]
-    if "labels.npy" in earlier_files(out, "result.json", "superpixels"):
-        (out / "labels.npy").unlink(missing_ok=True)
-    return ["labels.png"]

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import sdftrack as st
 from sdftrack.cli.common import Unit, floats
 from sdftrack.cli.options import Usage, argument, option
-from sdftrack.cli.recording import Recording, items_of, write_all
+from sdftrack.cli.record import Recording, items_of, write_all
 
 TRUTH = "exercise.json"
 TOUCHING_M = 0.0005  # between objects that touch: none enters the other
@@ -90,14 +90,9 @@ def _sequence(job: Synth, meshes: list[Any], common: dict[str, Any]) -> Any:
 
     _refuse(job, {"--kind": job.kind, "--object": job.object_, "--repetitions": job.repetitions})
     around = job.around or "objects"
-    return st.synth.sequence(
-        meshes or [duck_mesh()],
-        job.frames or 120,
-        trajectory=job.motion or "random",
-        clutter=None if around == "none" else around,
-        fps=job.fps,
-        **common,
-    )
+    about = {"clutter": None if around == "none" else around, "fps": job.fps, **common}
+    shapes, trajectory = meshes or [duck_mesh()], job.motion or "random"
+    return st.synth.sequence(shapes, job.frames or 120, trajectory=trajectory, **about)
 
 
 def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[Any, Any]:
@@ -110,17 +105,10 @@ def _exercise(job: Synth, models: list[Any], common: dict[str, Any]) -> tuple[An
     if len({round(float(mesh.bounds[0][2]), 3) for mesh in meshes}) > 1:
         raise Usage("expected models whose lowest points have the same z, which is their height", "--model")
     kind = (job.kind or "reach").replace("-", "_")
-    own: dict[str, Any] = {}
+    own: dict[str, Any] = {"origin_m": -float(meshes[0].bounds[0][2]), "repetitions": job.repetitions or 5}
     if kind == "two_handed":
         own["meeting_m"] = float(meshes[0].bounds[1][0] - meshes[-1].bounds[0][0]) + TOUCHING_M
-    made = st.synth.exercise(
-        kind,
-        seed=job.seed,
-        repetitions=job.repetitions or 5,
-        fps=job.fps,
-        origin_m=-float(meshes[0].bounds[0][2]),
-        **own,
-    )
+    made = st.synth.exercise(kind, seed=job.seed, fps=job.fps, **own)
     around = None if job.around == "none" else job.around or "table"
     return made, st.synth.exercise_sequence(made, meshes, around=around, frames=job.frames, **common)
 

@@ -82,19 +82,11 @@ class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
 
     def inits(self, seq: Any = None, first: int = 0) -> list[Init]:
         """--init; its default for a sequence is its masks, where it has no poses but masks in the first frame."""
-        own = (
-            not self.init
-            and seq is not None
-            and not seq.ground_truth
-            and self.mode != "rgb"
-            and seq.masks(first)
-        )
-        inits = parse_inits(self.init or (["mask"] if own else ["gt"]), len(self.models()))
+        masked = seq is not None and not seq.ground_truth and self.mode != "rgb" and seq.masks(first)
+        inits = parse_inits(self.init or (["mask"] if masked else ["gt"]), len(self.models()))
         if self.mode == "rgb" and any(i.kind not in ("gt", "poses") for i in inits):
-            raise Usage(
-                "expected gt or a file of poses: --mode rgb uses no depth, so it cannot search for an object",
-                "--init",
-            )
+            no_search = "--mode rgb uses no depth, so it cannot search for an object"
+            raise Usage(f"expected gt or a file of poses: {no_search}", "--init")
         return inits
 
     def check(self) -> None:
@@ -107,9 +99,8 @@ class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
             raise Usage("expected --mode rgbd or auto: depth mode does not use colours", "--colored")
         self.inits()
         if self.outline and self.mode == "depth":
-            raise Usage(
-                "expected --mode rgbd, rgb or auto: depth mode does not use colour images", "--outline"
-            )
+            unused = "depth mode does not use colour images"
+            raise Usage(f"expected --mode rgbd, rgb or auto: {unused}", "--outline")
         if self.scale == "free" and (self.mode == "rgb" or self.overlay_mesh):
             raise Usage(
                 "expected known with --mode rgb or --overlay-mesh: a scale is estimated from depth, and only the "
@@ -131,7 +122,6 @@ def track(job: Track) -> None:
 
 
 def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> list[str]:
-    """Returns one line of advice for each object that is lost in all frames."""
     from sdftrack.cli.followed import Followed, StatusCounts
 
     with st.open_sequence(folder, **job.opening) as seq:
@@ -143,14 +133,9 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
         give_symmetries(targets, seq, job.symmetry, job.colored)
         names = [t.name for t in targets]
         tracker = st.Tracker(
-            [t.sdf for t in targets],
-            seq.camera,
-            mode=job.mode,
-            names=names,
-            symmetry=[t.symmetry for t in targets],
-            scale="free" if job.scale == "free" else None,
-            **options,
-        )
+            [t.sdf for t in targets], seq.camera, mode=job.mode, names=names,
+            symmetry=[t.symmetry for t in targets], scale="free" if job.scale == "free" else None, **options,
+        )  # fmt: skip
         meshes = [load_mesh(p, "--overlay-mesh", job.unit) for p in job.overlay_mesh]
         run = Followed(job, folder, out, seq, numbers, frame)
         camera, counts = seq.camera if frame.camera is None else frame.camera, StatusCounts()
@@ -166,13 +151,10 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
             return {k: known[t.instance] for k, t in enumerate(targets) if t.instance in known}
 
         recorder = run.recorder(
-            tracker.shapes,
-            _settings(job, inits, targets, tracker),
-            obj_ids=[t.obj_id for t in targets],
-            names=names,
-            meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
+            tracker.shapes, _settings(job, inits, targets, tracker), obj_ids=[t.obj_id for t in targets],
+            names=names, meshes=meshes + [None] * (len(targets) - len(meshes)) if meshes else None,
             bop_name=_bop_name(folder) if seq.layout == "bop" else None,
-        )
+        )  # fmt: skip
         with recorder, progress_counter(job.quiet) as tell:
             if selection:
                 save_start_picture(out / NAME, frame, camera, selection, first, tracker.shapes)
@@ -195,23 +177,17 @@ def _track_one(folder: Path, out: Path, job: Track, options: dict[str, Any]) -> 
 def _settings(job: Track, inits: list[Init], targets: list[Target], tracker: Any) -> dict[str, Any]:
     symmetries = [t.symmetry.to_dict() if t.symmetry else None for t in targets]
     return {
-        "command": "track",
-        "models": [str(t.path) for t in targets],
-        "known_models": [t.known for t in targets],
+        "command": "track", "models": [str(t.path) for t in targets], "known_models": [t.known for t in targets],
         **({} if job.symmetry == "none" else {"symmetries": symmetries}),
-        **({} if job.scale == "known" else {"scale": job.scale}),
-        "instances": [t.instance for t in targets],
-        "init": inits[0].text if len(inits) == 1 else [i.text for i in inits],
-        "mode": tracker.mode,
-        "voxels": job.voxels,
-        "colored": job.colored,
+        **({} if job.scale == "known" else {"scale": job.scale}), "instances": [t.instance for t in targets],
+        "init": inits[0].text if len(inits) == 1 else [i.text for i in inits], "mode": tracker.mode,
+        "voxels": job.voxels, "colored": job.colored,
         **({} if tracker.sensor is None else {"sensor": tracker.sensor.to_dict()}),
         "tracker": tracker.options.to_dict(),
-    }
+    }  # fmt: skip
 
 
 def _tell(tracker: Any, names: list[str]) -> None:
-    """What was found besides the poses."""
     delay = tracker.color_delay
     if delay and delay.significant:
         print(
@@ -223,7 +199,6 @@ def _tell(tracker: Any, names: list[str]) -> None:
 
 
 def _scale_record(scale: Any) -> dict[str, Any] | None:
-    """Of report.json; None: not known."""
     if scale is None or not math.isfinite(scale.sd):
         return None
     return {"scale": scale.scale, "sd": scale.sd, "interval95": list(scale.interval95)}

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import sdftrack as st
+from sdftrack._internal.closing import closed_on_error
 from sdftrack.cli.common import Common, Unit
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.sources import Layout
@@ -65,7 +66,9 @@ def view(job: View) -> None:
 def _serve(shown: Any, job: View) -> None:
     import time
 
+    from sdftrack.io.frames import write_color
     from sdftrack.viz.view import view as open_view
+    from sdftrack.viz.viewer import Save
 
     about = {"camera": shown.camera, "names": shown.names, "host": job.host, "port": job.port}
     with open_view(shown.frames, shown.results, shown.meshes, **about) as viewer:
@@ -76,22 +79,15 @@ def _serve(shown: Any, job: View) -> None:
         end = math.inf if job.seconds is None else time.monotonic() + job.seconds
         while (left := end - time.monotonic()) > 0:
             viewer.wait(min(left, 0.2))
-            _save(viewer, job.out)
-
-
-def _save(viewer: Any, out: Path | None) -> None:
-    """Write the shown image for each `Save` that the page asked for."""
-    from sdftrack.io.frames import write_color
-    from sdftrack.viz.viewer import Save
-
-    for request in viewer.requests():
-        if isinstance(request, Save) and viewer.picture is not None:
-            if out is None:
-                print("not saved: start with --out DIR", flush=True)
-                continue
-            path = next(p for n in itertools.count() if not (p := out / f"view_{n:06d}.png").exists())
-            write_color(path, viewer.picture)
-            print(f"saved {path}", flush=True)
+            saves = sum(isinstance(request, Save) for request in viewer.requests())
+            for picture in [viewer.picture] * saves if viewer.picture is not None else ():
+                if job.out is None:
+                    print("not saved: start with --out DIR", flush=True)
+                    continue
+                names = (job.out / f"view_{n:06d}.png" for n in itertools.count())
+                path = next(name for name in names if not name.exists())
+                write_color(path, picture)
+                print(f"saved {path}", flush=True)
 
 
 MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
@@ -112,48 +108,35 @@ class Recording:
 
 
 def load_recording(path: Path, seq: str | None, arguments: dict[str, Any], unit: str | None) -> Recording:
-    """A result folder of `track` or `reconstruct`, or a sequence without results.
-
-    `arguments`: those of `open_sequence`.
-    """
+    """A result folder of `track` or `reconstruct`, or a sequence without results. `arguments`: those of
+    `open_sequence`."""
     if not (path / "report.json").is_file():
         sequence = st.open_sequence(path, **arguments)
         return Recording(sequence, sequence.camera, [None] * len(sequence))
     from sdftrack.io.report_file import read_results, result_of
 
     report = read_results(path)
-    settings = report["settings"]
+    settings, rows = report["settings"], report["frames"]
     source = seq if seq is not None else settings.get("sequence")
     if source is None:
         raise ValueError(f"--seq: expected the sequence of {path}, which its report does not name, got none")
     if seq is None:
         arguments = {**arguments, "layout": settings.get("layout", "auto")}
     sequence = st.open_sequence(source, **arguments)
-    try:
+    with closed_on_error(sequence):
         number = {im_id: i for i, im_id in enumerate(sequence.ids)}
-        rows = report["frames"]
         missing = [row["im_id"] for row in rows if row["im_id"] not in number]
         if missing:
-            raise ValueError(
-                f"--seq: expected a sequence with the images of {path}, but {source} has no {missing[0]}"
-            )
+            expected = f"expected a sequence with the images of {path}"
+            raise ValueError(f"--seq: {expected}, but {source} has no {missing[0]}")
         frames = sequence.part([number[row["im_id"]] for row in rows])
         objects: list[Any] = max((row["objects"] for row in rows), key=len, default=[])
         meshes = _meshes(path, settings, len(objects), sequence, unit)
-        return Recording(
-            frames,
-            sequence.camera,
-            [result_of(row) for row in rows],
-            meshes,
-            [str(o["name"]) for o in objects],
-        )
-    except BaseException:
-        sequence.close()
-        raise
+        names, results = [str(o["name"]) for o in objects], [result_of(row) for row in rows]
+        return Recording(frames, sequence.camera, results, meshes, names)
 
 
 def model_of_report(path: Path, k: int) -> Any:
-    """The mesh of object k of a result folder, m; None where its report names none that is there."""
     from sdftrack.io.report_file import read_results
 
     settings = read_results(path)["settings"]
@@ -169,7 +152,6 @@ _NO_MODELS = SimpleNamespace(models={})  # in place of a sequence: it has none o
 
 
 def _meshes(path: Path, settings: dict[str, Any], count: int, seq: Any, unit: str | None) -> list[Any]:
-    """One mesh per object: the reconstruction, or the models that were tracked."""
     from sdftrack.cli.objects import load_mesh, own_obj_id
 
     if settings.get("command") == "reconstruct":
@@ -201,10 +183,10 @@ def load_mesh_alone(path: Path, unit: str | None) -> Recording:
     radius = 0.5 * float(np.linalg.norm(high - low))
     camera = st.Camera.from_fov(np.radians(40), 640, 480)
     # Seen from above and in front, y of the camera against z of the object: as most models stand.
-    a = np.radians(25)
-    R = np.array([[1, 0, 0], [0, np.sin(a), -np.cos(a)], [0, np.cos(a), np.sin(a)]])
+    sin, cos = np.sin(np.radians(25)), np.cos(np.radians(25))
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R, np.array([0, 0, 3.6 * radius]) - R @ (0.5 * (low + high))
+    T[:3, :3] = [[1, 0, 0], [0, sin, -cos], [0, cos, sin]]
+    T[:3, 3] = np.array([0, 0, 3.6 * radius]) - T[:3, :3] @ (0.5 * (low + high))
     depth, normals, colors = mesh.raycast(camera, T)
     lit = (255 * (0.25 + 0.7 * np.abs(normals[..., 2:]))).clip(0, 255) * np.ones(3)
     picture = lit if colors is None else lit / 255 * colors

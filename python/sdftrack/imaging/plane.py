@@ -84,18 +84,9 @@ def remove_plane(
     x, y = _start(start_px, frame.depth.shape)
     tolerance = _tolerance(tolerance)
     found = _core.remove_plane(
-        frame.depth,
-        pinhole._core,
-        pinhole.rays if pinhole.distortion is not None else None,
-        x,
-        y,
-        tolerance,
-        method,
-        _law(noise),
-        noise is None,
-        bool(feet),
-        whole(threads, "threads", 0, what=THREADS),
-    )
+        frame.depth, pinhole._core, pinhole.rays if pinhole.distortion is not None else None, x, y, tolerance,
+        method, _law(noise), noise is None, bool(feet), whole(threads, "threads", 0, what=THREADS),
+    )  # fmt: skip
     if isinstance(found, str):
         raise ValueError(_miss(found, start_px, tolerance))
     return found[0], (np.array(found[1]), float(found[2]))
@@ -177,22 +168,18 @@ ROUNDS = 2  # of sharing out and fitting: after the first one nothing moves by m
 
 def three_planes(frame: Frame, camera: Any, tolerance: float) -> tuple[Array, Array]:
     """The three largest planes of a depth image: (3, 3) unit normals (rows) towards the camera, and (3,) offsets, m.
-
     They are found sequentially. Then each is refitted to all measurements within its slab that are not near the other
     planes, weighted by the sensor's noise along the ray: a linear fit of inverse depth over pixels, which does not
-    depend on the focal length or the principal point (docs/math/planes.md, section 6).
-    """
-    normals, offsets, rest = [], [], frame
+    depend on the focal length or the principal point (docs/math/planes.md, section 6)."""
+    found, rest = [], frame
     for _ in range(3):
-        off_plane, (normal, offset) = remove_plane(rest, camera, tolerance=tolerance, feet=False)
-        normals.append(normal)
-        offsets.append(offset)
+        off_plane, plane = remove_plane(rest, camera, tolerance=tolerance, feet=False)
+        found.append(plane)
         assert rest.depth is not None  # remove_plane has looked
         rest = rest.replace(depth=np.where(off_plane, rest.depth, np.float32(0)))
-    n, d = np.array(normals), np.array(offsets)
-    pinhole = depth_camera(camera if camera is not None else frame.camera)  # type: ignore[arg-type]
+    n, d = np.array([normal for normal, _ in found]), np.array([offset for _, offset in found])
     for _ in range(ROUNDS):
-        n, d = _refitted(frame, pinhole, n, d, tolerance)
+        n, d = _refitted(frame, _camera_of(frame, camera), n, d, tolerance)
     return n, d
 
 
@@ -209,15 +196,9 @@ def _refitted(frame: Frame, camera: Camera, n: Array, d: Array, tolerance: float
         others = [j for j in range(3) if j != k]
         own = (z > 0) & (near[..., k] < 1) & (near[..., others] > APART).all(axis=-1)
         fitted = _core.fit_plane(
-            frame.depth,
-            camera._core,
-            camera.rays if camera.distortion is not None else None,
-            own.view(np.uint8),
-            n[k],
-            d[k],
-            tolerance,
-            KINECT,
-        )
+            frame.depth, camera._core, camera.rays if camera.distortion is not None else None,
+            own.view(np.uint8), n[k], d[k], tolerance, KINECT,
+        )  # fmt: skip
         out_n.append(n[k] if fitted is None else np.array(fitted[0]))
         out_d.append(d[k] if fitted is None else float(fitted[1]))
     return np.array(out_n), np.array(out_d)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Validated hints for an object's location at a start: a pose, a mask or a box, as passed to the core."""
+"""Validated hints for an object's location at a start, as passed to the core; the region around a click."""
 
 from __future__ import annotations
 
@@ -10,21 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdftrack import _core
 from sdftrack._internal.rotations import rigid_pose
 from sdftrack._internal.validation import detached, numbers
-from sdftrack.camera import Camera
+from sdftrack.camera import Camera, depth_camera
 
 # A (4, 4) float64 pose, an (H, W) uint8 mask, a box (x, y, w, h) of whole pixels, a click (x, y), or None: anywhere.
 Place = NDArray[np.float64] | NDArray[np.uint8] | tuple[int, int, int, int] | tuple[float, float] | None
 
 
 def is_mask(place: Place) -> bool:
-    """Whether a place is a mask."""
     return isinstance(place, np.ndarray) and place.dtype == np.uint8
 
 
 def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
-    """(H, W) bool or uint8 of the depth image's size, nonzero on the object."""
     given = np.asarray(detached(mask))
     if given.dtype != bool and given.dtype != np.uint8:
         raise TypeError(f"{name}: expected (H, W) bool or uint8, got {given.dtype} {given.shape}")
@@ -38,7 +37,6 @@ def mask_place(mask: Any, name: str, camera: Camera) -> NDArray[np.uint8]:
 
 
 def box_place(box: Any, name: str, camera: Camera) -> tuple[int, int, int, int]:
-    """(x, y, w, h) in depth pixels: clipped to the image, rounded outwards."""
     values = numbers(box, name)
     if values.shape != (4,) or not np.isfinite(values).all():
         raise ValueError(f"{name}: expected (x, y, w, h), got {box!r}")
@@ -58,9 +56,7 @@ def moved_into(
     box: tuple[float, float, float, float], T: NDArray[np.float64], points: NDArray[Any], camera: Camera
 ) -> NDArray[np.float64]:
     """``T_cam_obj`` with the rotation of `T` and the position at which the object fills a box (x, y, w, h), px.
-
-    `points`: (N, 3), the object's vertices, m. The middle of their extent is projected to the middle of the box.
-    """
+    `points`: (N, 3), the object's vertices, m. The middle of their extent is projected to the middle of the box."""
     x, y, w, h = box
     row = min(max(round(y + h / 2), 0), camera.height - 1)
     column = min(max(round(x + w / 2), 0), camera.width - 1)
@@ -127,3 +123,14 @@ def one_place(pose: Any, mask: Any, box: Any, camera: Camera) -> Place:
     if mask is not None:
         return mask_place(mask, "mask", camera)
     return None if box is None else box_place(box, "box", camera)
+
+
+def connected_region(frame: Any, camera: Any, px: tuple[float, float], reach_m: float) -> NDArray[np.bool_]:
+    """Pixels connected to `px` without a depth discontinuity, within `reach_m`, and not on the dominant plane. `px`
+    (x, y) are depth pixels, `reach_m` is the object's diameter. ValueError without depth at or near `px`, or with
+    almost no connected pixels there."""
+    lens = depth_camera(camera)
+    if frame.depth is None:
+        raise ValueError(f"expected a depth image, got none{': ' + frame.error if frame.error else ''}")
+    rays = lens.rays if lens.distortion else None
+    return _core.connected_region(frame.depth, lens._core, rays, px, reach_m)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.array_archive import read_array
+from sdftrack._internal.saved_file import read_array
 from sdftrack._internal.text_files import read_text
 from sdftrack.mesh.files import check_ply_is_whole
 
@@ -18,10 +18,8 @@ FORMATS = (".ply", ".obj", ".stl", ".xyz", ".npy")
 
 
 def read_cloud(file: Path) -> NDArray[Any]:
-    """Read points (N, 3) in the file's unit, from one of `FORMATS`.
-
-    FileNotFoundError; ValueError naming a file that is empty, truncated or not a point cloud.
-    """
+    """Read points (N, 3) in the file's unit, from one of `FORMATS`. FileNotFoundError; ValueError naming a file that is
+    empty, truncated or not a point cloud."""
     if not file.is_file():
         raise FileNotFoundError(f"{file}: no such file")
     try:
@@ -46,7 +44,6 @@ def read_cloud(file: Path) -> NDArray[Any]:
 
 
 def _read_text(file: Path) -> NDArray[np.float64]:
-    """Read x y z from the first columns, separated by blanks, tabs, commas or semicolons."""
     rows: list[list[float]] = []
     for i, line in enumerate(read_text(file).splitlines(), 1):
         words = re.split(r"[\s,;]+", line.split("#")[0].strip())

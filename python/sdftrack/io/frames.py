@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.array_archive import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold, read_array
+from sdftrack._internal.extras import need
 from sdftrack._internal.files import replacing
+from sdftrack._internal.saved_file import ALLOWANCE_BYTES, MOST_EXPANSION, may_hold, read_array
 from sdftrack._internal.text_files import reason_of
-from sdftrack.io.exr import EXR_START, decode_exr
 
 _PNG_START, _JPEG_START, _JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 _NPY_START = b"\x93NUMPY"
@@ -40,7 +40,6 @@ class Expected:
     shape: tuple[int, int]
 
     def check(self, shape: tuple[int, ...], name: str) -> None:
-        """ValueError for another size."""
         if tuple(shape[:2]) != tuple(self.shape):
             raise ValueError(
                 f"{name}: {size_text(shape)} pixels, but {self.whom} has {size_text(self.shape)}"
@@ -48,24 +47,20 @@ class Expected:
 
 
 def size_text(shape: tuple[int, ...]) -> str:
-    """``640 x 480`` of the shape (480, 640)."""
     return f"{shape[1]} x {shape[0]}"
 
 
 def read_depth_units(
     path: str | os.PathLike[str], name: str | None = None, expected: Expected | None = None
 ) -> NDArray[np.uint16] | NDArray[np.float32]:
-    """(H, W) raw units of a depth image; `name` identifies the file in messages.
-
-    uint16, or float32 of a file of floating-point numbers (TIFF, NPY, EXR), in whatever unit it has.
-    FileNotFoundError when it is missing; ValueError when it is truncated, not an image, of 8 bit or of several
-    channels, or not of the `expected` size, which is compared with the header before anything is decoded.
-    """
+    """(H, W) raw units of a depth image; `name` identifies the file in messages. uint16, or float32 of a file of
+    floating-point numbers (TIFF, NPY, EXR), in whatever unit it has. FileNotFoundError when it is missing; ValueError
+    when it is truncated, not an image, of 8 bit or of several channels, or not of the `expected` size, which is
+    compared with the header before anything is decoded."""
     return decode_depth_units(_content(Path(path), name), name or str(path), expected)
 
 
 def decode_depth_units(data: bytes, name: str, expected: Expected | None = None) -> NDArray[Any]:
-    """The same from the content of an image file."""
     if data.startswith(_NPY_START):
         image = _npy(data, name)
     elif data.startswith(EXR_START):
@@ -111,12 +106,10 @@ def header_size(path: Path) -> tuple[int, int] | None:
 def read_color(
     path: str | os.PathLike[str], name: str | None = None, expected: Expected | None = None
 ) -> NDArray[np.uint8]:
-    """(H, W, 3) uint8 RGB; grey images are repeated, alpha is dropped."""
     return decode_color(_content(Path(path), name), name or str(path), expected)
 
 
 def decode_color(data: bytes, name: str, expected: Expected | None = None) -> NDArray[np.uint8]:
-    """The same from the content of an image file."""
     image = _decode(data, name, expected)
     if image.dtype != np.uint8:
         raise ValueError(f"{name}: expected an 8-bit colour image, got {image.dtype}")
@@ -134,21 +127,18 @@ def read_mask(path: str | os.PathLike[str], name: str | None = None) -> NDArray[
 
 
 def write_depth_units(path: str | os.PathLike[str], units: NDArray[np.uint16]) -> None:
-    """Write a 16-bit PNG, completely or not at all."""
     if units.dtype != np.uint16 or units.ndim != 2:
         raise TypeError(f"units: expected uint16 (H, W), got {units.dtype} {units.shape}")
     _encode(path, units)
 
 
 def write_color(path: str | os.PathLike[str], color: NDArray[np.uint8]) -> None:
-    """Write RGB uint8 (H, W, 3), completely or not at all."""
     if color.dtype != np.uint8 or color.ndim != 3 or color.shape[2] != 3:
         raise TypeError(f"color: expected uint8 (H, W, 3), got {color.dtype} {color.shape}")
     _encode(path, color[..., ::-1])
 
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
-    """Write a mask as 0 and 255, completely or not at all."""
     _encode(path, np.where(mask, np.uint8(255), np.uint8(0)))
 
 
@@ -212,15 +202,12 @@ TIFF_WIDTH, TIFF_HEIGHT, TIFF_BITS, TIFF_SAMPLES = 256, 257, 258, 277
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Size in pixels, and bytes of a decoded pixel."""
-
     width: int
     height: int
     pixel_bytes: int
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(height, width), as of an array."""
         return self.height, self.width
 
     @property
@@ -307,3 +294,55 @@ def _bmp(data: bytes) -> ImageHeader | None:
     (size,) = struct.unpack_from("<I", data, 14)
     width, height = struct.unpack_from("<HH" if size == 12 else "<ii", data, 18)
     return ImageHeader(abs(width), abs(height), 4)
+
+
+EXR_START = b"v/1\x01"
+_AFTER_NAME = 16  # bytes of a channel: type, whether linear, sampling
+
+
+def decode_exr(data: bytes, name: str) -> NDArray[np.float32]:
+    """(H, W) float32 of the content of a file; ValueError for several channels or damage, ImportError without PyAV."""
+    av: Any = need("av", "video")
+    try:
+        at, channels = _channels(data)
+    except (struct.error, IndexError, KeyError, ValueError):
+        raise ValueError(f"{name}: the EXR file is truncated or damaged") from None
+    if len(channels) != 1 or len(channels[0]) != 1:
+        raise ValueError(
+            f"{name}: expected EXR depth in one channel with a name of one letter, got {', '.join(channels) or 'none'}"
+        )
+    luminance = data[:at] + b"Y" + data[at + 1 :]  # the only single channel that FFmpeg decodes
+    try:
+        decoder = av.CodecContext.create("exr", "r")
+        frames = [*decoder.decode(av.Packet(luminance)), *decoder.decode(None)]
+        return np.asarray(frames[0].to_ndarray(), np.float32)
+    except (av.FFmpegError, IndexError, ValueError) as error:
+        raise ValueError(f"{name}: the EXR file cannot be decoded ({reason_of(error)})") from None
+
+
+def _channels(data: bytes) -> tuple[int, list[str]]:
+    """Where the name of the first channel begins, and the names of all; ValueError for a file without its last rows.
+    FFmpeg gives zeros for rows that are missing, which would be pixels without a measurement."""
+    places, at = {}, 8
+    while data[at]:
+        name, at = _text(data, at)
+        _, at = _text(data, at)
+        (size,) = struct.unpack_from("<I", data, at)
+        places[name] = at + 4, size
+        at += 4 + size
+    first, size = places["channels"]
+    names, place = [], first
+    while data[place]:
+        name, place = _text(data, place)
+        names.append(name)
+        place += _AFTER_NAME
+    (begin,) = struct.unpack_from("<Q", data, at + 1)  # of the first block, behind the table of all
+    last = max(struct.unpack_from(f"<{(begin - at - 1) // 8}Q", data, at + 1))
+    if last + 8 + struct.unpack_from("<I", data, last + 4)[0] > len(data):
+        raise ValueError
+    return first, names
+
+
+def _text(data: bytes, at: int) -> tuple[str, int]:
+    end = data.index(b"\0", at)
+    return data[at:end].decode("latin-1"), end + 1

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.text_files import contents, read_json
+from sdftrack._internal.rotations import quaternion, rotation
+from sdftrack._internal.text_files import contents, named, read_json, read_text
+from sdftrack._internal.validation import shown
 from sdftrack.results import Status, TrackResult
 
 BOP_HEADER = "scene_id,im_id,obj_id,score,R,t,time"
@@ -18,7 +21,6 @@ Array = NDArray[np.float64]
 
 
 def read_results(directory: Path) -> dict[str, Any]:
-    """The report of a run; FileNotFoundError or ValueError in one line."""
     path = Path(directory) / "report.json"
     if not Path(directory).is_dir():
         raise FileNotFoundError(f"{directory}: no such folder")
@@ -31,7 +33,6 @@ def read_results(directory: Path) -> dict[str, Any]:
 
 
 def result_of(row: dict[str, Any]) -> TrackResult:
-    """The TrackResult of a frame of report.json."""
     objects = row["objects"]
     count = len(objects)
 
@@ -56,7 +57,6 @@ def result_of(row: dict[str, Any]) -> TrackResult:
 
 
 def bop_row(result: TrackResult, k: int, scene_id: int, im_id: int, obj_id: int) -> str:
-    """``scene_id,im_id,obj_id,score,R,t,time`` of object k: BOP's results, t in millimetres."""
     T = result.poses[k]
     R = " ".join(f"{v:.9f}" for v in T[:3, :3].ravel())
     t = " ".join(f"{1e3 * v:.6f}" for v in T[:3, 3])
@@ -86,7 +86,6 @@ def object_entry(result: TrackResult, k: int, obj_id: int, name: str) -> dict[st
 
 
 def plain(value: Any) -> Any:
-    """Convert numpy values, paths and NaN for JSON."""
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, Mapping):
@@ -101,5 +100,53 @@ def plain(value: Any) -> Any:
 
 
 def number_or_none(value: Any) -> float | None:
-    """None for values that JSON cannot represent."""
     return float(value) if value is not None and np.isfinite(value) else None
+
+
+TUM_HEADER = "# timestamp tx ty tz qx qy qz qw"
+
+
+def tum_line(time_s: float, T: Array, digits: str = ".12g") -> str:
+    """``timestamp tx ty tz qx qy qz qw`` (s, m) of a (4, 4) pose; `digits`: format of the numbers."""
+    numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
+    return f"{time_s:.6f} " + " ".join(f"{v:{digits}}" for v in numbers)
+
+
+def read_tum_rows(path: str | os.PathLike[str]) -> tuple[list[int], Array]:
+    lines, rows = [], []
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        try:
+            row = [float(v) for v in line.replace(",", " ").split()]
+        except ValueError:
+            row = []
+        if len(row) != 8:
+            raise ValueError(
+                f"{path}, line {number}: expected 'timestamp tx ty tz qx qy qz qw', got {shown(line)}"
+            )
+        lines.append(number)
+        rows.append(row)
+    return lines, np.array(rows, np.float64).reshape(-1, 8)
+
+
+def read_tum(path: str | os.PathLike[str]) -> tuple[Array, Array]:
+    """Timestamps (N,) in seconds and poses (N, 4, 4) of a TUM trajectory file."""
+    lines, rows = read_tum_rows(path)
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    for T, row, line in zip(poses, rows, lines, strict=True):
+        with named(f"{os.fspath(path)}, line {line}"):
+            T[:3, :3], T[:3, 3] = rotation(row[4:]), row[1:4]
+    return rows[:, 0], poses
+
+
+def log_lines(number: int, T: Array) -> list[str]:
+    return [f"{number} {number} {number + 1}", *(" ".join(f"{v:.15g}" for v in row) for row in T)]
+
+
+def read_log(path: str | os.PathLike[str]) -> dict[int, Array]:
+    """Poses of a Redwood trajectory log, by the first integer of their header line."""
+    lines = [s.split() for s in read_text(path).splitlines() if s.strip()]
+    with contents(path, "blocks of 'i i n' and four rows of four numbers"):
+        blocks = [lines[i : i + 5] for i in range(0, len(lines), 5)]
+        return {int(head[0]): np.array(rows, dtype=np.float64).reshape(4, 4) for head, *rows in blocks}

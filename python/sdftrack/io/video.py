@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.extras import MissingExtra, need
-from sdftrack._internal.files import PART_PREFIX
+from sdftrack._internal.files import PART, PART_PREFIX
 from sdftrack.io.datasets.images import image_files
 from sdftrack.io.frames import read_color
 
-PART = ".part"  # suffix of a file that is not finished
 Picture = NDArray[np.uint8]
 _ENCODERS = ("libx264", "libopenh264", "h264")
 _ENCODER_OPTIONS = {"libx264": {"crf": "20", "preset": "veryfast"}}
@@ -30,8 +29,7 @@ class VideoFile:
 
     def __init__(self, path: Path, fps: float | None) -> None:
         self.part = path.with_name(f".{path.name}{PART}")
-        self._name = path.name
-        self._fps = fps
+        self._name, self._fps = path.name, fps
         self._waiting: list[tuple[Picture, float | None]] = []  # the first picture, until the rate is known
         self._encoder: _BrowserVideo | _PlainVideo | None = None
         self._make: type[_BrowserVideo | _PlainVideo] = _BrowserVideo
@@ -39,11 +37,8 @@ class VideoFile:
             need("av", "video")
         except MissingExtra as error:
             self._make = _PlainVideo
-            warnings.warn(
-                f"{path.name} is MPEG-4 Part 2 (mp4v), which browsers do not play; for H.264: {error}",
-                RuntimeWarning,
-                stacklevel=3,
-            )
+            told = f"{path.name} is MPEG-4 Part 2 (mp4v), which browsers do not play; for H.264: {error}"
+            warnings.warn(told, RuntimeWarning, stacklevel=3)
 
     def add(self, picture: Picture, stamp: float | None) -> None:
         if self._encoder is not None:
@@ -146,7 +141,6 @@ class _PlainVideo:
 
 
 def write_video(path: Path, pictures: Iterable[Picture], fps: float) -> None:
-    """Write images (H x W x 3 RGB, of one size) as a video; no file is left if one of them fails."""
     video = VideoFile(path, fps)
     try:
         for picture in pictures:
@@ -159,11 +153,9 @@ def write_video(path: Path, pictures: Iterable[Picture], fps: float) -> None:
 
 
 class ColorVideo:
-    """Frames of `source`: ``for image in ColorVideo(path)`` gives (H, W, 3) uint8 RGB.
-
-    It is a video (anything that PyAV reads; extra [video]), or a folder of images in the order of their names or
-    numbers. FileNotFoundError; ValueError for a folder without images, and a file that is not a video, or is truncated.
-    """
+    """Frames of `source`: ``for image in ColorVideo(path)`` gives (H, W, 3) uint8 RGB. It is a video (anything that
+    PyAV reads; extra [video]), or a folder of images in the order of their names or numbers. FileNotFoundError;
+    ValueError for a folder without images, and a file that is not a video, or is truncated."""
 
     def __init__(self, source: str | Path) -> None:
         self.source = Path(source)
@@ -174,13 +166,22 @@ class ColorVideo:
             raise ValueError(f"{source}: expected a folder of images, got one without any")
         self.fps: float | None = None
         self.count = len(self.files)  # 0: unknown
-        if not self.files:
-            self._look()
+        if self.files:
+            return
+        av = need("av", "video")
+        try:
+            with av.open(str(self.source)) as container:
+                if not container.streams.video:
+                    raise ValueError(f"{self.source}: expected a video, got a file without images")
+                stream = container.streams.video[0]
+                self.count = int(stream.frames)
+                self.fps = float(stream.average_rate) if stream.average_rate else None
+        except av.FFmpegError as error:
+            raise ValueError(f"{self.source}: not a readable video ({error.strerror})") from None
 
     def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         if self.files:
-            for file in self.files:
-                yield read_color(file)
+            yield from map(read_color, self.files)
             return
         import av
 
@@ -203,16 +204,3 @@ class ColorVideo:
                 yield number, read_color(self.files[number])
             except (ValueError, OSError) as error:
                 yield number, error
-
-    def _look(self) -> None:
-        av = need("av", "video")
-
-        try:
-            with av.open(str(self.source)) as container:
-                if not container.streams.video:
-                    raise ValueError(f"{self.source}: expected a video, got a file without images")
-                stream = container.streams.video[0]
-                self.count = int(stream.frames)
-                self.fps = float(stream.average_rate) if stream.average_rate else None
-        except av.FFmpegError as error:
-            raise ValueError(f"{self.source}: not a readable video ({error.strerror})") from None

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""A running camera: a thread takes its frames, so that a slow program loses frames instead of falling behind."""
+"""A running camera: a thread takes its frames, so that a slow program loses frames instead of falling behind; what a
+driver has to offer, and the registration of drivers by name."""
 
 from __future__ import annotations
 
@@ -7,15 +8,15 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, Protocol
 
 from sdftrack._internal.closing import ClosedByWith, closed_on_error
 from sdftrack._internal.validation import whole
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.live.sources import CAMERAS, CameraLost, FrameSource
 
 _DRIVERS = ("replay", "realsense", "webcam")  # modules of this package, each of which registers its cameras
 RETRY_S = 0.5  # between attempts to connect again
@@ -136,11 +137,8 @@ class LiveCamera(ClosedByWith):
         return self.next(timeout_s)
 
     def age_s(self, frame: Frame) -> float:
-        """Seconds since the camera took `frame`; NaN without a timestamp.
-
-        A camera with a clock of its own is compared with the frame that was delivered fastest: its age at arrival
-        counts as zero.
-        """
+        """Seconds since the camera took `frame`; NaN without a timestamp. A camera with a clock of its own is compared
+        with the frame that was delivered fastest: its age at arrival counts as zero."""
         return self._clock.age_s(frame.timestamp, time.time())
 
     def resume(self) -> None:
@@ -205,10 +203,8 @@ FORGET = 1e-4  # a second per second: clocks drift apart by less
 
 
 class CameraClock:
-    """Estimates by how much the camera's clock differs from the computer's: the least difference on arrival.
-
-    A camera whose stamps are the computer's time (RealSense with global time) has no difference.
-    """
+    """Estimates by how much the camera's clock differs from the computer's: the least difference on arrival. A camera
+    whose stamps are the computer's time (RealSense with global time) has no difference."""
 
     def __init__(self) -> None:
         self._difference_s: float | None = None
@@ -231,3 +227,54 @@ class CameraClock:
         if stamp_s is None or self._difference_s is None:
             return math.nan
         return now_s - stamp_s - self._difference_s
+
+
+class CameraLost(OSError):
+    """The camera stopped delivering frames: unplugged, or its driver failed. It may come back."""
+
+
+class FrameSource(Protocol):
+    """A device that delivers frames, one after the other.
+
+    Attributes
+    ----------
+    camera : RGBDCamera
+        Depth camera and, if colour is streamed, the mapping to the colour image.
+    name : str
+        For messages: "RealSense D435 (serial 0123)".
+    """
+
+    camera: RGBDCamera
+    name: str
+
+    def read(self) -> Frame | None:
+        """Wait for the next frame; its timestamp is the camera's, in seconds. None: the stream has ended. Raises
+        `CameraLost` if no frame arrives within a time that is long for this device."""
+
+    def reopen(self) -> None:
+        """Connect again after `CameraLost`; raises `CameraLost` while the camera is not there."""
+
+    def close(self) -> None:
+        """Release the device; a second call does nothing."""
+
+
+@dataclass(frozen=True)
+class CameraKind:
+    name: str
+    address: str
+    open: Callable[..., FrameSource]
+
+
+CAMERAS: dict[str, CameraKind] = {}
+"""The kinds of cameras by name; filled when a camera is opened."""
+
+
+def register_camera(name: str, address: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorator that makes `function(address, **options) -> FrameSource` the driver of cameras called `name`. `address`
+    says in a few words what may follow the colon, for messages: "serial number"."""
+
+    def add(function: Callable[..., Any]) -> Callable[..., Any]:
+        CAMERAS[name] = CameraKind(name, address, function)
+        return function
+
+    return add

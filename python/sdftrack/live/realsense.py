@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A RealSense camera: raw depth and colour of its sensors, paired by their timestamps."""
+"""A RealSense camera: raw depth and colour of its sensors, paired by their timestamps; devices, streams, options."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import time
 import warnings
 from collections import deque
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,16 +17,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.extras import need
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.live.realsense_device import (
-    choose,
-    color_profile,
-    connected,
-    depth_profile,
-    describe,
-    info,
-    set_preset,
-)
-from sdftrack.live.sources import CameraLost, register_camera
+from sdftrack.live.camera import CameraLost, register_camera
 
 FIRST_S = 5.0  # a camera delivers its first image within so long: D400 take up to 2 s
 SILENT_S = 1.0  # and every other one
@@ -34,13 +26,10 @@ COLORLESS = 30  # frames without colour in a row
 
 
 class RealSense:
-    """A running RealSense, by its serial number ("": the only camera); options as of `open_camera`.
-
-    The sensors are used directly, with one queue for both: images arrive as soon as they are taken, no filter of the
-    SDK changes them, and each depth image gets the colour image nearest in time, at most half a period away, or none.
-    The default is 640 x 480 at 30, or the nearest that there is; colour is streamed in the size and rate nearest to
-    depth.
-    """
+    """A running RealSense, by its serial number ("": the only camera); options as of `open_camera`. The sensors are
+    used directly, with one queue for both: images arrive as soon as they are taken, no filter of the SDK changes them,
+    and each depth image gets the colour image nearest in time, at most half a period away, or none. The default is 640
+    x 480 at 30, or the nearest that there is; colour is streamed in the size and rate nearest to depth."""
 
     _first: bool  # no image has arrived yet
 
@@ -71,7 +60,10 @@ class RealSense:
             come, image = self._queue.try_wait_for_frame(max(0, math.ceil(1000 * left)))
             if not come or left <= 0:
                 raise CameraLost(f"no depth image for {wait_s:g} s; is the cable connected?")
-            self._sort(image)
+            stamp_s = 1e-3 * image.get_timestamp()
+            (self._pairing.depth if image.is_depth_frame() else self._pairing.color).append((stamp_s, image))
+            if image.is_depth_frame() and not self._has_color:
+                self._pairing.color.append((stamp_s, None))
         self._first = False
         return self._frame(*paired)
 
@@ -136,15 +128,6 @@ class RealSense:
             why = "another program uses it" if used else "it cannot be started"
             raise OSError(f"{self.name}: {why} ({text})") from None
 
-    def _sort(self, image: Any) -> None:
-        stamp_s = 1e-3 * image.get_timestamp()
-        if image.is_depth_frame():
-            self._pairing.add_depth(stamp_s, image)
-            if not self._has_color:
-                self._pairing.add_color(stamp_s, None)
-        else:
-            self._pairing.add_color(stamp_s, image)
-
     def _frame(self, stamp_s: float, depth: Any, color: Any) -> Frame:
         if color is not None and self._aligned is not None:
             color = self._aligned(depth, color)
@@ -174,10 +157,8 @@ TIMEOUT_MS = 1000  # the block works on this thread: its result is there at once
 
 
 class AlignedToDepth:
-    """Applies ``rs.align`` to a depth and a colour frame of two sensors.
-
-    The filter takes a frameset, which pipelines make; here a processing block makes one of the two frames.
-    """
+    """Applies ``rs.align`` to a depth and a colour frame of two sensors. The filter takes a frameset, which pipelines
+    make; here a processing block makes one of the two frames."""
 
     def __init__(self, rs: Any) -> None:
         self._pair: list[Any] = []
@@ -187,7 +168,6 @@ class AlignedToDepth:
         self._align = rs.align(rs.stream.depth)
 
     def __call__(self, depth: Any, color: Any) -> Any:
-        """The colour frame, in the geometry of the depth frame."""
         for frame in (depth, color):
             self._block.invoke(frame)
         both = self._sets.wait_for_frame(TIMEOUT_MS).as_frameset()
@@ -205,37 +185,144 @@ KEPT = 8  # colour images
 
 
 class Pairing:
-    """Assigns to each depth image the colour image that is nearest in time, at most half a period away.
-
-    Two streams of the same period: once a colour image is within half a period, no other one is nearer, so that
-    nothing has to wait for the next one. A depth image whose colour image is missing is returned alone, as soon as a
-    later colour image shows that it is.
-    """
+    """Assigns to each depth image the colour image that is nearest in time, at most half a period away; `depth` and
+    `color` are (timestamp, image) that have arrived. Two streams of the same period: once a colour image is within half
+    a period, no other one is nearer, so that nothing has to wait for the next one. A depth image whose colour image is
+    missing is returned alone, as soon as a later colour image shows that it is."""
 
     def __init__(self, period_s: float) -> None:
         self._half_s = 0.5 * period_s
-        self._depth: deque[tuple[float, Any]] = deque()
-        self._color: deque[tuple[float, Any]] = deque(maxlen=KEPT)
-
-    def add_depth(self, stamp_s: float, image: Any) -> None:
-        """A depth image taken at `stamp_s` seconds has arrived."""
-        self._depth.append((stamp_s, image))
-
-    def add_color(self, stamp_s: float, image: Any) -> None:
-        """A colour image taken at `stamp_s` seconds has arrived."""
-        self._color.append((stamp_s, image))
+        self.depth: deque[tuple[float, Any]] = deque()
+        self.color: deque[tuple[float, Any]] = deque(maxlen=KEPT)
 
     def pop(self) -> tuple[float, Any, Any] | None:
         """(timestamp, depth, colour or None) of the oldest depth image; None while its colour may still arrive."""
-        if not self._depth:
+        if not self.depth:
             return None
-        stamp, depth = self._depth[0]
-        found = min(self._color, key=lambda color: abs(color[0] - stamp), default=None)
-        if found is not None and abs(found[0] - stamp) <= self._half_s:
-            self._depth.popleft()
-            return stamp, depth, found[1]
-        passed = any(color[0] > stamp + self._half_s for color in self._color)
-        if passed or len(self._depth) > MAX_WAITING:
-            self._depth.popleft()
-            return stamp, depth, None
-        return None
+        stamp, depth = self.depth[0]
+        found = min(self.color, key=lambda color: abs(color[0] - stamp), default=(math.inf, None))
+        near = abs(found[0] - stamp) <= self._half_s
+        passed = any(color[0] > stamp + self._half_s for color in self.color)
+        if not near and not passed and len(self.depth) <= MAX_WAITING:
+            return None
+        self.depth.popleft()
+        return stamp, depth, found[1] if near else None
+
+
+PREFERRED = (640, 480, 30)  # where the user leaves it open; every D400 has it
+COLOR_FORMATS = ("rgb8", "bgr8")
+
+
+def connected(rs: Any) -> list[Any]:
+    return list(rs.context().query_devices())
+
+
+def info(rs: Any, device: Any, name: str) -> str:
+    what = getattr(rs.camera_info, name)
+    return str(device.get_info(what)) if device.supports(what) else ""
+
+
+def choose(rs: Any, devices: list[Any], serial: str) -> Any:
+    """The device with this serial number, or the only one. OSError if none is connected, or none with this number;
+    ValueError if several are and no number is given. Both list those that are there."""
+    serials = [info(rs, device, "serial_number") for device in devices]
+    names = ", ".join(describe(rs, device) for device in devices)
+    if not devices:
+        raise OSError("realsense: no camera is connected; check the cable and, on Linux, the udev rules")
+    if serial and serial not in serials:
+        raise OSError(f"realsense:{serial}: no camera has this serial number; connected are: {names}")
+    if not serial and len(devices) > 1:
+        raise ValueError(
+            f"realsense: {len(devices)} cameras are connected: {names}; choose one by its serial number, "
+            f"as in realsense:{serials[0]}"
+        )
+    return devices[serials.index(serial) if serial else 0]
+
+
+def describe(rs: Any, device: Any) -> str:
+    name = info(rs, device, "name").removeprefix("Intel ").removeprefix("RealSense ")
+    return f"RealSense {name} (serial {info(rs, device, 'serial_number')})"
+
+
+def depth_profile(rs: Any, device: Any, width: int | None, height: int | None, fps: int | None) -> Any:
+    """(sensor, profile) of the depth stream; ValueError, with a list, if there is none in this size and rate."""
+    for sensor in device.query_sensors():
+        profiles = _video(sensor, "depth", ("z16",))
+        if profiles:
+            return sensor, _best(rs, device, profiles, (width, height, fps))
+    raise ValueError(f"{describe(rs, device)}: the camera has no depth stream, which the trackers require")
+
+
+def color_profile(device: Any, depth: Any) -> Any:
+    """(sensor, profile) of the colour stream nearest to the depth stream in rate and size; None without one."""
+    wanted = (depth.width(), depth.height(), depth.fps())
+    for sensor in device.query_sensors():
+        profiles = _video(sensor, "color", COLOR_FORMATS)
+        if profiles:
+            return sensor, min(
+                profiles, key=lambda p: (*_distance(p, wanted), COLOR_FORMATS.index(_word(p.format())))
+            )
+    return None
+
+
+def set_preset(rs: Any, sensor: Any, preset: str) -> None:
+    option, known = rs.option.visual_preset, dict[str, float]()
+    if sensor.supports(option):
+        span = sensor.get_option_range(option)
+        for value in range(int(span.min), int(span.max) + 1):
+            if text := sensor.get_option_value_description(option, value):
+                known[text] = value
+    by_name = {_plain(name): value for name, value in known.items()}
+    if _plain(preset) not in by_name:
+        expected = ", ".join(known) or "none, for this camera"
+        raise ValueError(f"preset: expected one of {expected}, got {preset!r}")
+    sensor.set_option(option, by_name[_plain(preset)])
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace(" ", "").replace("_", "").replace("-", "")
+
+
+def _video(sensor: Any, kind: str, formats: Iterable[str]) -> list[Any]:
+    found = []
+    for profile in sensor.get_stream_profiles():
+        if not profile.is_video_stream_profile():
+            continue
+        stream, pixel = (_word(value) for value in (profile.stream_type(), profile.format()))
+        if stream == kind and pixel in formats:
+            found.append(profile.as_video_stream_profile())
+    return found
+
+
+def _word(value: Any) -> str:
+    return str(value).rsplit(".", 1)[-1]
+
+
+def _distance(profile: Any, wanted: tuple[int, int, int]) -> tuple[int, int, int]:
+    width, height, fps = wanted
+    pixels = profile.width() * profile.height()
+    return abs(profile.fps() - fps), abs(pixels - width * height), abs(profile.width() - width)
+
+
+def _best(
+    rs: Any, device: Any, profiles: list[Any], wanted: tuple[int | None, int | None, int | None]
+) -> Any:
+    fitting = [
+        p
+        for p in profiles
+        if all(w in (None, has) for w, has in zip(wanted, (p.width(), p.height(), p.fps()), strict=True))
+    ]
+    if fitting:
+        width, height, fps = (
+            w if w is not None else preferred for w, preferred in zip(wanted, PREFERRED, strict=True)
+        )
+        return min(fitting, key=lambda profile: _distance(profile, (width, height, fps)))
+    rates: dict[tuple[int, int], set[int]] = {}
+    for profile in profiles:
+        rates.setdefault((profile.width(), profile.height()), set()).add(profile.fps())
+    listed = "; ".join(f"{w} x {h} at {', '.join(map(str, sorted(rates[w, h])))}" for w, h in sorted(rates))
+    usb = info(rs, device, "usb_type_descriptor")
+    named = zip(("width", "height", "fps"), wanted, strict=True)
+    given = ", ".join(f"{name}={value}" for name, value in named if value is not None)
+    has = f"has depth of {listed} frames per second{usb and ' at USB ' + usb}"
+    raise ValueError(f"width, height, fps: {describe(rs, device)} {has}, got {given}")

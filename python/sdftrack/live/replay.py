@@ -8,15 +8,13 @@ from typing import Any
 
 from sdftrack.frame import Frame
 from sdftrack.io.datasets import open_sequence
-from sdftrack.live.sources import register_camera
+from sdftrack.live.camera import register_camera
 
 
 class Replay:
-    """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back.
-
-    `fps`: by default that of the sequence's timestamps, else 30; ``inf``: as fast as frames are taken. `hold`: the
-    first frame is repeated until `resume`.
-    """
+    """Plays a sequence at its own rate, with today's timestamps, which increase even if the clock is set back. `fps`:
+    by default that of the sequence's timestamps, else 30; ``inf``: as fast as frames are taken. `hold`: the first frame
+    is repeated until `resume`."""
 
     def __init__(
         self, sequence: Any, fps: float | None = None, loop: bool = False, hold: bool = False
@@ -26,7 +24,10 @@ class Replay:
         self.camera = sequence.camera
         self.name = f"replay of {sequence.name or sequence.layout}"
         self._sequence, self._loop, self._hold = sequence, loop, hold
-        self._step_s = 1 / fps if fps else _step_s(sequence)
+        self._step_s = 1 / (fps or 30)
+        first = [sequence[i].timestamp for i in range(min(2, len(sequence)))] if fps is None else []
+        if len(first) == 2 and None not in first and 1e-4 < first[1] - first[0] < 10:
+            self._step_s = float(first[1] - first[0])
         self._next, self._due = 0, 0.0
         self._today = time.time() - time.monotonic()
 
@@ -44,7 +45,6 @@ class Replay:
         return frame.replace(timestamp=self._today + self._due)
 
     def resume(self) -> None:
-        """Play on from the frame that was held."""
         self._hold = False
 
     def reopen(self) -> None:
@@ -52,13 +52,6 @@ class Replay:
 
     def close(self) -> None:
         self._sequence.close()
-
-
-def _step_s(sequence: Any) -> float:
-    first = [sequence[i].timestamp for i in range(min(2, len(sequence)))]
-    if len(first) == 2 and None not in first and 1e-4 < first[1] - first[0] < 10:
-        return float(first[1] - first[0])
-    return 1 / 30
 
 
 @register_camera("replay", "a recorded sequence")

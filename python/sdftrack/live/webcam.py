@@ -16,44 +16,47 @@ import numpy as np
 from sdftrack._internal.closing import closed_on_error
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.live.sources import CameraLost, register_camera
+from sdftrack.live.camera import CameraLost, register_camera
 
 GUESSED_FOV_DEG = 60.0  # horizontal; common webcams have 55 to 70
 FIRST_TRIES, TRIES = 30, 3  # reads that may fail in a row: while it warms up, later
 
 
 class Webcam:
-    """A camera without depth, for outlines and for tracking by colour alone; options as of `open_camera`.
-
-    `device` is a number, "" for the first, or a device file. OSError: no such camera, or another program uses it.
-    ValueError: a size or rate that it does not deliver, or intrinsics of another size.
-    """
+    """A camera without depth, for outlines and for tracking by colour alone; options as of `open_camera`. `device` is a
+    number, "" for the first, or a device file. OSError: no such camera, or another program uses it. ValueError: a size
+    or rate that it does not deliver, or intrinsics of another size."""
 
     _first: bool  # no image has arrived yet
 
     def __init__(
-        self,
-        device: str = "",
-        *,
-        width: int | None = None,
-        height: int | None = None,
-        fps: float | None = None,
+        self, device: str = "", *, width: int | None = None, height: int | None = None, fps: float | None = None,
         camera: Camera | str | os.PathLike[str] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._device = _device(device)
         self._wanted = {"width": width, "height": height, "fps": fps}
         self.name = f"webcam {self._device}"
         self._capture: Any = None
         size = self._open()
         with closed_on_error(self):
-            if camera is not None and not isinstance(camera, Camera):
-                camera = _loaded(camera, *size)
-            self.camera = RGBDCamera(_guessed(self.name, *size) if camera is None else camera)
-            if (self.camera.depth.width, self.camera.depth.height) != size:
-                known = self.camera.depth
+            if camera is None:
+                warnings.warn(
+                    f"{self.name}: its intrinsics are not known: a horizontal field of view of {GUESSED_FOV_DEG:g} "
+                    "degrees is assumed; pass camera= for poses in metres",
+                    stacklevel=2,
+                )
+                camera = Camera.from_fov(math.radians(GUESSED_FOV_DEG), *size)
+            elif not isinstance(camera, Camera):
+                file = camera
+                try:
+                    camera = Camera.load(file, *size)  # some files hold no size
+                except ValueError:
+                    camera = Camera.load(file)  # of another size, which is told; or another error
+            self.camera = RGBDCamera(camera)
+            if (camera.width, camera.height) != size:
                 raise ValueError(
-                    f"camera: these intrinsics are of {known.width} x {known.height} pixels, but {self.name} delivers "
-                    f"{size[0]} x {size[1]}; pass width= and height=, or intrinsics scaled to its images"
+                    f"camera: these intrinsics are of {camera.width} x {camera.height} pixels, but {self.name} "
+                    f"delivers {size[0]} x {size[1]}; pass width= and height=, or intrinsics scaled to its images"
                 )
 
     def read(self) -> Frame | None:
@@ -83,12 +86,11 @@ class Webcam:
             capture.release()
 
     def _open(self) -> tuple[int, int]:
-        """(width, height) of the images."""
         import cv2
 
         present = _video_devices()
-        file = f"/dev/video{self._device}" if isinstance(self._device, int) else self._device
-        if present is not None and not Path(file).exists():  # OpenCV would print to the terminal
+        file = Path(f"/dev/video{self._device}" if isinstance(self._device, int) else self._device)
+        if present is not None and not file.exists():  # OpenCV would print to the terminal
             found = ", ".join(present) or "none"
             raise OSError(f"{self.name}: no such camera; the video devices here are: {found}")
         self._first = True
@@ -105,8 +107,7 @@ class Webcam:
         has = {name: self._capture.get(properties[name]) for name in given}
         if any(not math.isclose(has[name], value, rel_tol=0.01) for name, value in given.items()):
             self.close()
-            delivered = ", ".join(f"{name}={value:g}" for name, value in has.items())
-            asked = ", ".join(f"{name}={value:g}" for name, value in given.items())
+            delivered, asked = (", ".join(f"{k}={v:g}" for k, v in each.items()) for each in (has, given))
             raise ValueError(f"width, height, fps: {self.name} delivers {delivered}, got {asked}")
         width, height = (round(self._capture.get(properties[name])) for name in ("width", "height"))
         return width, height
@@ -120,27 +121,11 @@ def _device(text: str) -> int | str:
     raise ValueError(f"webcam: expected a number or a device file, as in webcam:0, got {text!r}")
 
 
-def _loaded(path: str | os.PathLike[str], width: int, height: int) -> Camera:
-    try:
-        return Camera.load(path, width, height)  # some files hold no size
-    except ValueError:
-        return Camera.load(path)  # of another size, which is told; or an error that has nothing to do with it
-
-
 def _video_devices() -> list[str] | None:
     """Device files of cameras; None where the system does not have such files."""
     if not sys.platform.startswith("linux"):
         return None
     return sorted(str(path) for path in Path("/dev").glob("video*"))
-
-
-def _guessed(name: str, width: int, height: int) -> Camera:
-    warnings.warn(
-        f"{name}: its intrinsics are not known: a horizontal field of view of {GUESSED_FOV_DEG:g} degrees is assumed; "
-        "pass camera= for poses in metres",
-        stacklevel=2,
-    )
-    return Camera.from_fov(math.radians(GUESSED_FOV_DEG), width, height)
 
 
 register_camera("webcam", "number or device file, colour alone")(Webcam)

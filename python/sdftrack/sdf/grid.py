@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdftrack import _core
-from sdftrack._internal.array_archive import may_hold
+from sdftrack._internal.saved_file import may_hold
 from sdftrack._internal.validation import number, numbers, shown
 
 if TYPE_CHECKING:

@@ -21,8 +21,6 @@ MOVED_VOXELS = 0.02
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison; `detail`: the largest difference and what is allowed, or the error."""
-
     name: str
     agrees: bool
     detail: str
@@ -74,14 +72,10 @@ def _of_sums(cpu: list[Any], gpu: list[Any]) -> Any:
     worst = []
     for (a, cost), (b, gpu_cost) in zip(cpu, gpu, strict=True):
         curvature = np.diag(a.hessian)
-        size = np.sqrt(np.outer(curvature, curvature))
-        worst += [
-            abs(b.cost / a.cost - 1),
-            abs(gpu_cost / cost - 1),
-            np.abs((b.hessian - a.hessian) / size).max(),
-            # A gradient may be 0: beside what one standard deviation of each unknown would make of it.
-            (np.abs(b.gradient - a.gradient) / np.sqrt(curvature * a.cost)).max(),
-        ]
+        # A gradient may be 0: beside what one standard deviation of each unknown would make of it.
+        steps = np.abs(b.gradient - a.gradient) / np.sqrt(curvature * a.cost)
+        curved = np.abs(b.hessian - a.hessian) / np.sqrt(np.outer(curvature, curvature))
+        worst += [abs(b.cost / a.cost - 1), abs(gpu_cost / cost - 1), curved.max(), steps.max()]
     return np.max(worst)  # NaN if one of them is
 
 
@@ -95,13 +89,7 @@ def _of_volumes(cpu: Any, gpu: Any) -> Any:
 # -- What is computed, on a device
 
 
-def _arithmetic(device: str) -> Any:
-    x, y = np.random.default_rng(0).normal(size=(2, 1000)).astype(np.float32)
-    return _core.scale_and_add(1.5, x, y, device=device_number(device))
-
-
 def _scene() -> tuple[Any, Any, Any, Any]:
-    """Volume, camera, frame and pose of a box before a wall, with noise of 1 mm."""
     camera = st.Camera(fx=260, fy=260, cx=159.5, cy=119.5, width=320, height=240)
     box = st.SDF.box((0.12, 0.09, 0.06), voxels=60)
     pose = st.geometry.pose([0.5, -0.6, 0.2], [0.01, 0.02, 0.5])
@@ -144,22 +132,20 @@ def _fits(device: str) -> Any:
 def _touching(device: str) -> list[Any]:
     """Two to four boxes side by side, in one tracker; each is seen well enough for its own pose."""
     box, camera, _, _ = _scene()
-    random = np.random.default_rng(0)
+    random, pose = np.random.default_rng(0), st.geometry.pose
 
     def frame_of(poses: list[Any]) -> Any:
-        images = [box.render(camera, pose)[0] for pose in poses]
+        images = [box.render(camera, T)[0] for T in poses]
         clean = np.min([np.where(image > 0, image, 1.2) for image in images], axis=0)
         return st.Frame((clean + random.normal(0, 0.001, clean.shape)).astype(np.float32))
 
-    move = st.geometry.pose([0.01, 0, 0.01], [0.002, 0.001, 0.001])
+    move = pose([0.01, 0, 0.01], [0.002, 0.001, 0.001])
     found: list[Any] = []
     for count in (2, 3, 4):
-        first = st.geometry.pose(
-            [0.5, -0.6, 0.2], [-0.05 * (count - 1), -0.02 * (count - 1), 0.65 - 0.02 * count]
-        )
-        beside = [st.geometry.pose([0, 0, 0], [0.1205 * k, 0.02 * (k % 2), 0]) for k in range(count)]
-        poses = [first @ place for place in beside]
-        frames = frame_of(poses), frame_of([move @ pose for pose in poses])
+        at = [-0.05 * (count - 1), -0.02 * (count - 1), 0.65 - 0.02 * count]
+        beside = [pose([0, 0, 0], [0.1205 * k, 0.02 * (k % 2), 0]) for k in range(count)]
+        poses = [pose([0.5, -0.6, 0.2], at) @ place for place in beside]
+        frames = frame_of(poses), frame_of([move @ T for T in poses])
         tracker = st.Tracker([box] * count, camera, mode="depth", device=device, threads=1)
         tracker.start(frames[0], poses=poses)
         found += [*tracker.track(frames[1]).poses]
@@ -190,12 +176,8 @@ def _labels(device: str) -> Any:
     y, x = np.mgrid[:90, :130]
     image = np.stack([2 * y, x, (x * y) % 97], axis=-1).astype(np.uint8)
     image += np.random.default_rng(0).integers(0, 20, image.shape, dtype=np.uint8)
-    ways: tuple[dict[str, Any], ...] = (
-        {},
-        {"mask": (x + 2 * y) % 19 > 0},
-        {"distance": "thesis"},
-        {"enforce_connectivity": False},
-    )
+    ways: list[dict[str, Any]] = [{}, {"mask": (x + 2 * y) % 19 > 0}]
+    ways += [{"distance": "thesis"}, {"enforce_connectivity": False}]
     return np.array([st.superpixels.slic(image, n_segments=80, device=device, **way) for way in ways])
 
 
@@ -237,11 +219,10 @@ def _reconstruction(device: str) -> tuple[Any, Any]:
     _, camera, frame, pose = _scene()
     depth, voxel_m = frame.depth, 0.005
     mask = (depth < 1).astype(np.uint8)
-    options = _core.ReconstructionOptions()
     height, width = depth.shape
     core = _core.Reconstruction(
-        [43, 40, 41], voxel_m, [-0.1] * 3, None, options, 1, None, None, device_number(device)
-    )
+        [43, 40, 41], voxel_m, [-0.1] * 3, None, _core.ReconstructionOptions(), 1, None, None, device_number(device)
+    )  # fmt: skip
     for turn in (0.0, 0.01, 0.02):
         turned = pose @ st.geometry.pose([0, turn, 0], [0, 0, 0])
         of_object = mask if turn < 0.02 else None  # the last frame's readings by how they hang together
@@ -249,22 +230,22 @@ def _reconstruction(device: str) -> tuple[Any, Any]:
     return core.log_ratio / np.maximum(core.weight, 1e-6), np.array(core.phi) / voxel_m
 
 
-def _image(device: str) -> Any:
-    box, camera, _, pose = _scene()
-    return np.dstack(box.render(camera, pose, device=device))
-
-
-def _mesh_image(device: str) -> Any:
-    box, camera, _, pose = _scene()
-    return np.dstack(box.to_mesh().raycast(camera, pose, device=device)[:2])
-
-
 def _redistanced(device: str) -> Any:
     box = st.SDF.box((0.12, 0.09, 0.06), voxels=30)
-    bent = st.SDF(
-        (box.values * (1.5 + np.cos(80 * box.values))).astype(np.float32), box.voxel_size, box.origin
-    )
+    values = (box.values * (1.5 + np.cos(80 * box.values))).astype(np.float32)
+    bent = st.SDF(values, box.voxel_size, box.origin)
     return bent.redistanced(1, device=device).values / box.voxel_size
+
+
+def _arithmetic(device: str) -> Any:
+    x, y = np.random.default_rng(0).normal(size=(2, 1000)).astype(np.float32)
+    return _core.scale_and_add(1.5, x, y, device=device_number(device))
+
+
+def _image(device: str, of_mesh: bool = False) -> Any:
+    box, camera, _, pose = _scene()
+    cast = box.to_mesh().raycast if of_mesh else box.render
+    return np.dstack(cast(camera, pose, device=device)[:2])
 
 
 # Name: what is computed, how two results differ, and by how much they may.
@@ -283,7 +264,7 @@ COMPARISONS: dict[str, tuple[Callable[[str], Any], Callable[[Any, Any], Any], fl
     "level set": (_evolution, _largest, CELL_ATOL),
     "reconstruction": (_reconstruction, _of_volumes, 1.0),
     "ray casting": (_image, _largest, 0.0),
-    "ray casting of a mesh": (_mesh_image, _largest, 0.0),
+    "ray casting of a mesh": (lambda device: _image(device, of_mesh=True), _largest, 0.0),
     "marching cubes": (lambda device: st.SDF.sphere(0.05, voxels=30).to_mesh(device=device), _of_meshes, 0.0),
     "distances of a field": (_redistanced, _largest, CELL_ATOL),
 }

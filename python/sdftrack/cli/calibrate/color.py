@@ -53,48 +53,46 @@ class Color(Frames, Layout, Common):
         return values
 
     def timed(self, frame: Any, number: int) -> Any:
-        """The frame, with a timestamp by --fps if it has none."""
         if self.fps is None or frame.timestamp is not None:
             return frame
         return frame.replace(timestamp=number / self.fps)
 
 
 def color(job: Color) -> None:
+    from sdftrack.calibration.plots import plot_ball_path, plot_color_coverage, plot_color_residuals
+    from sdftrack.viz.plots import write_plots
+
     out, seq, rgb = job.folder, job.seq, job.rgb()
     job.on_cpu()
-
     job.refuse_out(FILES, [("SEQ", seq / "camera.json"), ("--color-camera", job.color_camera)])
     lens = None if job.color_camera is None else st.Camera.load(job.color_camera)
     with _opened(seq, job.opening) as whole, progress_counter(job.quiet) as tell:
         numbers = job.numbers(whole, seq)
         result = st.calibrate_color_to_depth(
-            Selected(whole, numbers, job.timed),
-            whole.camera.depth,
-            job.ball_radius,
-            rgb,
-            color_camera=lens,
-            time_offset=job.time_offset,
-            progress=lambda share: tell(round(STEPS * share), STEPS, "ball"),
-            threads=job.threads,
-            seed=job.seed,
-        )
+            Selected(whole, numbers, job.timed), whole.camera.depth, job.ball_radius, rgb, color_camera=lens,
+            time_offset=job.time_offset, progress=lambda share: tell(round(STEPS * share), STEPS, "ball"),
+            threads=job.threads, seed=job.seed,
+        )  # fmt: skip
         job.make_out()
         settings = {
-            "command": "calibrate color",
-            "sequence": str(seq),
-            "ball_radius_m": job.ball_radius,
+            "command": "calibrate color", "sequence": str(seq), "ball_radius_m": job.ball_radius,
             "ball_color": None if rgb is None else list(rgb),
             "color_camera": None if job.color_camera is None else str(job.color_camera),
-            "frames": [numbers.start, numbers.stop, numbers.step],
-            "seed": job.seed,
+            "frames": [numbers.start, numbers.stop, numbers.step], "seed": job.seed,
+        }  # fmt: skip
+        write_json(out / "camera.json", result.camera_dict(_depth_scale(seq)))
+        write_json(out / "result.json", {"settings": settings, **result.to_dict()})
+        plots = {
+            "residuals.png": lambda: plot_color_residuals(result, whole.camera),
+            "coverage.png": lambda: plot_color_coverage(result),
+            "path.png": lambda: plot_ball_path(result),
         }
-        _write(result, whole.camera, out, settings, _depth_scale(seq))
+        write_plots(out, plots)
     if not job.quiet:
         _show(result, out)
 
 
 def _opened(path: Path, arguments: dict[str, Any]) -> Any:
-    """The sequence with its colour images of any size, because they are not registered yet."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*colour images of .* are ignored")
         seq = st.open_sequence(path, **arguments)
@@ -108,22 +106,6 @@ def _depth_scale(path: Path) -> float:
     values = read_json(file) if file.is_file() else {}
     scale = values.get("depth_scale_m") if isinstance(values, dict) else None
     return float(scale) if isinstance(scale, (int, float)) else 0.001
-
-
-def _write(result: Any, before: Any, out: Path, settings: dict[str, Any], depth_scale_m: float) -> None:
-    from sdftrack.calibration.plots import plot_ball_path, plot_color_coverage, plot_color_residuals
-    from sdftrack.viz.plots import write_plots
-
-    write_json(out / "camera.json", result.camera_dict(depth_scale_m))
-    write_json(out / "result.json", {"settings": settings, **result.to_dict()})
-    write_plots(
-        out,
-        {
-            "residuals.png": lambda: plot_color_residuals(result, before),
-            "coverage.png": lambda: plot_color_coverage(result),
-            "path.png": lambda: plot_ball_path(result),
-        },
-    )
 
 
 def _show(result: Any, out: Path) -> None:

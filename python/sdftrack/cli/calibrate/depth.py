@@ -28,12 +28,9 @@ class Depth(Meshes, Frames, Layout, Common):
 
     seqs: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ...")
     out: Path | None = option(
-        None,
-        "Output file of the sensor model; a plot is written next to it.",
-        "--out",
-        "-o",
+        None, "Output file of the sensor model; a plot is written next to it.", "--out", "-o",
         metavar="FILE.toml",
-    )
+    )  # fmt: skip
     model: Path | None = option(
         None,
         "A known object, at the sequence's ground-truth poses. Default: a wall or table.",
@@ -43,7 +40,6 @@ class Depth(Meshes, Frames, Layout, Common):
     name: str = option("calibrated", "Name of the sensor, used in results.")
 
     def file(self) -> Path:
-        """--out, a new file, as is the plot beside it."""
         out = self.out
         if out is None or out.suffix.lower() not in (".toml", ".json"):
             raise Usage("expected a file for the result: --out sensor.toml", "--out")
@@ -67,13 +63,9 @@ def depth(job: Depth) -> None:
         source = _Source(opened, job)
         with progress_counter(job.quiet) as tell:
             result = st.calibrate_depth(
-                source,
-                opened[0].camera,
-                model=source.shape,
-                poses=source.poses,
-                name=job.name,
+                source, opened[0].camera, model=source.shape, poses=source.poses, name=job.name,
                 progress=lambda done: tell(done, len(source), "frames"),
-            )
+            )  # fmt: skip
     result.sensor.save(out)
     plot = {out.with_suffix(".png").name: lambda: plot_depth_errors(result)}
     written = [str(out), *write_plots(out.parent, plot)]
@@ -112,24 +104,17 @@ class _Source:
 
 
 def _show(result: Any, files: str) -> None:
-    sensor = result.sensor
+    sensor, rows = result.sensor, []
     z = [s.depth for s in result.noise]
     low, high = min(z), max(z)
-    rows = []
     for k in range(4):
         at = low + (high - low) * k / 3
         near = [s for s in result.noise if abs(s.depth - at) < max(0.05 * at, (high - low) / 6)]
         flat = sorted(s.sd for s in near if s.tangent < 1.0)
         seen = f"{1e3 * flat[len(flat) // 2]:.2f}" if flat else "-"
-        rows.append(
-            [
-                f"{at:.2f}",
-                seen,
-                *(f"{1e3 * float(sensor.noise(at, math.radians(a))):.2f}" for a in (0, 30, 60)),
-                f"{1e3 * float(sensor.bias(at)):+.2f}" if result.surface == "object" else "not told",
-                f"{1e3 * float(sensor.systematic(at)):.2f}",
-            ]
-        )
+        noise = [f"{1e3 * float(sensor.noise(at, math.radians(a))):.2f}" for a in (0, 30, 60)]
+        bias = f"{1e3 * float(sensor.bias(at)):+.2f}" if result.surface == "object" else "not told"
+        rows.append([f"{at:.2f}", seen, *noise, bias, f"{1e3 * float(sensor.systematic(at)):.2f}"])
     head = ["distance m", "noise measured mm", "model 0 deg", "30 deg", "60 deg", "bias mm", "its sd mm"]
     show_table(f"{files}: {sensor.source}", head, rows)
     print(f"the noise is correlated over {sensor.correlation_px:.1f} px; {result.used} frames used")

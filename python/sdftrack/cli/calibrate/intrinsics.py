@@ -12,7 +12,7 @@ from typing import Any, Literal
 import sdftrack as st
 from sdftrack._internal.files import write_json
 from sdftrack.cli.common import Common, Holes, Meshes, show_table
-from sdftrack.cli.init import INIT, Init, parse_inits, places
+from sdftrack.cli.init import INIT, parse_inits, places
 from sdftrack.cli.objects import Target, load_targets
 from sdftrack.cli.options import Usage, argument, option
 from sdftrack.cli.progress import progress_counter
@@ -88,64 +88,34 @@ def intrinsics(job: Intrinsics) -> None:
             return frame if frame.depth is None else fitting(frame.replace(camera=first, color=None), first)
 
         frames = Selected(whole, numbers, depth_alone)
-        result = _calibrated(job, frames, first, target, _place(inits, target, frames, seq))
+        result = _calibrated(
+            job, frames, first, target, places(inits, [target], frames[0], seq, numbers[0], whole)
+        )
         misfits = compare(frames, target.sdf, first, result, job.threads)
         settings = {
-            "command": "calibrate intrinsics",
-            "sequence": str(seq),
-            "model": str(job.model),
-            "init": job.init,
+            "command": "calibrate intrinsics", "sequence": str(seq), "model": str(job.model), "init": job.init,
             "first_guess": {name: getattr(first, name) for name in PINHOLE},
-            "frames": [numbers.start, numbers.stop, numbers.step],
-            "voxels": job.voxels,
-            "residual": job.residual,
+            "frames": [numbers.start, numbers.stop, numbers.step], "voxels": job.voxels, "residual": job.residual,
             "max_pixels": job.max_pixels,
-        }
+        }  # fmt: skip
         job.make_out()
         _write(result, misfits, out, settings, [whole.ids[i] for i in numbers])
     if not job.quiet:
         _show(result, misfits, first, len(numbers), out)
 
 
-def _calibrated(job: Intrinsics, frames: Selected, first: Any, target: Target, place: dict[str, Any]) -> Any:
+def _calibrated(job: Intrinsics, frames: Selected, first: Any, target: Target, told: dict[str, Any]) -> Any:
+    kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
+    place = {kinds[kind]: values[0] for kind, values in told.items() if values is not None}
     with progress_counter(job.quiet) as tell:
         try:
             return st.calibrate_intrinsics(
-                frames,
-                target.sdf,
-                first,
-                joint=not job.per_frame,
-                free=job.unknowns(),
-                progress=lambda done: tell(done, len(frames), "frames"),
-                residual=job.residual,
-                max_pixels=job.max_pixels,
-                threads=job.threads,
-                **place,
-            )
+                frames, target.sdf, first, joint=not job.per_frame, free=job.unknowns(),
+                progress=lambda done: tell(done, len(frames), "frames"), residual=job.residual,
+                max_pixels=job.max_pixels, threads=job.threads, **place,
+            )  # fmt: skip
         except ValueError as error:
             raise ValueError(str(error).replace(PYTHONS_ADVICE, "--init")) from error
-
-
-def _first_guess(job: Intrinsics, own: Any) -> Any:
-    """The sequence's depth camera, or a replacement of the same size."""
-    from sdftrack.camera import depth_camera
-    from sdftrack.camera.plausible import warn_if_doubtful
-
-    depth, values = depth_camera(own), job.guessed()
-    if values is not None:
-        fx, fy, cx, cy = values
-        camera = dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
-        warn_if_doubtful(camera, "--guess")
-        return camera
-    if job.camera is None:
-        return depth
-    return load_camera(job.camera, depth.shape, "the sequence's depth images")
-
-
-def _place(inits: list[Init], target: Target, frames: Selected, folder: Path) -> dict[str, Any]:
-    kinds = {"poses": "initial_pose", "masks": "mask", "boxes": "box"}
-    told = places(inits, [target], frames[0], folder, frames.numbers[0], frames.seq)
-    return {kinds[kind]: values[0] for kind, values in told.items() if values is not None}
 
 
 def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_ids: list[int]) -> None:
@@ -157,14 +127,27 @@ def _write(result: Any, misfits: Any, out: Path, settings: dict[str, Any], im_id
     result.camera.save(out / "camera.json")
     values = {"settings": settings, **result.to_dict(), "residuals": residuals}
     write_json(out / "result.json", {**values, "im_ids": [im_ids[i] for i in result.frames]})
-    write_plots(
-        out,
-        {
-            "coverage.png": lambda: plot_coverage(result),
-            "estimates.png": lambda: plot_estimates(result),
-            "residuals.png": lambda: plot_residuals(before, after, result),
-        },
-    )
+    plots = {
+        "coverage.png": lambda: plot_coverage(result),
+        "estimates.png": lambda: plot_estimates(result),
+        "residuals.png": lambda: plot_residuals(before, after, result),
+    }
+    write_plots(out, plots)
+
+
+def _first_guess(job: Intrinsics, own: Any) -> Any:
+    from sdftrack.camera import depth_camera
+    from sdftrack.camera.files import warn_if_doubtful
+
+    depth, values = depth_camera(own), job.guessed()
+    if values is not None:
+        fx, fy, cx, cy = values
+        camera = dataclasses.replace(depth, fx=fx, fy=fy, cx=cx, cy=cy)
+        warn_if_doubtful(camera, "--guess")
+        return camera
+    if job.camera is None:
+        return depth
+    return load_camera(job.camera, depth.shape, "the sequence's depth images")
 
 
 def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
@@ -180,7 +163,8 @@ def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
     rows.append(["frames used", "", str(len(result.frames)), f"of {given}"])
     show_table(f"{out}: {', '.join(FILES)}", ["", "first guess", result.status, "95 %"], rows)
     if result.left_out:
-        print(f"left out: {_counted(result.left_out)}")
+        kinds = Counter(reason.split(":")[0] for reason in result.left_out.values())
+        print(f"left out: {', '.join(f'{n} {kind}' for kind, n in kinds.items())}")
     if result.extra:
         print(f"camera.json does not hold {', '.join(result.extra)}: see result.json")
     for name, bias, (low, high) in zip(result.free, result.bias, result.interval95, strict=True):
@@ -192,9 +176,3 @@ def _show(result: Any, misfits: Any, first: Any, given: int, out: Path) -> None:
         print("weak: neither the result nor its intervals are reliable until this is fixed")
     for sentence in result.observability.advice:
         print(f"advice: {sentence}")
-
-
-def _counted(left_out: dict[int, str]) -> str:
-    """Reasons and their counts, without the numbers of single frames."""
-    kinds = Counter(reason.split(":")[0] for reason in left_out.values())
-    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())

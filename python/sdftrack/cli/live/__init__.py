@@ -91,7 +91,6 @@ class Live(CameraSize, Meshes, Sensor, Common):
 
     @property
     def by_color(self) -> bool:
-        """Whether a known shape is followed by colour alone."""
         return not self.contour and (self.mode == "rgb" or is_webcam(self.address))
 
     @property
@@ -99,21 +98,23 @@ class Live(CameraSize, Meshes, Sensor, Common):
         return self.address.partition(":")[0] == "replay"
 
     def check(self) -> None:
-        """Usage error for options that exclude each other."""
         if bool(self.model) + self.reconstruct + self.contour != 1:
             raise Usage("expected either --model M.ply (repeatable), --reconstruct or --contour", "--model")
         if self.contour and self.mode != "auto":
-            raise Usage(
-                f"expected no --mode with --contour, which follows colours alone, got {self.mode}", "--mode"
-            )
+            alone = "--contour, which follows colours alone"
+            raise Usage(f"expected no --mode with {alone}, got {self.mode}", "--mode")
         if self.reconstruct and self.mode == "rgb":
             raise Usage("expected auto, depth or rgbd: a reconstruction needs depth, got rgb", "--mode")
-        if is_webcam(self.address):
-            self._check_webcam()
-        elif self.camera is not None:
-            raise Usage(
-                "expected --camera webcam:... with it: other cameras know their intrinsics", "--intrinsics"
-            )
+        webcam = is_webcam(self.address)
+        if webcam and self.reconstruct:
+            no_depth = "a shape cannot be reconstructed from colour alone"
+            raise Usage(f"expected a camera with depth, got a webcam: {no_depth}", "--reconstruct")
+        if webcam and self.mode not in ("auto", "rgb"):
+            needs = f"a webcam has colour alone, and mode {self.mode} needs depth"
+            raise Usage(f"expected rgb: {needs}", "--mode")
+        if not webcam and self.camera is not None:
+            own = "other cameras know their intrinsics"
+            raise Usage(f"expected --camera webcam:... with it: {own}", "--intrinsics")
         if self.loop and not self.replays:
             raise Usage("expected --camera replay:RECORDING with it", "--loop")
         self.inits()
@@ -122,55 +123,36 @@ class Live(CameraSize, Meshes, Sensor, Common):
         if self.contour and self.stream:
             raise Usage("expected none with --contour: an outline has no pose to send", "--stream")
 
-    def _check_webcam(self) -> None:
-        if self.reconstruct:
-            raise Usage(
-                "expected a camera with depth, got a webcam: a shape cannot be reconstructed from colour alone",
-                "--reconstruct",
-            )
-        if self.mode not in ("auto", "rgb"):
-            raise Usage(
-                f"expected rgb: a webcam has colour alone, and mode {self.mode} needs depth", "--mode"
-            )
-
     def inits(self) -> list[Init] | None:
         """How it starts; None: shown by the user on the page."""
         if self.by_color:
-            return self._poses()
+            inits = [parse_init(text, INIT) for text in self.init if text != "view"]
+            if len(inits) != 1 or inits[0].kind != "poses":
+                no_search = "--init poses.json: without depth there is no search for an object"
+                got = " ".join(self.init or ["none"])
+                raise Usage(f"expected a file of start poses, {no_search}, got {got}", "--init")
+            return inits
         texts = list(self.init) or (["auto"] if self.model else ["view"])
+        got = " ".join(texts)
         if texts == ["view"]:
             if not self.viewer:
-                raise Usage(
-                    "expected box:x,y,w,h, or a mask.png: without a page nobody can show the object", "--init"
-                )
+                nobody = "without a page nobody can show the object"
+                raise Usage(f"expected box:x,y,w,h, or a mask.png: {nobody}", "--init")
             return None
         if not self.model:
             what, image = ("--contour", "colour") if self.contour else ("--reconstruct", "depth")
             inits = [parse_init(text, INIT, image=image) for text in texts]
             if len(inits) != 1 or inits[0].kind not in ("box", "mask"):
-                raise Usage(
-                    f"expected view, box:x,y,w,h or mask.png with {what}, got {' '.join(texts)}", "--init"
-                )
+                raise Usage(f"expected view, box:x,y,w,h or mask.png with {what}, got {got}", "--init")
             return inits
         if "gt" in texts or "view" in texts:
-            raise Usage(f"expected {INIT.replace('|', ', ')}, got {' '.join(texts)}", "--init")
+            raise Usage(f"expected {INIT.replace('|', ', ')}, got {got}", "--init")
         return parse_inits(texts, len(self.model))
-
-    def _poses(self) -> list[Init]:
-        inits = [parse_init(text, INIT) for text in self.init if text != "view"]
-        if len(inits) != 1 or inits[0].kind != "poses":
-            raise Usage(
-                "expected a file of start poses, --init poses.json: without depth there is no search for an object, "
-                f"got {' '.join(self.init or ['none'])}",
-                "--init",
-            )
-        return inits
 
 
 def live(job: Live) -> None:
     job.check()
-    from sdftrack.cli.live.files import LiveFiles
-    from sdftrack.cli.live.run import Run
+    from sdftrack.cli.live.run import LiveFiles, Run
     from sdftrack.live.streams import open_stream
 
     settings = _settings(job)
@@ -216,14 +198,12 @@ def _tell_start(source: Any, page: Any, streams: list[Any]) -> None:
 
 
 def _settings(job: Live) -> dict[str, Any]:
-    """Keyword arguments for what follows the object, from --config and --sensor."""
     if job.contour:
         return contour_settings(job.config, alone=True)
     return reconstructor_settings(job.config) if job.reconstruct else tracker_settings(job.config, job.sensor)
 
 
 def _camera(job: Live) -> Any:
-    """The camera, open."""
     with warnings.catch_warnings():
         if job.contour:  # an outline needs no intrinsics, so that guessed ones are as good
             warnings.filterwarnings("ignore", "webcam .*: its intrinsics are not known", UserWarning)
@@ -234,31 +214,27 @@ def _camera(job: Live) -> Any:
 
 
 def _follower(job: Live, source: Any, settings: dict[str, Any]) -> tuple[Follower, list[Any]]:
-    """The follower of what a camera shows, and the shapes that the page shows; `settings`: see `_settings`."""
-    from sdftrack.cli.live.followers import ReconstructorFollower, TrackerFollower, unknown_sequence
-    from sdftrack.cli.live.outline import OutlineFollower
+    """The follower of what a camera shows, and the shapes that the page shows."""
+    from sdftrack.cli.live import followers
     from sdftrack.cli.objects import load_targets
 
     inits, camera = job.inits(), source.camera
     one = None if inits is None else inits[0]
     unseen = [st.SDF.sphere(0.01, voxels=16)]  # for a page whose object has no shape yet
     if job.contour:
-        return OutlineFollower(st.contour.ContourTracker(**settings), one), unseen
+        return followers.OutlineFollower(st.contour.ContourTracker(**settings), one), unseen
     if job.reconstruct:
         star = st.Reconstructor(camera, voxels=job.voxels, mode=job.mode, threads=job.threads, **settings)
         where = None if one is None else place_of(one, camera.depth.shape)
-        return ReconstructorFollower(star, where), unseen
-    targets = load_targets(job.model, unknown_sequence(camera), job.unit, job.voxels)
-    shapes = [t.sdf for t in targets]
-    mode = "rgb" if job.by_color else job.mode
-    names = [t.name for t in targets]
-    settings |= {"device": job.device, "threads": job.threads}
-    tracker = st.Tracker(shapes, camera, mode=mode, names=names, **settings)
-    return TrackerFollower(tracker, targets, inits), shapes
+        return followers.ReconstructorFollower(star, where), unseen
+    targets = load_targets(job.model, followers.unknown_sequence(camera), job.unit, job.voxels)
+    shapes, names = [t.sdf for t in targets], [t.name for t in targets]
+    settings |= {"device": job.device, "threads": job.threads, "names": names}
+    tracker = st.Tracker(shapes, camera, mode="rgb" if job.by_color else job.mode, **settings)
+    return followers.TrackerFollower(tracker, targets, inits), shapes
 
 
 def _recorder(job: Live, source: Any, follower: Any, shapes: list[Any]) -> Callable[[], Any] | None:
-    """A function that makes the recorder; a folder that cannot be written into is refused here."""
     from sdftrack.io.out_folder import refuse_folder
 
     if job.out is None:
@@ -274,8 +250,8 @@ def _recorder(job: Live, source: Any, follower: Any, shapes: list[Any]) -> Calla
 
 
 def _outline_files(job: Live, out: Path, follower: Any) -> Callable[[], Any]:
-    from sdftrack.cli.contour_files import ContourFiles, refuse_places
-    from sdftrack.cli.live.outline import OutlineFiles
+    from sdftrack.cli.contour import ContourFiles, refuse_places
+    from sdftrack.cli.live.followers import OutlineFiles
 
     inits = job.inits() or []
     refuse_places(out, [("--init", Path(one.text)) for one in inits if one.kind == "mask"])

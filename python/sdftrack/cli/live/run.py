@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The loop of `sdftrack live`: a frame, what the user asked for, a result, and everything that receives it."""
+"""The loop of `sdftrack live`: a frame, what the user asked for, a result, everything that receives it, and files."""
 
 from __future__ import annotations
 
@@ -7,29 +7,30 @@ import contextlib
 import math
 import sys
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sdftrack._internal.background import Background
 from sdftrack.cli.followed import StatusCounts
-from sdftrack.cli.live.files import LiveFiles
 from sdftrack.cli.live.followers import Follower, ReconstructorFollower, has
 from sdftrack.cli.progress import PLAIN_EVERY_S
+from sdftrack.cli.record import opened
 from sdftrack.io.frames import write_color
+from sdftrack.io.writers import Contents
 from sdftrack.motion.live import LiveMotion, LiveValues
 from sdftrack.viz.viewer import Box, Click, Pause, Record, Save
 
 KEPT = 4096  # ages of the newest frames, for the percentiles
 MESH_EVERY_S = 2.0  # of a growing shape; and of the copy of it that pictures show, which takes milliseconds
 COPY_EVERY_S = 0.5
+NO_DEPTH = "to record, follow an object by depth: these frames have colour alone"
 
 
 class Statistics:
-    """Counts of results by status, and the age of the newest ones, in constant memory."""
-
     def __init__(self, objects: int) -> None:
         self.frames = 0
         self.followed = [0] * objects  # frames in which an object was "ok" or "weak"
@@ -60,16 +61,9 @@ class Run:
     """
 
     def __init__(
-        self,
-        camera: Any,
-        follower: Follower,
-        viewer: Any,
-        streams: list[Any],
-        new_recorder: Callable[[], Any] | None,
-        files: LiveFiles,
-        quiet: bool,
-        motion: bool = False,
-    ) -> None:
+        self, camera: Any, follower: Follower, viewer: Any, streams: list[Any],
+        new_recorder: Callable[[], Any] | None, files: LiveFiles, quiet: bool, motion: bool = False,
+    ) -> None:  # fmt: skip
         self._motions = [LiveMotion() for _ in follower.names] if motion else []
         self.movements: list[LiveValues] = []
         self.camera, self.follower, self.viewer = camera, follower, viewer
@@ -79,12 +73,13 @@ class Run:
         self.statistics = Statistics(len(follower.names))
         self._quiet, self._paused, self._asked = quiet, False, ""
         grows = isinstance(follower, ReconstructorFollower) and viewer is not None
-        self._meshes: Background[Any] | None = Background(self._show_mesh, 1, "mesh") if grows else None
+        self._meshes: Background[Any] | None = (
+            Background(lambda shape: viewer.set_mesh(0, shape.to_mesh()), 1, "mesh") if grows else None
+        )
         self._mesh_due = self._copy_due = 0.0
         self._copy: list[Any] | None = None
 
     def run(self, seconds: float | None = None) -> None:
-        """Until the camera ends, `seconds` are over, or Ctrl-C."""
         try:
             for frame in self._frames(seconds):
                 self.step(frame)
@@ -98,12 +93,10 @@ class Run:
 
     @property
     def lost(self) -> list[str]:
-        """Names of the objects that were lost in all frames."""
         counted = zip(self.follower.names, self.statistics.followed, strict=True)
         return [name for name, count in counted if self.statistics.frames and not count]
 
     def tell(self, seconds: float) -> None:
-        """Print what a run of that duration did."""
         print(self.statistics.line(seconds, self.camera))
         for name, values in zip(self.follower.names, self.movements, strict=False):
             print(f"{name}: {values.text()}")
@@ -140,7 +133,11 @@ class Run:
             self.viewer.show(
                 frame, result, latency_s=age_s, dropped=dropped, shapes=grown, mask=mask, notes=lines
             )
-            self._new_mesh()
+            now = time.monotonic()
+            if self._meshes is not None and now >= self._mesh_due and self.viewer.pages:
+                for shape in grown or ():
+                    self._meshes.put(shape, wait=False)
+                    self._mesh_due = now + MESH_EVERY_S
         return result
 
     def _move(self, frame: Any, result: Any) -> list[dict[str, Any]] | None:
@@ -169,7 +166,6 @@ class Run:
         return result
 
     def _answer(self, frame: Any) -> Any:
-        """Do what the user of the page asked for; returns the result of a start."""
         result = None
         for request in self.viewer.requests() if self.viewer is not None else ():
             try:
@@ -178,7 +174,8 @@ class Run:
                 elif isinstance(request, Pause):
                     self._paused = request.on
                 elif isinstance(request, Record):
-                    self._tell(self._record(frame, request.on))
+                    colored = request.on and frame.depth is None and not frame.error
+                    self._tell(NO_DEPTH if colored else self.files.record(request.on))
                 elif isinstance(request, Save):
                     self._tell(self._save())
             except (ValueError, OSError) as error:
@@ -188,20 +185,16 @@ class Run:
     def _start(self, frame: Any, request: Click | Box) -> Any:
         if not has(frame, self.follower.needs):
             raise ValueError(f"this frame has no {self.follower.needs} image; try again")
-        k = request.k
-        if isinstance(request, Click):
-            result = self.follower.click(frame, k, (request.x_px, request.y_px))
-        else:
-            result = self.follower.box(frame, k, (request.x, request.y, request.w, request.h))
+        place: tuple[float, ...] = (
+            (request.x_px, request.y_px)
+            if isinstance(request, Click)
+            else (request.x, request.y, request.w, request.h)
+        )
+        result = self.follower.start(frame, request.k, place)
         self._paused = False
-        self._tell(f"{self.follower.names[k]}: started")
+        self._tell(f"{self.follower.names[request.k]}: started")
         self._asked = ""
         return result
-
-    def _record(self, frame: Any, on: bool) -> str:
-        if on and frame.depth is None and not frame.error:
-            return "to record, follow an object by depth: these frames have colour alone"
-        return self.files.record(on)
 
     def _save(self) -> str:
         if isinstance(self.follower, ReconstructorFollower):
@@ -214,7 +207,6 @@ class Run:
         return self.files.save("picture", ".png", lambda path: write_color(path, picture))
 
     def _ask(self, asked: str) -> None:
-        """Tell the user what is missing, once and not with every frame."""
         if asked != self._asked:
             self._asked = asked
             self._tell(asked)
@@ -228,7 +220,6 @@ class Run:
             print(text, file=sys.stderr, flush=True)
 
     def _growing(self) -> list[Any] | None:
-        """Shapes that change from frame to frame, for pictures of them."""
         if not isinstance(self.follower, ReconstructorFollower) or self.follower.missing:
             return None
         drawn = self.recorder is not None or (self.viewer is not None and self.viewer.pages)
@@ -236,16 +227,6 @@ class Run:
         if drawn and now >= self._copy_due:
             self._copy, self._copy_due = self.follower.shapes, now + COPY_EVERY_S
         return self._copy
-
-    def _new_mesh(self) -> None:
-        now = time.monotonic()
-        if self._meshes is not None and now >= self._mesh_due and self.viewer.pages:
-            for shape in self._growing() or ():
-                self._meshes.put(shape, wait=False)
-                self._mesh_due = now + MESH_EVERY_S
-
-    def _show_mesh(self, shape: Any) -> None:
-        self.viewer.set_mesh(0, shape.to_mesh())
 
     def _frames(self, seconds: float | None) -> Iterator[Any]:
         began = told = time.monotonic()
@@ -257,3 +238,78 @@ class Run:
             if not self._quiet and now - told > PLAIN_EVERY_S:
                 print(self.statistics.line(now - began, self.camera), file=sys.stderr, flush=True)
                 told = now
+
+
+WAITING = 30  # frames that may wait for the disk
+
+
+class RawRecording(Background[Any]):
+    def __init__(self, folder: Path, camera: Any) -> None:
+        self.folder = folder
+        self._writer = opened(folder, Contents(camera))
+        super().__init__(self._writer.add, WAITING, "recording")
+
+    def close(self) -> None:
+        """Finish what was written, also after an error."""
+        try:
+            super().close()
+        finally:
+            with contextlib.suppress(ValueError):
+                self._writer.finish()
+
+
+class LiveFiles:
+    """Everything below --out; without it nothing is written, and requests are answered by saying so."""
+
+    def __init__(self, out: Path | None, camera: Any) -> None:
+        self._out, self._camera = out, camera
+        self._raw: RawRecording | None = None
+        self._counts = Counter[str]()
+
+    def record(self, on: bool) -> str:
+        if self._out is None:
+            return "to record, start with --out DIR"
+        if on == (self._raw is not None):
+            return ""
+        if on:
+            self._raw = RawRecording(self._new("recording"), self._camera)
+            return f"recording to {self._raw.folder}"
+        return self._end()
+
+    def add(self, frame: Any) -> str:
+        if self._raw is None or frame.error:
+            return ""
+        try:
+            self._raw.put(frame, wait=False)
+        except OSError as error:
+            return f"{error}; {self._end()}"
+        return ""
+
+    def save(self, what: str, suffix: str, write: Callable[[Path], object]) -> str:
+        if self._out is None:
+            return "to save, start with --out DIR"
+        path = self._new(what, suffix)
+        write(path)
+        return f"saved {path}"
+
+    def close(self) -> None:
+        if self._raw is not None:
+            with contextlib.suppress(OSError):
+                self._end()
+
+    def _end(self) -> str:
+        raw, self._raw = self._raw, None
+        assert raw is not None
+        with contextlib.suppress(OSError):  # told by `add`; what was written is kept
+            raw.close()
+        lost = f", {raw.dropped} frames dropped" if raw.dropped else ""
+        return f"recorded {raw.folder}{lost}"
+
+    def _new(self, what: str, suffix: str = "") -> Path:
+        assert self._out is not None
+        self._out.mkdir(parents=True, exist_ok=True)
+        while True:
+            self._counts[what] += 1
+            path = self._out / f"{what}_{self._counts[what]}{suffix}"
+            if not path.exists():
+                return path

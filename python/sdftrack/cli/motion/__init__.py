@@ -73,7 +73,6 @@ class Motion(Common):
     export: str | None = option(None, "Smoothed trajectories for other programs.", metavar="c3d,sto,trc,csv")
 
     def check(self) -> None:
-        """Usage error for options that do not go together."""
         if self.out is None:
             raise Usage("expected the folder to write", "--out")
         if self.repetitions is not None and len(self.results) > 1:
@@ -92,12 +91,11 @@ class Motion(Common):
         return "table" in (self.up, self.frame)
 
     def up_camera(self) -> tuple[float, ...] | None:
-        return None if self.up in (None, "table") else _direction(str(self.up), "--up")
+        return None if self.up in (None, "table") else _numbers(str(self.up), "--up", "a direction x,y,z")
 
     def point_obj(self) -> str | tuple[float, ...]:
-        """The point that is measured: "center", "origin" or coordinates, m."""
         named = self.point in ("center", "origin")
-        return self.point if named else _three(self.point, "--point")
+        return self.point if named else _numbers(self.point, "--point")
 
     def options(self) -> dict[str, Any]:
         """Keyword arguments of `analyze`."""
@@ -108,17 +106,12 @@ class Motion(Common):
             targets = [parse_target(text) for text in self.target]
         except ValueError as error:
             raise Usage(str(error), "--target") from None
+        known, measures = tuple(DEFINITIONS), self.measures
         return {
-            "by": self.by,
-            "max_gap_s": self.max_gap,
-            "axis_obj": _direction(self.axis, "--axis"),
-            "cues_s": read_cues(self.cues),
-            "threads": self.threads,
-            "targets": targets,
-            "measures": None
-            if self.measures is None
-            else _listed(self.measures, tuple(DEFINITIONS), "--measures"),
-        }
+            "by": self.by, "max_gap_s": self.max_gap, "axis_obj": _numbers(self.axis, "--axis", "a direction x,y,z"),
+            "cues_s": read_cues(self.cues), "threads": self.threads, "targets": targets,
+            "measures": None if measures is None else _listed(measures, known, "--measures"),
+        }  # fmt: skip
 
 
 def motion(job: Motion) -> None:
@@ -139,22 +132,16 @@ def motion(job: Motion) -> None:
     _measure(sessions, options, spans, job)
 
 
-def _three(text: str, name: str) -> tuple[float, ...]:
+def _numbers(text: str, name: str, direction: str = "") -> tuple[float, ...]:
+    """Three numbers; of a `direction`, as the usage error calls it, not all zero."""
     values = floats(text, 3)
-    if not values:
-        raise Usage(f"expected 3 numbers separated by commas, got {text!r}", name)
-    return values
-
-
-def _direction(text: str, name: str) -> tuple[float, ...]:
-    values = _three(text, name)
-    if not any(values):
-        raise Usage(f"expected a direction x,y,z, got {text!r}", name)
+    if not values or (direction and not any(values)):
+        expected = direction if values else "3 numbers separated by commas"
+        raise Usage(f"expected {expected}, got {text!r}", name)
     return values
 
 
 def _listed(text: str | None, known: tuple[str, ...], name: str) -> list[str]:
-    """Words separated by commas, all of them known."""
     words = [] if text is None else [t.strip() for t in text.split(",")]
     for word in words:
         if word not in known:
@@ -166,44 +153,53 @@ def _measure(
     sessions: Sequence[Session], options: dict[str, Any], spans: tuple[Path, Spans] | None, job: Motion
 ) -> None:
     """Measure and write; nothing is written where a trajectory cannot be measured."""
+    from sdftrack.motion import report, save, smoothed_trajectory
+
     analyses = {s.name: [_analysis(t, s.up, options, spans) for t in s.trajectories] for s in sessions}
     notes = [note for s in sessions for note in _notes(s, analyses[s.name], options["targets"], spans)]
-    out = job.folder
-    _write(sessions, analyses, notes, _settings(sessions, options, spans), job)
-    if job.quiet:
-        return
-    for name, each in analyses.items():
-        for a in each:
-            _print(name, a)
-    for note in notes:
-        print(note)
-    print(f"written to {out}; open {out / 'report.html'} in a browser")
-
-
-def _write(
-    sessions: Sequence[Session],
-    analyses: dict[str, list[Any]],
-    notes: list[str],
-    settings: dict[str, Any],
-    job: Motion,
-) -> None:
-    from sdftrack.motion import report
-
-    out, changes = job.folder, report.compare_sessions(analyses)
+    settings = {
+        "results": [str(s.path) for s in sessions],
+        **{k: v for k, v in options.items() if k not in ("targets", "threads")},
+        "targets": [str(t) for t in options["targets"]],
+        "up": [None if s.up is None else [float(v) for v in s.up] for s in sessions],
+        "repetitions": None if spans is None else str(spans[0]),
+    }
+    changes = report.compare_sessions(analyses)
     pairs = {name: report.pairs_of(each) for name, each in analyses.items()}
-    job.make_out()
+    out = job.make_out()
     values = report.measures_json(analyses, changes, settings, notes=notes, pairs=pairs)
     write_json(out / "measures.json", values)
     write_text(out / "measures.csv", report.measures_csv(analyses))
-    for k, each in enumerate(analyses.values(), 1):
-        name = "repetitions.json" if len(analyses) == 1 else f"repetitions_{k}.json"
-        write_text(out / name, report.repetitions_text(each))
     write_text(out / "trajectory_smoothed.csv", report.smoothed_csv(analyses))
+    for k, each in enumerate(analyses.values(), 1):
+        number = "" if len(analyses) == 1 else f"_{k}"
+        write_text(out / f"repetitions{number}.json", report.repetitions_text(each))
+        for suffix in job.exports:
+            save(out / f"trajectory{number}.{suffix}", [smoothed_trajectory(a.motion) for a in each])
     names = ", ".join(dict.fromkeys(a.trajectory.name for each in analyses.values() for a in each))
     lines = [f"{s.name}: {s.path}" for s in sessions] + notes
     page = report.report_html(analyses, changes, title=f"Exercise with {names}", notes=lines, pairs=pairs)
     write_text(out / "report.html", page)
-    _export(analyses, out, job.exports)
+    if not job.quiet:
+        _tell(analyses, notes, out)
+
+
+def _tell(analyses: dict[str, list[Any]], notes: list[str], out: Path) -> None:
+    def value(m: Any) -> str:
+        return f"{m.value:.4g}" if m.determined else "not determined"
+
+    for session, each in analyses.items():
+        for a in each:
+            count, low, high = a.count
+            repetitions = f"{count} repetitions ({low} to {high}) in {a.trajectory.duration_s:.1f} s"
+            print(f"{session}, {a.trajectory.name}: {repetitions}")
+            rows = [[m.name, value(m), f"{m.low:.4g}", f"{m.high:.4g}", m.unit] for m in a.averages.values()]
+            if rows:
+                head = ["measure", "value", "low", "high", "unit"]
+                show_table("averages over the repetitions", head, rows)
+    for note in notes:
+        print(note)
+    print(f"written to {out}; open {out / 'report.html'} in a browser")
 
 
 def _analysis(trajectory: Any, up: Any, options: dict[str, Any], spans: tuple[Path, Spans] | None) -> Any:
@@ -225,13 +221,11 @@ def _notes(
     for a in analyses:
         name = a.trajectory.name
         for k, target in enumerate(targets, 1):
-            nearest = _nearest(a, target)
-            if nearest > 0:
-                notes.append(
-                    f"{session.name}: target {k} was never entered by {name}; the nearest distance is "
-                    f"{1e3 * nearest:.0f} mm."
-                )
-        if spans is not None and a.trajectory.name not in spans[1] and None not in spans[1]:
+            nearest_mm = 1e3 * _nearest(a, target)
+            if nearest_mm > 0:
+                never = f"target {k} was never entered by {name}"
+                notes.append(f"{session.name}: {never}; the nearest distance is {nearest_mm:.0f} mm.")
+        if spans is not None and name not in spans[1] and None not in spans[1]:
             notes.append(f"{session.name}: {spans[0]} has no repetitions of {name}; they were found anew.")
     spans_s = {(float(a.trajectory.times_s[0]), float(a.trajectory.times_s[-1])) for a in analyses}
     if len(spans_s) > 1:
@@ -249,43 +243,3 @@ def _nearest(a: Any, target: Any) -> float:
 
     distances = target.distances(a.motion.mean(a.motion.times_s(NOTE_RATE_HZ)).positions_m[0])
     return max(float(np.nanmin(distances)), 0.0)
-
-
-def _settings(
-    sessions: Sequence[Session], options: dict[str, Any], spans: tuple[Path, Spans] | None
-) -> dict[str, Any]:
-    return {
-        "results": [str(s.path) for s in sessions],
-        **{k: v for k, v in options.items() if k not in ("targets", "threads")},
-        "targets": [str(t) for t in options["targets"]],
-        "up": [None if s.up is None else [float(v) for v in s.up] for s in sessions],
-        "repetitions": None if spans is None else str(spans[0]),
-    }
-
-
-def _print(session: str, a: Any) -> None:
-    count, low, high = a.count
-    print(
-        f"{session}, {a.trajectory.name}: {count} repetitions ({low} to {high}) in {a.trajectory.duration_s:.1f} s"
-    )
-    rows = [
-        [
-            m.name,
-            f"{m.value:.4g}" if m.determined else "not determined",
-            f"{m.low:.4g}",
-            f"{m.high:.4g}",
-            m.unit,
-        ]
-        for m in a.averages.values()
-    ]
-    if rows:
-        show_table("averages over the repetitions", ["measure", "value", "low", "high", "unit"], rows)
-
-
-def _export(analyses: dict[str, list[Any]], out: Path, wanted: Sequence[str]) -> None:
-    from sdftrack.motion import save, smoothed_trajectory
-
-    for k, each in enumerate(analyses.values(), 1):
-        stem = "trajectory" if len(analyses) == 1 else f"trajectory_{k}"
-        for suffix in wanted:
-            save(out / f"{stem}.{suffix}", [smoothed_trajectory(a.motion) for a in each])

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import sdftrack as st
-from sdftrack._internal.csv_cells import cell_text
-from sdftrack._internal.text_files import WRONG, read_text
+from sdftrack._internal.text_files import WRONG, cell_text, read_text
 from sdftrack._internal.validation import shown
 from sdftrack.cli.options import Usage
 
@@ -40,7 +39,6 @@ class Session:
 
 
 def load_sessions(job: Motion) -> list[Session]:
-    """One session per result, of names that differ: --session, or those of the files."""
     sessions: list[Session] = []
     for k, path in enumerate(job.results):
         own = path.stem if path.is_file() else path.resolve().name
@@ -51,7 +49,9 @@ def load_sessions(job: Motion) -> list[Session]:
 
 
 def _load(path: Path, name: str, job: Motion) -> Session:
-    from sdftrack.motion import in_frame, load, table_frame
+    import numpy as np
+
+    from sdftrack.motion import at_point, best_known_point, in_frame, load, table_frame
 
     try:
         trajectories = load(path, fps=job.fps, unit=job.unit)
@@ -59,10 +59,22 @@ def _load(path: Path, name: str, job: Motion) -> Session:
         if str(error).endswith("lost in all frames"):
             raise AllLost(str(error)) from None
         raise
-    places = _chosen(path, [t.name for t in trajectories], job.object_)
-    chosen = [_at_point(path, k, trajectories[k], job.point_obj()) for k in places]
-    for t in chosen:
-        _check_reach(path, t)
+    chosen, point = [], job.point_obj()
+    for k in _chosen(path, [t.name for t in trajectories], job.object_):
+        t = trajectories[k]
+        if point == "center":
+            middle = _center(path, t.name, k)
+            t = at_point(t, best_known_point(t, (0, 0, 0) if middle is None else middle))
+        elif point != "origin":
+            t = at_point(t, point)
+        x = t.poses[t.usable, :3, 3]
+        far = float(np.linalg.norm(x - x[0], axis=1).max())
+        if far > FARTHEST_M:
+            raise ValueError(
+                f"{path}: {t.name} moves {far:.4g} m away from its start; is the file in mm or cm? Give its unit "
+                "(--unit mm)"
+            )
+        chosen.append(t)
     up: Any = job.up_camera()
     if job.table:
         T = table_frame(*_table_of(path))
@@ -74,7 +86,6 @@ def _load(path: Path, name: str, job: Motion) -> Session:
 
 
 def _chosen(path: Path, known: list[str], wanted: Sequence[str]) -> list[int]:
-    """Places of the objects with these names, or numbers from 1; all without any."""
     places = []
     for word in wanted:
         if word in known:
@@ -85,29 +96,6 @@ def _chosen(path: Path, known: list[str], wanted: Sequence[str]) -> list[int]:
             listed = ", ".join(f"{k} {name}" for k, name in enumerate(known, 1))
             raise ValueError(f"--object: expected a name or number of {path} ({listed}), got {word!r}")
     return sorted(set(places)) if wanted else list(range(len(known)))
-
-
-def _check_reach(path: Path, trajectory: Any) -> None:
-    import numpy as np
-
-    x = trajectory.poses[trajectory.usable, :3, 3]
-    far = float(np.linalg.norm(x - x[0], axis=1).max())
-    if far > FARTHEST_M:
-        raise ValueError(
-            f"{path}: {trajectory.name} moves {far:.4g} m away from its start; is the file in mm or cm? Give its unit "
-            "(--unit mm)"
-        )
-
-
-def _at_point(path: Path, k: int, trajectory: Any, point: str | tuple[float, ...]) -> Any:
-    from sdftrack.motion import at_point, best_known_point
-
-    if point == "origin":
-        return trajectory
-    if point == "center":
-        middle = _center(path, trajectory.name, k)
-        return at_point(trajectory, best_known_point(trajectory, (0, 0, 0) if middle is None else middle))
-    return at_point(trajectory, point)
 
 
 def _center(path: Path, name: str, k: int) -> Any:
@@ -124,7 +112,6 @@ def _center(path: Path, name: str, k: int) -> Any:
 
 
 def _table_of(path: Path) -> Any:
-    """(n, d) of the dominant plane in the first image of the recording that the report names."""
     from sdftrack.io.report_file import read_results
 
     if not path.is_dir():
@@ -150,11 +137,15 @@ def read_cues(text: str | None) -> list[float]:
     """Times from ``t1,t2`` or from a file with a time per line or exercise.json's ``cues_s``."""
     if text is None:
         return []
-    path = Path(text)
     if os.path.isfile(text):  # Path.is_file() fails where the times are too many to be the name of a file
-        content = read_text(path)
+        path, content = Path(text), read_text(Path(text))
         if path.suffix == ".json":
-            return _cues_of_json(path, content)
+            try:
+                value = json.loads(content)
+                return [float(v) for v in (value["cues_s"] if isinstance(value, dict) else value)]
+            except WRONG:
+                form = 'JSON with "cues_s": [t1, t2, ...], or [t1, t2, ...]'
+                raise ValueError(f"--cues {path}: expected {form}") from None
         text = ",".join(content.split())
     try:
         cues = [float(v) for v in text.replace(";", ",").split(",") if v]
@@ -165,42 +156,41 @@ def read_cues(text: str | None) -> list[float]:
     return cues
 
 
-def _cues_of_json(path: Path, content: str) -> list[float]:
-    try:
-        value = json.loads(content)
-        return [float(v) for v in (value["cues_s"] if isinstance(value, dict) else value)]
-    except WRONG:
-        raise ValueError(
-            f'--cues {path}: expected JSON with "cues_s": [t1, t2, ...], or [t1, t2, ...]'
-        ) from None
-
-
 def read_spans(path: Path) -> Spans:
     """Start and end of the repetitions of each object in a corrected ``repetitions.json``, or in a CSV file."""
     if not path.is_file():
         raise FileNotFoundError(f"--repetitions: no such file: {path}")
+    spans: Spans = {}
     try:
         content = read_text(path)
-        spans = _spans_of_csv(content) if path.suffix.lower() == ".csv" else _spans_of_json(content)
+        if path.suffix.lower() == ".csv":
+            for row in csv.DictReader(io.StringIO(content, newline=""), skipinitialspace=True):
+                spans.setdefault(cell_text(row.get("object") or "") or None, []).append(_span(row))
+            spans = spans or {None: []}
+        else:
+            value = json.loads(content)
+            by_object = isinstance(value, dict) and "objects" in value
+            given: dict[str | None, Any] = {}
+            if by_object:
+                given = {str(o["object"]): o["repetitions"] for o in value["objects"]}
+            else:
+                given[None] = value["repetitions"] if isinstance(value, dict) else value
+            spans = {name: [_span(row) for row in rows] for name, rows in given.items()}
     except WRONG:
         raise ValueError(f"--repetitions {path}: expected {FORM}") from None
     for rows in spans.values():
-        _check(path, sorted(rows))
-    return {name: sorted(rows) for name, rows in spans.items()}
-
-
-def _spans_of_json(content: str) -> Spans:
-    value = json.loads(content)
-    if isinstance(value, dict) and "objects" in value:
-        return {str(o["object"]): [_span(r) for r in o["repetitions"]] for o in value["objects"]}
-    return {None: [_span(r) for r in (value["repetitions"] if isinstance(value, dict) else value)]}
-
-
-def _spans_of_csv(content: str) -> Spans:
-    spans: Spans = {}
-    for row in csv.DictReader(io.StringIO(content, newline=""), skipinitialspace=True):
-        spans.setdefault(cell_text(row.get("object") or "") or None, []).append(_span(row))
-    return spans or {None: []}
+        rows.sort()
+        if not rows:
+            raise ValueError(f"--repetitions {path}: expected at least one repetition, got none")
+        for k, (start, end) in enumerate(rows):
+            if not (math.isfinite(start) and math.isfinite(end) and start < end):
+                raise ValueError(f"--repetitions {path}: expected start_s < end_s, got {start:g} and {end:g}")
+            if k and start < rows[k - 1][1]:
+                raise ValueError(
+                    f"--repetitions {path}: expected repetitions one after another, but the one from {start:g} s "
+                    f"starts before that from {rows[k - 1][0]:g} s ends ({rows[k - 1][1]:g} s)"
+                )
+    return spans
 
 
 def _span(row: Any) -> tuple[float, float]:
@@ -208,21 +198,7 @@ def _span(row: Any) -> tuple[float, float]:
     return float(a), float(b)
 
 
-def _check(path: Path, rows: Sequence[tuple[float, float]]) -> None:
-    if not rows:
-        raise ValueError(f"--repetitions {path}: expected at least one repetition, got none")
-    for k, (start, end) in enumerate(rows):
-        if not (math.isfinite(start) and math.isfinite(end) and start < end):
-            raise ValueError(f"--repetitions {path}: expected start_s < end_s, got {start:g} and {end:g}")
-        if k and start < rows[k - 1][1]:
-            raise ValueError(
-                f"--repetitions {path}: expected repetitions one after another, but the one from {start:g} s starts "
-                f"before that from {rows[k - 1][0]:g} s ends ({rows[k - 1][1]:g} s)"
-            )
-
-
 def spans_of(spans: Spans, path: Path, trajectory: Any) -> list[tuple[float, float]] | None:
-    """The repetitions of one object, within its recording; None: the file does not speak of it."""
     rows = spans.get(trajectory.name, spans.get(None))
     first, last = float(trajectory.times_s[0]), float(trajectory.times_s[-1])
     for start, end in rows or ():

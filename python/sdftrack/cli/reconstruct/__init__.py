@@ -86,12 +86,8 @@ class Reconstruct(Rate, Frames, Layout, Common):
     format: str = option("ply", "Mesh file formats; mesh.ply is always written.", metavar="ply,obj,glb,stl")
     seen_only: bool = option(False, "Omit guessed surface from the mesh files; shape.npz contains it.")
     faces: int | None = option(
-        None,
-        "Maximum number of triangles in the mesh files. Extra: export.",
-        min=4,
-        max=2**31 - 1,
-        metavar="N",
-    )
+        None, "Maximum number of triangles in the mesh files. Extra: export.", min=4, max=2**31 - 1, metavar="N",
+    )  # fmt: skip
     texture: int | None = option(
         None,
         "Store colours in a texture of N x N texels; with --faces, those of the full mesh. Extra: export.",
@@ -119,7 +115,6 @@ class Reconstruct(Rate, Frames, Layout, Common):
         return place
 
     def further(self) -> list[tuple[Path, Init | None]]:
-        """Further recordings, and where the object is in their first images."""
         if self.then and len(self.seq) != 1:
             raise Usage(f"expected one SEQ with it, got {len(self.seq)}", "--then")
         if self.then_init and len(self.then_init) != len(self.then):
@@ -151,20 +146,17 @@ class Reconstruct(Rate, Frames, Layout, Common):
         options = reconstructor_settings(self.config, self.evolution)
         evolution = options.get("evolution") or getattr(options.get("options"), "evolution", "ours")
         if self.further() and evolution == "printed":
-            raise Usage(
-                "expected the default evolution with it, got printed, which supports only one recording",
-                "--then",
-            )
+            only_one = "which supports only one recording"
+            raise Usage(f"expected the default evolution with it, got printed, {only_one}", "--then")
         return options
 
 
 def reconstruct(job: Reconstruct) -> None:
     out = job.folder
     # What is missing is told now, not after all frames.
-    if job.faces is not None:
-        need("fast_simplification", "export")
-    if job.texture is not None:
-        need("xatlas", "export")
+    for value, package in ((job.faces, "fast_simplification"), (job.texture, "xatlas")):
+        if value is not None:
+            need(package, "export")
     job.place(), job.further(), job.voxel_count(), job.formats()
     options = job.options()
     lost: list[str] = []

@@ -48,11 +48,8 @@ def known_shape(text: str) -> str:
 def _radius(text: str) -> float:
     (radius,) = floats(text.partition(":")[2], 1) or (0.0,)
     if not 0 < radius < LARGEST_BALL_M:
-        raise Usage(
-            f"expected sphere:RADIUS in metres, above 0 and below {LARGEST_BALL_M:g}, such as sphere:0.08, got "
-            f"{text!r}",
-            "--shape",
-        )
+        limits = f"above 0 and below {LARGEST_BALL_M:g}, such as sphere:0.08"
+        raise Usage(f"expected sphere:RADIUS in metres, {limits}, got {text!r}", "--shape")
     return radius
 
 
@@ -74,7 +71,6 @@ def load_shape(text: str | None, unit: str | None, voxels: int) -> Any:
 def find_place(
     init: Init | None, number: int | None, seq: Any, first: int, frame: Any, folder: Path
 ) -> Place:
-    """Location of the object in `frame`, the image with index `first`."""
     if number is not None and not 0 <= number < max(len(seq.objects), 1 + max(seq.masks(first), default=-1)):
         known = ", ".join(map(str, sorted({*range(len(seq.objects)), *seq.masks(first)}))) or "none"
         raise Usage(f"expected one of the objects of {folder} ({known}), got {number}", "--object")
@@ -90,11 +86,8 @@ def find_place(
 def _own_mask(number: int | None, seq: Any, first: int, folder: Path) -> Place:
     masks = {k: m for k, m in seq.masks(first).items() if m.any()}
     if number is None and len(masks) > 1:
-        known = ", ".join(map(str, sorted(masks)))
-        raise Usage(
-            f"{folder} has masks of {len(masks)} objects in image {seq.ids[first]}: expected which one ({known})",
-            "--object",
-        )
+        has = f"{folder} has masks of {len(masks)} objects in image {seq.ids[first]}"
+        raise Usage(f"{has}: expected which one ({', '.join(map(str, sorted(masks)))})", "--object")
     k = next(iter(masks), None) if number is None else number
     if k not in masks:
         which = "" if number is None else f" of object {number}"

@@ -18,7 +18,7 @@ from sdftrack.cli.init import Init
 from sdftrack.cli.progress import Tell, counted, progress_counter
 from sdftrack.cli.reconstruct.place import Place, find_place, load_shape
 from sdftrack.cli.sources import first_readable
-from sdftrack.io.trajectories import tum_line
+from sdftrack.io.report_file import tum_line
 
 if TYPE_CHECKING:
     from sdftrack.cli.reconstruct import Reconstruct
@@ -32,18 +32,16 @@ def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str
     """Reconstruct from one sequence; `options` are those of `Reconstructor`. One line of advice if all is lost."""
     with st.open_sequence(folder, **job.opening) as seq:
         recording = Recording.of(folder, out, seq, job, job.place())
-        for further, place in job.further():
-            _check_further(further, place, job, seq.camera)
+        for further, place in job.further():  # checked in advance
+            with st.open_sequence(further, **job.opening) as other:
+                if other.camera != seq.camera:
+                    expected = f"expected the camera of the first recording, {seq.camera!r}"
+                    raise ValueError(f"{further}: {expected}, got {other.camera!r}")
+                Recording.of(further, further, other, job, place)
         star = st.Reconstructor(
-            seq.camera,
-            load_shape(job.shape, job.unit, job.voxel_count()),
-            job.voxel_count(),
-            job.extent,
-            job.device,
-            mode=job.mode,
-            threads=job.threads,
-            **options,
-        )
+            seq.camera, load_shape(job.shape, job.unit, job.voxel_count()), job.voxel_count(), job.extent,
+            job.device, mode=job.mode, threads=job.threads, **options,
+        )  # fmt: skip
         # Before the folder is made: a start that cannot be leaves nothing behind.
         recording.results = [star.start(recording.frame, **recording.place.arguments)]
         Run(job, star, recording).go()
@@ -51,16 +49,6 @@ def reconstruct_one(folder: Path, out: Path, job: Reconstruct, options: dict[str
         if not job.quiet:
             recording.tell_remedies([NAME], [kind])
         return list(recording.lost_throughout([NAME], [kind], after=1))
-
-
-def _check_further(folder: Path, init: Init | None, job: Reconstruct, camera: Any) -> None:
-    """Check a further recording in advance; `camera` is that of the first recording."""
-    with st.open_sequence(folder, **job.opening) as seq:
-        if seq.camera != camera:
-            raise ValueError(
-                f"{folder}: expected the camera of the first recording, {camera!r}, got {seq.camera!r}"
-            )
-        Recording.of(folder, folder, seq, job, init)
 
 
 @dataclass
@@ -73,7 +61,6 @@ class Recording(Followed):
 
     @classmethod
     def of(cls, folder: Path, out: Path, seq: Any, job: Reconstruct, init: Init | None) -> Recording:
-        """With the location of the object in its first frame."""
         numbers, frame = first_readable(job.numbers(seq, folder), seq, folder, job.fps)
         place = find_place(init, job.object_, seq, numbers[0], frame, folder)
         return cls(job, folder, out, seq, numbers, frame, init, place)
@@ -92,7 +79,6 @@ class Recording(Followed):
         return {n: T for n, T in own.items() if 0 <= n < len(self.results)}
 
     def write_poses(self, recorder: Any, poses: dict[int, Any]) -> None:
-        """refined_0.txt: poses of its own frames that belong to the refined mesh, as in trajectory_0.txt."""
         times = [r.timestamp for r in self.results]
         if None in times:
             return
@@ -112,7 +98,6 @@ class Run:
     later: list[tuple[Recording, Any]] = field(default_factory=list)  # further recordings with their files
 
     def go(self) -> None:
-        """Track, refine, write, report; results so far are written even if a step fails."""
         job, first = self.job, self.recording
         with (
             self._recorder(first) as recorder,
@@ -133,7 +118,14 @@ class Run:
             if not job.no_refine:
                 self._refine(recorder, tell)
             if not job.no_video:
-                self._write_turntable(tell)
+                from sdftrack.io.video import write_video
+                from sdftrack.viz.turntable import turning
+
+                # It starts with the view of mesh.png.
+                mesh, pose, seen = self.star.mesh(), first.results[0].pose, self.star.options.min_seen
+                pictures = turning(mesh, pose, TURN_PICTURES, threads=job.threads, min_seen=seen)
+                told = counted(pictures, TURN_PICTURES, "turntable.mp4", tell)
+                write_video(first.out / "turntable.mp4", told, TURN_FPS)
                 recorder.wrote("turntable.mp4")
         if not job.quiet:
             self._tell()
@@ -144,15 +136,14 @@ class Run:
         return recording.recorder(shape, self._settings(recording), **about)
 
     def _follow(self, recording: Recording, recorder: Any, tell: Tell) -> None:
-        """Track a recording whose first result is there."""
-        recording.follow(
-            self.star.track,
-            lambda i: self._truth(recording, i),
-            lambda: None if self.job.no_video else self.star.shape,
-            lambda result: _moved(result.shape_change),
-            recorder,
-            tell,
-        )
+        def note(result: Any) -> str:
+            moved = f"surface moved {1e3 * result.shape_change:.2f} mm"
+            return moved if np.isfinite(result.shape_change) else "nothing added"
+
+        def shape() -> Any:
+            return None if self.job.no_video else self.star.shape
+
+        recording.follow(self.star.track, lambda i: self._truth(recording, i), shape, note, recorder, tell)
 
     def _truth(self, recording: Recording, i: int) -> dict[int, Any]:
         """The true pose of the reconstruction's object frame, aligned in the first image of the first recording."""
@@ -177,10 +168,9 @@ class Run:
         self.later.append((recording, recorder))
 
     def _refine(self, recorder: Any, tell: Tell) -> None:
-        def told(share: float) -> None:
-            tell(round(REFINE_STEPS * share), REFINE_STEPS, "refining")
-
-        self.refined = self.star.refine(told)
+        self.refined = self.star.refine(
+            lambda share: tell(round(REFINE_STEPS * share), REFINE_STEPS, "refining")
+        )
         self._keep(recorder)
         for recording, files in [(self.recording, recorder), *self.later]:
             recording.write_poses(files, self.refined.poses)
@@ -205,45 +195,21 @@ class Run:
             written = whole.decimated(job.faces)
         recorder.wrote(*write_mesh_files(out, written, whole, job.formats(), job.texture))
 
-    def _write_turntable(self, tell: Tell) -> None:
-        """turntable.mp4, which starts with the view of mesh.png."""
-        from sdftrack.io.video import write_video
-        from sdftrack.viz.turntable import turning
-
-        first, seen = self.recording, self.star.options.min_seen
-        pictures = turning(
-            self.star.mesh(), first.results[0].pose, TURN_PICTURES, threads=self.job.threads, min_seen=seen
-        )
-        told = counted(pictures, TURN_PICTURES, "turntable.mp4", tell)
-        write_video(first.out / "turntable.mp4", told, TURN_FPS)
-
     def _note(self, recorder: Any, mesh: Any) -> None:
-        quality, volume, first, refined = (
-            self.star.quality(mesh),
-            self.star.shape,
-            self.recording,
-            self.refined,
-        )
+        quality, volume = self.star.quality(mesh), self.star.shape
+        first, refined = self.recording, self.refined
         section: dict[str, Any] = {
-            "summary": quality.summary,
-            "seen_share": quality.seen_share,
-            "frames_fused": quality.frames,
-            "complete": len(first.results) == len(first.numbers),
-            "voxels": list(volume.values.shape[::-1]),
-            "voxel_m": volume.voxel_size,
-            "size_m": np.ptp(mesh.bounds, axis=0),
-            "surface_change_m": [r.shape_change for r in first.results],
-            "refined": None,
-        }
+            "summary": quality.summary, "seen_share": quality.seen_share, "frames_fused": quality.frames,
+            "complete": len(first.results) == len(first.numbers), "voxels": list(volume.values.shape[::-1]),
+            "voxel_m": volume.voxel_size, "size_m": np.ptp(mesh.bounds, axis=0),
+            "surface_change_m": [r.shape_change for r in first.results], "refined": None,
+        }  # fmt: skip
         if refined is not None:
             section["refined"] = {
-                "rounds": refined.rounds,
-                "moved_m": refined.moved_m,
-                "turned_rad": refined.turned_rad,
-                "misfit_m": refined.misfit_m,
-                "taken": refined.taken,
+                "rounds": refined.rounds, "moved_m": refined.moved_m, "turned_rad": refined.turned_rad,
+                "misfit_m": refined.misfit_m, "taken": refined.taken,
                 "poses": {first.ids[n]: T for n, T in first.poses_of(refined.poses).items()},
-            }
+            }  # fmt: skip
         recorder.note("reconstruction", section)
 
     def _settings(self, recording: Recording) -> dict[str, Any]:
@@ -282,18 +248,11 @@ class Run:
         print(f"look at {self.recording.out / 'mesh.png'} and mesh.ply{turn}")
 
 
-def _moved(change_m: float) -> str:
-    return f"surface moved {1e3 * change_m:.2f} mm" if np.isfinite(change_m) else "nothing added"
-
-
 def write_mesh_files(
     out: Path, mesh: Any, colors_from: Any, formats: list[str], texture: int | None
 ) -> list[str]:
-    """Write mesh.ply and the other formats; returns their names. Existing files are replaced atomically.
-
-    `texture`: side of a texture, in texels, with the colours of `colors_from`; ignored for .stl and meshes without
-    colours.
-    """
+    """Write mesh.ply and the other formats; returns their names. Existing files are replaced atomically. `texture`:
+    side of a texture, in texels, with the colours of `colors_from`; ignored for .stl and meshes without colours."""
     from sdftrack.mesh.files import TEXTURE_FORMATS, files_beside
 
     names = []

@@ -8,12 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sdftrack._internal.natural_order import in_order
-from sdftrack._internal.text_files import named
-from sdftrack.camera.plausible import warn_if_doubtful
-from sdftrack.io.datasets.layouts import LAYOUTS, Layout, register
-from sdftrack.io.datasets.sequence import LazyModels, Sequence
-from sdftrack.io.writers.journal import Journal
+from sdftrack._internal.text_files import in_order, named
+from sdftrack.camera.files import warn_if_doubtful
+from sdftrack.io.datasets.sequence import LAYOUTS, Layout, LazyModels, Sequence, register
+from sdftrack.io.writers.base import Journal
 
 __all__ = ["LAYOUTS", "Layout", "LazyModels", "Sequence", "open_sequence", "register"]
 
@@ -95,5 +93,5 @@ def _detected(root: Path) -> Layout:
 
 
 # The readers register themselves; the order is the order in which they are tried.
-from sdftrack.io.datasets import bop, k1, tum, folders, open3d, lerobot, realsense, azure  # noqa: E402, F401, I001
+from sdftrack.io.datasets import bop, k1, tum, folders, lerobot, realsense, azure  # noqa: E402, F401, I001
 from sdftrack.io.datasets.bags import opening  # noqa: E402, F401

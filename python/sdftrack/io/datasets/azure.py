@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,9 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import contents, parsed_json
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.sequence import Sequence
-from sdftrack.io.datasets.streams import Stream, StreamFrames
-from sdftrack.io.datasets.video_file import Track, VideoFile
+from sdftrack.io.datasets.pairing import Stream, StreamFrames
+from sdftrack.io.datasets.sequence import Sequence, register
+from sdftrack.io.datasets.video_images import Track, VideoFile
 from sdftrack.io.frames import decode_color
 
 CALIBRATION = "calibration.json"
@@ -53,39 +53,32 @@ def _sequence(path: Path, file: VideoFile) -> Sequence:
     tracks = {track.name: track for track in file.tracks}
     depth, color = tracks.get("DEPTH"), tracks.get("COLOR")
     if depth is None:
-        raise ValueError(
-            f"the recording has no depth track, which the trackers require; its tracks: {', '.join(tracks) or 'none'}"
-        )
+        there = ", ".join(tracks) or "none"
+        raise ValueError(f"the recording has no depth track, which the trackers require; its tracks: {there}")
     if CALIBRATION not in file.attachments:
         raise ValueError(f"the recording has no attachment {CALIBRATION}, with the cameras' intrinsics")
-    if color is not None and not color.packets:
-        color = None
     calibration = parsed_json(file.attachments[CALIBRATION].rstrip(b"\0"), CALIBRATION)
-    color_size = (color.width, color.height) if color is not None else None
-    camera = azure_cameras(calibration, (depth.width, depth.height), color_size)
     start_ns = int(file.tags.get("K4A_START_OFFSET_NS", 0))  # of the device's clock
-    frames = StreamFrames(
-        path.name,
-        Stream(_times(depth, start_ns), lambda i: _depth(depth, bytes(depth.read(i)))),
-        None if color is None else _color_stream(color, start_ns),
-        METRES_PER_UNIT,
-    )
+
+    def stream(track: Track, decode: Callable[[Track, bytes], NDArray[Any]]) -> Stream:
+        times = np.array([start_ns + packet.time_ns for packet in track.packets], dtype=np.float64)
+        return Stream(1e-9 * times, lambda i: decode(track, bytes(track.read(i))))
+
+    color_size, colors = None, None
+    if color is not None and color.packets:
+        color_size = (color.width, color.height)
+        if not (_is_jpeg(color) or color.fourcc in RAW):
+            codec = f"{color.codec} {color.fourcc}"
+            raise ValueError(f"colour of codec {codec}, expected MJPG, BGRA, NV12 or YUY2")
+        colors = stream(color, _color)
+    camera = azure_cameras(calibration, (depth.width, depth.height), color_size)
+    frames = StreamFrames(path.name, stream(depth, _depth), colors, METRES_PER_UNIT)
 
     def close() -> None:
         for track in file.tracks:
             track.close()
 
     return Sequence(frames, camera, layout="azure", name=path.stem, close=close)
-
-
-def _color_stream(track: Track, start_ns: int) -> Stream:
-    if not (_is_jpeg(track) or track.fourcc in RAW):
-        raise ValueError(f"colour of codec {track.codec} {track.fourcc}, expected MJPG, BGRA, NV12 or YUY2")
-    return Stream(_times(track, start_ns), lambda i: _color(track, bytes(track.read(i))))
-
-
-def _times(track: Track, start_ns: int) -> NDArray[np.float64]:
-    return 1e-9 * np.array([start_ns + packet.time_ns for packet in track.packets], dtype=np.float64)
 
 
 def _is_jpeg(track: Track) -> bool:
@@ -123,22 +116,18 @@ DEPTH_AT, COLOR_AT = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocation
 def azure_cameras(
     calibration: dict[str, Any], depth_size: tuple[int, int], color_size: tuple[int, int] | None
 ) -> RGBDCamera:
-    """Cameras by the recording's calibration.json, for images of these sizes (width, height).
-
-    ValueError for a size of no mode, a lens model other than Brown-Conrady, or a wide view whose polynomial folds over;
-    KeyError or TypeError for a field that is missing, or not of its kind.
-    """
+    """Cameras by the recording's calibration.json, for images of these sizes (width, height). ValueError for a size of
+    no mode, a lens model other than Brown-Conrady, or a wide view whose polynomial folds over; KeyError or TypeError
+    for a field that is missing, or not of its kind."""
     cameras = {entry["Location"]: entry for entry in calibration["CalibrationInformation"]["Cameras"]}
-    if depth_size not in DEPTH_MODES:
-        known = ", ".join(f"{w} x {h}" for w, h in DEPTH_MODES)
-        raise ValueError(f"depth of {depth_size[0]} x {depth_size[1]} pixels, expected one of {known}")
+    for what, size, known in (("depth", depth_size, DEPTH_MODES), ("colour", color_size, COLOR_SIZES)):
+        if size is not None and size not in known:
+            modes = ", ".join(f"{w} x {h}" for w, h in known)
+            raise ValueError(f"{what} of {size[0]} x {size[1]} pixels, expected one of {modes}")
     side, offset = DEPTH_MODES[depth_size]
     depth = _camera(cameras[DEPTH_AT], (side, side), offset, depth_size)
     if color_size is None:
         return RGBDCamera(depth)
-    if color_size not in COLOR_SIZES:
-        known = ", ".join(f"{w} x {h}" for w, h in COLOR_SIZES)
-        raise ValueError(f"colour of {color_size[0]} x {color_size[1]} pixels, expected one of {known}")
     full = (color_size[0], color_size[0] * 3 // 4)  # 16:9 modes are the middle of a 4:3 image
     color = _camera(cameras[COLOR_AT], full, (0, (full[1] - color_size[1]) // 2), color_size)
     T = _pose(cameras[COLOR_AT]["Rt"]) @ np.linalg.inv(_pose(cameras[DEPTH_AT]["Rt"]))
@@ -165,7 +154,6 @@ def _camera(
 
 
 def _pose(Rt: dict[str, Any]) -> NDArray[np.float64]:
-    """Maps points of the calibration's reference frame to the camera, m."""
     T = np.eye(4)
     T[:3, :3] = np.array(Rt["Rotation"], dtype=float).reshape(3, 3)
     T[:3, 3] = np.array(Rt["Translation"], dtype=float)

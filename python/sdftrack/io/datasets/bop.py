@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 import re
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +15,9 @@ from numpy.typing import NDArray
 from sdftrack._internal.rotations import RotationErrors, rigid_pose
 from sdftrack._internal.text_files import contents, read_json
 from sdftrack._internal.validation import shown
-from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import (
-    DEPTH_SUFFIXES,
-    Entry,
-    ImageFrames,
-    by_number,
-    color_files,
-    image_files,
-    image_size,
-)
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.camera import Camera
+from sdftrack.io.datasets import images
+from sdftrack.io.datasets.sequence import LazyModels, Sequence, register
 from sdftrack.io.datasets.video_images import VideoImage, VideoImages
 from sdftrack.io.frames import read_mask
 from sdftrack.symmetry import Symmetry
@@ -43,13 +33,14 @@ def open_bop(root: Path) -> Sequence:
     if not cameras:
         raise ValueError(f"{root / 'scene_camera.json'}: expected at least one image, got none")
     ids = sorted(cameras)
-    depth_images, color_images = image_files(root / "depth", DEPTH_SUFFIXES), color_files(root)
-    depth, color = by_number(depth_images), by_number(color_images)
+    depth_images = images.image_files(root / "depth", images.DEPTH_SUFFIXES)
+    color_images = images.color_files(root)
+    depth, color = images.by_number(depth_images), images.by_number(color_images)
     video = None if color else VideoImages.of(root)
-    width, height = image_size(root, depth_images)
-    intrinsics = [_camera(root, i, cameras[i], width, height) for i in ids]
+    size = images.image_size(root, depth_images)
+    intrinsics = [_camera(root, i, cameras[i], *size) for i in ids]
     entries = [
-        Entry(
+        images.Entry(
             depth.get(i, root / "depth" / f"{i:06d}.png"),
             VideoImage(video, i) if video else color.get(i),
             *_scale_and_time(root, i, cameras[i]),
@@ -57,43 +48,38 @@ def open_bop(root: Path) -> Sequence:
         )
         for i, K in zip(ids, intrinsics, strict=True)
     ]
-    unused = len(color_images) - len(color.keys() & set(ids))
-    camera = RGBDCamera(intrinsics[0])
     objects, places, truth = _ground_truth(root, ids)
 
     @functools.cache
     def mask_files() -> dict[tuple[int, int], Path]:
         """By image and place, however many digits their names have; of what is visible before the whole."""
-        files = [*image_files(root / "mask"), *image_files(root / "mask_visib")]
+        files = [*images.image_files(root / "mask"), *images.image_files(root / "mask_visib")]
         names = ((re.fullmatch(r"(\d+)_(\d+)", p.stem), p) for p in files)
         return {(int(name[1]), int(name[2])): p for name, p in names if name}
 
-    return Sequence(
-        ImageFrames(root, entries, camera, unused and len(color_images)),
-        camera,
-        truth,
-        LazyModels(_model_files(root), unit="mm"),
-        objects=objects,
-        ids=ids,
-        masks=lambda i: _masks(mask_files(), ids[i], places.get(i, {})),
-        symmetries=_symmetries(root),
-        layout="bop",
-        name=root.name,
-        close=video.close if video else None,
-    )
+    def masks(i: int) -> dict[int, NDArray[np.bool_]]:
+        found = {k: mask_files().get((ids[i], place)) for k, place in places.get(i, {}).items()}
+        return {k: read_mask(f, f"{f.parent.name}/{f.name}") for k, f in found.items() if f is not None}
+
+    unused = len(color_images) - len(color.keys() & set(ids))
+    return images.sequence_of(
+        root, "bop", entries, intrinsics[0], truth, colors=unused and len(color_images), video=video,
+        models=LazyModels(_model_files(root), unit="mm"), symmetries=_symmetries(root), objects=objects, ids=ids,
+        masks=masks,
+    )  # fmt: skip
 
 
 def _by_number(path: Path, kind: type) -> dict[int, Any]:
-    values = read_json(path)
+    read = read_json(path)
     try:
-        numbered_values = {int(i): value for i, value in values.items()}
+        values = {int(i): value for i, value in read.items()}
     except (AttributeError, TypeError, ValueError):
         raise ValueError(f"{path}: expected an object with image numbers as keys") from None
-    for i, value in numbered_values.items():
+    for i, value in values.items():
         if not isinstance(value, kind):
             what = "an object" if kind is dict else "a list"
             raise ValueError(f"{path}, image {i}: expected {what}, got {shown(value)}")
-    return numbered_values
+    return values
 
 
 def _camera(root: Path, im_id: int, values: dict[str, Any], width: int, height: int) -> Camera:
@@ -115,11 +101,9 @@ def _scale_and_time(root: Path, im_id: int, values: dict[str, Any]) -> tuple[flo
 def _ground_truth(
     root: Path, ids: list[int]
 ) -> tuple[list[int], dict[int, dict[int, int]], dict[int, dict[int, NDArray[np.float64]]]]:
-    """obj_id of each instance, {i: {k: index in the image's list}} and {i: {k: T_cam_obj}}.
-
-    The index in an image's list does not identify an instance: k follows from its obj_id and its rank among instances
-    of the same obj_id, or from ``instance``, an addition to BOP's files.
-    """
+    """obj_id of each instance, {i: {k: index in the image's list}} and {i: {k: T_cam_obj}}. The index in an image's
+    list does not identify an instance: k follows from its obj_id and its rank among instances of the same obj_id, or
+    from ``instance``, an addition to BOP's files."""
     path = root / "scene_gt.json"
     if not path.is_file():
         return [], {}, {}
@@ -167,13 +151,6 @@ def _is_number(value: Any) -> bool:
     return (
         isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
     )
-
-
-def _masks(
-    files: Mapping[tuple[int, int], Path], im_id: int, places: dict[int, int]
-) -> dict[int, NDArray[np.bool_]]:
-    found = {k: files[im_id, place] for k, place in places.items() if (im_id, place) in files}
-    return {k: read_mask(file, f"{file.parent.name}/{file.name}") for k, file in found.items()}
 
 
 def _model_folders(root: Path) -> tuple[Path, ...]:

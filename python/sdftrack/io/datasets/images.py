@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.natural_order import in_order
+from sdftrack._internal.text_files import in_order
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.camera.files import read_camera
 from sdftrack.frame import PLAUSIBLE_DEPTH_M, Frame
 from sdftrack.io.datasets.pairing import frame_numbers, tell_numbers
+from sdftrack.io.datasets.sequence import LazyModels
+from sdftrack.io.datasets.sequence import Sequence as FrameSequence
 from sdftrack.io.datasets.video_images import VideoImage
 from sdftrack.io.frames import Expected, header_size, read_color, read_depth_units, size_text
 
@@ -26,20 +28,8 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 DEPTH_SUFFIXES = (*IMAGE_SUFFIXES, ".pgm", ".npy", ".exr")
 COLOR_FOLDERS = ("rgb", "color", "colour", "image", "images", "gray", "grey", "rgb_images", "color_images")
 NO_COLOR = (
-    "depth",
-    "mask",
-    "label",
-    "seg",
-    "mesh",
-    "model",
-    "annot",
-    "pose",
-    "ir",
-    "infra",
-    "normal",
-    "conf",
-    ".",
-)
+    "depth", "mask", "label", "seg", "mesh", "model", "annot", "pose", "ir", "infra", "normal", "conf", ".",
+)  # fmt: skip
 FIRST = 10  # images that are looked at, of the first ones
 CAMERA_FILES = (
     "camera.json", "intrinsic.json", "camera_intrinsic.json", "intrinsics.json", "camera_primesense.json", "cam_K.txt",
@@ -58,7 +48,6 @@ class Entry:
 
 
 def image_files(folder: Path, suffixes: tuple[str, ...] = IMAGE_SUFFIXES) -> list[Path]:
-    """The images in a folder in the order of the numbers in their names."""
     if not folder.is_dir():
         return []
     return in_order(
@@ -73,12 +62,25 @@ def depth_files(root: Path) -> list[Path]:
     return files
 
 
-def matching(root: Path, pattern: str, name: str) -> list[Path]:
-    """The files below a folder that match a pattern with *, ? or **, in their order; ValueError for none."""
-    found = in_order(p for p in root.glob(pattern) if p.is_file())
-    if not found:
-        raise ValueError(f"{name}: nothing in {root} matches {pattern!r}")
-    return found
+def sequence_of(
+    root: Path,
+    layout: str,
+    entries: list[Entry],
+    camera: Camera | RGBDCamera,
+    truth: dict[int, dict[int, NDArray[np.float64]]],
+    *,
+    colors: int = 0,
+    meshes: Sequence[Path] = (),
+    video: Any = None,
+    **known: Any,
+) -> FrameSequence:
+    """The sequence of a folder; `colors`: number of colour images there, `meshes`: in metres, the model if there is
+    one, `video`: what has the colour images in their place, `known`: further arguments of `Sequence`."""
+    rig = camera if isinstance(camera, RGBDCamera) else RGBDCamera(camera)
+    frames = ImageFrames(root, entries, rig, colors)
+    about = {"models": LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"), **known}
+    close = video.close if video else None
+    return FrameSequence(frames, rig, truth, layout=layout, name=root.name, close=close, **about)
 
 
 def color_files(root: Path) -> list[Path]:
@@ -98,13 +100,11 @@ def color_files(root: Path) -> list[Path]:
 
 
 def numbers_of(files: Iterable[Path]) -> list[int] | None:
-    """The numbers that are the names of the files; None if not all are."""
     names = [p.stem for p in files]
     return [int(name) for name in names] if all(name.isdecimal() for name in names) else None
 
 
 def by_number(files: Sequence[Path]) -> dict[int, Path]:
-    """Files by the number in their names."""
     numbers = frame_numbers(files) or numbers_of(files)
     return {} if numbers is None else dict(zip(reversed(numbers), reversed(files), strict=True))
 
@@ -132,7 +132,6 @@ def camera_beside(root: Path, size: tuple[int, int], names: Sequence[str] = CAME
 
 
 def _usual_size(files: Sequence[Path]) -> tuple[int, int] | None:
-    """(height, width) of most images, by their headers: the first ones and others throughout."""
     chosen = dict.fromkeys([*files[:FIRST], *files[:: max(1, len(files) // FIRST)]])
     sizes = Counter(size for file in chosen if (size := header_size(file)) is not None)
     return sizes.most_common(1)[0][0] if sizes else None
@@ -156,28 +155,24 @@ class ImageFrames:
     def __getitem__(self, i: int) -> Frame:
         entry = self._entries[i]
         try:
-            return self._read(entry, i, check_units=False)
+            return self._read(entry, i)
         except (ValueError, TypeError, FileNotFoundError) as error:
             return Frame.unreadable(str(error), entry.timestamp, i)
 
-    def _read(self, entry: Entry, i: int, check_units: bool) -> Frame:
-        name = _name(entry.depth, self._root)
+    def _read(self, entry: Entry, i: int) -> Frame:
         camera = entry.camera or self._camera.depth
+        name = _name(entry.depth, self._root)
         units = read_depth_units(entry.depth, name, Expected("the camera", camera.shape))
+        scale: float | None = entry.depth_scale
         if units.dtype == np.float32:
-            units *= np.float32(self._float_scale)
+            units, scale = units * np.float32(self._float_scale), None
         color = None
         if self._color_size is not None and entry.color is not None and entry.color.is_file():
-            name = _name(entry.color, self._root)
-            color = _read(entry.color, name, Expected("the sequence", self._color_size))
+            color = _colors(
+                entry.color, _name(entry.color, self._root), Expected("the sequence", self._color_size)
+            )
         return Frame(
-            units,
-            color,
-            entry.timestamp,
-            depth_scale=None if units.dtype == np.float32 else entry.depth_scale,
-            camera=entry.camera,
-            index=i,
-            check_units=check_units,
+            units, color, entry.timestamp, depth_scale=scale, camera=entry.camera, index=i, check_units=False
         )
 
     def _check_first(self) -> None:
@@ -208,11 +203,10 @@ class ImageFrames:
             )
 
     def _scale_of(self, depth: NDArray[Any]) -> float:
-        """Metres per unit of files of floating-point numbers, by their range; told."""
         valid = depth[np.isfinite(depth) & (depth > 0)]
         millimetres = bool(valid.size) and float(np.median(valid)) > PLAUSIBLE_DEPTH_M[1]
         unit = "millimetres" if millimetres else "metres"
-        warnings.warn(f"{self._root}: depth in floating-point numbers is read as {unit}", stacklevel=6)
+        warnings.warn(f"{self._root}: depth in floating-point numbers is read as {unit}", stacklevel=7)
         return 1e-3 if millimetres else 1.0
 
     def _tell(self, colors: int) -> None:
@@ -223,18 +217,17 @@ class ImageFrames:
             warnings.warn(
                 f"{self._root}: {used} of {count} frames have colour, by names, numbers or times; there are {colors} "
                 "colour images",
-                stacklevel=5,
+                stacklevel=6,
             )
         times = [e.timestamp for e in self._entries if e.timestamp is not None]
         back = [i for i in range(1, len(times)) if times[i] < times[i - 1]]
         if back:
             warnings.warn(
                 f"{self._root}: the time goes back {len(back)} times, at first in frame {back[0]}",
-                stacklevel=5,
+                stacklevel=6,
             )
 
     def take_color_of_any_size(self) -> None:
-        """Also read colour images without a mapping to depth, for estimating that mapping."""
         self._color_size = self._first_color_size() or self._color_size
 
     def _usable_color_size(self) -> tuple[int, int] | None:
@@ -246,23 +239,20 @@ class ImageFrames:
         warnings.warn(
             f"{self._root}: colour images of {size_text(size)} pixels are ignored: without a mapping they would have "
             f"to be of {size_text(wanted.shape)}",
-            stacklevel=5,
+            stacklevel=6,
         )
         return None
 
     def _first_color_size(self) -> tuple[int, int] | None:
-        """That of most colour images of which one can be read."""
         images = [e.color for e in self._entries if e.color is not None and e.color.is_file()]
         for image in images[:FIRST]:
             with contextlib.suppress(ValueError):
-                height, width = _read(image).shape[:2]
+                height, width = _colors(image, None, None).shape[:2]
                 return _usual_size([f for f in images if isinstance(f, Path)]) or (height, width)
         return None
 
 
-def _read(
-    color: Path | VideoImage, name: str | None = None, expected: Expected | None = None
-) -> NDArray[np.uint8]:
+def _colors(color: Path | VideoImage, name: str | None, expected: Expected | None) -> NDArray[np.uint8]:
     if isinstance(color, Path):
         return read_color(color, name, expected)
     image = color.read()
@@ -272,6 +262,5 @@ def _read(
 
 
 def _name(file: Path | VideoImage, root: Path) -> str:
-    if isinstance(file, VideoImage):
-        return str(file)
-    return file.relative_to(root).as_posix() if file.is_relative_to(root) else str(file)
+    inside = isinstance(file, Path) and file.is_relative_to(root)
+    return file.relative_to(root).as_posix() if inside else str(file)  # type: ignore[union-attr]

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.text_files import contents, read_json, read_text
 from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import Entry, ImageFrames, color_files, depth_files, image_files, numbers_of
-from sdftrack.io.datasets.layouts import register
+from sdftrack.io.datasets import images
 from sdftrack.io.datasets.pairing import paired
-from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.io.datasets.sequence import Sequence, register
 from sdftrack.io.frames import read_mask
 
 SMALLEST_COMPONENT_PX = 1000
@@ -33,11 +32,10 @@ def open_k1(root: Path) -> Sequence:
     values = read_json(path)
     with contents(path, "a camera.json of the k1 layout"):
         camera, scale = _camera(values), float(values["depth_scale_m"])
-    depth, color = depth_files(root), color_files(root)
-    masks = paired(depth, image_files(root / "mask"), "masks")
-    ids = numbers_of(depth) or list(range(len(depth)))
-    entries = [Entry(p, image, scale) for p, image in zip(depth, paired(depth, color), strict=True)]
-    meshes = sorted(root.glob("*.ply"))
+    depth, color = images.depth_files(root), images.color_files(root)
+    masks = paired(depth, images.image_files(root / "mask"), "masks")
+    ids = images.numbers_of(depth) or list(range(len(depth)))
+    entries = [images.Entry(p, image, scale) for p, image in zip(depth, paired(depth, color), strict=True)]
     truth = _ground_truth(root / "poses_init.json", ids)
     instances = 1 + max((k for poses in truth.values() for k in poses), default=-1)
 
@@ -45,21 +43,13 @@ def open_k1(root: Path) -> Sequence:
         file = masks[i]
         return {} if file is None else components(read_mask(file, f"mask/{file.name}"))
 
-    return Sequence(
-        ImageFrames(root, entries, camera, len(color)),
-        camera,
-        truth,
-        LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
-        objects=[1] * instances,
-        ids=ids,
-        masks=read_masks,
-        layout="k1",
-        name=root.name,
-    )
+    return images.sequence_of(
+        root, "k1", entries, camera, truth, colors=len(color), meshes=sorted(root.glob("*.ply")),
+        objects=[1] * instances, ids=ids, masks=read_masks,
+    )  # fmt: skip
 
 
 def components(mask: NDArray[np.bool_]) -> dict[int, NDArray[np.bool_]]:
-    """Connected parts of at least 1,000 pixels, numbered from left to right."""
     import cv2
 
     count, labels, stats, centroids = cv2.connectedComponentsWithStats(mask.astype(np.uint8))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Data sets of LeRobot (v3): an episode's depth, 12-bit video or TIFF, with the colour video beside it; poses out.
-
-Codes 0 and 4095 of a video are what lies outside its range: no measurement. LeRobot stores no intrinsics.
-"""
+Codes 0 and 4095 of a video are what lies outside its range: no measurement. LeRobot stores no intrinsics."""
 
 from __future__ import annotations
 
@@ -25,8 +23,7 @@ from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.camera.files import read_camera
 from sdftrack.frame import Frame
 from sdftrack.io.datasets.images import camera_beside
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.sequence import Sequence
+from sdftrack.io.datasets.sequence import Sequence, register
 from sdftrack.io.frames import decode_color, decode_depth_units
 
 INFO = "meta/info.json"
@@ -51,18 +48,20 @@ def open_lerobot(
         depth_keys = [key for key, feature in features.items() if _is_depth(feature)]
         version = str(info.get("codebase_version", ""))
     if not version.startswith("v3"):
-        raise ValueError(
-            f"{root / INFO}: expected codebase_version v3, got {version!r}; convert it with LeRobot"
-        )
+        expected = "expected codebase_version v3"
+        raise ValueError(f"{root / INFO}: {expected}, got {version!r}; convert it with LeRobot")
     if depth_key is None and len(depth_keys) == 1:
         depth_key = depth_keys[0]
     if depth_key is None or depth_key not in depth_keys:
         known = ", ".join(depth_keys) or "none"
-        raise ValueError(
-            f"depth_key: expected one of the depth features of {root} ({known}), got {depth_key!r}"
-        )
+        expected = f"expected one of the depth features of {root} ({known})"
+        raise ValueError(f"depth_key: {expected}, got {depth_key!r}")
     where = _episode(root, episode)
-    rows = _rows(root, info, where, episode)
+    table = _table(_data_file(root, info, where))
+    own = [i for i, e in enumerate(table["episode_index"].to_pylist()) if e == episode]
+    if not own:
+        raise ValueError(f"{root}: episode {episode} has no rows")
+    rows = table.slice(own[0], len(own))
     beside = depth_key.removesuffix("_depth")
     color_key = beside if beside != depth_key and beside in features else None
     frames = LeRobotFrames(root, info, where, rows, depth_key, color_key)
@@ -70,17 +69,10 @@ def open_lerobot(
     file = next((f for f in (camera, root / f"{depth_key}.json") if f is not None and f.is_file()), None)
     lens = camera_beside(root, (width, height)) if file is None else read_camera(Camera, file, width, height)
     if lens is None:
-        raise ValueError(
-            f"{root}: LeRobot stores no intrinsics; put a camera.json of {depth_key} there, or pass camera"
-        )
-    sequence = Sequence(
-        frames,
-        RGBDCamera(lens),
-        ids=rows["frame_index"],
-        layout="lerobot",
-        name=root.name,
-        close=frames.close,
-    )
+        put = f"put a camera.json of {depth_key} there, or pass camera"
+        raise ValueError(f"{root}: LeRobot stores no intrinsics; {put}")
+    ids, close = rows["frame_index"].to_pylist(), frames.close
+    sequence = Sequence(frames, RGBDCamera(lens), ids=ids, layout="lerobot", name=root.name, close=close)
     sequence.quantization = frames.quantization
     return sequence
 
@@ -90,25 +82,23 @@ def _is_depth(feature: Mapping[str, Any]) -> bool:
     return bool(info.get("is_depth_map") or info.get("video.is_depth_map"))
 
 
-def _table(path: Path, columns: list[str] | None = None) -> Any:
+def _table(path: Path) -> Any:
     parquet = need("pyarrow.parquet", "lerobot")
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file of the data set")
     with contents(path, "a table of LeRobot in Parquet"):
-        return parquet.read_table(path, columns=columns)
+        return parquet.read_table(path)
 
 
 def _episode(root: Path, episode: int) -> dict[str, Any]:
     """The row of an episode in the tables of meta/episodes: where its rows and videos are."""
-    known = 0
-    for path in sorted((root / "meta/episodes").rglob("*.parquet")):
-        for row in _table(path).to_pylist():
-            known += 1
-            if row.get("episode_index") == episode:
-                return dict(row)
-    raise ValueError(
-        f"episode: expected one of the {known} episodes of {root}, 0..{known - 1}, got {episode}"
-    )
+    files = sorted((root / "meta/episodes").rglob("*.parquet"))
+    rows = [row for path in files for row in _table(path).to_pylist()]
+    found = next((row for row in rows if row.get("episode_index") == episode), None)
+    if found is None:
+        known = f"the {len(rows)} episodes of {root}, 0..{len(rows) - 1}"
+        raise ValueError(f"episode: expected one of {known}, got {episode}")
+    return dict(found)
 
 
 def _data_file(root: Path, info: Mapping[str, Any], where: Mapping[str, Any]) -> Path:
@@ -116,37 +106,20 @@ def _data_file(root: Path, info: Mapping[str, Any], where: Mapping[str, Any]) ->
     return root / info["data_path"].format(chunk_index=chunk, file_index=number)
 
 
-def _rows(
-    root: Path, info: Mapping[str, Any], where: Mapping[str, Any], episode: int
-) -> dict[str, list[Any]]:
-    table = _table(_data_file(root, info, where))
-    own = [i for i, e in enumerate(table["episode_index"].to_pylist()) if e == episode]
-    if not own:
-        raise ValueError(f"{root}: episode {episode} has no rows")
-    part = table.slice(own[0], len(own))
-    return {name: part[name].to_pylist() for name in part.column_names if "image" in name or name in _NEEDED}
-
-
-_NEEDED = ("timestamp", "frame_index")
-
-
 class LeRobotFrames:
-    """Frames of one episode, read on access; unreadable ones are `Frame.unreadable` with the reason."""
-
     def __init__(
-        self, root: Path, info: Mapping[str, Any], where: Mapping[str, Any], rows: dict[str, list[Any]],
-        depth_key: str, color_key: str | None,
+        self, root: Path, info: Mapping[str, Any], where: Mapping[str, Any], rows: Any, depth_key: str,
+        color_key: str | None,
     ) -> None:  # fmt: skip
-        self._times = [float(t) for t in rows["timestamp"]]
+        self._times = [float(t) for t in rows["timestamp"].to_pylist()]
         self._images = [_images_of(root, info, where, rows, key) for key in (depth_key, color_key) if key]
         feature = info["features"][depth_key].get("info") or {}
         given = {name: feature.get(f"video.{name}", value) for name, value in DEFAULTS.items()}
         low, high, shift = (float(given[name]) for name in ("depth_min", "depth_max", "shift"))
         log = bool(given["use_log"])
         if not 0 <= low < high or (log and not low + shift > 0):
-            raise ValueError(
-                f"{depth_key}: expected depth_min below depth_max, in metres, got {low:g} and {high:g}"
-            )
+            expected = "expected depth_min below depth_max, in metres"
+            raise ValueError(f"{depth_key}: {expected}, got {low:g} and {high:g}")
         a, b = (math.log(low + shift), math.log(high + shift)) if log else (low, high)
         value = a + np.arange(LAST_CODE + 1) * (b - a) / LAST_CODE
         table = np.exp(value) - shift if log else value
@@ -162,7 +135,6 @@ class LeRobotFrames:
         return len(self._times)
 
     def first_shape(self) -> tuple[int, int]:
-        """(height, width) of the first depth image; ValueError if it cannot be read."""
         height, width = self._depth(0).shape
         return height, width
 
@@ -185,11 +157,9 @@ class LeRobotFrames:
             images.close()
 
 
-def _images_of(
-    root: Path, info: Mapping[str, Any], where: Mapping[str, Any], rows: dict[str, list[Any]], key: str
-) -> Any:
+def _images_of(root: Path, info: Mapping[str, Any], where: Mapping[str, Any], rows: Any, key: str) -> Any:
     if info["features"][key]["dtype"] != "video":
-        return _Stored(root, rows[key])
+        return _Stored(root, rows[key].to_pylist())
     chunk, number = where[f"videos/{key}/chunk_index"], where[f"videos/{key}/file_index"]
     path = root / info["video_path"].format(video_key=key, chunk_index=chunk, file_index=number)
     return _Video(path, float(where[f"videos/{key}/from_timestamp"]), float(info["fps"]))
@@ -277,13 +247,9 @@ def write_poses(
     -------
     list of str
         The new features: x, y, z, qx, qy, qz, qw of T_cam_obj (m) and the confidence, float32, NaN where not known.
-
-    Raises
-    ------
-    ValueError
-        `out` exists, or the numbers of frames differ.
+        ValueError if `out` exists, or the numbers of frames differ.
     """
-    arrow, parquet = need("pyarrow", "lerobot"), need("pyarrow.parquet", "lerobot")
+    need("pyarrow", "lerobot")
     source, target = Path(dataset), Path(out)
     if target.exists():
         raise ValueError(f"out: expected a new folder, got {target}, which exists")
@@ -291,7 +257,7 @@ def write_poses(
     names = list(dict.fromkeys(name for objects in trajectories.values() for name in objects))
     shutil.copytree(source, target, copy_function=_linked)
     try:
-        _add(source, target, info, trajectories, names, arrow, parquet)
+        _add(source, target, info, trajectories, names)
     except BaseException:
         shutil.rmtree(target)
         raise
@@ -300,9 +266,11 @@ def write_poses(
 
 def _add(
     source: Path, target: Path, info: dict[str, Any], trajectories: Mapping[int, Mapping[str, Any]],
-    names: list[str], arrow: Any, parquet: Any,
+    names: list[str],
 ) -> None:  # fmt: skip
-    """Write the tables with the new columns, their features and their statistics."""
+    import pyarrow as arrow
+    from pyarrow import parquet
+
     stats = target / "meta/stats.json"
     known = read_json(stats) if stats.is_file() else {}
     values: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
@@ -323,9 +291,9 @@ def _add(
         new.unlink()  # it may be a link to the original
         parquet.write_table(table.replace_schema_metadata(meta), new)
     for name in names:
-        key, all_of = f"observation.pose.{name}", np.concatenate(values[name])
+        key = f"observation.pose.{name}"
         info["features"][key] = {"dtype": "float32", "shape": [len(POSE)], "names": list(POSE)}
-        known[key] = _statistics(all_of)
+        known[key] = _statistics(np.concatenate(values[name]))
     for path, content in ((target / INFO, info), (stats, known)):
         path.unlink(missing_ok=True)
         write_json(path, json.loads(json.dumps(content)))
@@ -341,9 +309,8 @@ def _linked(source: str, target: str) -> None:
 def _column(name: str, given: Any, count: int) -> NDArray[np.float32]:
     T, c = (np.asarray(values, np.float64) for values in given)
     if T.shape != (count, 4, 4) or c.shape != (count,):
-        raise ValueError(
-            f"{name}: expected poses ({count}, 4, 4) and {count} confidences, got {T.shape}, {c.shape}"
-        )
+        expected = f"expected poses ({count}, 4, 4) and {count} confidences"
+        raise ValueError(f"{name}: {expected}, got {T.shape}, {c.shape}")
     rows = np.full((count, len(POSE)), np.nan)
     for i in np.flatnonzero(np.isfinite(T).all(axis=(1, 2))):
         rows[i] = [*T[i, :3, 3], *quaternion(T[i, :3, :3]), c[i]]
@@ -351,9 +318,7 @@ def _column(name: str, given: Any, count: int) -> NDArray[np.float32]:
 
 
 def _statistics(column: NDArray[np.float32]) -> dict[str, Any]:
-    """Of the rows that are known, as LeRobot has them of every feature."""
     rows = column[np.isfinite(column).all(axis=1)]
-    if not len(rows):
-        rows = np.zeros((1, column.shape[1]), np.float32)
+    rows = rows if len(rows) else np.zeros((1, column.shape[1]), np.float32)
     found = {"min": rows.min(0), "max": rows.max(0), "mean": rows.mean(0), "std": rows.std(0)}
     return {**{name: v.tolist() for name, v in found.items()}, "count": [len(rows)]}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which images of two folders belong together: by name, by number, by time or in order."""
+"""Which images of two folders or streams belong together: by name, number, time or order; the unit of their times."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import itertools
 import re
 import warnings
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.time_units import in_seconds
-from sdftrack.io.datasets.streams import nearest_in_time
+from sdftrack.frame import Frame
 
 MOST_GAPS = 0.34  # of the steps between numbers: with more, they are chosen images, and none is missing
 SHOWN = 5  # numbers in a message
@@ -26,11 +28,8 @@ _REDWOOD = re.compile(r"\d+-(\d+)")  # number-microseconds
 def labels(files: Sequence[Path]) -> list[str]:
     """The names of images without the suffix; with that of their folder, where each has a folder of its own."""
     stems = [file.stem for file in files]
-    return (
-        stems
-        if len(set(stems)) > 1 or len(stems) < 2
-        else [f"{file.parent.name}/{file.stem}" for file in files]
-    )
+    alike = len(stems) > 1 and len(set(stems)) == 1
+    return [f"{file.parent.name}/{file.stem}" for file in files] if alike else stems
 
 
 def frame_numbers(files: Sequence[Path]) -> list[int] | None:
@@ -55,7 +54,6 @@ def times_in_names(files: Sequence[Path]) -> list[float] | list[int] | None:
 
 
 def times_of(files: Sequence[Path], name: str) -> NDArray[np.float64] | None:
-    """Times of images in seconds, from their names: those of `times_in_names`, or Redwood's microseconds."""
     redwood = [_REDWOOD.fullmatch(file.stem) for file in files]
     if redwood and all(redwood):
         return np.array([1e-6 * int(m[1]) for m in redwood if m])
@@ -64,11 +62,9 @@ def times_of(files: Sequence[Path], name: str) -> NDArray[np.float64] | None:
 
 
 def paired(depth: Sequence[Path], others: Sequence[Path], what: str = "colour images") -> list[Path | None]:
-    """For each depth image the one of `others` that belongs to it, or None.
-
-    By the way that pairs the most: equal names, equal numbers in the names, times in the names at most half a period
-    apart, and last, if there are as many, the order, which is told.
-    """
+    """For each depth image the one of `others` that belongs to it, or None. By the way that pairs the most: equal
+    names, equal numbers in the names, times in the names at most half a period apart, and last, if there are as many,
+    the order, which is told."""
     best: list[Path | None] = [None] * len(depth)
 
     def take(found: list[Path | None]) -> None:
@@ -102,7 +98,6 @@ def _equal(ours: Sequence[Hashable], theirs: Sequence[Hashable], files: Sequence
 
 
 def tell_numbers(files: Sequence[Path]) -> None:
-    """A warning for numbers of images that are there twice, or that are missing between others."""
     numbers = frame_numbers(files)
     if numbers is None:
         return
@@ -125,3 +120,85 @@ def tell_numbers(files: Sequence[Path]) -> None:
 def _listed(first: Sequence[int], count: int) -> str:
     shown = ", ".join(map(str, first[:SHOWN]))
     return shown if count <= SHOWN else f"{shown} and {count - SHOWN} more"
+
+
+UNITS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}  # per second
+LONGEST_STEP_S = 1.0  # between frames, of a unit other than seconds
+LONGEST_IN_S = 5.0  # seconds are what formats define: a slow recording stays one
+# Times since 1970, in 2001 to 2096, tell their unit themselves.
+EPOCH_S, LONGEST_EPOCH_STEP_S = (1e9, 4e9), 600.0
+
+
+def in_seconds(times: Sequence[Any] | NDArray[Any], name: str) -> NDArray[np.float64]:
+    """Times (N,) of successive frames in seconds, with a warning that names the file and the unit if it is another.
+    Whole numbers are divided as such: nanoseconds since 1970 have more digits than a float64."""
+    values = list(times)
+    unit = _unit(np.array(values, np.float64))
+    if unit == "s":
+        return np.array(values, np.float64)
+    warnings.warn(f"{name}: the times are read as {unit}, by the step between them", stacklevel=6)
+    return np.array([value / UNITS[unit] for value in values], np.float64)
+
+
+def _unit(times: NDArray[np.float64]) -> str:
+    steps = np.abs(np.diff(times))
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    middle = abs(float(np.median(times))) if len(times) else 0.0
+    for unit, per_s in UNITS.items():
+        longest = LONGEST_EPOCH_STEP_S if unit == "s" else LONGEST_STEP_S
+        if EPOCH_S[0] <= middle / per_s < EPOCH_S[1] and step <= longest * per_s:
+            return unit
+    if step <= LONGEST_IN_S:
+        return "s"
+    return next((unit for unit, n in UNITS.items() if n > 1 and step <= LONGEST_STEP_S * n), "ns")
+
+
+@dataclass(frozen=True)
+class Stream:
+    """The images of one sensor: ascending timestamps, and `read(i)`: (H, W) uint16 depth units or (H, W, 3) uint8 RGB.
+    `read` raises ValueError with the reason if an image cannot be read."""
+
+    stamps_s: NDArray[np.float64]
+    read: Callable[[int], NDArray[Any]]
+
+
+class StreamFrames:
+    """One frame per depth image; unreadable ones are returned as `Frame.unreadable` with the reason. Reading is locked:
+    files and their decoders are not made for several threads."""
+
+    def __init__(self, name: str, depth: Stream, color: Stream | None, depth_scale: float) -> None:
+        if not len(depth.stamps_s):
+            raise ValueError(f"{name}: the recording has no depth images, which the trackers require")
+        self._name, self._depth, self._color, self._scale = name, depth, color, depth_scale
+        stamps = color.stamps_s if color is not None else np.empty(0)
+        self._nearest = nearest_in_time(depth.stamps_s, stamps)
+        self._lock = Lock()
+
+    def __len__(self) -> int:
+        return len(self._depth.stamps_s)
+
+    def __getitem__(self, i: int) -> Frame:
+        stamp = float(self._depth.stamps_s[i])
+        try:
+            with self._lock:
+                units, color = self._depth.read(i), None
+                if self._color is not None and self._nearest[i] >= 0:
+                    color = self._color.read(int(self._nearest[i]))
+            return Frame(units, color, stamp, depth_scale=self._scale, index=i, check_units=False)
+        except (ValueError, TypeError, OSError) as error:
+            return Frame.unreadable(f"{self._name}, frame {i}: {error}", stamp, i)
+
+
+def nearest_in_time(stamps_s: NDArray[np.float64], others_s: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Index of the nearest of `others_s` for each of `stamps_s`, at most half a period of the slower stream away. Both
+    ascending, in seconds; -1 where there is none."""
+    if not len(others_s):
+        return np.full(len(stamps_s), -1)
+    after = np.searchsorted(others_s, stamps_s).clip(1, max(1, len(others_s) - 1))
+    before = after - 1
+    after = np.minimum(after, len(others_s) - 1)
+    left, right = np.abs(others_s[before] - stamps_s), np.abs(others_s[after] - stamps_s)
+    nearest = np.where(left <= right, before, after)
+    periods = [float(np.median(np.diff(times))) for times in (stamps_s, others_s) if len(times) > 1]
+    limit = 0.5 * max(periods, default=1 / 30)
+    return np.where(np.minimum(left, right) <= limit * (1 + 1e-9), nearest, -1)

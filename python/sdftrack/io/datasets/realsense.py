@@ -7,7 +7,6 @@ import re
 import struct
 import warnings
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -22,10 +21,9 @@ from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
 from sdftrack.io.datasets.bags.rosbag1 import START, Rosbag1
 from sdftrack.io.datasets.bags.sqlite_file import SqliteFile, topic_names
-from sdftrack.io.datasets.bags.transforms import pose_of
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.sequence import Sequence
-from sdftrack.io.datasets.streams import Stream, StreamFrames
+from sdftrack.io.datasets.bags.topics import pose_of
+from sdftrack.io.datasets.pairing import Stream, StreamFrames
+from sdftrack.io.datasets.sequence import Sequence, register
 from sdftrack.io.frames import decode_depth_units
 
 Array = NDArray[np.float64]
@@ -39,27 +37,30 @@ def _detect(root: Path) -> bool:
     return root.is_file() and (_is_db3(root) or _is_bag(root))
 
 
+def _is_db3(path: Path) -> bool:
+    return any(name.startswith(PREFIX) for name in topic_names(path))
+
+
 @register("realsense", "a file .db3 or .bag with topics /device_0/sensor_0/", _detect)
 def open_realsense(path: Path) -> Sequence:
     is_db3 = _is_db3(path)
     bag = Bag(path, [SqliteFile(path) if is_db3 else Rosbag1(path)])
     about = _Database(bag) if is_db3 else _Ros1(bag)
     with closed_on_error(bag):
+        unreadable = f"{path}: the recording cannot be read"
         try:
             sensors, depth_scale = _sensors(bag, about), about.depth_scale()
         except (ValueError, KeyError, IndexError, struct.error) as error:
             lacks = f" ({bag.damage})" if bag.damage else ""
-            raise ValueError(f"{path}: the recording cannot be read: {error}{lacks}") from None
+            raise ValueError(f"{unreadable}: {error}{lacks}") from None
         if "Depth" not in sensors:
-            found = ", ".join(sensors) or "none"
+            streams = f"its streams: {', '.join(sensors) or 'none'}"
             raise ValueError(
-                f"{path}: the recording has no depth stream, which the trackers require; its streams: {found}"
+                f"{path}: the recording has no depth stream, which the trackers require; {streams}"
             )
         depth, color = sensors["Depth"], sensors.get("Color")
         if depth_scale is None and bag.damage:
-            raise ValueError(
-                f"{path}: the recording cannot be read: its depth units are missing ({bag.damage})"
-            )
+            raise ValueError(f"{unreadable}: its depth units are missing ({bag.damage})")
         if depth_scale is None:
             warnings.warn(f"{path}: the depth units are not recorded; 1 mm is assumed", stacklevel=3)
             depth_scale = 0.001
@@ -73,11 +74,6 @@ def open_realsense(path: Path) -> Sequence:
             warnings.warn(f"{path}: {bag.damage}; what is whole is used: {count} depth images", stacklevel=3)
         frames = StreamFrames(path.name, depth.stream, color.stream if color else None, depth_scale)
         return Sequence(frames, camera, layout="realsense", name=path.stem, close=bag.close)
-
-
-def _is_db3(path: Path) -> bool:
-    """Whether this is a database with RealSense's topics."""
-    return any(name.startswith(PREFIX) for name in topic_names(path))
 
 
 def _is_bag(path: Path) -> bool:
@@ -96,7 +92,6 @@ def _is_bag(path: Path) -> bool:
 
 
 def _pairs(text: str) -> dict[str, str]:
-    """{"fps": "30", ...} of "encoding=Z16;fps=30"."""
     return {name: value for name, _, value in (part.partition("=") for part in text.split(";")) if name}
 
 
@@ -120,7 +115,6 @@ class _Database:
         )
 
     def pose(self, stream: str) -> Array | None:
-        """The SDK's extrinsics: rotation column by column, translation in metres, six digits each."""
         values = _pairs(self._text(f"{stream}/tf/"))
         if not values:
             return None
@@ -200,7 +194,6 @@ class _Sensor(NamedTuple):
 
 
 def _sensors(bag: Bag, about: _Database | _Ros1) -> dict[str, _Sensor]:
-    """{"Depth": ..., "Color": ...}"""
     sensors: dict[str, _Sensor] = {}
     for topic in bag.topics:
         stream, found, _ = topic.rpartition("/image/data")
@@ -215,20 +208,16 @@ def _sensors(bag: Bag, about: _Database | _Ros1) -> dict[str, _Sensor]:
         T = about.pose(stream)
         if bag.damage and T is None:  # else the reference stream has none
             raise ValueError(f"no pose in {stream}/tf")
-        read = partial(_read, READERS[kind], images, order)
+
+        def read(i: int, kind: str = kind, images: Messages = images, order: Any = order) -> NDArray[Any]:
+            return READERS[kind](images[int(order[i])])
+
         camera = Camera.from_realsense(SimpleNamespace(**about.lens(stream)))
         sensors[kind] = _Sensor(Stream(stamps[order], read), camera, np.eye(4) if T is None else T)
     return sensors
 
 
-def _read(
-    decode: Callable[[Picture], NDArray[Any]], images: Messages, order: NDArray[np.intp], i: int
-) -> NDArray[Any]:
-    return decode(images[int(order[i])])
-
-
 def _is_known(path: Path, picture: Picture) -> bool:
-    """Whether colour images of this format are decoded; a warning if not."""
     if picture.encoding in COLORS if picture.width else re.search("png|jp", picture.encoding):
         return True
     warnings.warn(
@@ -247,6 +236,10 @@ def _depth(picture: Picture) -> NDArray[Any]:
         raise ValueError(f"a depth image of format {picture.encoding!r}, expected a PNG of 16 bits")
     data = bytes(picture.data)
     return decode_depth_units(data[max(0, data.find(b"\x89PNG")) :], "the depth image")
+
+
+def _color(picture: Picture) -> NDArray[Any]:
+    return color_of(picture, "the colour image")
 
 
 READERS: dict[str, Callable[[Picture], NDArray[Any]]] = {

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Sequences of frames in memory, on disk, or sliced from another sequence, with a common interface."""
+"""Sequences of frames in memory, on disk, or sliced from another sequence, with a common interface; their layouts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Sequence as Seq
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -163,9 +165,7 @@ class Sequence(ClosedByWith):
 
     def take_unregistered_color(self) -> None:
         """Also read colour images that have no mapping to depth, of any size, to estimate that mapping from them.
-
-        Without an effect on frames that are in memory, which have their images already.
-        """
+        Without an effect on frames that are in memory, which have their images already."""
         take = getattr(self._frames, "take_color_of_any_size", None)
         if take is not None:
             take()
@@ -200,8 +200,6 @@ def _in_memory(state: dict[str, Any]) -> Sequence:
 
 
 class _Picked:
-    """A subset of the frames of another sequence, read on access."""
-
     def __init__(self, whole: Sequence, numbers: Seq[int]) -> None:
         self._whole, self._numbers = whole, numbers
 
@@ -270,14 +268,40 @@ def _poses(truth: Any, count: int) -> dict[int, dict[int, Pose]]:
 def _objects(
     objects: Seq[int] | None, truth: dict[int, dict[int, Pose]], models: Mapping[int, Any]
 ) -> list[int]:
-    count = 1 + max((k for poses in truth.values() for k in poses), default=-1)
+    count, known = 1 + max((k for poses in truth.values() for k in poses), default=-1), list(models)
     if objects is not None:
         if len(objects) < count:
             raise ValueError(f"objects: expected one for each of {count} instances, got {list(objects)}")
         return [int(o) for o in objects]
-    known = list(models)
     if not truth:
         return known
     if len(known) == 1:
         return known * count
     return known[:count] if len(known) >= count else list(range(1, count + 1))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Detection and reader of a layout, and the keyword arguments that the reader takes besides the path."""
+
+    name: str
+    marks: str
+    detect: Callable[[Path], bool]
+    open: Callable[..., Sequence]
+    options: tuple[str, ...] = ()
+
+
+LAYOUTS: dict[str, Layout] = {}
+
+
+def register(
+    name: str, marks: str, detect: Callable[[Path], bool], options: tuple[str, ...] = ()
+) -> Callable[[Callable[..., Sequence]], Callable[..., Sequence]]:
+    """Decorator that makes `function(path, **options) -> Sequence` the reader of layout `name`. `marks` briefly names
+    the files by which `detect(path)` recognises the layout, for messages. The path is a folder or a file."""
+
+    def add(function: Callable[..., Sequence]) -> Callable[..., Sequence]:
+        LAYOUTS[name] = Layout(name, marks, detect, function, options)
+        return function
+
+    return add

@@ -13,41 +13,25 @@ from numpy.typing import NDArray
 
 from sdftrack import geometry
 from sdftrack._internal.text_files import read_text
-from sdftrack._internal.time_units import in_seconds
 from sdftrack._internal.validation import shown
-from sdftrack.camera import Camera, RGBDCamera
-from sdftrack.io.datasets.images import Entry, ImageFrames, camera_beside, image_size
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.pairing import paired
-from sdftrack.io.datasets.sequence import LazyModels, Sequence
+from sdftrack.camera import Camera
+from sdftrack.io.datasets import images
+from sdftrack.io.datasets.pairing import in_seconds, paired
+from sdftrack.io.datasets.sequence import Sequence, register
 from sdftrack.io.datasets.video_images import VideoImage, VideoImages, is_part
-from sdftrack.io.trajectories import read_tum
+from sdftrack.io.report_file import read_tum
 
 DEPTH_SCALE = 1 / 5000
 NAME_BYTES = 255  # between slashes, on most file systems: each call fails with a longer one
 LONGEST_GAP_S = 0.02  # as in the data set's own association script
 # The calibrations that the data set publishes; depth images are registered to the colour camera.
 PUBLISHED = {
-    "freiburg1": Camera(
-        517.306408,
-        516.469215,
-        318.643040,
-        255.313989,
-        640,
-        480,
-        (0.262383, -0.953104, -0.005358, 0.002628, 1.163314),
-    ),
-    "freiburg2": Camera(
-        520.908620,
-        521.007327,
-        325.141442,
-        249.701764,
-        640,
-        480,
-        (0.231222, -0.784899, -0.003257, -0.000105, 0.917205),
-    ),
+    "freiburg1": Camera(517.306408, 516.469215, 318.643040, 255.313989, 640, 480,
+                        (0.262383, -0.953104, -0.005358, 0.002628, 1.163314)),
+    "freiburg2": Camera(520.908620, 521.007327, 325.141442, 249.701764, 640, 480,
+                        (0.231222, -0.784899, -0.003257, -0.000105, 0.917205)),
     "freiburg3": Camera(535.4, 539.2, 320.1, 247.6, 640, 480),
-}
+}  # fmt: skip
 DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
 
 
@@ -58,13 +42,12 @@ def open_tum(root: Path) -> Sequence:
     depth_times, depth_files, _ = _read_list(root / "depth.txt")
     color_times, color_files, numbers = _read_list(root / "rgb.txt")
     video = VideoImages.of(root) if any(is_part(p.name) for p in color_files) else None
-    images: list[Path | VideoImage] = [*color_files]
-    if video is not None:
-        images = [
-            VideoImage(video, n) if is_part(p.name) else p for p, n in zip(color_files, numbers, strict=True)
-        ]
-    camera = _camera(root, image_size(root, depth_files))
-    color = [None if j is None else images[j] for j in _nearest(color_times, depth_times)]
+    found: list[Path | VideoImage] = [
+        VideoImage(video, n) if video and is_part(p.name) else p
+        for p, n in zip(color_files, numbers, strict=True)
+    ]
+    camera = _camera(root, images.image_size(root, depth_files))
+    color = [None if j is None else found[j] for j in _nearest(color_times, depth_times)]
     if color_files and video is None and not any(color):
         warnings.warn(
             f"{root}: no colour image within {1e3 * LONGEST_GAP_S:g} ms of a depth image; other clocks? paired by the "
@@ -73,42 +56,34 @@ def open_tum(root: Path) -> Sequence:
         )
         color = [*paired(depth_files, color_files)]
     entries = [
-        Entry(file, image, DEPTH_SCALE, float(time))
+        images.Entry(file, image, DEPTH_SCALE, float(time))
         for file, time, image in zip(depth_files, depth_times, color, strict=True)
     ]
     truth = {}
     if (root / "groundtruth.txt").is_file():
         pose_times, T_world_cam = read_tum(root / "groundtruth.txt")
-        pose_times = in_seconds(pose_times, str(root / "groundtruth.txt"))
-        for i, j in enumerate(_nearest(pose_times, depth_times)):
-            if j is not None:
-                truth[i] = {0: geometry.inverse(T_world_cam[j])}  # the still world is the one object
-    meshes = sorted(root.glob("*.ply"))
-    return Sequence(
-        ImageFrames(root, entries, RGBDCamera(camera), 0 if any(color) else len(color_files)),
-        camera,
-        truth,
-        LazyModels({1: meshes[0]} if len(meshes) == 1 else {}, unit="m"),
-        objects=[1] if truth else None,
-        layout="tum",
-        name=root.name,
-        close=video.close if video else None,
-    )
+        nearest = _nearest(in_seconds(pose_times, str(root / "groundtruth.txt")), depth_times)
+        # The still world is the one object.
+        truth = {i: {0: geometry.inverse(T_world_cam[j])} for i, j in enumerate(nearest) if j is not None}
+    return images.sequence_of(
+        root, "tum", entries, camera, truth, colors=0 if any(color) else len(color_files),
+        meshes=sorted(root.glob("*.ply")), video=video, objects=[1] if truth else None,
+    )  # fmt: skip
 
 
 def _camera(root: Path, size: tuple[int, int]) -> Camera:
-    camera = camera_beside(root, size)
+    camera = images.camera_beside(root, size)
     if camera is not None:
         return camera
-    if size == (DEFAULT.width, DEFAULT.height):
-        for key, camera in PUBLISHED.items():
-            if key in root.resolve().name:
-                return camera
-        warnings.warn(f"{root}: no camera.json; using the data set's default camera (525 px)", stacklevel=4)
-        return DEFAULT
-    raise ValueError(
-        f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt"
-    )
+    if size != (DEFAULT.width, DEFAULT.height):
+        raise ValueError(
+            f"{root}: no camera for images of {size[0]} x {size[1]}; put a camera.json beside depth.txt"
+        )
+    for key, camera in PUBLISHED.items():
+        if key in root.resolve().name:
+            return camera
+    warnings.warn(f"{root}: no camera.json; using the data set's default camera (525 px)", stacklevel=4)
+    return DEFAULT
 
 
 def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
@@ -135,7 +110,6 @@ def _read_list(path: Path) -> tuple[NDArray[np.float64], list[Path], list[int]]:
 
 
 def _nearest(times: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[int | None]:
-    """For each requested time the nearest of `times`, or None if it is more than 20 ms away."""
     if not len(times):
         return [None] * len(wanted)
     order = np.argsort(times, kind="stable")

@@ -1,24 +1,23 @@
 # SPDX-License-Identifier: MIT
 """The colour images of a folder that has them as a video: any one by its number, neighbours without a search.
-
 ``color.mkv`` has the images of a recording, and ``color_000123.mkv`` those from image 123 on, where it was continued.
 The time of an image in a file is its number in the layout times `PERIOD_MS`, so that an image that is missing leaves a
-gap and moves no other. Times of the recording are in the files of its layout.
-"""
+gap and moves no other. Times of the recording are in the files of its layout."""
 
 from __future__ import annotations
 
+import contextlib
 import re
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack.io.datasets.video_file import Track, VideoFile
+from sdftrack._internal.extras import need
 
 PERIOD_MS = 33
 PERIOD_NS = 1_000_000 * PERIOD_MS
@@ -38,7 +37,6 @@ def is_part(name: str) -> bool:
 
 
 def parts_in(folder: Path) -> dict[int, Path]:
-    """The files by the number from which on they hold the images, ascending."""
     found = {}
     for path in folder.iterdir() if folder.is_dir() else ():
         name = _NAME.fullmatch(path.name)
@@ -48,11 +46,9 @@ def parts_in(folder: Path) -> dict[int, Path]:
 
 
 class VideoImages:
-    """The images in ``color.mkv`` and its continuations; `number in images` says whether there is one.
-
-    One thread at a time reads. The files are opened at the first image, also again after `close` or in a process that
-    was given the object. ValueError for a file that is not such a video.
-    """
+    """The images in ``color.mkv`` and its continuations; `number in images` says whether there is one. One thread at a
+    time reads. The files are opened at the first image, also again after `close` or in a process that was given the
+    object. ValueError for a file that is not such a video."""
 
     def __init__(self, root: Path) -> None:
         self._parts = {first: _Part(path, max(first, 0)) for first, path in parts_in(root).items()}
@@ -66,7 +62,6 @@ class VideoImages:
 
     @staticmethod
     def of(root: Path) -> VideoImages | None:
-        """Those of a folder, None without a video."""
         return VideoImages(root) if parts_in(root) else None
 
     def __contains__(self, number: int) -> bool:
@@ -100,8 +95,6 @@ class VideoImages:
 
 @dataclass(frozen=True)
 class VideoImage:
-    """One image of a video, in the place of the path of an image file."""
-
     video: VideoImages
     number: int
 
@@ -185,7 +178,6 @@ class _Part:
 
 
 def decode(packet: Any) -> Any:
-    """The image of a packet as PyAV's frame; ValueError if it is damaged."""
     import av
 
     try:
@@ -203,3 +195,95 @@ def _until_damage(track: Track) -> list[Any]:
         if not 0 <= other.start - one.start - one.size <= MOST_BETWEEN:
             return track.packets[:n]
     return track.packets
+
+
+class Packet(NamedTuple):
+    """One image of a track: its time, where it begins in the file, its bytes, and whether it needs no other one."""
+
+    pts: int  # in the track's unit
+    time_ns: int
+    start: int
+    size: int
+    key: bool
+
+
+@dataclass
+class Track:
+    """A track of a file, its packets in the order of their times. The file is open from the first `read` to `close`."""
+
+    path: Path
+    number: int
+    name: str
+    codec: str
+    fourcc: str
+    width: int
+    height: int
+    packets: list[Packet] = field(default_factory=list)
+    _container: Any = None
+    _left: Any = None  # packets behind the last one
+    _next: int = -1
+
+    def read(self, n: int) -> Any:
+        av = need("av", "video")
+        try:
+            if self._container is None:
+                self._container = av.open(str(self.path))
+                context = self._container.streams[self.number].codec_context
+                context.thread_count = 1  # threads would hold images back
+                context.options = {"err_detect": "explode"}  # instead of inventing what is damaged
+            if n != self._next:
+                stream = self._container.streams[self.number]
+                self._container.seek(self.packets[n].pts, stream=stream)
+                self._left = self._container.demux(stream)
+            packet = next(p for p in self._left if p.pts is None or p.pts >= self.packets[n].pts)
+        except (av.FFmpegError, StopIteration) as error:
+            self.close()
+            raise ValueError(f"it cannot be read ({error or 'it is missing'})") from None
+        self._next = n + 1
+        if packet.pts != self.packets[n].pts or packet.is_corrupt:
+            self.close()
+            raise ValueError("it is damaged")
+        return packet
+
+    def close(self) -> None:
+        if self._container is not None:
+            self._container.close()
+        self._container, self._left, self._next = None, None, -1
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_container": None, "_left": None, "_next": -1}
+
+
+class VideoFile:
+    """The contents of a file, which is read once: tracks of images, tags and attachments by name. `duration_ns` is 0 if
+    it is not stated, as of a recording that was interrupted. ValueError for another file; one that is cut has the
+    packets before the cut."""
+
+    def __init__(self, path: Path) -> None:
+        av = need("av", "video")
+        try:
+            with av.open(str(path)) as container:
+                self.tracks = [_track(path, stream) for stream in container.streams.video]
+                self.tags = {name.upper(): text for name, text in container.metadata.items()}
+                self.attachments = {
+                    s.name: bytes(s.data) for s in container.streams if s.type == "attachment"
+                }
+                self.duration_ns = 1000 * (container.duration or 0)
+                by_number = {track.number: track for track in self.tracks}
+                with contextlib.suppress(av.FFmpegError):  # what comes before the damage is whole
+                    for packet in container.demux(*container.streams.video):
+                        if packet.size and packet.pts is not None and not packet.is_corrupt:
+                            own = by_number[packet.stream.index].packets
+                            time_ns = round(packet.pts * packet.time_base * 10**9)
+                            key = packet.is_keyframe
+                            own.append(Packet(packet.pts, time_ns, packet.pos, packet.size, key))
+        except av.FFmpegError as error:
+            raise ValueError(f"{path}: not a readable video ({error.strerror})") from None
+        for track in self.tracks:
+            track.packets.sort(key=lambda packet: packet.pts)
+
+
+def _track(path: Path, stream: Any) -> Track:
+    context = stream.codec_context
+    name = stream.metadata.get("title", "")
+    return Track(path, stream.index, name, context.name, context.codec_tag, context.width, context.height)

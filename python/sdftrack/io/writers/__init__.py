@@ -12,8 +12,7 @@ from sdftrack.io.datasets.sequence import Sequence
 from sdftrack.io.writers.base import Contents, LayoutWriter
 from sdftrack.io.writers.bop import BopWriter
 from sdftrack.io.writers.mcap import McapWriter
-from sdftrack.io.writers.open3d import Open3DWriter
-from sdftrack.io.writers.tum import TumWriter
+from sdftrack.io.writers.one_object import Open3DWriter, TumWriter
 
 __all__ = ["WRITERS", "Contents", "LayoutWriter", "save_sequence"]
 

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What the writers of all layouts share: a folder, its journal, frames one after the other, index files at the end."""
+"""What the writers of all layouts share: a folder, frames one after the other, index files at the end, and a journal
+from which an interrupted recording is continued or finished."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Mapping
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +19,6 @@ from sdftrack._internal.closing import ClosedByWith
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_color, write_depth_units
-from sdftrack.io.writers.journal import Journal
 from sdftrack.io.writers.video import VideoWriter, has_encoder, last_image
 
 COLOR_FILES = ("png", "jpg", "video")
@@ -56,11 +58,8 @@ class LayoutWriter(ClosedByWith):
         self.folder, self.contents, self._suffix = folder, contents, f".{color}"
         self._units = DepthUnits(*self.units)
         header = {
-            "layout": self.name,
-            "camera": repr(contents.camera),
-            "objects": contents.objects,
-            "color": color,
-        }
+            "layout": self.name, "camera": repr(contents.camera), "objects": contents.objects, "color": color,
+        }  # fmt: skip
         held = last_image(folder) if resume and color == "video" else -1
         # An image of the video is in the file when the next one has come: a frame without its image is not whole.
         self.journal = Journal(folder, header, resume, lambda entry: (entry.get("video") or -1) <= held)
@@ -81,16 +80,11 @@ class LayoutWriter(ClosedByWith):
         return self._units.rounded_m
 
     def add(
-        self,
-        frame: Frame,
-        poses: Mapping[int, Array] | None = None,
-        masks: Mapping[int, NDArray[np.bool_]] | None = None,
-        im_id: int | None = None,
-    ) -> None:
-        """Write one frame, with true poses T_cam_obj (m) and masks of the instances k.
-
-        `im_id` is the number of the image; by default the number of frames so far.
-        """
+        self, frame: Frame, poses: Mapping[int, Array] | None = None,
+        masks: Mapping[int, NDArray[np.bool_]] | None = None, im_id: int | None = None,
+    ) -> None:  # fmt: skip
+        """Write one frame, with true poses T_cam_obj (m) and masks of the instances k. `im_id` is the number of the
+        image; by default the number of frames so far."""
         number = self.count if im_id is None else im_id
         entry = self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number)
         if self._video is not None:
@@ -98,10 +92,8 @@ class LayoutWriter(ClosedByWith):
         self.journal.add(entry)
 
     def finish(self, last: Callable[[], object] | None = None) -> None:
-        """Write the index files; the folder is then a sequence of this layout.
-
-        `last` writes what else belongs to it: a program that is killed before leaves a recording to be continued.
-        """
+        """Write the index files; the folder is then a sequence of this layout. `last` writes what else belongs to it: a
+        program that is killed before leaves a recording to be continued."""
         self.journal.free_reserve()
         if self._video is not None:
             self._video.finish()
@@ -120,7 +112,6 @@ class LayoutWriter(ClosedByWith):
 
     @classmethod
     def check_color(cls, color: str) -> None:
-        """Raise ValueError for files that the layout, or this installation, does not have."""
         if color not in COLOR_FILES:
             raise ValueError(f"color: expected one of {', '.join(COLOR_FILES)}, got {color!r}")
         if color == "video" and not cls.holds_video:
@@ -129,8 +120,6 @@ class LayoutWriter(ClosedByWith):
             )
         if color == "video" and not has_encoder():
             raise ValueError("color: this build of PyAV has no H.264 encoder (libx264); use png or jpg")
-
-    # What a layout defines.
 
     @classmethod
     def lost_of_color(cls, camera: RGBDCamera) -> str:
@@ -150,26 +139,21 @@ class LayoutWriter(ClosedByWith):
     def write_frame(
         self, frame: Frame, poses: dict[int, Array], masks: Mapping[int, NDArray[np.bool_]], im_id: int
     ) -> dict[str, Any]:
-        """Write the images; returns what the index files need to know about the frame."""
         raise NotImplementedError
 
     def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
         raise NotImplementedError
 
-    # What several layouts use.
-
     def camera_of(self, frame: Frame) -> Camera:
         return self.contents.camera.depth if frame.camera is None else depth_camera(frame.camera)
 
     def write_images(self, frame: Frame, depth: Path, color: Path, number: int) -> tuple[int, str | None]:
-        """Units per metre of the written depth image, and what `write_color` returns."""
         assert frame.depth is not None
         units, units_per_m = self._units.of(frame)
         write_depth_units(depth, units)
         return units_per_m, self.write_color(frame, color, number)
 
     def write_color(self, frame: Frame, path: Path, number: int) -> str | None:
-        """The name of the file that has the colour image, if there is one; a video has it as its image `number`."""
         if frame.color is None or not self.contents.camera.aligned:
             return None
         if self._video is not None:
@@ -180,32 +164,26 @@ class LayoutWriter(ClosedByWith):
 
     @classmethod
     def check_one_object(cls, contents: Contents) -> None:
-        if len(contents.objects) > 1:
-            raise ValueError(
-                f"layout: {cls.name} holds one object's poses, got {len(contents.objects)}; use 'bop'"
-            )
+        if (count := len(contents.objects)) > 1:
+            raise ValueError(f"layout: {cls.name} holds one object's poses, got {count}; use 'bop'")
 
     def check_own_camera(self, frame: Frame) -> None:
         if frame.camera is not None and depth_camera(frame.camera) != self.contents.camera.depth:
-            raise ValueError(
-                f"layout: {self.name} holds one camera, but frame {frame.index} has its own; use 'bop'"
-            )
+            one = f"{self.name} holds one camera"
+            raise ValueError(f"layout: {one}, but frame {frame.index} has its own; use 'bop'")
 
     @classmethod
     def check_no_lens(cls, camera: Camera) -> None:
         if camera.distortion:
-            raise ValueError(
-                f"camera: the {cls.name} layout has no lens distortion; rectify the images or use tum"
-            )
+            lens = f"the {cls.name} layout has no lens distortion"
+            raise ValueError(f"camera: {lens}; rectify the images or use tum")
 
 
 class DepthUnits:
-    """Chooses units per metre, so that reading the file returns the bits of the depth image.
-
-    `default` are in order of preference for depth that no unit represents exactly, e.g. of a synthetic image; `exact`
-    are further ones that the layout can state: sensors deliver multiples of one of these. `rounded_m` is the step to
-    which some image so far was rounded, m; 0 if all were stored exactly.
-    """
+    """Chooses units per metre, so that reading the file returns the bits of the depth image. `default` are in order of
+    preference for depth that no unit represents exactly, e.g. of a synthetic image; `exact` are further ones that the
+    layout can state: sensors deliver multiples of one of these. `rounded_m` is the step to which some image so far was
+    rounded, m; 0 if all were stored exactly."""
 
     def __init__(self, default: tuple[int, ...], exact: tuple[int, ...] = ()) -> None:
         self._default, self._candidates = default, (*default, *exact)
@@ -236,11 +214,115 @@ class DepthUnits:
             if round(farthest * units_per_m) <= LARGEST:
                 self.rounded_m = max(self.rounded_m, 1 / units_per_m)
                 return _units(frame.depth, units_per_m), units_per_m
-        raise ValueError(
-            f"depth: frame {frame.index} has {farthest:.2f} m, 16 bits are limited to "
-            f"{LARGEST / min(self._default):.2f} m; crop the depth or choose another layout"
-        )
+        most = LARGEST / min(self._default)
+        limited = f"16 bits are limited to {most:.2f} m; crop the depth or choose another layout"
+        raise ValueError(f"depth: frame {frame.index} has {farthest:.2f} m, {limited}")
 
 
 def _units(depth_m: NDArray[np.float32], units_per_m: int) -> NDArray[np.uint16]:
     return np.rint(depth_m.astype(np.float64) * units_per_m).astype(np.uint16)
+
+
+NAME, RESERVE = ".frames.jsonl", ".reserve"
+RESERVE_STEP = 1 << 20
+
+
+class Journal:
+    """A hidden file in the folder of a recording that is not finished. Beside it a file keeps disk space free, so that
+    a recording that has filled the disk can still be finished: the index files are about as large as the journal. A
+    continuation (`resume`) must agree with the `header`: layout, camera, objects; it goes on before the first entry
+    that is not `whole`."""
+
+    def __init__(
+        self, folder: Path, header: dict[str, Any], resume: bool = False,
+        whole: Callable[[dict[str, Any]], bool] = lambda _: True,
+    ) -> None:  # fmt: skip
+        self._path, self._reserve = folder / NAME, folder / RESERVE
+        self.count, self.last = 0, None
+        header = json.loads(json.dumps(header))
+        if resume:
+            self._continue(header, whole)
+        self._file: TextIO = self._path.open("a" if resume else "w", encoding="utf-8")
+        self._size = self._path.stat().st_size
+        self._reserved = 0
+        if not resume:
+            self._line(header)
+        self._keep_space()
+
+    last: dict[str, Any] | None
+
+    @staticmethod
+    def is_in(folder: Path) -> bool:
+        return (folder / NAME).is_file()
+
+    def _continue(self, header: dict[str, Any], is_whole: Callable[[dict[str, Any]], bool]) -> None:
+        lines, whole = 0, 0
+        with self._path.open("rb") as file:
+            for line in file:
+                try:
+                    entry = json.loads(line)
+                except ValueError:
+                    break
+                # Cut while it was written.
+                if not line.endswith(b"\n") or not isinstance(entry, dict) or (lines and not is_whole(entry)):
+                    break
+                if lines == 0 and entry != header:
+                    changed = ", ".join(k for k in header if entry.get(k) != header[k]) or "its contents"
+                    raise ValueError(
+                        f"{self._path.parent}: expected the recording that was interrupted there, got another one "
+                        f"(different: {changed}); choose another folder"
+                    )
+                self.last = entry if lines else None
+                lines, whole = lines + 1, whole + len(line)
+        if not lines:
+            raise ValueError(f"{self._path}: the header is missing; remove the folder and start again")
+        os.truncate(self._path, whole)
+        self.count = lines - 1
+
+    def add(self, entry: dict[str, Any]) -> None:
+        self._line(entry)
+        self.count, self.last = self.count + 1, entry
+        self._keep_space()
+
+    def entries(self) -> Iterator[dict[str, Any]]:
+        with self._path.open(encoding="utf-8") as file:
+            next(file)
+            for line in file:
+                yield json.loads(line)
+
+    def free_reserve(self) -> None:
+        self._reserve.unlink(missing_ok=True)
+
+    def remove(self) -> None:
+        self.close()
+        self.free_reserve()
+        self._path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._file.close()
+
+    def _line(self, entry: dict[str, Any]) -> None:
+        text = json.dumps(entry, allow_nan=False) + "\n"
+        try:
+            self._file.write(text)
+            self._file.flush()
+        except BaseException:  # a full disk, or Ctrl-C
+            with contextlib.suppress(OSError):
+                self._file.close()  # drops what could not be written
+            with contextlib.suppress(OSError):
+                os.truncate(self._path, self._size)
+            self._file = self._path.open("a", encoding="utf-8")
+            raise
+        self._size += len(text.encode())
+
+    def _keep_space(self) -> None:
+        if 2 * self._size < self._reserved:
+            return
+        target = self._reserved + RESERVE_STEP
+        with self._reserve.open("ab") as file:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(file.fileno(), 0, target)
+            else:
+                file.write(bytes(target - file.tell()))
+        self._reserved = target

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.files import replacing
+from sdftrack._internal.files import write_text
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_mask
 from sdftrack.io.writers.base import Contents, LayoutWriter
@@ -20,11 +20,9 @@ Array = NDArray[np.float64]
 
 
 class BopWriter(LayoutWriter):
-    """scene_camera.json, scene_gt.json, depth/, rgb/ or color.mkv, mask_visib/, models/.
-
-    Times are stored as ``timestamp`` (s) of each image in scene_camera.json, and the number of an instance as
-    ``instance`` in scene_gt.json where several share an obj_id, neither of which BOP itself defines.
-    """
+    """scene_camera.json, scene_gt.json, depth/, rgb/ or color.mkv, mask_visib/, models/. Times are stored as
+    ``timestamp`` (s) of each image in scene_camera.json, and the number of an instance as ``instance`` in scene_gt.json
+    where several share an obj_id, neither of which BOP itself defines."""
 
     name = "bop"
     folders = ("depth", "rgb", "mask_visib", "models")
@@ -82,24 +80,8 @@ class BopWriter(LayoutWriter):
             )
 
     def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
-        any_pose = False
-        with (
-            replacing(self.folder / "scene_camera.json") as cameras,
-            replacing(self.folder / "scene_gt.json") as truth,
-            cameras.open("w", encoding="utf-8") as first,
-            truth.open("w", encoding="utf-8") as second,
-        ):
-            separator = "{"
-            for entry in entries:
-                _pair(first, separator, entry["im_id"], entry["camera"])
-                _pair(second, separator, entry["im_id"], entry["gt"])
-                separator = ","
-                any_pose = any_pose or bool(entry["gt"])
-            for file in (first, second):
-                file.write("\n}\n" if separator == "," else "{}\n")
-        if not any_pose:
-            (self.folder / "scene_gt.json").unlink()
-
-
-def _pair(file: TextIO, separator: str, im_id: int, value: Any) -> None:
-    file.write(f'{separator}\n  "{im_id}": {json.dumps(value, allow_nan=False)}')
+        listed = [*entries]
+        for key, name in (("camera", "scene_camera.json"), ("gt", "scene_gt.json")):
+            rows = (f'\n  "{entry["im_id"]}": {json.dumps(entry[key], allow_nan=False)}' for entry in listed)
+            if key == "camera" or any(entry["gt"] for entry in listed):
+                write_text(self.folder / name, "{" + ",".join(rows) + ("\n}\n" if listed else "}\n"))

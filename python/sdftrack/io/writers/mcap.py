@@ -15,14 +15,13 @@ from sdftrack import geometry
 from sdftrack._internal.files import write_text
 from sdftrack.camera import RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.io.mcap_output import McapOutput, copy_whole
-from sdftrack.io.ros_types import COLOR_FRAME, DEPTH_FRAME, INFO, RosTypes
+from sdftrack.io.ros2 import COLOR_FRAME, DEPTH_FRAME, INFO, McapOutput, RosTypes, copy_whole
 from sdftrack.io.writers.base import FRAME_PERIOD_S, Contents, LayoutWriter
 
 FILE = "sequence.mcap"
 DEPTH, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
 COLOR, COLOR_INFO = "/camera/color/image_raw/compressed", "/camera/color/camera_info"
-TRUTH = "/ground_truth"  # the reader knows it: sdftrack.io.datasets.bags.transforms
+TRUTH = "/ground_truth"  # the reader knows it: sdftrack.io.datasets.bags.topics
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 CHUNK = 1 << 22
@@ -30,12 +29,10 @@ Array = NDArray[np.float64]
 
 
 class McapWriter(LayoutWriter):
-    """sequence.mcap and metadata.yaml, which ``ros2 bag play FOLDER`` takes; frames without depth are omitted.
-
-    Depth is 16UC1 in millimetres where that is exact, else 32FC1 in metres; colour is a PNG or JPEG of each image.
-    Colour of a camera whose pose is not known has a frame of its own that nothing connects with that of depth.
-    True poses are transforms on `/ground_truth` to the frames `object_K_OBJID`; models are attachments.
-    """
+    """sequence.mcap and metadata.yaml, which ``ros2 bag play FOLDER`` takes; frames without depth are omitted. Depth is
+    16UC1 in millimetres where that is exact, else 32FC1 in metres; colour is a PNG or JPEG of each image. Colour of a
+    camera whose pose is not known has a frame of its own that nothing connects with that of depth. True poses are
+    transforms on `/ground_truth` to the frames `object_K_OBJID`; models are attachments."""
 
     name = "mcap"
     folders = ()
@@ -103,35 +100,31 @@ class McapWriter(LayoutWriter):
 
     def _write(self, output: McapOutput, frame: Frame, poses: dict[int, Array], time_ns: int) -> None:
         """Depth comes last: a frame whose depth is in the file is whole."""
+        import cv2
+
         ros, camera, n = self._ros, self.contents.camera, self.count
         header = ros.header(time_ns, DEPTH_FRAME)
-        if not n:
-            self._write_fixed(output, header, time_ns)
+        if not n and camera.T_color_depth is not None:
+            T_depth_color = geometry.inverse(camera.T_color_depth)
+            fixed = [ros.transform(header, COLOR_FRAME, T_depth_color)]
+            data = ros.serialized(TRANSFORMS, transforms=fixed)
+            output.add("/tf_static", TRANSFORMS, data, time_ns, latched=True)
         if poses:
-            known = [
-                ros.transform(header, f"object_{k}_{self.contents.objects[k]}", T) for k, T in poses.items()
-            ]
+            objects = self.contents.objects
+            known = [ros.transform(header, f"object_{k}_{objects[k]}", T) for k, T in poses.items()]
             output.add(TRUTH, TRANSFORMS, ros.serialized(TRANSFORMS, transforms=known), time_ns, n)
         if frame.color is not None:
             own = header if camera.aligned else ros.header(time_ns, COLOR_FRAME)
             lens = camera.color or (None if self.lost_of_color(camera) else camera.depth)
             if lens is not None:  # a projective mapping needs none
                 output.add(COLOR_INFO, INFO, ros.camera_info(own, lens), time_ns, n)
-            image, kind = self._encoded(frame.color)
-            data = ros.serialized(COMPRESSED, header=own, format=kind, data=image)
+            ok, image = cv2.imencode(self._suffix, np.ascontiguousarray(frame.color[..., ::-1]))
+            assert ok
+            kind = "jpeg" if self._suffix == ".jpg" else "png"
+            data = ros.serialized(COMPRESSED, header=own, format=kind, data=image.reshape(-1))
             output.add(COLOR, COMPRESSED, data, time_ns, n)
         output.add(DEPTH_INFO, INFO, ros.camera_info(header, camera.depth), time_ns, n)
         output.add(DEPTH, IMAGE, self._depth(frame, header), time_ns, n)
-
-    def _write_fixed(self, output: McapOutput, header: Any, time_ns: int) -> None:
-        camera = self.contents.camera
-        if camera.T_color_depth is None:
-            return
-        T_depth_color = geometry.inverse(camera.T_color_depth)
-        data = self._ros.serialized(
-            TRANSFORMS, transforms=[self._ros.transform(header, COLOR_FRAME, T_depth_color)]
-        )
-        output.add("/tf_static", TRANSFORMS, data, time_ns, latched=True)
 
     def _depth(self, frame: Frame, header: Any) -> bytes:
         assert frame.depth is not None
@@ -142,13 +135,6 @@ class McapWriter(LayoutWriter):
             encoding="16UC1" if pixels.dtype == np.uint16 else "32FC1", is_bigendian=0,
             step=pixels.strides[0], data=np.ascontiguousarray(pixels).view(np.uint8).reshape(-1),
         )  # fmt: skip
-
-    def _encoded(self, color: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], str]:
-        import cv2
-
-        ok, data = cv2.imencode(self._suffix, np.ascontiguousarray(color[..., ::-1]))
-        assert ok
-        return data.reshape(-1), "jpeg" if self._suffix == ".jpg" else "png"
 
     def write_index(self, entries: Iterable[dict[str, Any]]) -> None:
         if self._output is not None:
@@ -166,7 +152,6 @@ class McapWriter(LayoutWriter):
 
 
 def metadata_yaml(file: str, output: McapOutput) -> str:
-    """The text for a recording of one file; version 5, which all releases since Humble read."""
     start, end = output.times_ns
     count = sum(n for _, n in output.counts.values())
     topics = "".join(

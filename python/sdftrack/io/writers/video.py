@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from sdftrack._internal.extras import need
 from sdftrack._internal.files import UnbufferedFile, replacing
-from sdftrack.io.datasets.video_file import VideoFile
-from sdftrack.io.datasets.video_images import PERIOD_MS, SHOWN, part_name, parts_in
+from sdftrack.io.datasets.video_images import PERIOD_MS, SHOWN, VideoFile, part_name, parts_in
 
 KEY_EVERY = 15  # images; to read one, at most so many are decoded
 ENCODER = "libx264"
@@ -42,10 +41,8 @@ def last_image(folder: Path) -> int:
 
 
 class VideoWriter:
-    """Writes images with ascending numbers; an image is in the file when the next one has been added.
-
-    `last` is the number of the last image; of a recording that is continued, what the files have behind it is removed.
-    """
+    """Writes images with ascending numbers; an image is in the file when the next one has been added. `last` is the
+    number of the last image; of a recording that is continued, what the files have behind it is removed."""
 
     def __init__(self, folder: Path, last: int | None = None) -> None:
         self._folder, self.last = folder, last
@@ -58,7 +55,6 @@ class VideoWriter:
             path.unlink()
 
     def add(self, number: int, image: NDArray[np.uint8]) -> str:
-        """Write an image; returns the name of its file."""
         if self.last is not None and number <= self.last:
             raise ValueError(
                 f"color: a video needs images with ascending numbers, got {number} after {self.last}; use png or jpg"
@@ -126,12 +122,10 @@ class VideoWriter:
             self._file = None
 
     def close(self) -> None:
-        """End without `finish`, to be continued."""
         self.finish()
 
 
 def _ended(path: Path, last: int) -> bool:
-    """End a file with image `last`; False if it has no image up to that one."""
     import av
 
     try:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Poses for other programs while tracking runs: over a network, or into a file that other tools read."""
 
-from sdftrack.live.streams.kinds import STREAMS, Packet, Receiver, register_stream
-from sdftrack.live.streams.stream import Stream, open_stream
+from sdftrack.live.streams.stream import STREAMS, Packet, Receiver, Stream, open_stream, register_stream
 
 __all__ = ["STREAMS", "Packet", "Receiver", "Stream", "open_stream", "register_stream"]

@@ -11,25 +11,22 @@ from typing import Any
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import bound_address, is_local, listen, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.kinds import PORT, Packet, Receiver, host_and_port, register_stream
 from sdftrack.live.streams.messages import RosMessages
+from sdftrack.live.streams.stream import PORT, Packet, Receiver, host_and_port, register_stream
 
 CLIENT_WAITING = 8  # frames for one client; the newest are kept
 LEAST_BACKLOG = 64  # messages; a client that connects is told about topics through a queue of the same length
 CAMERA_EVERY_S = 1.0  # clients come at any time, and nothing is kept for them
-CLOSE_S = (
-    0.3  # for the last messages: the SDK does not say when they are out, and drops them when it is stopped
-)
+# For the last messages: the SDK does not say when they are out, and drops them when it is stopped.
+CLOSE_S = 0.3
 TRIES = 3  # the port that was free may be taken before the SDK listens
 # The SDK logs clients that vanish as errors, which Python prints where nobody has set up logging.
 logging.getLogger("foxglove").addHandler(logging.NullHandler())
 
 
 class FoxgloveServer(Receiver):
-    """A server of Foxglove's SDK, whose threads send to clients; a slow one loses its oldest messages.
-
-    The SDK does not say what its clients received: a frame counts as sent if a client subscribes to one of the topics.
-    """
+    """A server of Foxglove's SDK, whose threads send to clients; a slow one loses its oldest messages. The SDK does not
+    say what its clients received: a frame counts as sent if a client subscribes to one of the topics."""
 
     def __init__(self, host: str, port: int, names: Sequence[str], camera: Camera) -> None:
         need("foxglove.websocket", "foxglove")  # `foxglove` alone may be another distribution
@@ -45,11 +42,14 @@ class FoxgloveServer(Receiver):
         self._camera_due = 0.0
         used = int(self._server.port)
         self.address = f"foxglove://{shown_name(host)}:{used}"
-        self.note = _note(host, port, used)
+        notes = [] if port in (0, used) else [f"port {port} is in use, the stream is on port {used}"]
+        notes.append(f"in Foxglove, open a connection to ws://{shown_name(host)}:{used}")
+        self.note = "; ".join(
+            notes + ([] if is_local(host) else ["everyone in the network can read the poses"])
+        )
 
     @property
     def subscribed(self) -> bool:
-        """Whether a client subscribes to one of the topics."""
         return any(channel.has_sinks() for channel in self._channels.values())
 
     def write(self, packet: Packet) -> None:
@@ -71,7 +71,6 @@ class FoxgloveServer(Receiver):
             channel.close()
 
     def _channel(self, topic: str, kind: str) -> Any:
-        """The channel of a topic, advertised to clients from its first use on."""
         if topic not in self._channels:
             from foxglove import Channel, Schema
 
@@ -84,7 +83,6 @@ class FoxgloveServer(Receiver):
 
 
 def _started(host: str, port: int, context: Any, backlog: int) -> Any:
-    """A running server on this port, or the next one that is free."""
     import foxglove
 
     for _ in range(TRIES):
@@ -99,14 +97,6 @@ def _started(host: str, port: int, context: Any, backlog: int) -> Any:
         except RuntimeError as error:
             failed = error
     raise OSError(f"foxglove://{host}:{port}: {failed}")
-
-
-def _note(host: str, port: int, used: int) -> str:
-    parts = [] if port in (0, used) else [f"port {port} is in use, the stream is on port {used}"]
-    parts.append(f"in Foxglove, open a connection to ws://{shown_name(host)}:{used}")
-    if not is_local(host):
-        parts.append("everyone in the network can read the poses")
-    return "; ".join(parts)
 
 
 @register_stream("foxglove", "foxglove://HOST:PORT")

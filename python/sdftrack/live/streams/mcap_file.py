@@ -9,27 +9,33 @@ from pathlib import Path
 from typing import ClassVar, NoReturn
 
 from sdftrack.camera import Camera
-from sdftrack.io.mcap_output import McapOutput
-from sdftrack.live.streams.kinds import Packet, Receiver, register_stream
+from sdftrack.io.ros2 import McapOutput
 from sdftrack.live.streams.messages import RosMessages
+from sdftrack.live.streams.stream import Packet, Receiver, register_stream
 
 # Bytes of messages that a crash may lose: about a second of one object at 30 Hz. Larger chunks compress better.
 CHUNK = 1 << 14
 
 
 class McapFile(Receiver):
-    """Writes ``FILE.part.mcap``, which becomes ``FILE.mcap`` when the stream is closed.
-
-    The part stays after a crash or on a full disk, and can be read up to its last chunk; a file with the final name is
-    always complete.
-    """
+    """Writes ``FILE.part.mcap``, which becomes ``FILE.mcap`` when the stream is closed. The part stays after a crash or
+    on a full disk, and can be read up to its last chunk; a file with the final name is always complete."""
 
     waiting: ClassVar[int] = 1024  # frames: a file should lose none while a disk pauses
 
     def __init__(self, path: Path, overwrite: bool, names: Sequence[str], camera: Camera) -> None:
         self._messages = RosMessages(names, camera)
         self._path, self._part = path, path.with_suffix(".part.mcap")
-        _refuse(path, self._part, overwrite)
+        if path.suffix != ".mcap":
+            raise ValueError(f"address: expected mcap:FILE.mcap, got 'mcap:{path}'")
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
+        for old in (path, self._part):
+            if old.is_dir() or (old.exists() and not overwrite):
+                how = "a file that exists" if old == path else "a part left by a run that was cut off"
+                raise FileExistsError(
+                    f"{old}: expected a new file, got {how}; move it or pass overwrite=True"
+                )
         self.address = f"mcap:{path}"
         self._output = McapOutput(self._part, self._messages.definition, CHUNK)
         self._known_camera = False
@@ -60,21 +66,9 @@ class McapFile(Receiver):
             self._fail(error)
 
     def _fail(self, error: OSError) -> NoReturn:
-        """Keep the whole chunks, and say where they are."""
         self._failed = f"{self._path}: {error.strerror}; what was written before is in {self._part.name}"
         self._output.cut()
         raise OSError(self._failed) from error
-
-
-def _refuse(path: Path, part: Path, overwrite: bool) -> None:
-    if path.suffix != ".mcap":
-        raise ValueError(f"address: expected mcap:FILE.mcap, got 'mcap:{path}'")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist; make it first")
-    for old in (path, part):
-        if old.is_dir() or (old.exists() and not overwrite):
-            how = "a part left by a run that was cut off" if old == part else "a file that exists"
-            raise FileExistsError(f"{old}: expected a new file, got {how}; move it or pass overwrite=True")
 
 
 @register_stream("mcap", "mcap:FILE.mcap")

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from sdftrack._internal.rotations import quaternion
 from sdftrack.camera import Camera
 from sdftrack.io.report_file import object_entry, plain
-from sdftrack.io.ros_types import DEPTH_FRAME, INFO, RosTypes
-from sdftrack.live.streams.kinds import Packet, safe_names
-from sdftrack.results import Status, TrackResult
+from sdftrack.io.ros2 import DEPTH_FRAME, INFO, RosTypes
+from sdftrack.live.streams.stream import Packet, safe_names
+from sdftrack.results import Status
 
 VERSION = 1  # of the JSON messages, docs/reference/stream.schema.json
 UNKNOWN_VARIANCE = 1e6  # m^2 and rad^2: filters that read ROS messages take it as "says nothing"
@@ -45,32 +45,21 @@ def _object(packet: Packet, k: int, name: str) -> dict[str, Any]:
     twist = result.twists[k]
     motion = {"motion": dict(packet.motion[k])} if packet.motion is not None else {}
     return {
-        **{key: entry[key] for key in _KEPT},
-        "pose": pose,
-        "covariance": entry["covariance"],
-        "twist": plain(twist) if np.isfinite(twist).all() else None,
-        **motion,
-    }
+        **{key: entry[key] for key in _KEPT}, "pose": pose, "covariance": entry["covariance"],
+        "twist": plain(twist) if np.isfinite(twist).all() else None, **motion,
+    }  # fmt: skip
 
 
 def position_and_quaternion(T: Array) -> tuple[list[float], list[float]]:
-    """(x, y, z) in metres and (x, y, z, w) with w >= 0 of T_cam_obj (4, 4)."""
     return T[:3, 3].tolist(), quaternion(T[:3, :3]).tolist()
 
 
 def ros_covariance(covariance: Array) -> Array:
-    """(36,) row by row of a covariance (6, 6) of a result, whose order and axes are ROS's.
-
-    Of (x, y, z, rotations about x, y, z) in the axes of the message's frame. Without one, each variable has
-    `UNKNOWN_VARIANCE`: ROS reads zeros as certain.
-    """
+    """(36,) row by row of a covariance (6, 6) of a result, whose order and axes are ROS's. Of (x, y, z, rotations about
+    x, y, z) in the axes of the message's frame. Without one, each variable has `UNKNOWN_VARIANCE`: ROS reads zeros as
+    certain."""
     known: Array = covariance if np.isfinite(covariance).all() else UNKNOWN_VARIANCE * np.eye(6)
     return known.reshape(36)
-
-
-def tracked(result: TrackResult, k: int) -> bool:
-    """Whether object k has a pose from this frame."""
-    return result.status[k] in (Status.OK, Status.WEAK) and bool(np.isfinite(result.poses[k]).all())
 
 
 def name_of(names: Sequence[str], k: int) -> str:
@@ -99,15 +88,12 @@ class RosMessages:
     def of_frame(self, packet: Packet) -> Iterator[tuple[str, str, bytes]]:
         """A pose for each tracked object, then all of them on ``/tf``."""
         ros, result, transforms = self._ros, packet.result, []
-        for k in range(len(result.poses)):
-            if not tracked(result, k):
+        for k, T in enumerate(result.poses):
+            if result.status[k] not in (Status.OK, Status.WEAK) or not np.isfinite(T).all():
                 continue
-            name, T = name_of(self._names, k), result.poses[k]
-            known = ros.make(
-                "geometry_msgs/msg/PoseWithCovariance",
-                pose=ros.pose(T),
-                covariance=ros_covariance(result.covariances[k]),
-            )
+            name, covariance = name_of(self._names, k), ros_covariance(result.covariances[k])
+            kind = "geometry_msgs/msg/PoseWithCovariance"
+            known = ros.make(kind, pose=ros.pose(T), covariance=covariance)
             header = ros.header(packet.time_ns, DEPTH_FRAME)
             yield _pose_topic(name), POSE, ros.serialized(POSE, header=header, pose=known)
             transforms.append(ros.transform(header, name, T))
@@ -115,7 +101,6 @@ class RosMessages:
             yield TF, TRANSFORMS, ros.serialized(TRANSFORMS, transforms=transforms)
 
     def of_camera(self, packet: Packet) -> tuple[str, str, bytes]:
-        """The lens of the depth camera, at the time of a frame."""
         header = self._ros.header(packet.time_ns, DEPTH_FRAME)
         return CAMERA, INFO, self._ros.camera_info(header, self._camera)
 

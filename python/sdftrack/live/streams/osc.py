@@ -5,22 +5,19 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from sdftrack._internal.extras import need
 from sdftrack.camera import Camera
-from sdftrack.live.streams.kinds import Packet, Receiver, host_and_port, register_stream, safe_names
 from sdftrack.live.streams.messages import name_of, position_and_quaternion
+from sdftrack.live.streams.stream import Packet, Receiver, host_and_port, register_stream, safe_names
 from sdftrack.results import TrackResult
 
 
 class OscReceiver(Receiver):
-    """Sends ``/sdftrack/NAME/pose``, ``/status`` and ``/confidence`` of every object, numbers as 32-bit floats.
-
-    The socket is connected, so that the operating system reports a receiver on this computer that is not there.
-    """
+    """Sends ``/sdftrack/NAME/pose``, ``/status`` and ``/confidence`` of every object, numbers as 32-bit floats. The
+    socket is connected, so that the operating system reports a receiver on this computer that is not there."""
 
     def __init__(self, host: str, port: int, names: Sequence[str]) -> None:
         need("pythonosc", "stream")
@@ -50,26 +47,25 @@ class OscReceiver(Receiver):
 
     def _bundle(self, result: TrackResult) -> bytes:
         from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
+        from pythonosc.osc_message_builder import OscMessageBuilder
 
         # A time in the bundle would make receivers wait whose clock differs from this one.
         bundle = OscBundleBuilder(IMMEDIATELY)
+
+        def add(address: str, values: Sequence[float | str], kind: str) -> None:
+            message = OscMessageBuilder(address)
+            for value in values:
+                message.add_arg(value, kind)
+            bundle.add_content(message.build())
+
         for k, T in enumerate(result.poses):
             start = f"/sdftrack/{name_of(self._names, k)}"
             if np.isfinite(T).all():
                 position, rotation = position_and_quaternion(T)
-                bundle.add_content(_message(f"{start}/pose", [*position, *rotation], "f"))
-            bundle.add_content(_message(f"{start}/status", [str(result.status[k])], "s"))
-            bundle.add_content(_message(f"{start}/confidence", [float(result.confidence[k])], "f"))
+                add(f"{start}/pose", [*position, *rotation], "f")
+            add(f"{start}/status", [str(result.status[k])], "s")
+            add(f"{start}/confidence", [float(result.confidence[k])], "f")
         return bytes(bundle.build().dgram)
-
-
-def _message(address: str, values: Sequence[float | str], kind: str) -> Any:
-    from pythonosc.osc_message_builder import OscMessageBuilder
-
-    message = OscMessageBuilder(address)
-    for value in values:
-        message.add_arg(value, kind)
-    return message.build()
 
 
 @register_stream("osc", "osc://HOST:PORT")

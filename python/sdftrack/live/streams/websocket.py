@@ -20,8 +20,8 @@ from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack._internal.hosts import LOCAL, host_of, is_local, listen, origin_host, shown_name
 from sdftrack.camera import Camera
-from sdftrack.live.streams.kinds import PORT, Packet, Receiver, host_and_port, register_stream
 from sdftrack.live.streams.messages import frame_message
+from sdftrack.live.streams.stream import PORT, Packet, Receiver, host_and_port, register_stream
 
 # Bytes that the operating system keeps for a client that does not read: seconds of stale poses with its default.
 SEND_BUFFER = 1 << 16
@@ -35,29 +35,23 @@ LOG.addHandler(logging.NullHandler())  # a port scan is no reason to print a tra
 @dataclass(frozen=True)
 class Admission:
     """Who may connect: local programs and pages, and from elsewhere those that know the token (``?token=...``).
-
     `origins` are those of web pages that a local server admits beside those of this computer. A browser lets any page
-    connect to localhost, so the server has to look where a page is from.
-    """
+    connect to localhost, so the server has to look where a page is from."""
 
     token: str = ""
     origins: tuple[str, ...] = ()
 
     def address(self, host: str, port: int) -> str:
-        """The URL for clients."""
         return f"ws://{shown_name(host)}:{port}" + (f"/?token={self.token}" if self.token else "")
 
     def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> str:
-        """ "" for a client that is admitted, else what it should change.
-
-        `hosts`, `origins`: values of these headers, one of the former and at most one of the latter.
-        """
+        """ "" for a client that is admitted, else what it should change. `hosts`, `origins`: values of these headers,
+        one of the former and at most one of the latter."""
         if self.token:
             given = parse_qs(path.partition("?")[2]).get("token", [""])[0]
             right = secrets.compare_digest(given.encode(errors="surrogateescape"), self.token.encode())
-            return (
-                "" if right else "expected ?token=... in the URL, as the program that streams has shown it\n"
-            )
+            told = "expected ?token=... in the URL, as the program that streams has shown it\n"
+            return "" if right else told
         if len(hosts) != 1 or host_of(hosts[0]) not in LOCAL:
             return "expected localhost as the host of the URL\n"  # a foreign name may resolve to 127.0.0.1
         if all(o in self.origins or host_of(origin_host(o) or "") in LOCAL for o in origins):
@@ -66,19 +60,15 @@ class Admission:
 
     def answer(self, connection: Any, request: Any) -> Any:
         """`process_request` of websockets: None admits, a response refuses."""
-        headers = request.headers
+        headers, status = request.headers, HTTPStatus.UNAUTHORIZED if self.token else HTTPStatus.FORBIDDEN
         refusal = self.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
-        if not refusal:
-            return None
-        return connection.respond(HTTPStatus.UNAUTHORIZED if self.token else HTTPStatus.FORBIDDEN, refusal)
+        return connection.respond(status, refusal) if refusal else None
 
 
 class _Client:
-    """Messages that wait for one client."""
-
     def __init__(self, connection: Any) -> None:
         self.connection = connection
-        self.messages: deque[str] = deque()
+        self.messages: deque[str] = deque()  # that wait for it
         self.changed = asyncio.Event()
 
 
@@ -191,10 +181,6 @@ def open_websocket(
         server = WebsocketServer(listening, admission, names, camera)
     used = listening.getsockname()[1]
     server.address = admission.address(host, used)
-    notes = []
-    if port not in (0, used):
-        notes.append(f"port {port} is in use, the stream is on port {used}")
-    if admission.token:
-        notes.append(f"clients connect to {server.address}")
-    server.note = "; ".join(notes)
+    notes = [] if port in (0, used) else [f"port {port} is in use, the stream is on port {used}"]
+    server.note = "; ".join(notes + ([f"clients connect to {server.address}"] if admission.token else []))
     return server

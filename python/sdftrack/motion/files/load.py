@@ -16,8 +16,7 @@ import numpy as np
 
 from sdftrack._internal.text_files import contents, decoded
 from sdftrack._internal.validation import number, shown
-from sdftrack.io.report_file import BOP_HEADER, read_results, result_of
-from sdftrack.io.trajectories import read_tum_rows
+from sdftrack.io.report_file import BOP_HEADER, read_results, read_tum_rows, result_of
 from sdftrack.motion.files.c3d import read_c3d
 from sdftrack.motion.files.table import (
     TITLE,

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.csv_cells import cell_text, text_cell
 from sdftrack._internal.rotations import RotationErrors, quaternion, rigid_pose, rotation
-from sdftrack._internal.text_files import named
+from sdftrack._internal.text_files import cell_text, named, text_cell
 from sdftrack._internal.validation import shown
 from sdftrack.motion.trajectory import USABLE, Trajectory
 from sdftrack.results import Status

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdftrack import __version__
-from sdftrack._internal.csv_cells import text_cell
+from sdftrack._internal.text_files import text_cell
 from sdftrack.io.report_file import plain
 from sdftrack.motion.analysis import Analysis, MeasuredRepetition
 from sdftrack.motion.report.sessions import Change

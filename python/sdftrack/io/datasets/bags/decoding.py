@@ -9,22 +9,21 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
-from sdftrack.io.datasets.bags.parts import Channel
+
+if TYPE_CHECKING:
+    from sdftrack.io.datasets.bags.bag import Channel
 
 ROS_IMAGE, ROS_COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 FOX_IMAGE, FOX_COMPRESSED = "foxglove.RawImage", "foxglove.CompressedImage"
 IMAGE_TYPES = (ROS_IMAGE, ROS_COMPRESSED, FOX_IMAGE, FOX_COMPRESSED)
 INFO_TYPES = ("sensor_msgs/msg/CameraInfo", "foxglove.CameraCalibration")
 TRANSFORM_TYPES = (
-    "tf2_msgs/msg/TFMessage",
-    "tf/msg/tfMessage",
-    "foxglove.FrameTransform",
-    "foxglove.FrameTransforms",
-)
+    "tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "foxglove.FrameTransform", "foxglove.FrameTransforms",
+)  # fmt: skip
 ROS_TRANSFORM = "geometry_msgs/msg/Transform"
 WITH_HEADER = (ROS_IMAGE, ROS_COMPRESSED, INFO_TYPES[0])
 
@@ -85,31 +84,24 @@ class Decoder:
 
     def __call__(self, channel: Channel, data: bytes) -> Any:
         """Picture, Info, Transform or a list of them, else the message of ROS; ValueError for one that is not whole."""
+        about = f"{channel.topic}: a message of type {channel.type} cannot be decoded"
         try:
             if channel.encoding in ("ros1", "cdr"):
-                return _of_ros(channel.type, self._ros(channel, data))
+                store = self._stores.get(channel.encoding) or self._store(channel.encoding)
+                read = store.deserialize_ros1 if channel.encoding == "ros1" else store.deserialize_cdr
+                return _of_ros(channel.type, read(data, channel.type))
             if channel.encoding == "protobuf":
                 return _of_foxglove(channel.type, self._decoder(channel)(data))
             if channel.encoding == "json":
-                return _of_foxglove(channel.type, _namespace(json.loads(data)))
+                message = json.loads(data, object_hook=lambda fields: SimpleNamespace(**fields))
+                return _of_foxglove(channel.type, message)
         except (ImportError, MemoryError):
             raise
-        except (
-            Exception
-        ) as error:  # of many kinds: each library has its own, and messages may be damaged anywhere
-            told = reason_of(error)
-            raise ValueError(
-                f"{channel.topic}: a message of type {channel.type} cannot be decoded ({told})"
-            ) from None
+        except Exception as error:  # each library has its own, and messages may be damaged anywhere
+            raise ValueError(f"{about} ({reason_of(error)})") from None
         raise ValueError(
             f"{channel.topic}: expected messages encoded as ros1, cdr, protobuf or json, got {channel.encoding!r}"
         )
-
-    def _ros(self, channel: Channel, data: bytes) -> Any:
-        store = self._stores.get(channel.encoding) or self._store(channel.encoding)
-        if channel.encoding == "ros1":
-            return store.deserialize_ros1(data, channel.type)
-        return store.deserialize_cdr(data, channel.type)
 
     def _store(self, encoding: str) -> Any:
         typesys = need("rosbags.typesys", "bags")
@@ -166,13 +158,9 @@ def _of_foxglove(kind: str, m: Any) -> Any:
             return Picture(stamp, frame, m.format, data)
         return Picture(stamp, frame, m.encoding, data, m.width, m.height, m.step)
     message = SimpleNamespace(
-        width=m.width,
-        height=m.height,
-        distortion_model=m.distortion_model,
-        d=list(m.D),
-        k=list(m.K),
+        width=m.width, height=m.height, distortion_model=m.distortion_model, d=list(m.D), k=list(m.K),
         p=list(getattr(m, "P", ())),
-    )
+    )  # fmt: skip
     return Info(stamp, frame, message)
 
 
@@ -183,9 +171,3 @@ def _motion(m: Any) -> tuple[tuple[float, float, float], tuple[float, float, flo
 
 def _id(name: str) -> str:
     return name.lstrip("/")  # ROS 1 wrote frames with a slash
-
-
-def _namespace(value: Any) -> Any:
-    if isinstance(value, dict):
-        return SimpleNamespace(**{name: _namespace(inner) for name, inner in value.items()})
-    return [_namespace(v) for v in value] if isinstance(value, list) else value

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
-from sdftrack.io.datasets.bags.parts import NO_CHUNK, Channel, LastChunks, Part, entries
+from sdftrack.io.datasets.bags.bag import KEPT_CHUNKS, NO_CHUNK, Channel, Part, entries
 
 MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEAD = 9  # bytes: kind and length
@@ -31,15 +32,13 @@ def profile(path: Path) -> str | None:
 
 
 class McapFile(Part):
-    """An ``.mcap`` file, whatever its profile."""
-
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._library = need("mcap.stream_reader", "bags")
         self._file = path.open("rb")
         self._size = path.stat().st_size
         self._schemas: dict[int, Any] = {}
-        self._last = LastChunks(self._content)
+        self._chunk = lru_cache(KEPT_CHUNKS)(self._content)
         self._places: dict[int, list[tuple[int, int, int]]] = {}
         with closed_on_error(self._file):
             if self._file.read(len(MAGIC)) != MAGIC:
@@ -47,8 +46,6 @@ class McapFile(Part):
             if not self._read_summary():
                 self._scan()
         self.index = {n: entries(found) for n, found in self._places.items() if n in self.channels}
-
-    # -- Opening
 
     def _read_summary(self) -> bool:
         """By the summary; False if there is none, or it does not index all messages."""
@@ -78,7 +75,6 @@ class McapFile(Part):
         return False
 
     def _scan(self) -> None:
-        """By all records from the start."""
         self._file.seek(0)
         ended = False
         try:
@@ -100,16 +96,15 @@ class McapFile(Part):
         except Exception:  # as above; what is before is whole
             pass
         if not ended:
-            self.damage = (
-                "its end is missing, as after an interrupted recording or copy (mcap recover repairs it)"
-            )
+            how = "an interrupted recording or copy (mcap recover repairs it)"
+            self.damage = f"its end is missing, as after {how}"
 
     def _scan_chunk(self, position: int) -> None:
         from mcap import records
         from mcap.data_stream import ReadDataStream
         from mcap.opcode import Opcode
 
-        content = self._last[position]
+        content = self._chunk(position)
         stream = ReadDataStream(BytesIO(content))
         while stream.count < len(content):
             at, op, size = stream.count, stream.read1(), stream.read8()
@@ -122,7 +117,6 @@ class McapFile(Part):
                 stream.read(size)
 
     def _keep(self, record: Any) -> None:
-        """Note a schema or a channel."""
         kind = type(record).__name__
         if kind == "Schema":
             self._schemas[record.id] = record
@@ -133,25 +127,24 @@ class McapFile(Part):
                 name = name.replace("/", "/msg/")
             self.channels[record.id] = Channel(record.topic, name, record.message_encoding, schema)
 
-    # -- Reading
-
     def read(self, chunk: int, offset: int, most: int | None = None) -> bytes:
         try:
-            record = self._record(offset) if chunk == NO_CHUNK else self._in_chunk(self._last[chunk], offset)
+            if chunk == NO_CHUNK:
+                record = self._record(offset)
+            else:
+                content = self._chunk(chunk)
+                stream = BytesIO(content)
+                stream.seek(offset)
+                limit = len(content)
+                reader = self._library.StreamReader(stream, skip_magic=True, record_size_limit=limit)
+                record = next(reader.records)
             return bytes(record.data if most is None else record.data[:most])
         except Exception as error:  # the libraries of the compressions have their own
             raise ValueError(f"{self.path.name}: a message cannot be read ({reason_of(error)})") from None
 
     def close(self) -> None:
-        self._last.clear()
+        self._chunk.cache_clear()
         self._file.close()
-
-    def _in_chunk(self, content: bytes, offset: int) -> Any:
-        stream = BytesIO(content)
-        stream.seek(offset)
-        return next(
-            self._library.StreamReader(stream, skip_magic=True, record_size_limit=len(content)).records
-        )
 
     def _record(self, at: int) -> Any:
         self._file.seek(at)
@@ -164,7 +157,6 @@ class McapFile(Part):
         return reader.records
 
     def _content(self, position: int) -> bytes:
-        """ValueError for a chunk that is damaged or not whole."""
         chunk = self._record(position)
         stream, size = self._library.get_chunk_data_stream(chunk, validate_crc=True)
         if size != chunk.uncompressed_size:

@@ -5,27 +5,35 @@ mapping from depth to colour.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sdftrack._internal.text_files import named
+from sdftrack._internal.closing import closed_on_error
+from sdftrack._internal.text_files import in_order, named
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.io.datasets.bags.bag import Bag, Messages, Topic
+from sdftrack.io.datasets.bags.bag import Bag, Messages, Part, Topic
 from sdftrack.io.datasets.bags.decoding import Picture
 from sdftrack.io.datasets.bags.mcap_file import McapFile, profile
-from sdftrack.io.datasets.bags.parts import Part
 from sdftrack.io.datasets.bags.pictures import color_of, depth_of
 from sdftrack.io.datasets.bags.rosbag1 import Rosbag1
 from sdftrack.io.datasets.bags.sqlite_file import SqliteFile
-from sdftrack.io.datasets.bags.topics import choose_color, choose_depth, find_camera
-from sdftrack.io.datasets.bags.transforms import fixed_transforms, models_of, transform_between, true_poses
-from sdftrack.io.datasets.layouts import register
-from sdftrack.io.datasets.sequence import Sequence
+from sdftrack.io.datasets.bags.topics import (
+    choose_color,
+    choose_depth,
+    find_camera,
+    fixed_transforms,
+    models_of,
+    transform_between,
+    true_poses,
+)
+from sdftrack.io.datasets.sequence import Sequence, register
 from sdftrack.io.frames import Expected, size_text
 
 # Depth images that drivers register to the colour camera: RealSense, Azure Kinect, OpenNI.
@@ -39,99 +47,79 @@ DEFAULT_PERIOD_NS = 10**9 // 30
 
 def sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str | None) -> Sequence:
     """The sequence of a bag, which it closes; on an error the bag is closed at once."""
-    try:
-        depth = choose_depth(bag, depth_topic)
-        color = choose_color(bag, color_topic, depth)
-        if bag.damage:
-            warnings.warn(
-                f"{bag.path}: {bag.damage}; what is whole is used: {depth.count} depth images", stacklevel=5
-            )
-        picture, size = _example(bag, depth, colored=False)
-        own = _camera(bag, depth, picture, size)
-        _check_depth(bag, depth, picture, own)
-        camera, use_color = RGBDCamera(own), False
-        if color is not None:
-            camera, reason = _with_color(bag, own, depth, color, picture)
-            use_color = not reason
-            if reason:
-                warnings.warn(
-                    f"{bag.path}: colour images of {color.name} are ignored: {reason}", stacklevel=5
-                )
-        frames = BagFrames(bag, depth.name, "" if color is None else color.name, camera, use_color)
-        objects, poses = true_poses(bag, depth.name)
-        models = models_of(bag.path) if poses else {}
-        return Sequence(
-            frames,
-            camera,
-            poses,
-            models,
-            objects=objects or None,
-            layout=layout,
-            name=bag.path.stem,
-            close=bag.close,
-        )
-    except ValueError as error:
-        bag.close()
-        if bag.damage:  # the likely reason
-            raise ValueError(f"{error} ({bag.damage})") from None
-        raise
-    except BaseException:
-        bag.close()
-        raise
+    with closed_on_error(bag):
+        try:
+            return _sequence_of(bag, layout, depth_topic, color_topic)
+        except ValueError as error:
+            if bag.damage:  # the likely reason
+                raise ValueError(f"{error} ({bag.damage})") from None
+            raise
 
 
-def _camera(bag: Bag, depth: Topic, picture: Picture, size: tuple[int, int]) -> Camera:
-    camera, others = find_camera(bag, depth.name, picture.frame_id, size)
-    if camera is None:
+def _sequence_of(bag: Bag, layout: str, depth_topic: str | None, color_topic: str | None) -> Sequence:
+    depth = choose_depth(bag, depth_topic)
+    color = choose_color(bag, color_topic, depth)
+    if bag.damage:
+        told = f"{bag.path}: {bag.damage}; what is whole is used: {depth.count} depth images"
+        warnings.warn(told, stacklevel=6)
+    picture, size = _example(bag, depth, colored=False)
+    own, others = find_camera(bag, depth.name, picture.frame_id, size)
+    if own is None:
         raise ValueError(
             f"{bag.path}: no camera of {depth.name} (frame {picture.frame_id!r}): expected a topic camera_info beside "
             f"it, or one of the same frame; topics with cameras: {others}"
         )
-    return camera
-
-
-def _check_depth(bag: Bag, topic: Topic, picture: Picture, own: Camera) -> None:
-    """Raise an error for a wrong unit or camera instead of returning bad frames."""
-    depth, scale = depth_of(picture, topic.name)
-    if depth.shape != own.shape:
+    # A wrong unit or camera is an error now, instead of bad frames.
+    image, scale = depth_of(picture, depth.name)
+    if image.shape != own.shape:
         raise ValueError(
-            f"{bag.path}: images of {size_text(depth.shape)} pixels on {topic.name} with a camera of "
+            f"{bag.path}: images of {size_text(image.shape)} pixels on {depth.name} with a camera of "
             f"{size_text(own.shape)}; is this the depth image's camera?"
         )
-    with named(f"{bag.path}, {topic.name}"):
-        Frame(depth, depth_scale=scale)
+    with named(f"{bag.path}, {depth.name}"):
+        Frame(image, depth_scale=scale)
+    camera, reason = RGBDCamera(own), ""
+    if color is not None:
+        camera, reason = _with_color(bag, own, depth, color, picture)
+        if reason:
+            told = f"{bag.path}: colour images of {color.name} are ignored: {reason}"
+            warnings.warn(told, stacklevel=6)
+    frames = BagFrames(bag, depth.name, "" if color is None else color.name, camera, use_color=not reason)
+    objects, poses = true_poses(bag, depth.name)
+    return Sequence(
+        frames, camera, poses, models_of(bag.path) if poses else {}, objects=objects or None, layout=layout,
+        name=bag.path.stem, close=bag.close,
+    )  # fmt: skip
 
 
 def _with_color(
     bag: Bag, own: Camera, depth: Topic, color: Topic, picture: Picture
 ) -> tuple[RGBDCamera, str]:
-    """The camera with the mapping to colour; or without, and the reason."""
+    alone = RGBDCamera(own)
     try:
         other, size = _example(bag, color, colored=True)
         lens, _ = find_camera(bag, color.name, other.frame_id, size)
     except ValueError as error:
-        return RGBDCamera(own), str(error)
-    same_size = size == (own.width, own.height)
-    if picture.frame_id == other.frame_id != "" or REGISTERED.search(depth.name):
-        if same_size and (lens is None or lens == own or REGISTERED.search(depth.name)):
-            return RGBDCamera(own), ""
-        if lens is not None and (lens.width, lens.height) == size:  # other pixels of the same rays
+        return alone, str(error)
+    registered = REGISTERED.search(depth.name)
+    fits = lens is not None and (lens.width, lens.height) == size
+    if picture.frame_id == other.frame_id != "" or registered:
+        if size == (own.width, own.height) and (lens is None or lens == own or registered):
+            return alone, ""
+        if fits:  # other pixels of the same rays
             return RGBDCamera(own, lens, T_color_depth=np.eye(4)), ""
-        return RGBDCamera(own), f"they have {size[0]} x {size[1]} pixels and no camera_info of that size"
+        return alone, f"they have {size[0]} x {size[1]} pixels and no camera_info of that size"
     T_color_depth = transform_between(fixed_transforms(bag), other.frame_id, picture.frame_id)
-    if T_color_depth is not None and lens is not None and (lens.width, lens.height) == size:
+    if T_color_depth is not None and fits:
         return RGBDCamera(own, lens, T_color_depth=T_color_depth), ""
+    lacks = f"no camera_info of {size[0]} x {size[1]} pixels beside them"
     if T_color_depth is None:
-        lacks = (
-            f"no fixed transform from frame {picture.frame_id!r} to {other.frame_id!r} (record /tf_static)"
-        )
-    else:
-        lacks = f"no camera_info of {size[0]} x {size[1]} pixels beside them"
-    return RGBDCamera(own), f"{lacks}; or choose a depth image aligned to colour by depth_topic="
+        between = f"from frame {picture.frame_id!r} to {other.frame_id!r}"
+        lacks = f"no fixed transform {between} (record /tf_static)"
+    return alone, f"{lacks}; or choose a depth image aligned to colour by depth_topic="
 
 
 def _example(bag: Bag, topic: Topic, colored: bool) -> tuple[Picture, tuple[int, int]]:
-    """The first image that can be decoded, and its (width, height)."""
     messages, reasons = bag.messages(topic.name), []
     for i in range(min(LOOKED_AT, len(messages))):
         try:
@@ -151,21 +139,21 @@ def _is_ros2(path: Path) -> bool:
     return path.suffix == ".db3" or (path.suffix == ".mcap" and profile(path) == "ros2")
 
 
-@register("ros1", "a ROS 1 .bag file", lambda path: path.is_file() and path.suffix == ".bag", TOPICS)
-def open_ros1(path: Path, depth_topic: str | None = None, color_topic: str | None = None) -> Sequence:
-    if path.stat().st_size == 0:
+def _open_bag(
+    layout: str, path: Path, depth_topic: str | None = None, color_topic: str | None = None
+) -> Sequence:
+    if path.is_file() and path.stat().st_size == 0:
         raise ValueError(f"{path}: the file is empty")
-    return sequence_of(Bag(path, [Rosbag1(path)]), "ros1", depth_topic, color_topic)
+    parts: list[Part] = [Rosbag1(path)] if layout == "ros1" else open_parts(path)
+    return sequence_of(Bag(path, parts), layout, depth_topic, color_topic)
 
 
-@register("ros2", "a ROS 2 folder with metadata.yaml, a .db3 or .mcap file", _is_ros2, TOPICS)
-def open_ros2(path: Path, depth_topic: str | None = None, color_topic: str | None = None) -> Sequence:
-    return sequence_of(Bag(path, open_parts(path)), "ros2", depth_topic, color_topic)
-
-
-@register("mcap", "a Foxglove .mcap file", lambda path: path.is_file() and path.suffix == ".mcap", TOPICS)
-def open_mcap(path: Path, depth_topic: str | None = None, color_topic: str | None = None) -> Sequence:
-    return sequence_of(Bag(path, open_parts(path)), "mcap", depth_topic, color_topic)
+for _layout, _marks, _detect in (
+    ("ros1", "a ROS 1 .bag file", lambda path: path.is_file() and path.suffix == ".bag"),
+    ("ros2", "a ROS 2 folder with metadata.yaml, a .db3 or .mcap file", _is_ros2),
+    ("mcap", "a Foxglove .mcap file", lambda path: path.is_file() and path.suffix == ".mcap"),
+):
+    register(_layout, _marks, _detect, TOPICS)(partial(_open_bag, _layout))
 
 
 def is_recording(folder: Path) -> bool:
@@ -179,15 +167,15 @@ def is_recording(folder: Path) -> bool:
 
 def open_parts(path: Path) -> list[Part]:
     """The files of a recording, opened; ValueError if one is missing or of another kind."""
-    if path.is_file():
-        return [_open(path, "")]
-    files, compression = _listed(path)
+    files, compression = ([path], "") if path.is_file() else _listed(path)
     parts: list[Part] = []
     try:
         for file in files:
             if not file.is_file():
                 raise ValueError(f"{file}: the file is missing, but {METADATA} lists it")
-            parts.append(_open(file, compression))
+            if file.stat().st_size == 0:
+                raise ValueError(f"{file}: the file is empty")
+            parts.append(McapFile(file) if file.suffix == ".mcap" else SqliteFile(file, compression))
     except BaseException:
         for part in parts:
             part.close()
@@ -196,9 +184,8 @@ def open_parts(path: Path) -> list[Part]:
 
 
 def _listed(folder: Path) -> tuple[list[Path], str]:
-    """Files in their order, and the compression of each message."""
-    files = sorted((p for p in folder.iterdir() if p.suffix in (".db3", ".mcap")), key=_number)
     text = ""
+    files = in_order(p for p in folder.iterdir() if p.suffix in (".db3", ".mcap"))
     if (folder / METADATA).is_file():
         text = (folder / METADATA).read_text(encoding="utf-8", errors="replace")
         block = re.search(r"relative_file_paths:[ \t]*\n((?:\s*-\s*\S.*\n?)+)", text)
@@ -219,30 +206,14 @@ def _listed(folder: Path) -> tuple[list[Path], str]:
     return files, (_value(text, "compression_format") or "") if mode == "message" else ""
 
 
-def _open(path: Path, compression: str) -> Part:
-    if path.stat().st_size == 0:
-        raise ValueError(f"{path}: the file is empty")
-    return McapFile(path) if path.suffix == ".mcap" else SqliteFile(path, compression)
-
-
-def _number(path: Path) -> tuple[int, str]:
-    found = re.search(r"_(\d+)$", path.stem)
-    return (int(found[1]) if found else -1), path.name
-
-
 def _value(text: str, name: str) -> str | None:
     found = re.search(rf"^\s*{name}:\s*[\"']?([\w]+)", text, re.MULTILINE)
     return found[1] if found else None
 
 
-# -- Frames: depth with the colour image nearest in time, read on access
-
-
 class BagFrames:
-    """Frames of a bag; those that cannot be read are returned as `Frame.unreadable` with the reason.
-
-    `depth` and `color` are topics, `color` "" for none; `use_color` is false if colour images do not fit the camera.
-    """
+    """Depth with the colour image nearest in time, read on access; what cannot be read is a `Frame.unreadable`. `depth`
+    and `color` are topics, `color` "" for none; `use_color` is false if colour images do not fit the camera."""
 
     def __init__(self, bag: Bag, depth: str, color: str, camera: RGBDCamera, use_color: bool) -> None:
         self._bag, self._camera = bag, camera
@@ -264,27 +235,20 @@ class BagFrames:
         try:
             stamp = self._depth.stamp_ns(i)
             timestamp = 1e-9 * stamp
-            depth, scale = self._depth_image(i)
+            name = f"{self._depth_topic}, message {i}"
+            depth, scale = depth_of(self._depth[i], name)
+            Expected("the camera", self._camera.depth.shape).check(depth.shape, name)
             color = self._color_image(i, stamp)
             return Frame(depth, color, timestamp, depth_scale=scale, index=i, check_units=False)
         except (ValueError, TypeError) as error:
             return Frame.unreadable(str(error), timestamp, i)
 
     def take_color_of_any_size(self) -> None:
-        """Also read colour images without a mapping to depth, for estimating that mapping."""
         self._use_color = self._any_size = True
 
-    def _depth_image(self, i: int) -> tuple[NDArray[np.uint16] | NDArray[np.float32], float | None]:
-        name = f"{self._depth_topic}, message {i}"
-        depth, scale = depth_of(self._depth[i], name)
-        Expected("the camera", self._camera.depth.shape).check(depth.shape, name)
-        return depth, scale
-
     def _color_image(self, i: int, stamp: int) -> NDArray[np.uint8] | None:
-        if self._color is None or not self._use_color:
-            return None
-        j = self._nearest(self._color, i, stamp)
-        if j is None:
+        j = self._nearest(self._color, i, stamp) if self._color is not None and self._use_color else None
+        if self._color is None or j is None:
             return None
         name = f"{self._color_topic}, message {j}"
         color = color_of(self._color[j], name)
@@ -293,11 +257,9 @@ class BagFrames:
         return color
 
     def _nearest(self, color: Messages, i: int, stamp: int) -> int | None:
-        """The colour image nearest in time, or None beyond half a frame.
-
-        Times in the headers are those of the exposure, but reading them all would read the whole file: the search
-        begins at the time of recording and goes on as long as the gap shrinks.
-        """
+        """The colour image nearest in time, or None beyond half a frame. Times in the headers are those of the
+        exposure, but reading them all would read the whole file: the search begins at the time of recording and goes on
+        as long as the gap shrinks."""
 
         def gap(k: int) -> int:
             try:
@@ -322,13 +284,9 @@ class BagFrames:
 
 
 def period_ns(messages: Messages) -> float:
-    """Time between images, by the headers of the first ones."""
     stamps = []
     for i in range(min(LOOKED_AT, len(messages))):
-        try:
+        with contextlib.suppress(ValueError):
             stamps.append(messages.stamp_ns(i))
-        except ValueError:
-            continue
     steps = np.diff(stamps)
-    steps = steps[steps > 0]
-    return float(np.median(steps)) if len(steps) else DEFAULT_PERIOD_NS
+    return float(np.median(steps[steps > 0])) if (steps > 0).any() else DEFAULT_PERIOD_NS

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Recorded images as arrays: encodings, byte order, padded rows, compressed images.
-
-ROS' compressed_depth_image_transport is a header, then a PNG or RVL image (A. D. Wilson, "Fast Lossless Depth Image
-Compression", ISS 2017).
-"""
+"""Recorded images as arrays: encodings, byte order, padded rows, compressed images. ROS'
+compressed_depth_image_transport is a header, then a PNG or RVL image (A. D. Wilson, "Fast Lossless Depth Image
+Compression", ISS 2017)."""
 
 from __future__ import annotations
 
@@ -49,7 +47,6 @@ Depth = NDArray[np.uint16] | NDArray[np.float32]
 
 
 def encoding_of(picture: Picture) -> str:
-    """The encoding of the pixels in lower case; "png", "jpeg" etc. for compressed images that do not name it."""
     text = picture.encoding.lower()
     if picture.width:
         return text
@@ -62,10 +59,8 @@ def encoding_of(picture: Picture) -> str:
 
 
 def depth_of(picture: Picture, name: str) -> tuple[NDArray[Any], float | None]:
-    """A depth image and its scale: (H, W) uint16 and metres per unit, or float32 metres and None.
-
-    ValueError if it is not a depth image, or not whole.
-    """
+    """A depth image and its scale: (H, W) uint16 and metres per unit, or float32 metres and None. ValueError if it is
+    not a depth image, or not whole."""
     if is_compressed_depth(picture):
         image = decode_compressed_depth(picture, name)
     elif not picture.width:

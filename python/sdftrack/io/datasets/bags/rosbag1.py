@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import os
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from sdftrack._internal.extras import need
 from sdftrack._internal.text_files import reason_of
-from sdftrack.io.datasets.bags.parts import Channel, LastChunks, Part, entries
+from sdftrack.io.datasets.bags.bag import KEPT_CHUNKS, Channel, Part, entries
 
 START = b"#ROSBAG V2.0\n"
 STEP = 1 << 24  # bytes
@@ -31,7 +32,7 @@ class Rosbag1(Part):
 
         self._library: Any = reader
         self._bag: Any = reader.Reader(path)
-        self._last = LastChunks(self._content)
+        self._chunk = lru_cache(KEPT_CHUNKS)(self._content)
         try:
             self._bag.open()
         except (OSError, MemoryError):
@@ -45,25 +46,26 @@ class Rosbag1(Part):
         self.index = {n: entries(found) for n, found in self._bag.indexes.items() if found}
 
     def read(self, chunk: int, offset: int, most: int | None = None) -> bytes:
-        library, kind = self._library, self._library.RecordType
+        library, kind, found = self._library, self._library.RecordType, self._bag.chunks[chunk]
         try:
-            stream, start = self._stream(chunk)
+            stream, start = self._bag.bio, found.datapos  # straight from the file: a chunk may be large
+            if found.decompressor is not library.decompressors["none"]:
+                stream, start = BytesIO(self._chunk(chunk)), 0
             stream.seek(start + offset)
             while (op := library.Header.read(stream).get_uint8("op")) == kind.CONNECTION:
                 stream.seek(library.read_uint32(stream), os.SEEK_CUR)
             size = library.read_uint32(stream)
             if op != kind.MSGDATA:
                 raise ValueError("no message there")
-            return _bytes(stream, size if most is None else min(size, most))
+            parts, left = [], size if most is None else min(size, most)
+            while left > 0:  # in steps: memory is not taken for what a damaged length says
+                parts.append(stream.read(min(left, STEP)))
+                if not parts[-1]:
+                    raise ValueError("the message is cut")
+                left -= len(parts[-1])
+            return b"".join(parts)
         except Exception as error:  # the libraries of the compressions have their own
             raise ValueError(f"{self.path.name}: a message cannot be read ({reason_of(error)})") from None
-
-    def _stream(self, chunk: int) -> tuple[Any, int]:
-        """What holds the content of a chunk, and where it begins there."""
-        found = self._bag.chunks[chunk]
-        if found.decompressor is self._library.decompressors["none"]:
-            return self._bag.bio, found.datapos  # straight from the file: a chunk may be large
-        return BytesIO(self._last[chunk]), 0
 
     def _content(self, chunk: int) -> bytes:
         found = self._bag.chunks[chunk]
@@ -71,17 +73,6 @@ class Rosbag1(Part):
         return bytes(found.decompressor(self._library.read_bytes(self._bag.bio, found.datasize)))
 
     def close(self) -> None:
-        self._last.clear()
+        self._chunk.cache_clear()
         if self._bag.bio is not None:
             self._bag.close()
-
-
-def _bytes(stream: Any, size: int) -> bytes:
-    """The next bytes, in steps: memory is not taken for what a damaged length says."""
-    parts = []
-    while size > 0:
-        parts.append(stream.read(min(size, STEP)))
-        if not parts[-1]:
-            raise ValueError("the message is cut")
-        size -= len(parts[-1])
-    return b"".join(parts)

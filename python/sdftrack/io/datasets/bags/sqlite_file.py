@@ -12,7 +12,7 @@ import numpy as np
 
 from sdftrack._internal.closing import closed_on_error
 from sdftrack._internal.extras import need
-from sdftrack.io.datasets.bags.parts import ENTRY, Channel, Part
+from sdftrack.io.datasets.bags.bag import ENTRY, Channel, Part
 
 START = b"SQLite format 3\0"
 
@@ -82,12 +82,11 @@ class SqliteFile(Part):
             raise ValueError(f"{self.path.name}: message {offset} cannot be read ({error})") from None
         if row is None or not isinstance(row[0], bytes):
             raise ValueError(f"{self.path.name}: message {offset} is missing")
-        return self._decompressed(row[0]) if self._compression else row[0]
-
-    def _decompressed(self, data: bytes) -> bytes:
+        if not self._compression:
+            return row[0]
         zstd = need("zstandard", "bags")
         try:
-            return bytes(zstd.ZstdDecompressor().decompressobj().decompress(data))
+            return bytes(zstd.ZstdDecompressor().decompressobj().decompress(row[0]))
         except zstd.ZstdError as error:
             raise ValueError(f"{self.path.name}: a message cannot be read ({error})") from None
 
@@ -112,7 +111,6 @@ def topic_names(path: Path) -> list[str]:
 
 
 def _connect(path: Path) -> sqlite3.Connection:
-    """Read it as it is: without a lock and without writing, also from a folder that cannot be written."""
     address = f"file:{quote(str(path.resolve()))}?mode=ro"
     if not path.with_name(path.name + "-wal").exists():
         address += "&immutable=1"
