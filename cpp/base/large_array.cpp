@@ -14,9 +14,11 @@ namespace sdftrack {
 
 namespace {
 
+#if defined(__linux__)
 constexpr std::size_t kPage = std::size_t{2} << 20, kLeast = 4 * kPage;
 
 std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+#endif
 
 // States the size, because the caller requests a volume in voxels and does not know its bytes.
 class NoRoom : public std::bad_alloc {

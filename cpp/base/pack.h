@@ -71,9 +71,11 @@ template <int W>
 HD Pack<W> select(typename Pack<W>::I mask, Pack<W> a, Pack<W> b) {
   return Pack<W>::of(mask ? a.v : b.v);
 }
-template <class I>
-HD I select(I mask, I a, I b) requires requires {
+// Compared ints give a mask of long where that has 32 bits (Clang on Windows).
+template <class Mask, class I>
+HD I select(Mask mask, I a, I b) requires requires {
   mask[0];
+  a[0];
 }
 { return mask ? a : b; }
 template <int W>

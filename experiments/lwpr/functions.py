@@ -113,3 +113,54 @@ CHOSEN_ON = {
     "products, 8 inputs": Case(uniform(-1, 1, 8), products, 4000, 0.1),
     "ramp, 10 inputs": Case(normal(10), ramp, 2000, 0.5),
 }
+
+
+JOINTS = 7
+LINK_M, LINK_KG = 0.25, 2.0
+
+
+def long_arm_states(rng: Rng, count: int) -> Array:
+    """Angles, velocities and accelerations of seven joints."""
+    far = np.repeat([np.pi / 2, 2, 4], JOINTS)
+    return rng.uniform(-far, far, (count, 3 * JOINTS))
+
+
+def long_arm_torques(x: Array) -> Array:
+    """Of seven joints whose axes alternate between z and y, rods along x, N m: recursive Newton-Euler."""
+    q, dq, ddq = np.split(x, 3, axis=1)
+    n = len(x)
+    along = np.array([LINK_M, 0, 0])
+    inertia = LINK_KG * LINK_M**2 / 12 * np.diag([0.0, 1, 1])
+    w, a_turn = np.zeros((n, 3)), np.zeros((n, 3))
+    a = np.tile([0, 0, 9.81], (n, 1))  # the ground accelerates upwards: gravity
+    turns, forces, moments = [], [], []
+    for j in range(JOINTS):
+        axis = np.eye(3)[2 if j % 2 == 0 else 1]
+        R = _about(axis, q[:, j])  # maps this link's coordinates to the one before
+        back = np.swapaxes(R, 1, 2)
+        w, a_turn, a = (np.einsum("nij,nj->ni", back, v) for v in (w, a_turn, a))
+        a_turn = a_turn + ddq[:, j : j + 1] * axis + np.cross(w, dq[:, j : j + 1] * axis)
+        w = w + dq[:, j : j + 1] * axis
+        turns.append(R)
+        middle = a + np.cross(a_turn, along / 2) + np.cross(w, np.cross(w, along / 2))
+        forces.append(LINK_KG * middle)
+        moments.append(a_turn @ inertia + np.cross(w, w @ inertia))
+        a = a + np.cross(a_turn, along) + np.cross(w, np.cross(w, along))
+    force, moment, torques = np.zeros((n, 3)), np.zeros((n, 3)), np.empty((n, JOINTS))
+    for j in reversed(range(JOINTS)):
+        if j + 1 < JOINTS:
+            force, moment = (np.einsum("nij,nj->ni", turns[j + 1], v) for v in (force, moment))
+        moment = moments[j] + moment + np.cross(along / 2, forces[j]) + np.cross(along, force)
+        force = force + forces[j]
+        torques[:, j] = moment[:, 2 if j % 2 == 0 else 1]
+    return torques
+
+
+def _about(axis: Array, angle: Array) -> Array:
+    K, a = np.cross(np.eye(3), axis), angle[:, None, None]
+    return np.asarray(np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * (K @ K))
+
+
+BESIDE_RIVALS = {name: case for name, case in REPORTED_ON.items() if "arm" not in name} | {
+    "seven-joint arm, 21 inputs": Case(long_arm_states, long_arm_torques, 4000, 0.5)
+}

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import html
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -257,6 +258,17 @@ class TrackResult:
     def __repr__(self) -> str:
         who = ", ".join(f"{s.value} {c:.2f}" for s, c in zip(self.status, self.confidence, strict=True))
         return f"TrackResult(frame {self.index}: {who}; {1e3 * self.seconds:.2f} ms)"
+
+    def _repr_html_(self) -> str:
+        """A row per object; the picture of a result is `draw(frame, result, shapes, camera)`."""
+        rows = []
+        for k, status in enumerate(self.status):
+            at = " ".join(f"{1e3 * x:.1f}" for x in self.poses[k, :3, 3])
+            sd = " ".join(f"{1e3 * x:.1f}" for x in np.sqrt(np.diag(self.covariances[k])[:3]))
+            cells = (k, status.value, f"{self.confidence[k]:.2f}", at, sd, html.escape(self.reason[k]))
+            rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+        head = "<th>object<th>status<th>confidence<th>position mm<th>sd mm<th>reason"
+        return f"<table><caption>frame {self.index}</caption><tr>{head}</tr>{''.join(rows)}</table>"
 
 
 def _plain(value: Any) -> Any:

@@ -99,3 +99,22 @@ def test_information_is_the_slope_of_rendered_depth():
     usable = keep & (z > 0)
     information, _ = pose_information(z * usable, n, rays, origin)
     np.testing.assert_allclose(information, J[usable].T @ J[usable], rtol=1e-5, atol=1e-6)
+
+
+def test_the_torques_of_the_long_arm_do_the_work_that_its_energy_gains():
+    from experiments.lwpr.functions import JOINTS, long_arm_states, long_arm_torques
+
+    q, speed, gain = np.split(long_arm_states(np.random.default_rng(0), 1)[0], 3)
+    still = np.zeros(JOINTS)
+
+    def torque(*state):
+        return long_arm_torques(np.concatenate(state)[None])[0]
+
+    def inertia(q):
+        return np.array([torque(q, still, unit) - torque(q, still, still) for unit in np.eye(JOINTS)])
+
+    h = 1e-6
+    change = (inertia(q + h * speed) - inertia(q - h * speed)) / (2 * h)
+    power = 0.5 * speed @ change @ speed + speed @ inertia(q) @ gain + torque(q, still, still) @ speed
+    assert torque(q, speed, gain) @ speed == pytest.approx(power, rel=1e-6)
+    np.testing.assert_allclose(inertia(q), inertia(q).T, atol=1e-12)

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+import itertools
 import json
 import struct
 import sys
@@ -78,6 +79,22 @@ def test_the_unit_of_a_bop_scene_is_millimetres_and_a_wrong_one_shows_when_it_is
     path.write_text(json.dumps(cameras))
     with pytest.raises(ValueError, match=r"depth/000000\.png.*median"):
         st.open_sequence(tmp_path)
+
+
+def test_poses_of_a_bop_scene_in_metres_are_recognised_and_told_once(tmp_path):
+    st.save_sequence(tmp_path, _sequence())
+    truth = st.open_sequence(tmp_path).ground_truth
+    path = tmp_path / "scene_gt.json"
+    listed = json.loads(path.read_text())
+    for entry in itertools.chain(*listed.values()):
+        entry["cam_t_m2c"] = [x / 1000 for x in entry["cam_t_m2c"]]
+    path.write_text(json.dumps(listed))
+    with pytest.warns(UserWarning, match=r"scene_gt\.json: read as metres") as told:
+        found = st.open_sequence(tmp_path).ground_truth
+    assert len(told) == 1
+    for i, poses in truth.items():
+        for k, T in poses.items():
+            np.testing.assert_allclose(found[i][k], T, atol=1e-9)
 
 
 def _with_a_huge_header(data: bytes) -> bytes:

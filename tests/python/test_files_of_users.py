@@ -570,6 +570,22 @@ def test_every_entry_works_with_a_lattice_of_holes(scene, every):
     assert fits[0].status == fits[1].status
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("every", [3, 5])
+def test_intrinsics_are_found_through_a_lattice_of_holes(every):
+    mesh = st.SDF.box((0.20, 0.16, 0.12), voxels=100).to_mesh()
+    path = st.synth.sweep(near_m=0.5, far_m=0.9, reach_x=0.3, reach_y=0.22)
+    truth = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)
+    seq = st.synth.sequence(mesh, 40, path, 0.001, seed=3, camera=truth, color=False)
+    frames, guess = [warped(frame, every) for frame in seq], st.Camera(305.0, 301.0, 164.0, 127.0, 320, 240)
+    found = st.calibrate_intrinsics(
+        frames, st.SDF.from_mesh(mesh, voxels=60), guess, seq.ground_truth[0][0]
+    ).camera
+    # Those of depth without holes in test_cli_calibrate.py: the volume cuts edges by about 1 mm.
+    assert (found.fx, found.fy) == (pytest.approx(truth.fx, rel=0.005), pytest.approx(truth.fy, rel=0.005))
+    assert (found.cx, found.cy) == (pytest.approx(truth.cx, abs=1.5), pytest.approx(truth.cy, abs=1.5))
+
+
 # -- Starts
 def test_a_mask_of_the_only_shape_needs_no_list(scene):
     duck, seq = scene

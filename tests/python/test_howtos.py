@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""The how-tos do what they say: their code and their commands are run in order, on a short synthetic recording."""
+"""The pages do what they say: their code and their commands are run in order, on short recordings.
 
+A page of docs/howto has a test of its own; README.md and the pages of docs/ say in `page_scenes` what they take for
+granted. A block that cannot run here has `<!-- not run: REASON -->` in the line before it.
+"""
+
+import collections
 import itertools
+import json
+import os
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import threading
 import time
@@ -14,12 +22,21 @@ import cv2
 import howto_fakes
 import numpy as np
 import pytest
-from test_docs import CODE
+from page_scenes import PAGES
 
 import sdftrack as st
 from sdftrack.cli.app import run
 
-HOWTOS = Path(__file__).resolve().parents[2] / "docs" / "howto"
+ROOT = Path(__file__).resolve().parents[2]
+HOWTOS = ROOT / "docs" / "howto"
+BLOCK = re.compile(
+    r"^ *(?:<!-- not run: (?P<reason>\w+) -->\n *)?```(?P<language>\w*)\n(?P<code>.*?)^ *```",
+    re.MULTILINE | re.DOTALL,
+)
+# Why a block is not run: the first tier installs by the README's lines and the C++ page's.
+REASONS = {"installation", "camera", "network", "ROS", "laboratory"}
+ELSEWHERE = {"stream.md": "test_streams.py"}
+SHOWN = {"text", "cpp", "cmake", "html", "mermaid"}  # files, sources, pictures
 CAMERA = st.Camera(420.0, 420.0, 319.5, 239.5, 640, 480)
 
 
@@ -38,6 +55,21 @@ def recorded(tmp_path_factory):
     return folder
 
 
+def run_shell(code):
+    """In a shell whose `.venv` has this package's command."""
+    commands = Path(".venv", "bin").absolute()
+    commands.mkdir(parents=True)
+    (commands / "activate").write_text(f'PATH="{commands}:$PATH"\n')
+    (commands / "sdftrack").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sdftrack "$@"\n')
+    (commands / "sdftrack").chmod(0o755)
+    paths = os.pathsep.join(filter(None, [str(ROOT / "python"), os.environ.get("PYTHONPATH")]))
+    environment = os.environ | {"PYTHONPATH": paths}
+    done = subprocess.run(
+        ["bash", "-euc", code], env=environment, capture_output=True, text=True, timeout=600
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.fixture
 def page(recorded, tmp_path, monkeypatch):
     """Runs a page in a folder of its own; the names that its code defined."""
@@ -45,21 +77,25 @@ def page(recorded, tmp_path, monkeypatch):
     shutil.copytree(recorded, folder)
     monkeypatch.chdir(folder)
 
-    def run_page(name, replaced=()):
-        text = (HOWTOS / name).read_text(encoding="utf-8")
+    def run_page(path, replaced=(), given=None):
+        path = HOWTOS / path
+        text = path.read_text(encoding="utf-8")
         for old, new in replaced:
             assert old in text
             text = text.replace(old, new)
-        names = {"__name__": "howto"}
-        for language, code in CODE.findall(text):
-            if language == "python":
-                exec(compile(code, name, "exec"), names)
+        names = {"__name__": "howto", **(given or {})}
+        for block in BLOCK.finditer(text):
+            language, code = block["language"], block["code"]
+            if block["reason"] or language in SHOWN:
                 continue
-            # Blocks of another kind show a camera or a folder.
-            for line in code.splitlines() if language not in ("console", "text") else ():
-                command, *arguments = shlex.split(line, comments=True)
-                assert command == "sdftrack"
-                assert run([*arguments, *(["--quiet"] if arguments[0] == "track" else [])]) == 0, line
+            if language == "python":
+                exec(compile(code, path.name, "exec"), names)
+            elif all(line.startswith("sdftrack ") for line in code.splitlines()):
+                for line in code.splitlines():
+                    _, *arguments = shlex.split(line, comments=True)
+                    assert run([*arguments, *(["--quiet"] if arguments[0] == "track" else [])]) == 0, line
+            else:
+                run_shell(code)
         return names
 
     return run_page
@@ -74,6 +110,45 @@ def sequence(recorded):
 def install(monkeypatch, modules):
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
+
+
+def test_every_block_is_run_or_says_why_not(capsys):
+    source = Path(__file__).read_text(encoding="utf-8")
+    ran, reasons = 0, collections.Counter()
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted(HOWTOS.glob("*.md"))]:
+        at_work = (
+            path.name in PAGES or re.search(rf'page\(\s*"{path.name}"', source) or path.name in ELSEWHERE
+        )
+        for block in BLOCK.finditer(path.read_text(encoding="utf-8")):
+            where = f"{path.name}: {block['code'].splitlines()[0]}"
+            if block["reason"]:
+                assert block["reason"] in REASONS, where
+                reasons[block["reason"]] += 1
+            elif block["language"] not in SHOWN:
+                assert block["language"] in ("python", "bash"), f"{where}: not run; mark it, or make it bash"
+                assert at_work, (
+                    f"{where}: no test runs this page; add it to page_scenes.py, or mark the block"
+                )
+                ran += 1
+    with capsys.disabled():
+        left = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+        print(f"\nblocks of code in the pages: {ran} run, not run: {left}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(PAGES) - {"README.md"}))
+def test_a_page_runs_as_printed(name, page, data_dir):
+    page(ROOT / "docs" / name, given=PAGES[name](Path.cwd(), data_dir))
+
+
+@pytest.mark.slow
+def test_a_newcomer_who_follows_the_readme_gets_a_video_and_an_evaluation(page, data_dir):
+    page(ROOT / "README.md", given=PAGES["README.md"](Path.cwd(), data_dir))
+    for result in ("result", "tracked"):
+        assert Path(result, "overlay.mp4").stat().st_size > 10_000
+    (found,) = json.loads(Path("tracked/evaluation/result.json").read_text())["objects"]
+    assert (found["frames"], found["lost"]) == (12, 0)
+    assert found["adds_mm"]["mean"] < 10  # the reference itself is good to some millimetres
 
 
 @pytest.mark.slow

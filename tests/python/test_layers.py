@@ -225,3 +225,49 @@ def test_floats_become_ints_through_one_function() -> None:
     assert len(files) > 300
     found = [str(p.relative_to(ROOT)) for p in files if cast.search(p.read_text(encoding="utf-8"))]
     assert found == []
+
+
+# -- Operating systems
+ONE_SYSTEM = PACKAGE / "_internal" / "systems.py"  # where a call may be that Windows or macOS lacks
+LACKING = {
+    "fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "posix", "syslog", "crypt", "winreg", "msvcrt",
+    "os.fork", "os.forkpty", "os.kill", "os.killpg", "os.getpgid", "os.setsid", "os.setpgid", "os.nice", "os.uname",
+    "os.getloadavg", "os.sched_getaffinity", "os.sched_setaffinity", "os.sysconf", "os.statvfs", "os.mkfifo",
+    "os.chown", "os.fchmod", "os.getuid", "os.geteuid", "os.getgid", "os.pread", "os.pwrite", "os.posix_fallocate",
+    "os.posix_spawn", "os.register_at_fork", "os.wait", "os.WNOHANG", "os.O_DIRECTORY", "os.O_NOFOLLOW",
+    "signal.SIGKILL", "signal.SIGHUP", "signal.SIGUSR1", "signal.SIGUSR2", "signal.SIGPIPE", "signal.SIGALRM",
+    "signal.SIGCHLD", "signal.SIGQUIT", "signal.SIGSTOP", "signal.SIGCONT", "signal.alarm", "signal.setitimer",
+    "signal.pause", "signal.sigwait", "signal.pthread_sigmask", "socket.AF_UNIX", "time.tzset",
+}  # fmt: skip
+
+
+def calls_of_systems(tree: ast.AST) -> Iterator[str]:
+    """Modules and members that a file names, as LACKING writes them."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Attribute):
+            yield ast.unparse(node)
+
+
+def test_what_not_every_system_has_is_called_in_one_file():
+    found = {
+        f"{path.relative_to(PACKAGE)}: {name}"
+        for path in PACKAGE.rglob("*.py")
+        for name in calls_of_systems(ast.parse(path.read_text(encoding="utf-8")))
+        if name in LACKING and path != ONE_SYSTEM
+    }
+    assert sorted(found) == []
+    assert {"fcntl", "resource"} <= set(calls_of_systems(ast.parse(ONE_SYSTEM.read_text())))
+
+
+def test_the_core_includes_no_header_of_one_system_outside_a_condition():
+    of_one = re.compile(r"#\s*include <(sys/\w+|unistd|fcntl|sched|pthread|dlfcn|windows|mach/\w+)\.h>")
+    for path in sorted((ROOT / "cpp").rglob("*.[ch]*")):
+        depth = 0
+        for line in path.read_text(encoding="utf-8").splitlines():
+            depth += bool(re.match(r"#\s*if", line)) - bool(re.match(r"#\s*endif", line))
+            assert depth > 0 or not of_one.match(line), f"{path}: {line}"

@@ -128,6 +128,20 @@ def test_frames_of_an_episode_come_in_any_order(dataset, episode):
             assert least <= sensor.noise(2.0) < 1.3 * least
 
 
+@pytest.mark.parametrize("episode", [0, 1])
+def test_the_commands_take_an_episode(dataset, tmp_path, episode, capsys):
+    from sdftrack.cli.app import run
+
+    to = ["--to", "tum", "--out", str(tmp_path / "tum")]
+    assert run(["convert", str(dataset[0]), "--episode", str(episode), *to, "--quiet"]) == 0
+    assert len(st.open_sequence(tmp_path / "tum")) == EPISODES[episode]
+    assert (
+        run(["convert", str(tmp_path / "tum"), "--episode", "0", "--to", "bop", "--out", str(tmp_path / "b")])
+        == 1
+    )
+    assert "episode: not an option of layout tum" in capsys.readouterr().err
+
+
 def test_what_is_missing_is_said_in_one_line(dataset):
     root, _ = dataset
     with pytest.raises(ValueError, match=r"expected one of the 2 episodes of .*, 0..1, got 5"):

@@ -125,14 +125,18 @@ def test_a_cloud_gives_its_three_files(tmp_path, capsys):
     assert "sphere" in capsys.readouterr().out
 
 
-def test_a_sequence_gives_the_size_of_what_is_in_the_box(tmp_path):
+def test_a_sequence_gives_the_size_of_what_is_in_the_box(tmp_path, monkeypatch):
     folder, truth = sequence_folder(tmp_path / "seq")
     out = tmp_path / "out"
     y, x = np.nonzero(truth.mask)
     box = f"{x.min() - 5},{y.min() - 5},{np.ptp(x) + 10},{np.ptp(y) + 10}"
+    written = []
+    monkeypatch.setattr("sdftrack.viz.overlay.write_panel", lambda picture, lines: written.extend(lines))
     assert run(["fit", str(folder), "--kind", "cylinder", "--box", box, "--out", str(out), "-q"]) == 0
     result = json.loads((out / "result.json").read_text())
     assert len(result["per_frame"]) == 2
+    (radius, height), [(text, _)] = (1e3 * v for v in result["size"].values()), written
+    assert text == f"cylinder: radius {radius:.1f} mm, height {height:.1f} mm"  # in fit.png
     np.testing.assert_allclose(list(result["size"].values()), list(SIZE.values()), rtol=RTOL)
     assert run(["fit", str(folder), "--frame", "1", "--out", str(out), "-q"]) == 1  # not empty
     assert run(["fit", str(folder), "--frame", "1", "--out", str(out), "-q", "--overwrite"]) == 0

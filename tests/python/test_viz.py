@@ -140,3 +140,11 @@ def test_four_sides_begin_with_the_side_that_was_seen_and_go_round_by_the_right(
     assert plain.shape[0] < picture.shape[0]
     body = plain[:size][np.abs(plain[:size].astype(int) - PAPER_RGB).sum(axis=2) > 30]
     assert np.ptp(body.astype(int), axis=1).max() < 30
+
+
+def test_a_notebook_shows_a_row_of_each_object():
+    shown = result([pose(0.1), pose(z=0.6)], ["ok", "lost"])._repr_html_()
+    assert shown.count("<tr>") == 3
+    assert "<td>0</td><td>ok</td><td>0.90</td><td>100.0 0.0 500.0</td><td>0.1 0.1 0.1</td>" in shown
+    assert "<td>1</td><td>lost</td><td>0.00</td><td>0.0 0.0 600.0</td>" in shown
+    assert "made so by the test" in shown

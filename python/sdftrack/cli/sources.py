@@ -29,7 +29,7 @@ def known_layout(value: str) -> str:
 class Layout:
     layout: str = option(
         "auto",
-        "auto, bop, tum, open3d, k1, folders, realsense, azure, ros1, ros2 or mcap (docs/data.md).",
+        "auto, bop, tum, open3d, k1, folders, lerobot, realsense, azure, ros1, ros2 or mcap (docs/data.md).",
         check=known_layout,
     )
     depth_topic: str | None = option(
@@ -38,10 +38,12 @@ class Layout:
     color_topic: str | None = option(
         None, "Colour images of a bag, likewise; none: without colour.", metavar="TOPIC"
     )
+    episode: int | None = option(None, "Episode of a LeRobot data set (first: 0).", min=0)
 
     @property
     def opening(self) -> dict[str, Any]:
-        return {"layout": self.layout, "depth_topic": self.depth_topic, "color_topic": self.color_topic}
+        names = ("layout", "depth_topic", "color_topic", "episode")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,10 @@ def compare(
     frame: its poses are compared as if the first one were true. `symmetries`, by obj_id, take precedence over those of
     the results or the data set."""
     if not seq.ground_truth:
-        raise ValueError("ground truth: this sequence has none; expected scene_gt.json, poses or the like")
+        raise ValueError(
+            "ground truth: this sequence has none; expected scene_gt.json, annotated_poses/, groundtruth.txt or "
+            "trajectory.log, as the layout has it (docs/data.md)"
+        )
     number = {im_id: i for i, im_id in enumerate(seq.ids)}
     frames = report["frames"]
     if not frames:
@@ -279,7 +282,8 @@ class ObjectScore:
         which = f"images {self.images.min()} to {self.images.max()}" if n else "no image"
         alike = "" if not self.symmetry else ", with its symmetries"
         against = f"against instance {self.instance}{alike}"
-        return f"{self.name} (obj_id {self.obj_id}) {against}: {n} of {self.frames} frames compared, {which}"
+        missing = "; ADD, MSSD, MSPD and VSD need a mesh beside the images" if n and self.bop is None else ""
+        return f"{self.name} (obj_id {self.obj_id}) {against}: {n} of {self.frames} frames compared, {which}{missing}"
 
     def to_dict(self) -> dict[str, Any]:
         """Summary and errors per frame in mm and degrees, ready for JSON."""

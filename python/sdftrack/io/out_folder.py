@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TextIO
 
 from sdftrack._internal.files import PART, PART_PREFIX
+from sdftrack._internal.systems import try_lock
 
 
 def refuse_folder(directory: Path, overwrite: bool) -> None:
@@ -115,7 +116,6 @@ def cannot_write(error: OSError, directory: Path) -> OSError:
 
 
 LOCK = ".sdftrack.lock"
-HELD_BY_ANOTHER = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES)
 
 # Folders that the command now running holds until its end.
 _held: ContextVar[dict[Path, FolderLock] | None] = ContextVar("held", default=None)
@@ -130,7 +130,7 @@ class FolderLock:
         self._file: TextIO | None = None
         while self._file is None:  # again where another run has removed the file before it was locked
             file = self._path.open("a+", encoding="utf-8", errors="replace")
-            if not _try_lock(file.fileno()):
+            if not try_lock(file.fileno()):
                 with file:
                     file.seek(0)
                     raise FileExistsError(_held_by(file.read(200), directory))
@@ -187,15 +187,3 @@ def _held_by(who: str, directory: Path) -> str:
     if who == _me():
         what, advice = "this process", "close the recorder of it first"
     return f"out: expected a folder that no other run writes into, got {directory}, used by {what}; {advice}"
-
-
-def _try_lock(file: int) -> bool:
-    try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:  # another system than those of Unix
-        return True
-    except OSError as error:
-        return error.errno not in HELD_BY_ANOTHER
-    return True

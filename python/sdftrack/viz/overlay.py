@@ -277,10 +277,6 @@ def _axes(picture: Picture, shape: Any, lens: Any, T: Array) -> None:
 
 
 def _captions(picture: Picture, result: Any, names: Sequence[str] | None) -> None:
-    import cv2
-
-    scale = picture.shape[0] / 480
-    font, size, height = cv2.FONT_HERSHEY_SIMPLEX, 0.5 * scale, max(10, round(20 * scale))
     lines = []
     for k, status in enumerate(result.status):
         name = names[k] if names is not None else (f"object {k}" if len(result.status) > 1 else "")
@@ -291,6 +287,15 @@ def _captions(picture: Picture, result: Any, names: Sequence[str] | None) -> Non
         lines += [
             (line, STATUS_RGB[str(status)]) for line in textwrap.wrap(reason, REASON, max_lines=REASON_LINES)
         ]
+    write_panel(picture, lines)
+
+
+def write_panel(picture: Picture, lines: Sequence[tuple[str, tuple[int, int, int]]]) -> None:
+    """Lines of text and colour on a dark panel in the picture's top left corner."""
+    import cv2
+
+    scale = picture.shape[0] / 480
+    font, size, height = cv2.FONT_HERSHEY_SIMPLEX, 0.5 * scale, max(10, round(20 * scale))
     margin = max(3, round(6 * scale))
     width = max((cv2.getTextSize(t, font, size, 1)[0][0] for t, _ in lines), default=0)
     if not width:

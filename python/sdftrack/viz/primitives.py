@@ -52,11 +52,11 @@ def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
 
 
 def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> NDArray[np.uint8]:
-    """The frame, aligned with its depth image, with wireframes of all primitives, thin where self-occluded."""
+    """The frame, aligned with its depth image, with sizes and wireframes of all primitives, thin where self-occluded."""
     # Green: ok, amber: weak, red: lost.
     import cv2
 
-    from sdftrack.viz.overlay import backdrop
+    from sdftrack.viz.overlay import STATUS_RGB, backdrop, write_panel
 
     lens = depth_camera(frame.camera if frame.camera is not None else camera)
     picture = np.ascontiguousarray(backdrop(frame, camera)).copy()
@@ -73,7 +73,12 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
             normal = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
             front = flat or (np.einsum("ni,ni->n", away, normal) < 0).mean() > 0.5
             cv2.polylines(picture, [px], False, colour, 2 if front else 1, cv2.LINE_AA, shift=3)
+    write_panel(picture, [(_said(fit), STATUS_RGB[fit.status.value]) for fit in fits])
     return picture
+
+
+def _said(fit: PrimitiveFit) -> str:
+    return f"{fit.kind}: {', '.join(f'{name} {1e3 * value:.1f} mm' for name, value in fit.size.items())}"
 
 
 def plot_cloud(points: NDArray[Any], fit: PrimitiveFit) -> Any:
@@ -90,6 +95,5 @@ def plot_cloud(points: NDArray[Any], fit: PrimitiveFit) -> Any:
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_xlabel(f"{'xyz'[i]} (mm)")
         axis.set_ylabel(f"{'xyz'[j]} (mm)")
-    lengths = ", ".join(f"{name} {1e3 * value:.1f} mm" for name, value in fit.size.items())
-    fig.suptitle(f"{fit.kind}: {lengths}; rms {1e3 * fit.rms:.1f} mm, {fit.status.value}")
+    fig.suptitle(f"{_said(fit)}; rms {1e3 * fit.rms:.1f} mm, {fit.status.value}")
     return fig

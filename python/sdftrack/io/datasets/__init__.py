@@ -89,7 +89,10 @@ def _detected(root: Path) -> Layout:
                 raise ValueError(
                     f"{root}: not a sequence itself, but {inside} is one ({kind.name}): open that"
                 )
-    raise ValueError(f"{root}: unknown layout; known are: {known}")
+    lens = (
+        "" if not (root / "depth").is_dir() else "; depth/ is there: a cam_K.txt (3 x 3) beside it is enough"
+    )
+    raise ValueError(f"{root}: unknown layout{lens}; known are: {known}")
 
 
 # The readers register themselves; the order is the order in which they are tried.

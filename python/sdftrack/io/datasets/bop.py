@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import re
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from sdftrack.io.frames import read_mask
 from sdftrack.symmetry import Symmetry
 
 M_PER_MM = 1e-3
+NEAREST_M = 0.01  # no depth camera sees an object there
 
 
 @register("bop", "scene_camera.json, depth/", lambda root: (root / "scene_camera.json").is_file())
@@ -132,6 +134,12 @@ def _ground_truth(
             poses.setdefault(i, {})[k] = T
             numbered &= instance is not None
     errors.tell()
+    distances = [float(np.linalg.norm(T[:3, 3])) for found in poses.values() for T in found.values()]
+    if distances and max(distances) < NEAREST_M and np.median(distances) > M_PER_MM * NEAREST_M:
+        text = f"{path}: read as metres: as millimetres every object is nearer than {1e3 * NEAREST_M:g} mm"
+        warnings.warn(text, stacklevel=2)
+        for T in (T for found in poses.values() for T in found.values()):
+            T[:3, 3] /= M_PER_MM
     if numbered:  # in their own order, whichever is seen first
         order = {instances[key]: n for n, key in enumerate(sorted(instances, key=lambda key: key[1]))}
         places = {i: {order[k]: place for k, place in found.items()} for i, found in places.items()}

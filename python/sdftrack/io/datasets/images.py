@@ -30,6 +30,10 @@ COLOR_FOLDERS = ("rgb", "color", "colour", "image", "images", "gray", "grey", "r
 NO_COLOR = (
     "depth", "mask", "label", "seg", "mesh", "model", "annot", "pose", "ir", "infra", "normal", "conf", ".",
 )  # fmt: skip
+NO_DEPTH = (
+    "the sequence has no depth images, which the trackers require; expected them in depth/, or name them: sdftrack "
+    "convert --depth-glob"
+)
 FIRST = 10  # images that are looked at, of the first ones
 CAMERA_FILES = (
     "camera.json", "intrinsic.json", "camera_intrinsic.json", "intrinsics.json", "camera_primesense.json", "cam_K.txt",
@@ -113,7 +117,7 @@ def image_size(root: Path, files: Iterable[Path]) -> tuple[int, int]:
     """(width, height) of most depth images, of which one can be read; ValueError if there is none."""
     files, reasons = list(files), []
     if not files:
-        raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
+        raise ValueError(f"{root}: {NO_DEPTH}")
     for file in files[:FIRST]:
         try:
             units = read_depth_units(file, _name(file, root))
@@ -142,7 +146,7 @@ class ImageFrames:
 
     def __init__(self, root: Path, entries: list[Entry], camera: RGBDCamera, colors: int = 0) -> None:
         if not entries:
-            raise ValueError(f"{root}: the sequence has no depth images, which the trackers require")
+            raise ValueError(f"{root}: {NO_DEPTH}")
         self._root, self._entries, self._camera = root, entries, camera
         self._float_scale = 1.0
         self._color_size = self._usable_color_size()

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack._internal.closing import ClosedByWith
+from sdftrack._internal.systems import reserve
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.frame import Frame
 from sdftrack.io.frames import write_color, write_depth_units
@@ -321,8 +322,5 @@ class Journal:
             return
         target = self._reserved + RESERVE_STEP
         with self._reserve.open("ab") as file:
-            if hasattr(os, "posix_fallocate"):
-                os.posix_fallocate(file.fileno(), 0, target)
-            else:
-                file.write(bytes(target - file.tell()))
+            reserve(file, target)
         self._reserved = target

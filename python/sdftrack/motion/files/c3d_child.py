@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import sys
 from typing import Any
 
 import numpy as np
+
+from sdftrack._internal.systems import limit_memory
 
 BLOCK = 512
 ROTATION_BYTES = 17 * 4  # a 4 x 4 matrix and a residual, float32
@@ -19,7 +20,7 @@ MOST_BYTES = 4 << 30  # of memory, and as many times the file: damaged files dec
 def main(path: str, out: str) -> None:
     """Write matrices, which of them were measured, and JSON of the rest; or print one line of what is wrong."""
     size = os.path.getsize(path)
-    _limit_memory(MOST_BYTES + 40 * size)
+    limit_memory(MOST_BYTES + 40 * size)
     import ezc3d
 
     try:
@@ -41,18 +42,6 @@ def main(path: str, out: str) -> None:
     except Exception as error:  # ezc3d raises whatever C++ threw
         sys.exit(str(error).splitlines()[0] if str(error) else type(error).__name__)
     np.savez(out, matrices=matrices, measured=measured, rest=json.dumps(rest))
-
-
-def _limit_memory(most: int) -> None:
-    """At most so many bytes, or fewer where the system has a limit already; no core file."""
-    with contextlib.suppress(ImportError):  # not on Windows
-        import resource
-
-        for limit, value in ((resource.RLIMIT_AS, most), (resource.RLIMIT_CORE, 0)):
-            hard = resource.getrlimit(limit)[1]
-            value = value if hard == resource.RLIM_INFINITY else min(value, hard)
-            with contextlib.suppress(ValueError, OSError):  # a system that has no such limit
-                resource.setrlimit(limit, (value, hard))
 
 
 def _needed(file: Any) -> int:
