@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
 from sdftrack._internal.unknown_option import refuse_unknown
-from sdftrack.contour.dct import block_of, harmonic_numbers, series
+from sdftrack.contour.dct import Order, block_of, harmonic_numbers, series
 from sdftrack.contour.result import Assessment, Judgement
 
 Array: TypeAlias = NDArray[np.float64]
@@ -59,7 +59,8 @@ class HarmonicRegression:
         from sdftrack.contour.lwpr import LWPR
 
         self._options = o = options
-        self._high = harmonic_numbers(o.n_harmonics, o.order) > o.n_harmonics - o.n_inputs
+        self._order = cast("Order", o.order)
+        self._high = harmonic_numbers(o.n_harmonics, self._order) > o.n_harmonics - o.n_inputs
         inputs = int(self._high.sum())
         self.learnt = 0
         self._waiting: list[Array] = []
@@ -70,7 +71,7 @@ class HarmonicRegression:
 
     def learn(self, on_grid: Mask) -> None:
         """Learn a whole silhouette."""
-        c = block_of(on_grid, self._options.n_harmonics, self._options.order)
+        c = block_of(on_grid, self._options.n_harmonics, self._order)
         if self._scale is None:
             self._waiting.append(c)
             if len(self._waiting) == self._options.settle:
@@ -85,7 +86,7 @@ class HarmonicRegression:
 
     def assess(self, given: Mask, on_grid: Mask) -> Assessment:
         """The low harmonics predicted from the high ones, and the judgement by Table 6.3."""
-        c = block_of(on_grid, self._options.n_harmonics, self._options.order)
+        c = block_of(on_grid, self._options.n_harmonics, self._order)
         std = np.zeros(len(c))
         if self._scale is None:
             return Assessment("novel", given, given, c, std, 0.0, np.inf, 0.0)
@@ -95,7 +96,7 @@ class HarmonicRegression:
         error, threshold = float(np.linalg.norm(mean - observed)), self.threshold
         # The share of the regressions whose largest activation is above `w_gen`.
         active = float((self._model.activations(x) > self._options.w_gen).mean())
-        completed = series(c, given.shape, self._options.order) > 0
+        completed = series(c, given.shape, self._order) > 0
         judgement: Judgement = "occluded" if error >= threshold else "unoccluded"
         if active < MIN_KNOWN or not completed.any():
             judgement = "novel"

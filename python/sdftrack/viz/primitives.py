@@ -52,7 +52,7 @@ def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
 
 
 def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> NDArray[np.uint8]:
-    """The frame, aligned with its depth image, with sizes and wireframes of all primitives, thin where self-occluded."""
+    """The frame, aligned with its depth image, with wireframes, thin where self-occluded, and sizes of all fits."""
     # Green: ok, amber: weak, red: lost.
     import cv2
 
