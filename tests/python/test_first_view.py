@@ -179,7 +179,7 @@ def test_a_refinement_that_explains_the_frames_worse_is_not_taken(scene, monkeyp
         for k in keyframes[1:]:
             k.T_cam_obj = k.T_cam_obj @ st.geometry.pose([0.1, 0, 0], [0.004, 0, 0])
         arguments[2](lambda share: None)
-        return st.reconstruction.keyframe.Refined({}, 1, [0.0], [0.0])
+        return module.refining.Refined({}, 1, [0.0], [0.0])
 
     monkeypatch.setattr(module.refining, "refine", worse)
     refined = star.refine()

@@ -81,7 +81,7 @@ def content_of(state: dict[str, Any]) -> dict[str, Any]:
         **{name: saved[name] for name in ("selection", "index", "fused", "pose")},
         "camera": camera_record(state["camera"]),
         "initial": None if initial is None else volume_record(initial),
-        "options": dict(vars(state["options"])),
+        "options": state["options"].to_dict(),
         "tracker_options": state["tracker_options"].to_dict(),
         "beginnings": [_beginning_record(b) for b in saved["beginnings"]],
         "keyframes": [{name: getattr(k, name) for name in KEYFRAME} for k in saved["keyframes"]],
