@@ -220,6 +220,9 @@ def as_theirs(
         raise TypeError(f"image: expected an array of numbers, got {pixels.dtype}")
     if pixels.size == 0:
         raise ValueError(f"image: expected at least one pixel, got {pixels.shape}")
+    channels = pixels.shape[-1] if colored else 1
+    if given.convert2lab and channels != 3:
+        raise ValueError(f"convert2lab: expected an image of three channels, got {channels}")
     values = pixels.astype(np.float64)
     within = None if inside is None else inside.view(np.bool_)
     if not np.isfinite(values if within is None else values[within]).all():
