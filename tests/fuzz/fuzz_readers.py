@@ -12,6 +12,7 @@ from fuzz_files import file_case, file_cases, repaired_png
 from fuzz_targets import Case, Target
 
 import sdftrack as st
+from sdftrack import _core
 
 CAMERA = st.Camera(60.0, 61.0, 31.0, 23.5, 64, 48)
 
@@ -95,8 +96,8 @@ def _cameras(folder: Path) -> Case:
 
 
 def _options(folder: Path) -> Case:
+    from sdftrack._internal.option_files import options_from_file
     from sdftrack.cli.init import read_poses
-    from sdftrack.contour.options import options_from_file
     from sdftrack.reconstruction import ReconstructorOptions
 
     tables = (
@@ -110,7 +111,7 @@ def _options(folder: Path) -> Case:
         folder,
         ({"a.toml": tables, "b.toml": flat}, st.TrackerOptions.from_file),
         ({"a.toml": tables}, ReconstructorOptions.from_file),
-        ({"a.toml": tables}, options_from_file),
+        ({"a.toml": tables}, lambda p: options_from_file(_core.ContourOptions, p, "contour")),
         ({"a.toml": sensor, "a.json": sensor_json}, lambda p: st.SensorModel.of(str(p))),
         ({"a.json": start}, lambda p: read_poses(p, 2)),
     )

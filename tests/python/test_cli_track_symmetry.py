@@ -67,7 +67,7 @@ def test_an_object_that_is_lost_in_all_frames_gives_exit_code_3_and_the_next_ste
     out, err = capsys.readouterr()
     assert f"box lost, images 0 to {FRAMES - 1}: " in out
     assert f"box is lost in all {FRAMES} frames" in err
-    assert "next: check the poses' unit" in err
+    assert "next: --mode rgb, if the object is black, shiny or transparent; or check the poses' unit" in err
     assert (tmp_path / "out/report.json").is_file()
 
 

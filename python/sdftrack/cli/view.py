@@ -66,9 +66,7 @@ def view(job: View) -> None:
 def _serve(shown: Any, job: View) -> None:
     import time
 
-    from sdftrack.io.frames import write_color
     from sdftrack.viz.view import view as open_view
-    from sdftrack.viz.viewer import Save
 
     about = {"camera": shown.camera, "names": shown.names, "host": job.host, "port": job.port}
     with open_view(shown.frames, shown.results, shown.meshes, **about) as viewer:
@@ -79,15 +77,24 @@ def _serve(shown: Any, job: View) -> None:
         end = math.inf if job.seconds is None else time.monotonic() + job.seconds
         while (left := end - time.monotonic()) > 0:
             viewer.wait(min(left, 0.2))
-            saves = sum(isinstance(request, Save) for request in viewer.requests())
-            for picture in [viewer.picture] * saves if viewer.picture is not None else ():
-                if job.out is None:
-                    print("not saved: start with --out DIR", flush=True)
-                    continue
-                names = (job.out / f"view_{n:06d}.png" for n in itertools.count())
-                path = next(name for name in names if not name.exists())
-                write_color(path, picture)
-                print(f"saved {path}", flush=True)
+            _save(viewer, job.out)
+
+
+def _save(viewer: Any, out: Path | None) -> None:
+    """Write the shown image for each `Save` that the page asked for."""
+    from sdftrack.io.frames import write_color
+    from sdftrack.viz.viewer import Save
+
+    for request in viewer.requests():
+        if not isinstance(request, Save) or viewer.picture is None:
+            continue
+        if out is None:
+            print("not saved: start with --out DIR", flush=True)
+            continue
+        names = (out / f"view_{n:06d}.png" for n in itertools.count())
+        path = next(name for name in names if not name.exists())
+        write_color(path, viewer.picture)
+        print(f"saved {path}", flush=True)
 
 
 MAX_SIDE_M = 3.0  # a larger model was tracked in another unit than metres
