@@ -62,8 +62,7 @@ def run_shell(code):
     (commands / "activate").write_text(f'PATH="{commands}:$PATH"\n')
     (commands / "sdftrack").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sdftrack "$@"\n')
     (commands / "sdftrack").chmod(0o755)
-    paths = os.pathsep.join(filter(None, [str(ROOT / "python"), os.environ.get("PYTHONPATH")]))
-    environment = os.environ | {"PYTHONPATH": paths}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}  # the package that this process has
     done = subprocess.run(
         ["bash", "-euc", code], env=environment, capture_output=True, text=True, timeout=600
     )
