@@ -69,7 +69,8 @@ struct PlaneSums {
   }
 };
 
-double median(std::vector<double>* values) {
+// Not the median of base/quantile.h, which is the mean of two numbers if their count is even.
+double upper_median(std::vector<double>* values) {
   const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
   return *middle;
@@ -100,7 +101,7 @@ bool robust(const std::vector<PlaneReading>& readings, const PlaneRuler& ruler, 
     const PlaneGauge gauge(*plane, ruler);
     measure(readings, gauge, &misfits, &ratios2);
     if (ratios2.size() < kFewest) return false;
-    *noise_scale = kMad * std::sqrt(median(&ratios2));
+    *noise_scale = kMad * std::sqrt(upper_median(&ratios2));
     const double floor = gauge.length * kPlaneNoiseFloor_m, scale2 = *noise_scale * *noise_scale;
     const bool wide = k == 0 && first_slabs > 0;
     PlaneSums<P> sums;

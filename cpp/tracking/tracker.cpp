@@ -63,10 +63,8 @@ const FrameResult& Tracker::start(const frame::DepthFrame& frame, const std::vec
 }
 
 const FrameResult& Tracker::track(const frame::DepthFrame& frame) {
-  for (int k = 0; k < object_count(); ++k)
-    if (verdict_.has_result() &&
-        is_followed(verdict_.result().objects.at(static_cast<std::size_t>(k)).trust.status))
-      adjust_scale(k);
+  for (int k = 0; k < object_count() && verdict_.has_result(); ++k)
+    if (is_followed(verdict_.result().objects[k].trust.status)) adjust_scale(k);
   verdict_.next_frame();
   context_.open_next(frame, objects_);
   process_all();

@@ -28,18 +28,14 @@ struct ScaledStart {
       check_interrupt();
       bool changed = false;
       for (const int k : objects) {
-        const auto at = static_cast<std::size_t>(k);
-        if (tracker->last_result().objects[at].trust.status == Status::kLost) continue;
+        if (tracker->last_result().objects[k].trust.status == Status::kLost) continue;
         const double added = tracker->adjust_scale(k);
         changed |= added != 0, total += added;
       }
       if (!changed) break;
       std::vector<PoseHint> there = places;
       for (const int k : objects)
-        if (const std::optional<Rigidd>& pose = tracker->last_good_poses()[static_cast<std::size_t>(k)]) {
-          there[static_cast<std::size_t>(k)] = {};
-          there[static_cast<std::size_t>(k)].T_cam_obj = pose;
-        }
+        if (const std::optional<Rigidd>& pose = tracker->last_good_poses()[k]) there[k] = {pose, {}, {}};
       tracker->start(frame, there);
     }
     return total;
@@ -47,9 +43,8 @@ struct ScaledStart {
 
   // Gives object k the scale, of those that the extent of its mask allows, that explains the frame best.
   void compare_scales(int k) const {
-    const auto at = static_cast<std::size_t>(k);
     const double diameter_m = diameter_of(tracker->shape(k)),
-                 seen_m = extent_in(frame, tracker->camera(), places[at].mask.data());
+                 seen_m = extent_in(frame, tracker->camera(), places[k].mask.data());
     if (seen_m == 0 || diameter_m == 0) return;
     std::vector<double> log_scales{0};
     for (const double over : kOverViews) log_scales.push_back(std::log(over * seen_m / diameter_m));
@@ -57,7 +52,7 @@ struct ScaledStart {
     for (const double log_scale : log_scales) {
       tracker->enlarge(k, log_scale - now);
       now = log_scale + fit({k}, kFitsOfTrial);
-      const double confidence = tracker->last_result().objects[at].trust.confidence;
+      const double confidence = tracker->last_result().objects[k].trust.confidence;
       if (confidence > most) most = confidence, best = now;
     }
     tracker->enlarge(k, best - now);
@@ -77,7 +72,7 @@ void start_with_free_scales(Tracker* tracker, const frame::DepthFrame& frame,
   }
   if (frame.depth_m.data)
     for (const int k : free)
-      if (!places[static_cast<std::size_t>(k)].mask.empty()) start.compare_scales(k);
+      if (!places[k].mask.empty()) start.compare_scales(k);
   start.fit(free, kFits);
   for (std::size_t i = 0; i < free.size(); ++i)
     if (tracker->shape(free[i]).sdf.voxel_m != voxels_m[i]) {
