@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import shutil
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +24,7 @@ from sdftrack.io.out_folder import OutFolder, cannot_write
 from sdftrack.io.report_file import BOP_HEADER, bop_row, number_or_none, object_entry, plain, tum_line
 from sdftrack.io.video import VideoFile
 from sdftrack.results import TrackResult
+from sdftrack.viz.page import History, run_page
 
 WAITING = 3  # frames that may wait to be drawn
 
@@ -31,9 +33,10 @@ class Recorder(ClosedByWith):
     """Write the files of ``sdftrack track`` from your own tracking loop.
 
     ``poses.csv`` (BOP results), ``trajectory_<k>.txt`` (TUM format of T_cam_obj) of frames with times,
-    ``ground_truth_<k>.txt`` if ground truth is given, ``overlay.mp4`` and ``report.json`` appear when the recorder is
-    closed, even if the loop raises an exception, whose message is then ``stopped`` in ``report.json``. Until then they
-    have temporary names; if the disk is full, none of them is left behind.
+    ``ground_truth_<k>.txt`` if ground truth is given, ``overlay.mp4``, ``report.json``, and ``report.html``, a page
+    about how each object was followed, appear when the recorder is closed, even if the loop raises an exception, whose
+    message is then ``stopped`` in ``report.json``. Until then they have temporary names; if the disk is full, none of
+    them is left behind.
     Rows go to disk as they come, and the video is drawn and encoded by another thread, so that a recorder neither
     slows the loop nor grows; its errors are raised by the next `add`, or by `close`.
 
@@ -118,6 +121,9 @@ class Recorder(ClosedByWith):
         self._frames = Spool(self.directory / "frames")  # of report.json
         self._rows = Spool(self.directory / "poses.csv")
         self._rows.add(BOP_HEADER)
+        self._ids = array("q")
+        self._seconds = array("f")
+        self._histories: list[History] = []
         self._tracks: dict[str, Spool] = {}  # trajectories and ground truth by file name
         self._video = VideoFile(self.directory / "overlay.mp4", fps) if video and self._shapes else None
         self._drawing = None if self._video is None else Background(self._draw, WAITING, "video")
@@ -169,6 +175,9 @@ class Recorder(ClosedByWith):
         for k in range(len(result.poses)):
             name = self._names[k] if self._names is not None else f"object_{k}"
             objects.append(object_entry(result, k, self._obj_id(k), name))
+            if k == len(self._histories):
+                self._histories.append(History(name))
+            self._histories[k].add(result, k, im_id)
             track = None if stamp is None else self._track(f"trajectory_{k}.txt")
             if str(result.status[k]) in ("ok", "weak"):
                 self._rows.add(bop_row(result, k, self._scene_id, im_id, self._obj_id(k)))
@@ -185,6 +194,8 @@ class Recorder(ClosedByWith):
             "objects": objects,
         }
         self._frames.add(json.dumps(entry, allow_nan=False))
+        self._ids.append(im_id)
+        self._seconds.append(float(result.seconds))
 
     def _track(self, name: str) -> Spool:
         if name not in self._tracks:
@@ -251,9 +262,18 @@ class Recorder(ClosedByWith):
             self._drawing.close()
             if self._video.finish():
                 names.append("overlay.mp4")
-        names.append("report.json")
+        names += ["report.html", "report.json"]
+        self._write_page("overlay.mp4" if "overlay.mp4" in names else "")
         self._write_report(names)
         return names
+
+    def _write_page(self, video: str) -> None:
+        title = Path(str(self._settings.get("sequence", self.directory))).name
+        seconds = np.array(self._seconds)
+        milliseconds = 1e3 * float(np.median(seconds[np.isfinite(seconds)])) if len(seconds) else 0.0
+        page = Spool(self.directory / "report.html")
+        page.add(run_page(title, self._histories, self._ids, milliseconds, video))
+        page.finish()
 
     def _write_report(self, names: list[str]) -> None:
         from sdftrack import __version__

@@ -174,7 +174,8 @@ def test_track_follows_the_truth_and_leaves_the_documented_files(recording, tmp_
     assert "8/8" in printed.err  # plain lines in a pipe
     assert "mean mm" in printed.out
     assert {p.name for p in out.iterdir()} == {
-        "poses.csv", "sdftrack_ducks-test.csv", "trajectory_0.txt", "ground_truth_0.txt", "overlay.mp4", "report.json",
+        "poses.csv", "sdftrack_ducks-test.csv", "trajectory_0.txt", "ground_truth_0.txt", "overlay.mp4",
+        "report.json", "report.html",
     }  # fmt: skip
     rows = rows_of(out)
     assert [(r["scene_id"], r["im_id"], r["obj_id"]) for r in rows] == [

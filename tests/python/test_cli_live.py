@@ -86,7 +86,7 @@ def check_poses(scene, out, start):
 def test_poses_of_a_camera_are_written(scene, tmp_path, capsys):
     out = tmp_path / "out"
     assert live(scene, out, "--no-viewer", "--fps", "15", camera=f"replay:{scene[1] / 'seq'}") == 0
-    assert {"poses.csv", "report.json", "trajectory_0.txt"} == {p.name for p in out.iterdir()}
+    assert {"poses.csv", "report.json", "report.html", "trajectory_0.txt"} == {p.name for p in out.iterdir()}
     said = capsys.readouterr()
     assert f"{len(report_of(out))} frames" in said.out
     assert "camera: replay of seq" in said.err

@@ -19,7 +19,7 @@ from sdftrack.cli.app import run
 VOXELS = ["--voxels", "64"]
 MAX_ERROR_M, MAX_ERROR_RAD = 0.006, np.deg2rad(5.0)  # the shape is learnt meanwhile, in voxels of 6 mm
 POSES = duck_scene.poses(2.0)
-TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json"}
+TRACK_FILES = {"poses.csv", "trajectory_0.txt", "ground_truth_0.txt", "report.json", "report.html"}
 SHAPE_FILES = {"shape.npz", "mesh.ply", "mesh.png"}
 
 

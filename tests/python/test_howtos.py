@@ -186,7 +186,7 @@ def test_good_to_one_millimetre(page):
 def test_a_recording_of_ones_own(page):
     page("own_recording.md")
     assert {path.name for path in Path("result").iterdir()} >= {
-        "start.png", "overlay.mp4", "poses.csv", "trajectory_0.txt", "report.json",
+        "start.png", "overlay.mp4", "poses.csv", "trajectory_0.txt", "report.json", "report.html",
     }  # fmt: skip
     assert len(st.open_sequence("from_arrays")) == 3
 

@@ -4,6 +4,7 @@
 import csv
 import errno
 import json
+import re
 import struct
 import threading
 import tracemalloc
@@ -16,7 +17,7 @@ import sdftrack as st
 from sdftrack import recorder as recorder_module
 from sdftrack.recorder import Recorder
 
-OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json"}
+OWN = {"poses.csv", "trajectory_0.txt", "overlay.mp4", "report.json", "report.html"}
 
 
 def record(folder, n=4, status=None, **options):
@@ -114,7 +115,7 @@ def test_one_frame_is_a_video_too_but_not_when_not_asked_for_or_without_shapes(t
     assert not (record(tmp_path / "a", video=False) / "overlay.mp4").exists()
     assert (record(tmp_path / "one", n=1) / "overlay.mp4").stat().st_size > 0
     none = record(tmp_path / "none", n=0)
-    assert {p.name for p in none.iterdir()} == {"poses.csv", "report.json"}
+    assert {p.name for p in none.iterdir()} == {"poses.csv", "report.json", "report.html"}
     assert strict_json(none / "report.json")["frames"] == []
     with Recorder(tmp_path / "b", CAMERA) as recorder:
         recorder.add(frame(), result([pose()]))
@@ -247,3 +248,27 @@ def test_a_shape_that_grows_is_drawn_as_it_is_now(tmp_path):
         recorder.add(frame(), result([pose()]), shapes=[st.SDF.sphere(0.02, voxels=32)])
     before, after = decoded(tmp_path / "overlay.mp4")
     assert np.abs(before.astype(int) - after).max() > 60
+
+
+def test_page_says_how_each_object_was_followed(tmp_path):
+    """Shares, the runs of frames without a pose with their first reason, and names as text, whatever is in them."""
+    told = ["ok", "lost", "lost", "weak", "bad_frame", "ok", "ok", "ok"]
+    record(tmp_path, 8, told, names=["<b>mug</b>"], settings={"sequence": "/there/kitchen & hall"})
+    page = (tmp_path / "report.html").read_text()
+    assert "<h1>kitchen &amp; hall</h1>" in page
+    assert "&lt;b&gt;mug&lt;/b&gt;" in page
+    assert "<b>mug" not in page
+    assert re.findall(r'">([0-9.]+) %</b><span>([a-z ]+): (\d)', page) == [
+        ("50.0", "ok", "4"), ("12.5", "weak", "1"), ("12.5", "bad frame", "1"), ("25.0", "lost", "2"),
+    ]  # fmt: skip
+    runs = re.findall(r'scope="row">(images? [0-9 to]+)</th><td>([a-z ]+)</td>', page)
+    assert runs == [("images 1 to 2", "lost"), ("image 4", "bad frame")]
+    assert 'src="overlay.mp4"' in page
+    assert "<script" not in page
+    assert "http" not in page
+
+
+def test_page_of_a_long_run_is_small(tmp_path):
+    record(tmp_path, 3000, video=False)
+    assert (tmp_path / "report.html").stat().st_size < 40_000
+    assert "<video" not in (tmp_path / "report.html").read_text()

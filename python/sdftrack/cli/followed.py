@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from sdftrack._internal.background import read_ahead
 from sdftrack.cli.common import show_table
 from sdftrack.cli.progress import Tell
 from sdftrack.cli.sources import fitting
+from sdftrack.viz.page import History
 
 COLORS = {"ok": "green", "weak": "yellow", "lost": "red", "bad frame": "bright_black"}
 EVENTS = 5  # lines about trouble after the table
@@ -127,11 +127,19 @@ class Followed:
         milliseconds = 1e3 * float(np.median([r.seconds for r in self.results]))
         title = f"{self.folder}: {len(self.results)} frames, {milliseconds:.2f} ms per frame -> {self.out}"
         show_table(title, head, rows, COLORS)
-        events = list(_events(names, self.results, self.ids))
+        events = list(self._without_pose(names))
         for line in events[:EVENTS]:
             print(line)
         if len(events) > EVENTS:
-            print(f"and {len(events) - EVENTS} more, see report.json")
+            print(f"and {len(events) - EVENTS} more, see report.html")
+
+    def _without_pose(self, names: list[str]) -> Iterator[str]:
+        for k, name in enumerate(names):
+            history = History(name)
+            for im_id, result in zip(self.ids, self.results, strict=True):
+                history.add(result, k, im_id)
+            for run in history.without_pose:
+                yield f"{name} {run.status}, {run.images}: {run.reason}"
 
     def _remedy(self, reasons: list[str], otherwise: str) -> str:
         reason = Counter(reasons).most_common(1)[0][0] if reasons else ""
@@ -168,13 +176,3 @@ class Followed:
             count += " after the first" if len(results) < len(self.results) else ""
             why = reasons[0] if reasons else results[0].reason[k]
             yield f"{self.folder}: {name} is lost in {count} ({why}); next: {step}"
-
-
-def _events(names: list[str], results: list[Any], ids: list[int]) -> Iterator[str]:
-    for k, name in enumerate(names):
-        for status, run in itertools.groupby(range(len(results)), lambda i: str(results[i].status[k])):  # noqa: B023
-            if status not in ("ok", "weak"):
-                places = list(run)
-                first, last = ids[places[0]], ids[places[-1]]
-                which = f"image {first}" if len(places) == 1 else f"images {first} to {last}"
-                yield f"{name} {status}, {which}: {results[places[0]].reason[k]}"

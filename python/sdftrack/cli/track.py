@@ -31,8 +31,8 @@ from sdftrack.cli.sources import Frames, Layout, Rate, each_sequence, first_read
 class Track(Meshes, Rate, Frames, Layout, Sensor, Common):
     """Track known shapes in recorded sequences.
 
-    Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4 and report.json into DIR; several sequences get
-    a folder each. The exit code is 3 where an object is lost in all frames.
+    Writes poses.csv (BOP), trajectory_<k>.txt (TUM), overlay.mp4, report.json and report.html into DIR; several
+    sequences get a folder each. The exit code is 3 where an object is lost in all frames.
     """
 
     seq: tuple[Path, ...] = argument("Folders of recorded sequences.", "SEQ")

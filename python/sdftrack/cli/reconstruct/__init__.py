@@ -30,8 +30,8 @@ class Reconstruct(Rate, Frames, Layout, Common):
     mesh.png and turntable.mp4, which show it with unobserved surface in violet.
 
     Also the files of track: poses.csv (BOP) and trajectory_0.txt (TUM) with
-    the poses estimated frame by frame, ground_truth_0.txt where known (in the mesh's frame), overlay.mp4, report.json.
-    refined_0.txt has the poses that belong to the refined mesh.
+    the poses estimated frame by frame, ground_truth_0.txt where known (in the mesh's frame), overlay.mp4, report.json,
+    report.html. refined_0.txt has the poses that belong to the refined mesh.
 
     Ctrl-C ends a sequence early and keeps the results so far. Several sequences get a folder each; recordings of --then
     continue the shape of the first, and their poses go to DIR/recording_2, and so on. The exit code is 3 where the

@@ -9,12 +9,10 @@ from html import escape
 
 import numpy as np
 
-from sdftrack import __version__
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.report.plots import (
     GAP,
     PHASES,
-    STYLE,
     missing_plots,
     path_svg,
     repetitions_svg,
@@ -30,11 +28,11 @@ from sdftrack.motion.report.words import (
     label_of,
     labels_of,
     open_questions,
-    table,
     trust,
     value_html,
 )
 from sdftrack.motion.two_objects import Pair
+from sdftrack.viz.page import html_page, table
 
 TILES = ("repetition_time", "reach", "peak_speed_move", "sparc_move", "max_tilt")  # what is asked for first
 ROWS = 5  # measures side by side in the table of repetitions, for A4
@@ -68,13 +66,7 @@ def report_html(
             body.append(_object(heading, a, not without))
         body += [_pair(p) for p in (pairs or {}).get(name, ())]
     body.append(_definitions(sessions))
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>\n<body>\n'
-        + "\n".join(body)
-        + f'\n<footer><p class="quiet">Made by sdftrack {escape(__version__)}. Not a medical device.</p></footer>\n'
-        "</body></html>\n"
-    )
+    return html_page(title, "\n".join(body), " Not a medical device.")
 
 
 def _object(heading: str, a: Analysis, plots: bool) -> str:

@@ -7,7 +7,6 @@ import contextlib
 import io
 import re
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,9 +23,6 @@ Array = NDArray[np.float64]
 
 INK, QUIET, GRID, GAP = "#24323d", "#6b7780", "#d9dfe3", "#b9bfc4"
 PHASES = {"move": "#cfe3f5", "hold": "#f6e7c8", "return": "#d5ebd3"}
-
-STYLE = "\n" + Path(__file__).with_name("report.css").read_text("utf-8")
-
 
 WIDTH, MARGIN = 880.0, 22.0
 POINTS = 70

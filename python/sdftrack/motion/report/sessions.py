@@ -15,7 +15,8 @@ from scipy.special import stdtrit
 from sdftrack.motion.analysis import Analysis
 from sdftrack.motion.definitions import Measured
 from sdftrack.motion.report.plots import trend_svg
-from sdftrack.motion.report.words import change_text, interval_text, label_of, labels_of, table, value_html
+from sdftrack.motion.report.words import change_text, interval_text, label_of, labels_of, value_html
+from sdftrack.viz.page import table
 
 
 @dataclass(frozen=True)

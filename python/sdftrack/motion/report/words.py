@@ -158,13 +158,3 @@ def _digits(width: float) -> int:
 
 def unit_html(unit: str) -> str:
     return "" if unit == "1" else escape(unit.replace("^2", "²"))
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
-    """A table of HTML cells; the first column is a heading of its row."""
-    cells = "".join(f'<th scope="col">{h}</th>' for h in head)
-    lines = "".join(
-        f'<tr><th scope="row">{row[0]}</th>' + "".join(f"<td>{c}</td>" for c in row[1:]) + "</tr>\n"
-        for row in rows
-    )
-    return f'<table class="{kind}"><thead><tr>{cells}</tr></thead><tbody>\n{lines}</tbody></table>'
