@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``python -m experiments list | run NAME [options] | run --short NAME | figures [ID]``."""
+"""``python -m experiments list | run NAME [options] | run --short NAME | figures [ID] | stale``."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from typing import Any
 from experiments import data, figures, progress, record
 from experiments.options import add_options
 from experiments.registry import Experiment, UnknownExperimentError, all_experiments, find
+from experiments.sources import digests, stale
 from experiments.table import Table
 from experiments.targets import judge
 from sdftrack.viz.plots import save_figure
@@ -36,6 +37,8 @@ def main(given: Sequence[str] | None = None) -> int:
     )
     running.add_argument("name", nargs="?", help="as `list` prints it")
     commands.add_parser("figures", help="figures and tables of the thesis; --help for more", add_help=False)
+    aging = commands.add_parser("stale", help="records that do not rest on today's code, and why")
+    aging.add_argument("--check", action="store_true", help="exit code 1 if there are any")
     if arguments[:1] == ["figures"]:
         return figures.main(arguments[1:])
     asked, rest = parser.parse_known_args(arguments)
@@ -44,6 +47,12 @@ def main(given: Sequence[str] | None = None) -> int:
             listing.error(f"unrecognized arguments: {' '.join(rest)}")
         print(listed(asked.long))
         return 0
+    if asked.command == "stale":
+        old = stale()
+        for name, changed in old.items():
+            print(f"{name:28s} {', '.join(changed)}")
+        print(f"{len(old)} of {len(record.names())} records are stale")
+        return int(asked.check and bool(old))
     if asked.name is None or asked.name.startswith("-"):
         running.print_help()
         return 0 if {"-h", "--help"} & set(rest) else 2
@@ -100,7 +109,7 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
     if out is not None or not short:
         where: dict[str, Any] = {} if out is None else {"folder": out}
         plain = [table.to_dict() for table in tables]
-        path = record.save(chosen.name, settings, plain, seconds, **where)
+        path = record.save(chosen.name, settings, plain, seconds, sources=digests(chosen), **where)
         print(f"recorded: {path}")
         if out is not None:
             _draw(tables, path)

@@ -5,7 +5,7 @@
 
     {"name": "synthetic",
      "runs": [{"machine": {"cpu": "...", "cores": 2}, "commit": "1a2b3c4", "date": "2026-11-23",
-               "settings": {"frames": 300}, "seconds": 41.2}],
+               "settings": {"frames": 300}, "seconds": 41.2, "sources": {"experiments/a/b.py": "1f0c..."}}],
      "tables": [{"id": "300-frames", "title": "...", "columns": ["mesh", "mean mm"],
                  "rows": [["spot", "0.0244"]], "notes": ["..."], "numbers": null, "run": 0}]}
 
@@ -41,6 +41,7 @@ def save(
     tables: Sequence[Mapping[str, Any]],
     seconds: float,
     *,
+    sources: Mapping[str, str] | None = None,
     folder: Path = RESULTS,
 ) -> Path:
     """Record a run. It replaces the run with the same settings; those with others stay beside it.
@@ -56,6 +57,8 @@ def save(
         later end in -2, -3), ``notes`` (lines below the table) and ``numbers`` (unrounded values).
     seconds : float
         Wall-clock time of the run.
+    sources : mapping, optional
+        Digests of what was measured with (:mod:`experiments.sources`).
     folder : Path
         Where the file NAME.json is, or is to be.
 
@@ -75,6 +78,7 @@ def save(
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "settings": json.loads(json.dumps(dict(settings), default=_plain)),
         "seconds": round(seconds, 3),
+        **({} if sources is None else {"sources": dict(sources)}),
     }
     measured = [_checked(name, table) for table in tables]
     before = load(name, folder) if path_of(name, folder).exists() else {"runs": [], "tables": []}

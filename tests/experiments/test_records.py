@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from experiments import record, render
+from experiments import record, render, sources
+from experiments.registry import all_experiments
 
 
 def table(title="Fall, 3.16 mm", cell="1.0", **more):
@@ -69,3 +70,25 @@ def test_a_page_is_filled_from_its_records(tmp_path):
     assert "| cat | 1.0 |" in lines
     assert "| cat | 2\\|0 |" in lines
     assert "one note" in lines
+
+
+def test_a_record_is_stale_when_a_result_or_the_experiment_has_changed():
+    """Not when comments, layout or code that keeps the results have."""
+    now = {"experiments/fall.py": "1f", "gate: depth": "2e"}
+    kept = {"commit": "a1", "sources": dict(now)}
+    assert sources.changed_since({"runs": [kept]}, now) == []
+    assert sources.changed_since({"runs": [kept]}, {**now, "gate: depth": "3d"}) == ["gate: depth"]
+    assert sources.changed_since({"runs": [kept, {"commit": "b2"}]}, now) == [
+        "measured at b2, without digests"
+    ]
+
+
+def test_the_digest_of_a_module_is_that_of_its_code():
+    code = "def f():\n    return 1\n"
+    assert sources.of_code('"""What it is."""\n# why\n' + code) == sources.of_code(code)
+    assert sources.of_code(code.replace("1", "2")) != sources.of_code(code)
+
+
+def test_every_experiment_names_runs_of_the_gate():
+    for experiment in all_experiments().values():
+        assert all(len(digest) == 12 for digest in sources.digests(experiment).values())
