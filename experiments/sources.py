@@ -48,7 +48,7 @@ def digests(experiment: Experiment) -> dict[str, str]:
     file = Path(spec.origin)
     out = {file.relative_to(ROOT).as_posix(): of_code(file.read_text(encoding="utf-8"))}
     recorded = json.loads((ROOT / "tests/gate/hashes.json").read_text(encoding="utf-8"))["hashes"]
-    for run in GATE[module.split(".")[1]]:
+    for run in GATE.get(module.removeprefix("experiments.").split(".")[0], ()):
         out[f"gate: {run}"] = _digest(json.dumps(recorded[run], sort_keys=True))
     return out
 

@@ -91,4 +91,5 @@ def test_the_digest_of_a_module_is_that_of_its_code():
 
 def test_every_experiment_names_runs_of_the_gate():
     for experiment in all_experiments().values():
+        assert experiment.function.__module__.split(".")[1] in sources.GATE
         assert all(len(digest) == 12 for digest in sources.digests(experiment).values())

@@ -160,7 +160,9 @@ def test_what_is_missing_is_said_in_one_line(dataset):
 def test_poses_are_features_of_a_copy(dataset, tmp_path):
     root, _ = dataset
     poses = np.tile(np.eye(4), (EPISODES[1], 1, 1))
-    poses[:, :3, 3] = np.arange(3 * EPISODES[1]).reshape(-1, 3)
+    poses[:, :3, 3] = (
+        np.arange(3 * EPISODES[1]).reshape(-1, 3) + 1e-9
+    )  # whole numbers of metres and a nanometre
     poses[2] = np.nan
     before = (root / "data/chunk-000/file-000.parquet").read_bytes()
     names = write_poses(root, tmp_path / "out", {1: {"cup": (poses, np.ones(EPISODES[1]))}})
@@ -169,7 +171,9 @@ def test_poses_are_features_of_a_copy(dataset, tmp_path):
     column = parquet.read_table(tmp_path / "out/data/chunk-000/file-000.parquet")[names[0]].to_pylist()
     assert np.isnan(column[: EPISODES[0]]).all()
     assert np.isnan(column[EPISODES[0] + 2]).all()
-    assert column[EPISODES[0] + 1] == [3, 4, 5, 0, 0, 0, 1, 1]
+    assert column[EPISODES[0] + 1] == pytest.approx(
+        [*(np.array([3, 4, 5]) + 1e-9), 0, 0, 0, 1, 1], rel=0, abs=1e-12
+    )
     info = json.loads((tmp_path / "out/meta/info.json").read_text())
     assert info["features"][names[0]]["shape"] == [8]
     assert json.loads((tmp_path / "out/meta/stats.json").read_text())[names[0]]["count"] == [EPISODES[1] - 1]

@@ -246,7 +246,7 @@ def write_poses(
     Returns
     -------
     list of str
-        The new features: x, y, z, qx, qy, qz, qw of T_cam_obj (m) and the confidence, float32, NaN where not known.
+        The new features: x, y, z, qx, qy, qz, qw of T_cam_obj (m) and the confidence, float64, NaN where not known.
         ValueError if `out` exists, or the numbers of frames differ.
     """
     need("pyarrow", "lerobot")
@@ -273,12 +273,12 @@ def _add(
 
     stats = target / "meta/stats.json"
     known = read_json(stats) if stats.is_file() else {}
-    values: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
+    values: dict[str, list[NDArray[np.float64]]] = {name: [] for name in names}
     for path in {_data_file(source, info, _episode(source, episode)) for episode in trajectories}:
         table = _table(path)
         episodes = np.array(table["episode_index"].to_pylist())
         for name in names:
-            column = np.full((len(episodes), len(POSE)), np.nan, np.float32)
+            column = np.full((len(episodes), len(POSE)), np.nan)
             for episode, objects in trajectories.items():
                 own = episodes == episode
                 if name in objects and own.any():
@@ -292,7 +292,7 @@ def _add(
         parquet.write_table(table.replace_schema_metadata(meta), new)
     for name in names:
         key = f"observation.pose.{name}"
-        info["features"][key] = {"dtype": "float32", "shape": [len(POSE)], "names": list(POSE)}
+        info["features"][key] = {"dtype": "float64", "shape": [len(POSE)], "names": list(POSE)}
         known[key] = _statistics(np.concatenate(values[name]))
     for path, content in ((target / INFO, info), (stats, known)):
         path.unlink(missing_ok=True)
@@ -306,7 +306,7 @@ def _linked(source: str, target: str) -> None:
         shutil.copy2(source, target)
 
 
-def _column(name: str, given: Any, count: int) -> NDArray[np.float32]:
+def _column(name: str, given: Any, count: int) -> NDArray[np.float64]:
     T, c = (np.asarray(values, np.float64) for values in given)
     if T.shape != (count, 4, 4) or c.shape != (count,):
         expected = f"expected poses ({count}, 4, 4) and {count} confidences"
@@ -314,11 +314,11 @@ def _column(name: str, given: Any, count: int) -> NDArray[np.float32]:
     rows = np.full((count, len(POSE)), np.nan)
     for i in np.flatnonzero(np.isfinite(T).all(axis=(1, 2))):
         rows[i] = [*T[i, :3, 3], *quaternion(T[i, :3, :3]), c[i]]
-    return rows.astype(np.float32)
+    return rows
 
 
-def _statistics(column: NDArray[np.float32]) -> dict[str, Any]:
+def _statistics(column: NDArray[np.float64]) -> dict[str, Any]:
     rows = column[np.isfinite(column).all(axis=1)]
-    rows = rows if len(rows) else np.zeros((1, column.shape[1]), np.float32)
+    rows = rows if len(rows) else np.zeros((1, column.shape[1]))
     found = {"min": rows.min(0), "max": rows.max(0), "mean": rows.mean(0), "std": rows.std(0)}
     return {**{name: v.tolist() for name, v in found.items()}, "count": [len(rows)]}
