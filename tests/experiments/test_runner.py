@@ -60,7 +60,7 @@ def test_options_come_from_the_signature_and_the_record_has_all_that_a_reader_ne
     assert f"5 2.0 slate,flint rock True {{'spin': 0.5}} {tmp_path.name}" in printed
     assert "a note" in printed
     record = json.loads((tmp_path / "made" / "stones.json").read_text())
-    assert set(record["runs"][0]) == {"machine", "commit", "date", "settings", "seconds"}
+    assert set(record["runs"][0]) == {"machine", "commit", "date", "settings", "seconds", "sources"}
     assert record["runs"][0]["settings"]["only"] == ["slate", "flint"]
     assert record["tables"][0]["rows"] == ROWS
     assert record["tables"][0]["numbers"] == {"a": 1.5}
