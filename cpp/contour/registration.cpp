@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "optim/dense.h"
 #include "optim/lm_loop.h"
@@ -22,7 +23,7 @@ class WarpSystem {
   using Vector = Eigen::Matrix<double, P, 1>;
 
   WarpSystem(const ContourOptions& options, const RegistrationWork& work, ContourGrid* grid)
-      : options_(options), work_(work), grid_(grid), reach_(0.5 * std::hypot(grid->nx, grid->ny)) {
+      : options_(options), work_(work), grid_(grid), reach_(0.5 * hypotenuse(grid->nx, grid->ny)) {
     here_ = sums();
   }
   double cost() const { return here_.cost; }

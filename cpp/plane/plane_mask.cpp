@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/portable_math.h"
 
 namespace sdftrack::plane {
 
@@ -52,7 +53,7 @@ MaskRow mask_row(const Camera& camera, const InversePlane& plane, const PlaneSla
   m.g[0] = f(plane.g.x), m.g[1] = f(plane.g.y), m.g[2] = f(plane.g.z);
   m.near_m = f(slab.noise.near_m), m.per_m = f(slab.noise.per_m);
   m.sideways =
-      f(slab.noise.lateral_px * std::hypot(plane.g.x, plane.g.y) / std::sqrt(camera.K.fx * camera.K.fy));
+      f(slab.noise.lateral_px * hypotenuse(plane.g.x, plane.g.y) / std::sqrt(camera.K.fx * camera.K.fy));
   m.tolerance2 = f(length * length * slab.tolerance_m * slab.tolerance_m);
   // The floor applies to the noise, whatever its scale.
   m.floor2 = s2 > 0 ? f(length * length * kPlaneNoiseFloor_m * kPlaneNoiseFloor_m / s2) : 0.0f;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "optim/dense.h"
 
 namespace sdftrack::primitives {
@@ -104,7 +105,7 @@ SeedCloud seed_cloud(const PrimitiveView& view) {
   for (const Vec3d& p : cloud.points) cloud.mean = cloud.mean + (1.0 / double(n)) * p;
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     const Span s = span_along(cloud.points, axis);
-    cloud.diameter_m = std::hypot(cloud.diameter_m, s.high - s.low);
+    cloud.diameter_m = hypotenuse(cloud.diameter_m, s.high - s.low);
   }
   const double reach = std::max(kMinReach_m, kReach * cloud.diameter_m);
   for (std::size_t i = 0; i < std::min(n, 2 * kNormals) && cloud.normals.size() < kNormals; ++i) {

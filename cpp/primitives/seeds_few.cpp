@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "optim/dense.h"
 #include "primitives/seeds.h"
 
@@ -38,7 +39,7 @@ bool circle_through(const std::vector<Flat>& points, Vec2d* middle, double* radi
     if (!c.allFinite() || !(r2 > 0)) return false;
     *middle = {c[0], c[1]}, *radius = std::sqrt(r2);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const double off = (std::hypot(points[i].x - c[0], points[i].y - c[1]) - *radius) / (kNear * *radius);
+      const double off = (hypotenuse(points[i].x - c[0], points[i].y - c[1]) - *radius) / (kNear * *radius);
       weight[i] = 1 / (1 + off * off);
     }
   }

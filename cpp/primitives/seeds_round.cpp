@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "optim/dense.h"
 #include "primitives/seeds.h"
 
@@ -77,7 +78,7 @@ bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* midd
     double axx = 0, axy = 0, ayy = 0, bx = 0, by = 0;
     for (std::size_t i = 0; i < sides.size(); ++i) {
       double nx = dot(sides[i].n, u), ny = dot(sides[i].n, v);
-      const double length = std::hypot(nx, ny);
+      const double length = hypotenuse(nx, ny);
       nx /= length, ny /= length;
       const double off = -ny * dot(sides[i].p, u) + nx * dot(sides[i].p, v), w = weight[i];
       axx += w * ny * ny, axy -= w * nx * ny, ayy += w * nx * nx;
@@ -90,7 +91,7 @@ bool middle_of(const std::vector<Oriented>& sides, Vec3d u, Vec3d v, Vec2d* midd
       const double dx = middle->x - dot(sides[i].p, u), dy = middle->y - dot(sides[i].p, v);
       const double nx = dot(sides[i].n, u), ny = dot(sides[i].n, v);
       const double miss =
-          std::abs(nx * dy - ny * dx) / (0.2 * std::hypot(nx, ny) * std::hypot(dx, dy) + 1e-9);
+          std::abs(nx * dy - ny * dx) / (0.2 * hypotenuse(nx, ny) * hypotenuse(dx, dy) + 1e-9);
       weight[i] = 1 / (1 + miss * miss);
     }
   }
@@ -164,7 +165,7 @@ void guess_round(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed,
     const bool round = sides.size() >= 8 && middle_of(sides, u, v, &middle);
     std::vector<Ring> rings;
     for (const Oriented& o : sides)
-      rings.push_back({dot(o.p, axis), std::hypot(dot(o.p, u) - middle.x, dot(o.p, v) - middle.y)});
+      rings.push_back({dot(o.p, axis), hypotenuse(dot(o.p, u) - middle.x, dot(o.p, v) - middle.y)});
     if (!round || rings.empty()) {
       // No visible side: a disc as wide as the points, with a height behind it.
       const double r = 0.25 * (x.high - x.low + y.high - y.low);

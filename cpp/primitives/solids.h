@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "base/portable_math.h"
 #include "primitives/ellipsoid_ray.h"
 #include "primitives/solid_traits.h"
 #include "sdf/solid_ellipsoid.h"
@@ -47,7 +48,7 @@ struct SolidTraits<PrimitiveKind::kCone> : SolidDefaults {
     return sdf::cone_sample(p, size[0], size[1]);
   }
   static Reach reach(Vec3d v, const PrimitiveSize& s) {
-    const double across = std::hypot(v.x, v.y), apex = 0.5 * v.z * s[1], base = s[0] * across - apex;
+    const double across = hypotenuse(v.x, v.y), apex = 0.5 * v.z * s[1], base = s[0] * across - apex;
     if (apex > base) return {apex, {0, 0, 0.5 * s[1]}, {0, 0.5 * v.z, 0}};
     return {base, s[0] * rim_towards(v, across) - Vec3d{0, 0, 0.5 * s[1]}, {across, -0.5 * v.z, 0}};
   }
@@ -67,7 +68,7 @@ struct SolidTraits<PrimitiveKind::kCylinder> : SolidDefaults {
     return sdf::cylinder_sample(p, size[0], size[1]);
   }
   static Reach reach(Vec3d v, const PrimitiveSize& s) {
-    const double across = std::hypot(v.x, v.y), up = std::copysign(0.5, v.z);
+    const double across = hypotenuse(v.x, v.y), up = std::copysign(0.5, v.z);
     const Vec3d rim = rim_towards(v, across);
     return {s[0] * across + s[1] * up * v.z, s[0] * rim + Vec3d{0, 0, up * s[1]}, {across, up * v.z, 0}};
   }

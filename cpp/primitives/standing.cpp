@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
+
 namespace sdftrack::primitives {
 
 namespace {
@@ -46,7 +48,7 @@ int resting_residuals(const PrimitiveField& field, const PrimitiveSize& size, co
     gap.J[0] = -m.x, gap.J[1] = -m.y, gap.J[2] = -m.z;
   };
   if (rest == Rest::kSide) {
-    const double across = std::max(1e-12, std::hypot(m.x, m.y));
+    const double across = std::max(1e-12, hypotenuse(m.x, m.y));
     set_gap({-radius * m.x / across, -radius * m.y / across, 0});
     gap.J[6] = -radius * across;
     set(1, m.z, {0, 0, 1});

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/portable_math.h"
 #include "base/quantile.h"
 
 namespace sdftrack::reconstruction {
@@ -98,7 +99,7 @@ double shorter_side_px(const PixelMask& mask) {
   // A side of the rectangle of least area lies along an edge of the hull.
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Pixel a = hull[i], b = hull[(i + 1) % hull.size()];
-    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    const double length = hypotenuse(b.x - a.x, b.y - a.y);
     if (!(length > 0)) continue;
     const double ux = (b.x - a.x) / length, uy = (b.y - a.y) / length;
     double low = 0, high = 0, across = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/portable_math.h"
 #include "tracking/options/sensor_noise.h"
 
 namespace sdftrack::tracking {
@@ -154,7 +155,7 @@ ObjectResult ObjectFollower::accept(Fitted fitted, Trust trust, const FrameConte
     result.runner_up = kUnknown;
   }
   result.cost = fitted.cost;
-  result.systematic_m = std::hypot(fitted.systematic_m, distance_error_m(options_, fitted.T_cam_obj.t.z));
+  result.systematic_m = hypotenuse(fitted.systematic_m, distance_error_m(options_, fitted.T_cam_obj.t.z));
   result.foreground = fitted.foreground;
   result.steps = std::move(fitted.steps);
   return result;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/pixel_ray.h"
+#include "base/portable_math.h"
 #include "frame/region.h"
 #include "tracking/object_follower.h"
 #include "tracking/trust/silhouette_colors.h"
@@ -18,7 +19,7 @@ constexpr double kOutlineObjectRate = 0.1, kOutlineBackgroundRate = 0.2;
 constexpr double kBent_rad = 0.06;  // sd of a pose by depth that bends a whole surface
 constexpr double kFar_m = 0.020, kFar_rad = 10 * std::numbers::pi / 180;
 
-double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
+double within(double limit, double variance) { return error_function(limit / std::sqrt(2 * variance)); }
 
 // Pixels whose measurement lies near the surface at a pose: a mask of the object that tolerates bent depth.
 std::vector<unsigned char> measured_near(const frame::DepthFrame& frame, const Camera& camera,

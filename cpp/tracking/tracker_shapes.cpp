@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/portable_math.h"
 #include "tracking/options/sensor_noise.h"
 #include "tracking/tracker.h"
 
@@ -128,9 +129,9 @@ std::vector<Rigidd> Tracker::alternative_poses(int k) const {
 SizeTest::LogScale Tracker::scale(int k) const {
   const Object& one = object(k);
   const double z = one.T_cam_obj.t.z;
-  const double error_m = std::hypot(sensor_systematic_m(options_, z), distance_error_m(options_, z));
+  const double error_m = hypotenuse(sensor_systematic_m(options_, z), distance_error_m(options_, z));
   const SizeTest::LogScale left = one.size.free_scale();
-  return {one.log_scale + left.mean, std::hypot(left.sd, error_m / z)};
+  return {one.log_scale + left.mean, hypotenuse(left.sd, error_m / z)};
 }
 
 void Tracker::paint(int k, const energies::ColorView& colors) {

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "calibration/ball/median.h"
 #include "calibration/ball/outline.h"
@@ -66,7 +67,7 @@ frame::PixelMask disc_of(const Outline& outline, int width, int height) {
   const double x = 0.5 * (left->x + right->x), y = 0.5 * (top->y + low->y);
   frame::PixelMask out(width, height);
   for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u) out.on[out.at(u, v)] = std::hypot(u - x, v - y) < 0.9 * outline.radius_px;
+    for (int u = 0; u < width; ++u) out.on[out.at(u, v)] = hypotenuse(u - x, v - y) < 0.9 * outline.radius_px;
   return out;
 }
 

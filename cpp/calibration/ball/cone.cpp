@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/portable_math.h"
 #include "calibration/ball/median.h"
 #include "optim/dense.h"
 
@@ -120,10 +121,10 @@ OutlineCurve outline_of(const Cone& cone, const Camera& camera, int count) {
     const Vec2d next = out.at[(i + 1) % n], last = out.at[(i + n - 1) % n];
     const Vec2d off{out.at[i].x - centre.x, out.at[i].y - centre.y};
     Vec2d normal{next.y - last.y, last.x - next.x};
-    double length = std::hypot(normal.x, normal.y);
+    double length = hypotenuse(normal.x, normal.y);
     if (normal.x * off.x + normal.y * off.y < 0) length = -length;
     out.normal.push_back({normal.x / length, normal.y / length});
-    out.radius_px += std::hypot(off.x, off.y) / count;
+    out.radius_px += hypotenuse(off.x, off.y) / count;
   }
   return out;
 }

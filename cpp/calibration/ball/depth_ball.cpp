@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "calibration/ball/ball_filter.h"
 #include "calibration/ball/median.h"
@@ -152,7 +153,7 @@ std::vector<DepthBall> BallFinder::search(const ImageView<float>& depth) const {
         }))
       found.push_back(*ball);
     std::erase_if(points, [&](const NearestPoint& p) {
-      return std::hypot(p.u - best.u, p.v - best.v) < best.radius_px;
+      return hypotenuse(p.u - best.u, p.v - best.v) < best.radius_px;
     });
   }
   std::stable_sort(found.begin(), found.end(),

@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "calibration/ball/edges.h"
 #include "calibration/ball/median.h"
@@ -31,7 +32,7 @@ struct Circle {
   double radius;
 };
 
-double distance(Vec2d a, Vec2d b) { return std::hypot(a.x - b.x, a.y - b.y); }
+double distance(Vec2d a, Vec2d b) { return hypotenuse(a.x - b.x, a.y - b.y); }
 
 std::optional<Circle> circle_through(Vec2d a, Vec2d b, Vec2d c) {
   const double bx = 2 * (b.x - a.x), by = 2 * (b.y - a.y), cx = 2 * (c.x - a.x), cy = 2 * (c.y - a.y);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "base/portable_math.h"
 #include "calibration/ball/sample.h"
 #include "calibration/registration/resection.h"
 
@@ -58,7 +59,7 @@ Consensus judged(const DepthToColor& map, const BallPairs& pairs) {
   Consensus out{map, Chosen(pairs.size()), 0};
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Vec2d px = map.pixel(pairs[i].center_cam);
-    const double off = std::hypot(px.x - pairs[i].color_px.x, px.y - pairs[i].color_px.y) / kBand_px;
+    const double off = hypotenuse(px.x - pairs[i].color_px.x, px.y - pairs[i].color_px.y) / kBand_px;
     out.agree[i] = off < 1;
     if (out.agree[i]) out.score += 1 - off * off;  // prefers the tighter of maps with as many pairs
   }

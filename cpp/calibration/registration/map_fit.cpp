@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/portable_math.h"
 #include "calibration/ball/median.h"
 #include "optim/dense.h"
 
@@ -72,7 +73,7 @@ double studentised2(const PairResidual& r, const Eigen::MatrixXd& inverse, bool 
   return sum;
 }
 
-bool usable(const PairResidual& r) { return r.known && std::hypot(r.px.x, r.px.y) < kMaxOff_px; }
+bool usable(const PairResidual& r) { return r.known && hypotenuse(r.px.x, r.px.y) < kMaxOff_px; }
 
 std::size_t count_usable(const std::vector<PairResidual>& residuals, const Chosen& kept) {
   std::size_t n = 0;

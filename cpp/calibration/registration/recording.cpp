@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "calibration/registration/first_map.h"
 
 namespace sdftrack::calibration {
@@ -97,7 +98,7 @@ BallRecording::Picks BallRecording::picked_again(const Picks& picks, const Depth
       if (!cone) continue;
       for (std::size_t a = 0; a < f.balls.size(); ++a) {
         const Vec2d px = map.pixel(f.balls[a].center_cam);
-        const double off = std::hypot(px.x - cone->center_px.x, px.y - cone->center_px.y);
+        const double off = hypotenuse(px.x - cone->center_px.x, px.y - cone->center_px.y);
         if (off < least) least = off, pick.ball = a, pick.outline = b;
       }
     }

@@ -8,6 +8,7 @@
 #include <complex>
 #include <limits>
 
+#include "base/portable_math.h"
 #include "calibration/ball/cone.h"
 #include "calibration/ball/median.h"
 #include "optim/dense.h"
@@ -150,7 +151,7 @@ std::optional<DepthToColor> resection(const std::vector<Vec3d>& p_cam, const std
   double least = std::numeric_limits<double>::infinity();
   for (const Rigidd& T : poses_of_three(p_cam.data(), rays.data())) {
     const Vec2d px = pixel_of(color, T * p_cam[3]);
-    const double off = std::hypot(px.x - color_px[3].x, px.y - color_px[3].y);
+    const double off = hypotenuse(px.x - color_px[3].x, px.y - color_px[3].y);
     if (off < least) best.emplace(T, color), least = off;
   }
   return best;

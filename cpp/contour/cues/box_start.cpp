@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "contour/memory/mask_ops.h"
 #include "contour/memory/resampling.h"
@@ -91,7 +92,7 @@ PlacePrior place_prior(const BoxedImage& image) {
       const double away_x = (2 * x + 1 - image.x0 - image.x1) / (image.x1 - image.x0);
       const double away_y = (2 * y + 1 - image.y0 - image.y1) / (image.y1 - image.y0);
       out.within.row(y)[x] = std::max(std::abs(away_x), std::abs(away_y)) < 1;
-      out.log_odds.row(y)[x] = float(kPriorSlope * (kPriorRadius - std::hypot(away_x, away_y)));
+      out.log_odds.row(y)[x] = float(kPriorSlope * (kPriorRadius - hypotenuse(away_x, away_y)));
     }
   return out;
 }

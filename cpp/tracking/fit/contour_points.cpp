@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "frame/passage.h"
 #include "frame/point_ops.h"
@@ -91,7 +92,7 @@ class Contour {
 
   Vec2d image_normal(Vec3d n_obj) const {
     const Vec3d n = T_cam_obj_.R * n_obj;
-    const double length = std::hypot(n.x, n.y);
+    const double length = hypotenuse(n.x, n.y);
     return length > 1e-9 ? Vec2d{n.x / length, n.y / length} : Vec2d{1, 0};
   }
 
@@ -180,12 +181,12 @@ void find_contour(const Intrinsics<double>& K, const frame::Shape& shape, const 
     return Vec2d{b.x - a.x, b.y - a.y};
   };
   double around = 0;
-  for (std::size_t i = 0; i < hull.size(); ++i) around += std::hypot(edge(i).x, edge(i).y);
+  for (std::size_t i = 0; i < hull.size(); ++i) around += hypotenuse(edge(i).x, edge(i).y);
   const double apart = around / requested;
   double left = 0.5 * apart;  // until the next point
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Vec2d e = edge(i);
-    const double length = std::hypot(e.x, e.y);
+    const double length = hypotenuse(e.x, e.y);
     const Vec2d outwards{e.y / length, -e.x / length};
     for (; left < length; left += apart) {
       const double k = left / length;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "optim/camera_increment.h"
 #include "tracking/options/sensor_noise.h"
@@ -288,7 +289,7 @@ void FitView::examine(const Neighbors& others, Fitted* fitted) {
   // An error of the depth found by the outline does not count against the pose.
   const double shared_m =
       std::max(systematic_m, std::min(options_.max_systematic_m, fitted->memory.outline.depth_off_m));
-  fitted->roughness = local > 0 ? measured / std::hypot(own, shared_m / stated_m) : 1;
+  fitted->roughness = local > 0 ? measured / hypotenuse(own, shared_m / stated_m) : 1;
   const double known = before.noise_known ? before.noise_factor : measured;
   const double noise_m = (local > 0 ? std::min(known, kSharedPerLocal * local) : known) * stated_m;
   fitted->seen = compare_visible(*frame_, *camera_, target_->shape, fitted->T_cam_obj,

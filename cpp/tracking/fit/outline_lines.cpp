@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 #include "energies/outline_offset.h"
 #include "tracking/fit/outline_places.h"
@@ -66,7 +67,7 @@ class LineMaker {
     const double blind = (2 * reach_ + 1) / std::sqrt(12.0);
     if (found.contrast < kMinContrast || found.sd > kMaxSd * blind) return false;
     line->offset_px = begin + found.mean * per_step;
-    line->sd_px = std::hypot(found.sd * per_step, kPixelSd * stride_);
+    line->sd_px = hypotenuse(found.sd * per_step, kPixelSd * stride_);
     return true;
   }
 

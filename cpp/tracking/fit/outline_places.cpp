@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "base/portable_math.h"
+
 namespace sdftrack::tracking {
 
 namespace {
@@ -30,7 +32,7 @@ bool OutlinePlaces::find(const ContourPoint& point, Vec2d* centre_px, Vec2d* nor
   if (!view_.place(p, centre_px, &J)) return false;
   const Vec3d along = cross(n, p);  // of the outline, in space
   const Vec2d tangent{dot(J.u, along), dot(J.v, along)}, out{dot(J.u, n), dot(J.v, n)};
-  const double length = std::hypot(tangent.x, tangent.y);
+  const double length = hypotenuse(tangent.x, tangent.y);
   if (!(length > 0)) return false;
   const double sign = out.x * tangent.y - out.y * tangent.x >= 0 ? 1 / length : -1 / length;
   *normal = {sign * tangent.y, -sign * tangent.x};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/portable_math.h"
 #include "optim/camera_increment.h"
 
 namespace sdftrack::tracking {
@@ -160,7 +161,7 @@ std::string SizeTest::other_size() const {
   const double s = depth.log_scale(), sd = depth.sd();
   if (!(std::abs(s) - kBand > kSure_sd * sd)) return {};
   if (outline.known() && !outline_out_of_reach() &&
-      std::abs(s - outline.log_scale()) > kBand + kAgree_sd * std::hypot(sd, outline.sd()))
+      std::abs(s - outline.log_scale()) > kBand + kAgree_sd * hypotenuse(sd, outline.sd()))
     return {};
   const auto percent = [](double log_scale) { return 100 * std::abs(std::expm1(log_scale)); };
   const double half = kInterval_sd * sd + kInterval;

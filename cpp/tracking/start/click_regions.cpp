@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/portable_math.h"
 #include "base/short_text.h"
 #include "base/to_int.h"
 #include "plane/near_planes.h"
@@ -92,7 +93,7 @@ frame::PixelMask core_of(const frame::PixelMask& region, const Surroundings& s, 
   const double z = s.points.p[s.points.at(seed.x, seed.y)].z;
   for (int y = 0; y < region.height; ++y)
     for (int x = 0; x < region.width; ++x)
-      out.on[out.at(x, y)] = region(x, y) && std::hypot(x - seed.x, y - seed.y) <= kCore_px &&
+      out.on[out.at(x, y)] = region(x, y) && hypotenuse(x - seed.x, y - seed.y) <= kCore_px &&
                              std::abs(s.points.p[s.points.at(x, y)].z - z) < kCore_m;
   return out;
 }

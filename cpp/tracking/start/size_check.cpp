@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "base/portable_math.h"
 #include "base/quantile.h"
 
 namespace sdftrack::tracking {
@@ -94,7 +95,7 @@ frame::PixelMask alone_in(const frame::DepthFrame& frame, const Camera& camera, 
       if (frame.depth_m(x, y) > 0) depths_m.push_back(static_cast<double>(frame.depth_m(x, y)));
   if (depths_m.empty()) return {};
   const double w = box.x1 - box.x0, h = box.y1 - box.y0;
-  const double reach_m = std::hypot(w, h) / camera.K.fx * median(&depths_m);
+  const double reach_m = hypotenuse(w, h) / camera.K.fx * median(&depths_m);
   frame::PixelMask whole;
   try {
     whole = connected_region(frame, camera, {box.x0 + 0.5 * w, box.y0 + 0.5 * h}, reach_m);
@@ -125,8 +126,9 @@ double extent_in(const frame::DepthFrame& frame, const Camera& camera, const uns
 
 double size_of(const frame::Shape& shape) {
   const std::vector<Vec3f> points = ends_inside(shape.sdf, kRoughBox);
-  return std::hypot(extent_along({1, 0, 0}, points), extent_along({0, 1, 0}, points),
-                    extent_along({0, 0, 1}, points));
+  const Vec3d box{extent_along({1, 0, 0}, points), extent_along({0, 1, 0}, points),
+                  extent_along({0, 0, 1}, points)};
+  return norm(box);
 }
 
 double diameter_of(const frame::Shape& shape) {

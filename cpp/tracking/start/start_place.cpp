@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/interrupt.h"
+#include "base/portable_math.h"
 #include "base/short_text.h"
 #include "base/to_int.h"
 #include "tracking/start/click_regions.h"
@@ -65,7 +66,7 @@ std::vector<Pixel> best_places(std::vector<ScoredPlace> found) {
     const Pixel p = found[k].at;
     if (std::all_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(k),
                     [&](const ScoredPlace& better) {
-                      return std::hypot(p.x - better.at.x, p.y - better.at.y) > kApart_px;
+                      return hypotenuse(p.x - better.at.x, p.y - better.at.y) > kApart_px;
                     }))
       out.push_back(p);
   }

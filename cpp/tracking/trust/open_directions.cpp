@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/portable_math.h"
 #include "optim/dense.h"
 
 namespace sdftrack::tracking {
@@ -143,7 +144,7 @@ std::string OpenDirections::unexplained(const std::vector<Rigidd>& symmetries, b
 }
 
 double least_form_slope(const frame::Shape& shape) {
-  return std::hypot(kSlope, kSlopePerVoxel * double(shape.sdf.voxel_m) / seen_half(shape.moments));
+  return hypotenuse(kSlope, kSlopePerVoxel * double(shape.sdf.voxel_m) / seen_half(shape.moments));
 }
 
 Matrix6d seen_form(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,

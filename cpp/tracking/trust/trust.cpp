@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/portable_math.h"
 #include "base/to_int.h"
 
 namespace sdftrack::tracking {
@@ -41,7 +42,7 @@ double share(int a, int b) { return (a + 1.0) / (a + b + 2.0); }
 
 double rise(double x) { return 1 / (1 + std::exp(-x)); }
 
-double within(double limit, double variance) { return std::erf(limit / std::sqrt(2 * variance)); }
+double within(double limit, double variance) { return error_function(limit / std::sqrt(2 * variance)); }
 
 // The reason that weighs most against a pose without a plain fault.
 Reason doubt(const PoseEvidence& e) {
