@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pixel_mask.h"
+#include "reconstruction/reconstruction.h"
 #include "release_gil.h"
 #include "volume.h"
 
@@ -26,31 +27,28 @@ py::array_t<double> planes_to_numpy(const std::vector<PlaneBelow>& planes) {
   return gathered<double>(planes, {5}, [](const PlaneBelow& p) { return &p.normal_cam.x; });
 }
 
-reconstruction::BeginningOptions beginning_options(bool planes, bool keep_to_mask, int mask_margin_px,
-                                                   const std::optional<double>& noise_m) {
-  return {planes, keep_to_mask, mask_margin_px, noise_m};
+reconstruction::BeginningOptions beginning_options(const reconstruction::ReconstructionOptions& o) {
+  return {o.planes, o.keep_to_mask, o.mask_margin_px, o.noise_m};
 }
 
 Beginning find_object(const py::array& depth, const py::object& place, const Camera& camera,
-                      const std::optional<PyVolume>& initial, bool planes, bool keep_to_mask,
-                      int mask_margin_px, const std::optional<double>& noise_m) {
+                      const std::optional<PyVolume>& initial,
+                      const reconstruction::ReconstructionOptions& options) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const tracking::PoseHint hint = pose_hint_from(place, camera);
   const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
-  const auto options = beginning_options(planes, keep_to_mask, mask_margin_px, noise_m);
   const ReleaseGil release;
-  return reconstruction::find_object(image, hint, camera, shape ? &*shape : nullptr, options);
+  return reconstruction::find_object(image, hint, camera, shape ? &*shape : nullptr,
+                                     beginning_options(options));
 }
 
 Beginning find_standing(const py::array& depth, const py::array& T, const Camera& camera,
-                        const PyVolume& initial, bool planes, bool keep_to_mask, int mask_margin_px,
-                        const std::optional<double>& noise_m) {
+                        const PyVolume& initial, const reconstruction::ReconstructionOptions& options) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const Rigidd T_cam_obj = rigid_from(T, "T");
   const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
-  const auto options = beginning_options(planes, keep_to_mask, mask_margin_px, noise_m);
   const ReleaseGil release;
-  return reconstruction::find_standing(image, T_cam_obj, camera, *shape, options);
+  return reconstruction::find_standing(image, T_cam_obj, camera, *shape, beginning_options(options));
 }
 
 // As it was saved.
@@ -118,13 +116,6 @@ void bind_beginning(py::module_& m) {
             return self;
           },
           "T_cam_obj"_a, "The same with another pose.")
-      .def(
-          "view",
-          [](const Beginning& self, const Camera& camera, const py::array& T) {
-            return std::const_pointer_cast<reconstruction::FirstView>(
-                self.view_at(camera, rigid_from(T, "T")));
-          },
-          "camera"_a, "T_cam_obj"_a, "The bounds on the object at this pose; None: none.")
       .def_property_readonly("T_cam_obj", [](const Beginning& self) { return self.T_cam_obj; })
       .def_property_readonly("on_object", [](const Beginning& self) { return mask_to_numpy(self.on_object); })
       .def_property_readonly("centre_cam", [](const Beginning& self) { return self.ball.centre_cam; })
@@ -147,21 +138,10 @@ void bind_beginning(py::module_& m) {
         if (!self.outline) return std::nullopt;
         return mask_to_numpy(*self.outline);
       });
-  m.def("find_object", &find_object, "depth"_a, "place"_a, "camera"_a, "initial"_a, "planes"_a,
-        "keep_to_mask"_a, "mask_margin_px"_a, "noise_m"_a,
+  m.def("find_object", &find_object, "depth"_a, "place"_a, "camera"_a, "initial"_a, "options"_a,
         "The object of a first frame at a mask, a box, or a pose of the initial shape.");
-  m.def("find_standing", &find_standing, "depth"_a, "T_cam_obj"_a, "camera"_a, "shape"_a, "planes"_a,
-        "keep_to_mask"_a, "mask_margin_px"_a, "noise_m"_a,
+  m.def("find_standing", &find_standing, "depth"_a, "T_cam_obj"_a, "camera"_a, "shape"_a, "options"_a,
         "The same at the pose of a shape, with the planes that it stands on.");
-  m.def(
-      "planes_below",
-      [](const py::array& depth, const py::array& on_object, const Camera& camera, double size_m) {
-        return planes_to_numpy(reconstruction::planes_below(
-            image_view(depth, "depth", camera),
-            pixel_mask_from(on_object, "on_object", camera.width, camera.height), camera, size_m));
-      },
-      "depth"_a, "on_object"_a, "camera"_a, "size_m"_a,
-      "Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.");
 }
 
 }  // namespace sdftrack::bindings

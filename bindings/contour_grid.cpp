@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The steps of the contour tracker, one by one, on arrays, for tests that compare them with numpy.
+// Steps of the contour tracker by themselves, on arrays: for the self test, experiments and tests.
 #include <algorithm>
 
-#include "contour/shared_colors.h"
 #include "contour_core.h"
 
 namespace sdftrack::bindings {
@@ -22,29 +21,6 @@ contour::ContourGrid contour_grid_from(const py::array& phi, const std::array<do
   return grid;
 }
 
-template <int P>
-py::tuple sums_of(const contour::ContourGrid& grid, const contour::RegistrationWork& work, double softness) {
-  const energies::Sums<double, P> sums = contour::registration_sums<P>(grid, work, softness);
-  std::vector<double> gradient(sums.gradient, sums.gradient + P), hessian(P * P);
-  for (int a = 0, k = 0; a < P; ++a)
-    for (int b = 0; b <= a; ++b, ++k)
-      hessian[static_cast<std::size_t>(a * P + b)] = hessian[static_cast<std::size_t>(b * P + a)] =
-          sums.hessian[k];
-  return py::make_tuple(sums.cost, to_numpy(std::move(gradient), {P}), to_numpy(std::move(hessian), {P, P}));
-}
-
-py::tuple contour_registration(const py::array& phi, const std::array<double, 6>& warp,
-                               const py::array& pixels, const py::array& foreground, double softness,
-                               bool affine) {
-  const contour::ContourGrid grid = contour_grid_from(phi, warp);
-  const float* uv = borrow<float>(pixels, "pixels", {2, -1});
-  const py::ssize_t n = pixels.shape(1);
-  const float* p = borrow<float>(foreground, "foreground", {n});
-  contour::RegistrationWork work;
-  work.u.assign(uv, uv + n), work.v.assign(uv + n, uv + 2 * n), work.foreground.assign(p, p + n);
-  return affine ? sums_of<6>(grid, work, softness) : sums_of<4>(grid, work, softness);
-}
-
 py::array_t<float> contour_steps(const py::array& phi, const py::array& foreground, int steps,
                                  const contour::ContourOptions& options, int device) {
   contour::ContourGrid grid = contour_grid_from(phi, {1, 0, 0, 1, 0, 0});
@@ -54,13 +30,6 @@ py::array_t<float> contour_steps(const py::array& phi, const py::array& foregrou
   work.foreground.assign(p, p + grid.phi.size());
   contour::find_band(grid, options.band, &work.band);
   contour::evolve_contour(options, steps, &work, &grid);
-  return phi_of(grid);
-}
-
-py::array_t<float> contour_distance(const py::array& phi, int radius) {
-  contour::ContourGrid grid = contour_grid_from(phi, {1, 0, 0, 1, 0, 0});
-  contour::FlatDistanceWork work;
-  contour::redistance(radius, &work, &grid);
   return phi_of(grid);
 }
 
@@ -87,29 +56,11 @@ py::array_t<float> contour_posterior(const py::array& learned, const py::array& 
   return to_numpy(std::move(all), {view.height, view.width});
 }
 
-// The share of the outline, and column, row, cells and overlap of each part.
-py::tuple contour_shared_colors(const py::array& image, const py::array& phi,
-                                const std::array<double, 6>& warp) {
-  contour::SharedColorsWork work;
-  const double share = contour::shared_outline(color_view(image), contour_grid_from(phi, warp), &work);
-  std::vector<double> rows;
-  for (const contour::OutlinePart& part : work.parts)
-    for (const double x : {double(part.column), double(part.row), double(part.length), part.overlap})
-      rows.push_back(x);
-  return py::make_tuple(share, to_numpy(std::move(rows), {static_cast<py::ssize_t>(work.parts.size()), 4}));
-}
-
 }  // namespace
 
 void bind_contour_grid(py::module_& m) {
-  m.def("contour_registration", &contour_registration, "phi"_a, "warp"_a, "pixels"_a, "foreground"_a,
-        "softness"_a, "affine"_a, "Cost, gradient and Gauss-Newton Hessian of a registration.");
   m.def("contour_steps", &contour_steps, "phi"_a, "foreground"_a, "steps"_a, "options"_a, "device"_a = -1,
         "phi after steps of the evolution.");
-  m.def("contour_shared_colors", &contour_shared_colors, "image"_a, "phi"_a, "warp"_a,
-        "Share of the outline beside which the colours are the object's; column, row, cells, overlap of each "
-        "part.");
-  m.def("contour_distance", &contour_distance, "phi"_a, "radius"_a);
   m.def("contour_posterior", &contour_posterior, "learned"_a, "image"_a, "phi"_a, "warp"_a, "options"_a,
         "pooled"_a = std::vector<py::array>{});
 }

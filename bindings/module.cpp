@@ -14,8 +14,8 @@ namespace sdftrack::bindings {
 // clang-format off
 #define SDFTRACK_PARTS(X) \
   X(base) X(device) X(dlpack) X(device_array) X(options) X(appearance) X(motion) X(tracking) \
-  X(tracking_parts) X(levelset) X(lwpr) X(outline) X(photometric) X(plane) X(solids) X(primitives) \
-  X(reconstruction) X(beginning) X(session) X(search) X(start_parts) X(symmetry) X(frame_energy) \
+  X(tracking_parts) X(levelset) X(lwpr) X(plane) X(solids) X(primitives) \
+  X(reconstruction) X(beginning) X(session) X(search) X(symmetry) X(frame_energy) \
   X(single_fits) X(render) X(sdf) X(calibration) X(ball) X(depth_errors) X(depth_to_color) X(contour) \
   X(contour_cues) X(contour_grid) X(contour_memory) X(superpixels) X(build)
 // clang-format on

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/eigen.h>
-#include <pybind11/native_enum.h>
 
 #include <optional>
 
@@ -117,63 +116,22 @@ py::list fit_kinds(const View& self, const std::vector<primitives::PrimitiveKind
   return out;
 }
 
-// For tests: residuals, gradient and cost at a pose and lengths.
-py::dict energy_at(const View& self, primitives::PrimitiveKind kind, const py::array& T_obj_cam,
-                   const std::vector<double>& size, const primitives::PrimitiveEnergyOptions& options) {
-  const primitives::PrimitiveSize s = checked_size(kind, size);
-  optim::State x;
-  x.T_obj_cam = {rigid_from(T_obj_cam, "T_obj_cam")};
-  for (int i = 0; i < primitives::size_count(kind); ++i)
-    x.log_size.push_back(std::log(s[static_cast<std::size_t>(i)]));
-  primitives::PrimitiveEnergy energy(kind, &self.view, options);
-  optim::NormalEquations eq;
-  eq.reset(energy.unknowns().size());
-  energy.linearize(x, &eq);
-  std::vector<double> residuals;
-  energy.residuals(x, &residuals);
-  py::dict d;
-  d["cost"] = eq.cost, d["gradient"] = eq.gradient, d["hessian"] = eq.hessian;
-  d["outline_cost"] = energy.outline_cost(energy.clearances(x));
-  const auto n = static_cast<py::ssize_t>(residuals.size());
-  d["residuals"] = to_numpy(std::move(residuals), {n});
-  return d;
-}
-
 }  // namespace
 
 void bind_primitives(py::module_& m) {
-  py::native_enum<primitives::Rest>(m, "Rest", "enum.Enum")
-      .value("point", primitives::Rest::kPoint)
-      .value("base", primitives::Rest::kBase)
-      .value("side", primitives::Rest::kSide)
-      .finalize();
   py::class_<primitives::PrimitiveFitOptions>(m, "PrimitiveFitOptions")
       .def(py::init<>())
       .def_readwrite("scaling", &primitives::PrimitiveFitOptions::scaling)
       .def_readwrite("seed", &primitives::PrimitiveFitOptions::seed)
       .def_readwrite("tolerance_m", &primitives::PrimitiveFitOptions::tolerance_m);
-  py::class_<primitives::PrimitiveEnergyOptions>(m, "PrimitiveEnergyOptions")
-      .def(py::init<>())
-      .def_readwrite("scaling", &primitives::PrimitiveEnergyOptions::scaling)
-      .def_readwrite("scale_m", &primitives::PrimitiveEnergyOptions::scale_m)
-      .def_readwrite("outlier_floor", &primitives::PrimitiveEnergyOptions::outlier_floor)
-      .def_readwrite("outline_scale_px", &primitives::PrimitiveEnergyOptions::outline_scale_px)
-      .def_readwrite("outline_floor", &primitives::PrimitiveEnergyOptions::outline_floor)
-      .def_readwrite("standing_sigma_m", &primitives::PrimitiveEnergyOptions::standing_sigma_m)
-      .def_readwrite("resting_sigma_rad", &primitives::PrimitiveEnergyOptions::resting_sigma_rad)
-      .def_readwrite("rest", &primitives::PrimitiveEnergyOptions::rest)
-      .def_readwrite("shrink", &primitives::PrimitiveEnergyOptions::shrink)
-      .def_readwrite("in_double", &primitives::PrimitiveEnergyOptions::in_double);
   py::class_<View>(m, "PrimitiveView",
                    "Depth measurements and edge pixels of an object, for fitting solids of unknown size.")
       .def_static("of_points", &View::of_points, "points"_a)
       .def_static("of_image", &View::of_image, "depth"_a, "labels"_a, "camera"_a, "reach_px"_a = 2)
       .def("set_plane", &View::set_plane, "normal"_a, "offset"_a, "stands"_a)
       .def_property_readonly("points", &View::points)
-      .def_property_readonly("rays", [](const View& v) { return v.view.outline.size(); })
       .def("fit", &fit_kinds, "kinds"_a, "options"_a, "T_cam_obj"_a = py::none(), "size"_a = py::none(),
-           "threads"_a = 0)
-      .def("energy", &energy_at, "kind"_a, "T_obj_cam"_a, "size"_a, "options"_a);
+           "threads"_a = 0);
 }
 
 }  // namespace sdftrack::bindings

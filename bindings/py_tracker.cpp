@@ -17,8 +17,6 @@ namespace sdftrack::bindings {
 
 namespace {
 
-using Names = std::vector<std::string>;  // of the objects, for the texts of the reasons
-
 constexpr const char* kRayLength =
     "depth: the table or wall is flat only if the depth is the distance along each pixel's ray; "
     "expected Z, the distance along the optical axis: divide by the length of the ray (x, y, 1), camera.rays";

@@ -17,21 +17,19 @@ class PyReconstruction {
  public:
   PyReconstruction(const std::array<int, 3>& voxels, double voxel_m, const Vec3d& origin,
                    const std::optional<py::array>& prior, reconstruction::ReconstructionOptions options,
-                   int threads, const py::object& view, const std::optional<py::array>& first_shape,
-                   int device, const std::optional<float>& usual_noise_m)
+                   int threads, const std::optional<py::array>& first_shape, int device,
+                   const std::optional<float>& usual_noise_m)
       : threads_(threads) {
     levelset::SensorNoise& noise = options.evidence.noise;
     if (options.noise_m) noise.noise_m = static_cast<float>(*options.noise_m);
     noise.usual_m = usual_noise_m.value_or(noise.usual_m);
     const sdf::Grid grid = grid_from({voxels[2], voxels[1], voxels[0]}, voxel_m, origin, "voxels");
     const float* const guess = prior ? borrow<float>(*prior, "prior", {grid.nz, grid.ny, grid.nx}) : nullptr;
-    std::shared_ptr<const reconstruction::FirstView> first;
     const float* const shape =
         first_shape ? borrow<float>(*first_shape, "first_shape", {grid.nz, grid.ny, grid.nx}) : nullptr;
-    if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
     const ReleaseGil release;
-    core_ =
-        std::make_unique<reconstruction::Reconstruction>(grid, guess, options, first, threads, shape, device);
+    core_ = std::make_unique<reconstruction::Reconstruction>(grid, guess, options, nullptr, threads, shape,
+                                                             device);
   }
 
   void fuse(const py::array& depth, const Camera& camera, const py::array& T,
@@ -49,30 +47,7 @@ class PyReconstruction {
     core_->fuse(frame, camera, T_cam_obj, threads_);
   }
   // Brings the borrowed data of a volume on a GPU up to the last frame.
-  void show() { begin_to_show(), static_cast<void>(phi()); }
-  void begin_to_show() { core_->begin_to_show(); }
-  std::unique_ptr<PyReconstruction> grown(const std::array<int, 3>& before, const std::array<int, 3>& after) {
-    // Whole blocks; the result must be a valid volume.
-    const sdf::Grid& grid = core_->grid();
-    std::array<py::ssize_t, 3> voxels{grid.nx, grid.ny, grid.nz};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (before[axis] < 0 || after[axis] < 0)
-        throw py::value_error("grown: expected numbers of blocks from 0 on");
-      voxels[axis] += levelset::EvidenceVolume::kBlock *
-                      (static_cast<py::ssize_t>(before[axis]) + static_cast<py::ssize_t>(after[axis]));
-    }
-    grid_from({voxels[2], voxels[1], voxels[0]}, grid.voxel_m, grid.origin_obj, "grown");
-    const ReleaseGil release;
-    return std::unique_ptr<PyReconstruction>(
-        new PyReconstruction(std::shared_ptr(core_->grown(before, after, threads_)), threads_));
-  }
-  std::unique_ptr<PyReconstruction> continued(const py::object& view) {
-    std::shared_ptr<const reconstruction::FirstView> first;
-    if (!view.is_none()) first = view.cast<std::shared_ptr<reconstruction::FirstView>>();
-    const ReleaseGil release;
-    return std::unique_ptr<PyReconstruction>(
-        new PyReconstruction(std::shared_ptr(core_->continued(std::move(first), threads_)), threads_));
-  }
+  void show() { core_->begin_to_show(), static_cast<void>(phi()); }
   const reconstruction::Reconstruction& core() const { return *core_; }
   explicit PyReconstruction(std::shared_ptr<reconstruction::Reconstruction> core, int threads)
       : core_(std::move(core)), threads_(threads) {}
@@ -114,21 +89,6 @@ class PyReconstruction {
   int threads_;
 };
 
-// planes: normal, offset and thickness of each.
-std::shared_ptr<reconstruction::FirstView> first_view_from(const Camera& camera, const py::array& T,
-                                                           const py::array& from_m, const py::array& planes,
-                                                           const Vec3d& middle, double radius_m) {
-  const float* from = borrow<float>(from_m, "from_m", {camera.height, camera.width});
-  const double* plane = borrow<double>(planes, "planes", {planes.shape(0), 5});
-  std::vector<reconstruction::PlaneBelow> below;
-  for (py::ssize_t k = 0; k < planes.shape(0); ++k, plane += 5)
-    below.push_back({{plane[0], plane[1], plane[2]}, plane[3], plane[4]});
-  return std::make_shared<reconstruction::FirstView>(
-      camera, rigid_from(T, "T"),
-      std::vector<float>(from, from + static_cast<std::ptrdiff_t>(camera.width) * camera.height),
-      std::move(below), reconstruction::Place{middle, radius_m});
-}
-
 // Shows numbers of the present volume, or of that of a GPU at the last request, and keeps the owner alive.
 template <class Data>
 py::array shown(const py::object& self, py::ssize_t channels, const Data& data) {
@@ -149,33 +109,18 @@ py::object reconstruction_to_python(std::shared_ptr<reconstruction::Reconstructi
 }
 
 void bind_reconstruction(py::module_& m) {
-  py::class_<reconstruction::FirstView, std::shared_ptr<reconstruction::FirstView>>(m, "FirstView")
-      .def(py::init(&first_view_from), "camera"_a, "T"_a, "from_m"_a, "planes"_a, "middle"_a, "radius_m"_a)
-      .def(
-          "may_hold",
-          [](const reconstruction::FirstView& self, const py::array& points) {
-            const auto* p = reinterpret_cast<const Vec3d*>(borrow<double>(points, "points", {-1, 3}));
-            return gathered<bool>(std::span(p, static_cast<std::size_t>(points.shape(0))), {},
-                                  [&](const Vec3d& p_obj) { return self.may_hold(p_obj); });
-          },
-          "points"_a, "Whether the object may be at points (N, 3) of the object frame.");
   py::class_<PyReconstruction>(m, "Reconstruction")
       .def(py::init<const std::array<int, 3>&, double, const Vec3d&, const std::optional<py::array>&,
-                    const reconstruction::ReconstructionOptions&, int, const py::object&,
-                    const std::optional<py::array>&, int, const std::optional<float>&>(),
-           "voxels"_a, "voxel_m"_a, "origin"_a, "prior"_a, "options"_a, "threads"_a, "view"_a = py::none(),
+                    const reconstruction::ReconstructionOptions&, int, const std::optional<py::array>&, int,
+                    const std::optional<float>&>(),
+           "voxels"_a, "voxel_m"_a, "origin"_a, "prior"_a, "options"_a, "threads"_a,
            "first_shape"_a = py::none(), "device"_a = reconstruction::Reconstruction::kOnCpu,
            "usual_noise_m"_a = py::none())
       .def("fuse", &PyReconstruction::fuse, "depth"_a, "camera"_a, "T"_a, "region"_a, "mask"_a = py::none(),
            "foreground"_a = py::none(), "rgb"_a = py::none())
       .def("show", &PyReconstruction::show,
            "Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.")
-      .def("begin_to_show", &PyReconstruction::begin_to_show,
-           "Begin that, and return: what was borrowed may be read after show().")
       .def("mesh", &PyReconstruction::mesh)
-      .def("grown", &PyReconstruction::grown, "before"_a, "after"_a)
-      .def("continued", &PyReconstruction::continued, "view"_a)
-      .def_property_readonly("change_m", [](const PyReconstruction& self) { return self.core().change_m(); })
       .def_property_readonly("voxels",
                              [](const PyReconstruction& self) {
                                const sdf::Grid& g = self.core().grid();

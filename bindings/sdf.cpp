@@ -9,14 +9,12 @@
 #include "primitives/solids.h"
 #include "release_gil.h"
 #include "render/raycast_sdf.h"
-#include "sdf/crossings.h"
 #include "sdf/mesh/mesh_report.h"
 #include "sdf/mesh/mesh_volume.h"
-#include "sdf/mesh/open_mesh.h"
 #include "sdf/mesh_to_sdf.h"
+#include "sdf/paint.h"
 #include "sdf/redistance.h"
 #include "sdf/surface_samples.h"
-#include "sdf/sweep.h"
 #include "volume.h"
 
 namespace sdftrack::bindings {
@@ -73,24 +71,6 @@ py::tuple from_mesh(const py::array& vertices, const py::array& faces, std::arra
   sdf::MeshSdf out = unlocked<ReleaseGilUntilSignal>(
       [&] { return sdf::mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads); });
   return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.inside_out);
-}
-
-py::tuple from_open_mesh(const py::array& vertices, const py::array& faces, std::array<py::ssize_t, 3> shape,
-                         double voxel_size, const Vec3d& origin, double band, int threads) {
-  const sdf::MeshView mesh = mesh_view(vertices, faces);
-  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
-  sdf::OpenMeshSdf out = unlocked<ReleaseGilUntilSignal>(
-      [&] { return sdf::open_mesh_to_sdf(mesh, sdf::Bvh(mesh), grid, band, threads); });
-  return py::make_tuple(to_numpy(std::move(out.phi), {grid.nz, grid.ny, grid.nx}), out.gap_voxels);
-}
-
-py::array_t<std::int8_t> winding(const py::array& vertices, const py::array& faces,
-                                 std::array<py::ssize_t, 3> shape, double voxel_size, const Vec3d& origin,
-                                 int threads) {
-  const sdf::MeshView mesh = mesh_view(vertices, faces);
-  const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
-  std::vector<std::int8_t> out = unlocked([&] { return sdf::winding_numbers(mesh, grid, threads); });
-  return to_numpy(std::move(out), {grid.nz, grid.ny, grid.nx});
 }
 
 // Only primitives with an inside have a volume.
@@ -172,14 +152,16 @@ py::array_t<float> redistance_values(const py::array& values, double voxel_size,
   return to_numpy(std::move(out), volume.shape());
 }
 
-py::array_t<float> sweep(const py::array& known, const py::array& values, double voxel_size) {
-  const Volume volume(values, voxel_size, {0, 0, 0});
-  const auto shape = volume.shape();
-  const std::uint8_t* k = borrow<std::uint8_t>(known, "known", shape);
-  std::vector<std::uint8_t> fixed(k, k + volume.grid.size());
-  std::vector<float> u(volume.phi, volume.phi + volume.grid.size());
-  unlocked([&] { sdf::fast_sweep(volume.grid, fixed, &u); });
-  return to_numpy(std::move(u), shape);
+py::array_t<std::uint8_t> painted(const py::array& vertices, const py::array& faces,
+                                  const py::array& vertex_rgb, const py::array& phi, double voxel_m,
+                                  const Vec3d& origin, double reach_m, int threads) {
+  const sdf::MeshView mesh = mesh_view(vertices, faces);
+  const std::uint8_t* rgb = borrow<std::uint8_t>(vertex_rgb, "colors", {vertices.shape(0), 3});
+  const SdfView view = volume_view(phi, voxel_m, origin);
+  const sdf::Grid grid{view.nx, view.ny, view.nz, voxel_m, origin};
+  std::vector<std::uint8_t> rgba =
+      unlocked([&] { return paint(mesh, rgb, grid, view.phi, reach_m, threads); });
+  return to_numpy(std::move(rgba), {grid.nz, grid.ny, grid.nx, 4});
 }
 
 py::tuple samples(const py::array& values, double voxel_size, const Vec3d& origin, int count) {
@@ -207,13 +189,6 @@ void bind_sdf(py::module_& m) {
   m.def("mesh_to_sdf", &from_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
         "-> phi [z, y, x] float32 m, number of voxels inside an inside-out part.");
-  m.def("open_mesh_to_sdf", &from_open_mesh, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
-        "band_voxels"_a = sdf::kBandVoxels, "threads"_a = 0,
-        "-> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels "
-        "beside the "
-        "surface that closes a hole.");
-  m.def("winding_numbers", &winding, "vertices"_a, "faces"_a, "shape"_a, "voxel_size"_a, "origin"_a,
-        "threads"_a = 0, "Winding number of a closed mesh at every voxel, int8 [z, y, x].");
   m.def("primitive_sdf", &primitive, "kind"_a, "size"_a, "shape"_a, "voxel_size"_a, "origin"_a,
         "threads"_a = 0, "Exact distance of a primitive at every voxel, float32 [z, y, x].");
   m.def("sample_sdf", &sample_sdf, "values"_a, "voxel_size"_a, "origin"_a, "points"_a, "threads"_a = 0,
@@ -225,8 +200,9 @@ void bind_sdf(py::module_& m) {
   m.def("new_volume_id", &new_volume_id, "A number that no other volume has.");
   m.def("redistance", &redistance_values, "values"_a, "voxel_size"_a, "threads"_a = 0, "device"_a = -1,
         "Distance field with the same zero set, float32 [z, y, x].");
-  m.def("fast_sweep", &sweep, "known"_a, "values"_a, "voxel_size"_a,
-        "|grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].");
+  m.def("paint", &painted, "vertices"_a, "faces"_a, "colors"_a, "values"_a, "voxel_size"_a, "origin"_a,
+        "reach_m"_a, "threads"_a = 0,
+        "RGBA [z, y, x, 4] of the voxels within reach of a mesh with coloured vertices.");
   m.def("surface_samples", &samples, "values"_a, "voxel_size"_a, "origin"_a, "count"_a,
         "-> points (N, 3) float32 m, normals (N, 3) float32.");
 }

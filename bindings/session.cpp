@@ -9,7 +9,6 @@
 #include "plane/ray_length.h"
 #include "py_tracker.h"
 #include "reconstruction/session/session.h"
-#include "reconstruction/surface.h"
 #include "track_results.h"
 
 namespace sdftrack::bindings {
@@ -258,38 +257,10 @@ void bind_growing_volume(py::module_& m) {
           "keyframe"_a);
 }
 
-void bind_mask_extent(py::module_& m) {
-  py::class_<reconstruction::MaskExtent>(m, "MaskExtent",
-                                         "Compares a shape with the mask of its first frame.")
-      .def(py::init([](const Camera& camera, const py::array& outline, const py::array& T) {
-             return reconstruction::MaskExtent(
-                 camera, pixel_mask_from(outline, "outline", camera.width, camera.height),
-                 rigid_from(T, "T"));
-           }),
-           "camera"_a, "outline"_a, "T_cam_obj"_a)
-      .def(
-          "beyond",
-          [](reconstruction::MaskExtent& self, const py::array& phi, double voxel_m, const Vec3d& origin,
-             const py::array& seen, const py::array& boxes, int fused, int least) {
-            const float* values = borrow<float>(phi, "phi", {-1, -1, -1});
-            const auto* box =
-                reinterpret_cast<const sdf::VoxelBox*>(borrow<std::int32_t>(boxes, "boxes", {-1, 6}));
-            return self.beyond(
-                {grid_from({phi.shape(0), phi.shape(1), phi.shape(2)}, voxel_m, origin),
-                 values,
-                 borrow<std::uint16_t>(seen, "seen", {phi.shape(0), phi.shape(1), phi.shape(2)}),
-                 1,
-                 {box, box + boxes.shape(0)}},
-                fused, least);
-          },
-          "phi"_a, "voxel_m"_a, "origin"_a, "seen"_a, "boxes"_a, "fused"_a, "least"_a)
-      .def("forget", &reconstruction::MaskExtent::forget);
-}
-
 }  // namespace
 
 void bind_session(py::module_& m) {
-  bind_keyframes(m), bind_growing_volume(m), bind_mask_extent(m);
+  bind_keyframes(m), bind_growing_volume(m);
   py::class_<PySession>(m, "ReconstructionSession", "See sdftrack.Reconstructor.")
       .def(py::init<const Camera&, const reconstruction::ReconstructionOptions&, int,
                     const std::optional<double>&, int, int, const std::optional<PyVolume>&,
@@ -332,26 +303,6 @@ void bind_session(py::module_& m) {
             return std::pair{options.noise_m, options.noise_per_m};
           },
           "Depth noise for the tracker's options: noise_m and noise_per_m.");
-  m.def(
-      "printed_prior",
-      [](const py::array& shape, double voxel_m) {
-        const float* from = borrow<float>(shape, "shape", {-1});
-        const auto n = static_cast<std::size_t>(shape.size());
-        return to_numpy(reconstruction::printed_prior(from, n, voxel_m), {shape.size()});
-      },
-      "shape"_a, "voxel_m"_a, "Log odds of the printed evolution's first shape (m).");
-  m.def(
-      "fill_cavities",
-      [](const py::array& phi, const py::array& weight) {
-        const float* from = borrow<float>(phi, "phi", {-1, -1, -1});
-        const float* known = borrow<float>(weight, "weight", {phi.shape(0), phi.shape(1), phi.shape(2)});
-        std::vector<float> out(from, from + phi.size());
-        reconstruction::fill_cavities(static_cast<int>(phi.shape(2)), static_cast<int>(phi.shape(1)),
-                                      static_cast<int>(phi.shape(0)), known, out.data());
-        return to_numpy(std::move(out), {phi.shape(0), phi.shape(1), phi.shape(2)});
-      },
-      "phi"_a, "weight"_a,
-      "A copy of the field in which voxels without evidence that the surface encloses are inside.");
 }
 
 }  // namespace sdftrack::bindings

@@ -14,7 +14,7 @@ constexpr const char* kStatus[] = {"ok", "weak", "lost", "bad_frame"};
 
 }  // namespace
 
-py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<std::string>& names) {
+py::dict result_to_dict(const tracking::FrameResult& result, const Names& names) {
   const std::vector<tracking::ObjectResult>& results = result.objects;
   const auto n = static_cast<py::ssize_t>(results.size());
   py::array_t<double> poses({n, py::ssize_t{4}, py::ssize_t{4}}),

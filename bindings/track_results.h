@@ -10,8 +10,10 @@
 
 namespace sdftrack::bindings {
 
-// Numbers of all objects in arrays, the rest in lists. names: for the texts of the reasons.
-py::dict result_to_dict(const tracking::FrameResult& result, const std::vector<std::string>& names);
+using Names = std::vector<std::string>;  // of the objects, for the texts of the reasons
+
+// Numbers of all objects in arrays, the rest in lists.
+py::dict result_to_dict(const tracking::FrameResult& result, const Names& names);
 // An unchanged fit, its judgement, and the grounds of the judgement.
 py::dict judgement_to_dict(const tracking::Fitted& f, const tracking::Trust& trust,
                            const tracking::TrackerOptions& options);

@@ -170,7 +170,7 @@ def fuse_call(device: str, voxels: int, by_mask: bool = True, shown: bool = Fals
     frames = [np.where((d := ball.render(camera, T)[0]) > 0, d, 1.0).astype(np.float32) for T in turns]
     mask = (frames[0] < 0.9).astype(np.uint8)
     options = st.ReconstructorOptions(known_every=1)
-    core = _core.Reconstruction([voxels] * 3, 0.2 / voxels, [-0.1] * 3, None, options, 2, None, None, number)
+    core = _core.Reconstruction([voxels] * 3, 0.2 / voxels, [-0.1] * 3, None, options, 2, None, number)
     at = iter(range(10**9))
 
     def fuse() -> None:

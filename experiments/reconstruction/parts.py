@@ -108,7 +108,6 @@ def evidence(d_voxels: Array, sigma_d: float, noise_voxels: float | None) -> Arr
 
 
 def _curves() -> Any:
-    from sdftrack import _core
     from sdftrack.reconstruction.options import ReconstructorOptions
 
     d = np.linspace(-40, 40, 801)
@@ -117,10 +116,10 @@ def _curves() -> Any:
         Line(d, evidence(d, 8.0, 1.0), "smooth, 8 voxels, noise 1", {"color": "k", "linestyle": "--"})
     )
     ours = ReconstructorOptions().prior * np.tanh(-d / GUESS_FADES_VOXELS)
-    printed = _core.printed_prior(d.astype(np.float32), 1.0)
+    inside = 0.5 / (1 + np.exp(d / 4)) + 0.25  # thesis (4.34)
     guesses: dict[str, NDArray[Any]] = {
         "ours: log ratio of 0.4 at most": ours,
-        "printed: a 0.5, sigma_G 4": printed,
+        "printed: a 0.5, sigma_G 4": np.log(inside / (1 - inside)),
     }
     guess = [Line(d, 1 / (1 + np.exp(-ratio)), label) for label, ratio in guesses.items()]
     outside = [Line(d, 1 / (1 + np.exp(-d / s)), f"sigma_H {s:g}") for s in (2.0, 4.0, 8.0)]

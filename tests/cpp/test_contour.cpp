@@ -8,6 +8,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "contour/registration.h"
+#include "contour/shared_colors.h"
 #include "contour/steps_cuda.h"
 #include "contour/tracker.h"
 
@@ -236,6 +238,112 @@ TEST(ContourPhases, an_occluded_or_a_novel_shape_changes_no_colours) {
   EXPECT_EQ(after[0], after[1]);
   EXPECT_EQ(after[2], after[3]);
   EXPECT_NE(after[1], after[2]);
+}
+
+TEST(FlatDistance, is_that_to_the_nearest_cell_of_the_other_side_away_from_the_outline) {
+  contour::ContourGrid grid = disc(44, 40, -90, -90, 1);
+  std::mt19937 random(5);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 44; ++x)
+      grid.phi[std::size_t(y) * 44 + x] =
+          x >= 10 && x < 35 && y >= 8 && y < 30 && random() % 50 > 0 ? -0.5f : 0.5f;
+  const std::vector<float> side = grid.phi;
+  contour::FlatDistanceWork work;
+  contour::redistance(12, &work, &grid);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 44; ++x) {
+      const float own = side[std::size_t(y) * 44 + x], got = grid.phi[std::size_t(y) * 44 + x];
+      double nearest = 12.5;
+      for (int v = 0; v < 40; ++v)
+        for (int u = 0; u < 44; ++u)
+          if (side[std::size_t(v) * 44 + u] != own) nearest = std::min(nearest, std::hypot(u - x, v - y));
+      EXPECT_EQ(got < 0, own < 0);
+      if (nearest - 0.5 > 1.2) EXPECT_NEAR(std::abs(got), nearest - 0.5, 1e-5);
+    }
+}
+
+TEST(FlatDistance, stays_what_it_is) {
+  contour::ContourGrid grid = disc(61, 51, 30, 25, 14);
+  const std::vector<float> before = grid.phi;
+  contour::FlatDistanceWork work;
+  contour::redistance(12, &work, &grid);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const float off = std::abs(grid.phi[i] - before[i]);
+    if (std::abs(before[i]) < 1) EXPECT_LT(off, 0.1);    // the slope of a disc's distance by differences
+    if (std::abs(before[i]) < 10) EXPECT_LT(off, 0.75);  // whole cells beyond
+  }
+}
+
+// phi at pixel (u, v), bilinear, in double; beyond the grid the border goes on.
+double phi_at(const contour::ContourGrid& grid, const contour::GridWarp& warp, double u, double v) {
+  double x, y;
+  warp.inverse().to_image(u, v, &x, &y);
+  x = std::clamp(x + grid.mid_x(), 0.0, grid.nx - 1.0), y = std::clamp(y + grid.mid_y(), 0.0, grid.ny - 1.0);
+  const int ix = std::min(int(x), grid.nx - 2), iy = std::min(int(y), grid.ny - 2);
+  const float* const a = &grid.phi[std::size_t(iy) * std::size_t(grid.nx) + std::size_t(ix)];
+  const double fx = x - ix, fy = y - iy, top = double(a[0]) + fx * double(a[1] - a[0]),
+               bottom = double(a[grid.nx]) + fx * double(a[grid.nx + 1] - a[grid.nx]);
+  return top + fy * (bottom - top);
+}
+
+// The sums with a row of differences for each pixel.
+template <int P>
+void expect_the_sums_of_the_twin() {
+  contour::ContourGrid grid = disc(61, 51, 30, 25, 14);
+  grid.warp = {{0.95, -0.2, 0.25, 1.05}, {41.3, 29.2}};
+  contour::RegistrationWork work;
+  std::mt19937 random(1);
+  work.foreground = posteriors(3000);
+  for (int i = 0; i < 3000; ++i)
+    work.u.push_back(float(12 + random() % 57)), work.v.push_back(float(8 + random() % 45));
+  const energies::Sums<double, P> sums = contour::registration_sums<P>(grid, work, 1.5);
+  double cost = 0;
+  Eigen::Matrix<double, P, 1> g = Eigen::Matrix<double, P, 1>::Zero();
+  Eigen::Matrix<double, P, P> H = Eigen::Matrix<double, P, P>::Zero();
+  for (std::size_t i = 0; i < work.u.size(); ++i) {
+    const double u = double(work.u[i]), v = double(work.v[i]);
+    const auto at =
+        contour::posterior_cost(phi_at(grid, grid.warp, u, v), double(work.foreground[i]), 1 / 1.5);
+    Eigen::Matrix<double, P, 1> row;
+    for (int k = 0; k < P; ++k) {
+      double up[P] = {}, down[P] = {};
+      up[k] = 1e-6, down[k] = -1e-6;
+      row[k] = (phi_at(grid, contour::moved<P>(grid.warp, up), u, v) -
+                phi_at(grid, contour::moved<P>(grid.warp, down), u, v)) /
+               2e-6;
+    }
+    cost += at.cost, g += at.slope * row, H += at.curvature * row * row.transpose();
+  }
+  EXPECT_NEAR(sums.cost, cost, 1e-4 * cost);
+  // What falls beside a cell's border in float has its neighbour's slope.
+  for (int a = 0, n = 0; a < P; ++a) {
+    EXPECT_NEAR(sums.gradient[a], g[a], 2e-3 * g.cwiseAbs().maxCoeff());
+    for (int b = 0; b <= a; ++b, ++n) EXPECT_NEAR(sums.hessian[n], H(a, b), 2e-3 * H.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(Registration, the_sums_of_a_similarity_are_those_of_the_twin) { expect_the_sums_of_the_twin<4>(); }
+TEST(Registration, the_sums_of_an_affinity_are_those_of_the_twin) { expect_the_sums_of_the_twin<6>(); }
+
+// A disc before a ground that has its colours in a sector of `share` of the outline.
+TEST(SharedColors, the_share_of_the_outline_beside_the_objects_own_colours_is_measured) {
+  constexpr int kWidth = 240, kHeight = 180;
+  for (const double share : {0.0, 0.3, 0.7, 1.0}) {
+    std::mt19937 random(0);
+    std::normal_distribution<double> texture(0, 8);
+    std::vector<unsigned char> rgb;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const bool own =
+            std::hypot(x - 120, y - 90) < 45 || std::atan2(y - 90, x - 120) < 3.14159 * (2 * share - 1);
+        for (const int c : own ? std::array{110, 108, 100} : std::array{60, 130, 70})
+          rgb.push_back(static_cast<unsigned char>(std::clamp(c + texture(random), 0.0, 255.0)));
+      }
+    contour::ContourGrid grid = disc(120, 120, 60, 60, 45);
+    grid.warp = {{1, 0.02, -0.02, 1}, {119.5, 89.5}};
+    contour::SharedColorsWork work;
+    EXPECT_NEAR(contour::shared_outline({rgb.data(), kWidth, kHeight}, grid, &work), share, 0.15);
+  }
 }
 
 }  // namespace

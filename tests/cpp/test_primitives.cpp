@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
+#include "optim/parameters.h"
 #include "primitives/energies.h"
 #include "primitives/evidence.h"
+#include "primitives/outline.h"
 #include "primitives/residuals.h"
 
 namespace sdftrack {
@@ -137,6 +140,190 @@ TEST(Primitives, readings_before_and_behind_a_patch_are_as_far_from_it) {
   EXPECT_NEAR(before.m, 0.01, 1e-12);
   EXPECT_NEAR(behind.m, -0.01, 1e-12);
   for (int j = 0; j < 3; ++j) EXPECT_NEAR(before.J[j], behind.J[j], 1e-12);
+}
+
+// -- energies, of a solid before a small camera
+using primitives::PrimitiveKind;
+const Camera kCamera{{220, 220, 79.5, 59.5}, 160, 120, {}};
+const Rigidd kPlace{rotation_exp(Vec3d{2.2, 0.3, 0.2}), {0.01, -0.02, 0.6}};
+
+struct Scene {
+  PrimitiveKind kind;
+  primitives::PrimitiveView view;
+  primitives::PrimitiveEnergyOptions options;
+
+  explicit Scene(PrimitiveKind of) : kind(of) {
+    std::vector<float> depth;
+    std::vector<std::uint8_t> labels;
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0, 0.001);
+    for (int y = 0; y < kCamera.height; ++y)
+      for (int x = 0; x < kCamera.width; ++x) {
+        const double z = hit(ray(kCamera.K, double(x), double(y))), error = noise(random);
+        depth.push_back(static_cast<float>((z > 0 ? z : 1.2) + error));
+        labels.push_back(y % 2 == 0 ? 2 : z > 0);  // every other row says nothing
+      }
+    const frame::DepthFrame frame{{depth.data(), kCamera.width, kCamera.height}, nullptr, nullptr};
+    view.points = primitives::labelled_points(frame, kCamera, labels.data()).points;
+    view.outline = primitives::outline_rays(frame, kCamera, labels.data(), 2);
+    view.along_rays = true;
+    view.pack();
+    stand_on(kPlace.R * Vec3d{0.3, 0.5, 0.8});
+  }
+  const double (&size() const)[sdf::kMaxSizes] { return kSize[static_cast<int>(kind)]; }
+  double hit(Vec3d r) const {
+    const Rigidd T = inverse(kPlace);
+    const auto at = [&](double z) {  // a patch has no inside: which side of it
+      const Vec3d p = T * (z * r);
+      return primitives::has_inside(kind) ? phi(kind, p, size()) : phi(kind, p, size()) > 0.01 ? 1 : p.z;
+    };
+    double near = 0.4, far = 0.4;
+    while (far < 0.8 && at(far) * at(near) > 0) near = far, far += 0.002;
+    if (far >= 0.8) return 0;
+    const double front = at(near);
+    for (int i = 0; i < 40; ++i) (at(0.5 * (near + far)) * front > 0 ? near : far) = 0.5 * (near + far);
+    return far;
+  }
+  // A plane that the solid touches from above.
+  void stand_on(Vec3d up) {
+    up = (1 / norm(up)) * up;
+    const Vec3d down = transpose(kPlace.R) * (-1.0 * up);
+    view.has_plane = view.stands = true;
+    view.plane = {
+        up, primitives::reach_of(kind, down, {size()[0], size()[1], size()[2]}).reach_m - dot(up, kPlace.t)};
+  }
+  optim::State beside(double larger = 1.03) const {
+    optim::State x;
+    x.T_obj_cam = {Rigidd{rotation_exp(Vec3d{0.03, 0.02, 0.01}), {0.002, -0.001, 0.0015}} * inverse(kPlace)};
+    for (int i = 0; i < primitives::size_count(kind); ++i) x.log_size.push_back(std::log(larger * size()[i]));
+    return x;
+  }
+  optim::NormalEquations at(const optim::State& x) const {
+    primitives::PrimitiveEnergy energy(kind, &view, options);
+    optim::NormalEquations eq;
+    eq.reset(energy.unknowns().size());
+    energy.linearize(x, &eq);
+    return eq;
+  }
+  void expect_packs_as_single(double of_cost, double of_gradient, double of_hessian) {
+    const optim::NormalEquations packs = at(beside(1));
+    options.in_double = true;
+    const optim::NormalEquations single = at(beside(1));
+    EXPECT_NEAR(packs.cost, single.cost, of_cost * single.cost);
+    const Eigen::VectorXd unit = (single.hessian.diagonal().array() + 1).sqrt();
+    for (int j = 0; j < unit.size(); ++j) {
+      EXPECT_NEAR(packs.gradient[j] / unit[j], single.gradient[j] / unit[j], of_gradient);
+      for (int k = 0; k <= j; ++k)
+        EXPECT_NEAR(packs.hessian(j, k) / (unit[j] * unit[k]), single.hessian(j, k) / (unit[j] * unit[k]),
+                    of_hessian);
+    }
+  }
+  // Central differences of a cost by the unknowns, with the largest of them.
+  template <class Cost>
+  Eigen::VectorXd slopes(const Cost& cost, const optim::State& x, double step) const {
+    const optim::Unknowns unknowns = primitives::PrimitiveEnergy(kind, &view, options).unknowns();
+    Eigen::VectorXd out(unknowns.size());
+    for (int j = 0; j < out.size(); ++j) {
+      Eigen::VectorXd d = Eigen::VectorXd::Zero(out.size());
+      d[j] = step;
+      out[j] = (cost(optim::retract(unknowns, x, d)) - cost(optim::retract(unknowns, x, -d))) / (2 * step);
+    }
+    return out;
+  }
+};
+
+class EveryKind : public testing::TestWithParam<int> {
+ protected:
+  Scene scene{static_cast<PrimitiveKind>(GetParam())};
+};
+INSTANTIATE_TEST_SUITE_P(Primitives, EveryKind, testing::Range(0, primitives::kPrimitiveKinds));
+
+TEST_P(EveryKind, the_gradient_by_points_outline_and_table_is_the_slope_of_the_cost) {
+  scene.options.scale_m = 0.004, scene.options.outline_scale_px = 2;
+  scene.options.in_double = true;  // differences of a micrometre
+  const Eigen::VectorXd slopes =
+      scene.slopes([&](const optim::State& x) { return scene.at(x).cost; }, scene.beside(), 1e-6);
+  const Eigen::VectorXd gradient = scene.at(scene.beside()).gradient;
+  for (int j = 0; j < slopes.size(); ++j)
+    EXPECT_NEAR(gradient[j], slopes[j], 0.02 * (slopes.cwiseAbs().maxCoeff() + std::abs(slopes[j])));
+}
+
+// Contributions in float: a residual's 6e-8 m is 1e-5 of the scale of 5 mm. Of the gradient, whose terms
+// cancel, in standard deviations.
+TEST_P(EveryKind, points_many_at_a_time_cost_and_pull_as_one_by_one) {
+  scene.view.along_rays = false;
+  scene.view.outline.clear(), scene.view.has_plane = false;
+  scene.view.pack();
+  scene.expect_packs_as_single(2e-5, 1e-3, 2e-4);
+}
+
+// A pixel whose ray just meets the solid in one of both may miss it in the other: a few pixels on edges.
+TEST_P(EveryKind, a_frame_many_at_a_time_costs_and_pulls_as_pixel_by_pixel) {
+  if (!primitives::has_inside(scene.kind)) return;  // a patch has a closed form, in double
+  scene.options.outline_scale_px = 2;
+  scene.expect_packs_as_single(1e-3, 0.1, 0.01);
+}
+
+TEST_P(EveryKind, the_way_along_a_ray_ends_on_the_side_of_the_solid_that_is_seen) {
+  if (!primitives::has_inside(scene.kind)) return;
+  optim::State x = scene.beside(1);
+  x.T_obj_cam = {inverse(kPlace)};
+  std::vector<double> residuals;
+  primitives::PrimitiveEnergy(scene.kind, &scene.view, scene.options).residuals(x, &residuals);
+  int steep = 0, there = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const Vec3d p = scene.view.points[i], r = (1 / p.z) * p, turned = x.T_obj_cam[0].R * r;
+    const auto cosine = [&](Vec3d at) {
+      return dot(primitives::exact_sample(scene.kind, x.T_obj_cam[0] * at, scene.size()).grad, turned) /
+             norm(r);
+    };
+    if (std::abs(cosine(p)) < 0.4) continue;  // at a slant the residual is phi
+    const Vec3d met = p + residuals[i] * r;
+    ++steep;  // the last step ends within 20 micrometres
+    there += std::abs(phi(scene.kind, x.T_obj_cam[0] * met, scene.size())) < 3e-5 && cosine(met) < 0;
+  }
+  EXPECT_GT(steep, 20);
+  EXPECT_GT(there, 0.95 * steep);  // beside an edge another face may be met, at a slant
+}
+
+// The gap at the base's middle, or at the lowest point of the side, and the turns; of nothing but the table.
+TEST(Standing, costs_its_gap_and_its_turns_and_pulls_by_the_slope_of_that) {
+  struct Case {
+    PrimitiveKind kind;
+    primitives::Rest rest;
+    Vec3d up_obj;
+  };
+  for (const Case& c :
+       {Case{PrimitiveKind::kCone, primitives::Rest::kBase, {0, 0, 1}},
+        {PrimitiveKind::kCylinder, primitives::Rest::kBase, {0, 0, 1}},
+        {PrimitiveKind::kCylinder, primitives::Rest::kBase, {0, 0, -1}},  // its other end is down
+        {PrimitiveKind::kCylinder, primitives::Rest::kSide, {0, -1, 0}}}) {
+    Scene scene(c.kind);
+    scene.view.points.clear(), scene.view.outline.clear(), scene.view.pack();
+    scene.stand_on(kPlace.R * c.up_obj);
+    scene.options.rest = c.rest, scene.options.shrink = 0;
+    const auto twin = [&](const optim::State& x) {
+      const double radius = std::exp(x.log_size[0]), height = std::exp(x.log_size[1]);
+      const Rigidd T = inverse(x.T_obj_cam[0]);
+      const Vec3d up = transpose(T.R) * scene.view.plane.normal_cam;
+      const auto above = [&](Vec3d p) {
+        return dot(scene.view.plane.normal_cam, T * p) + scene.view.plane.offset_m;
+      };
+      double gap = above({0, 0, -0.5 * height}), turns = up.x * up.x + up.y * up.y;
+      if (c.rest == primitives::Rest::kSide)
+        gap = above(Vec3d{}) - radius * std::hypot(up.x, up.y), turns = up.z * up.z;
+      else if (c.kind == PrimitiveKind::kCylinder)
+        gap = std::min(gap, above({0, 0, 0.5 * height}));
+      return 0.5 * std::pow(gap / scene.options.standing_sigma_m, 2) +
+             0.5 * turns / std::pow(scene.options.resting_sigma_rad, 2);
+    };
+    const optim::State x = scene.beside();
+    const optim::NormalEquations found = scene.at(x);
+    EXPECT_NEAR(found.cost, twin(x), 1e-6 * twin(x));
+    const Eigen::VectorXd slopes = scene.slopes(twin, x, 1e-6);
+    for (int j = 0; j < slopes.size(); ++j)
+      EXPECT_NEAR(found.gradient[j], slopes[j], 1e-5 * slopes.cwiseAbs().maxCoeff());
+  }
 }
 
 }  // namespace

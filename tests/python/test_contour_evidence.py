@@ -7,7 +7,6 @@ import pytest
 
 import sdftrack as st
 from experiments.synth.blob import blob_video
-from sdftrack import _core
 from sdftrack._core import EVIDENCE_MOST_INSTABILITY as MOST_INSTABILITY
 from sdftrack._core import EVIDENCE_MOST_SHARED as MOST_SHARED
 from sdftrack._core import EVIDENCE_SURE as SURE
@@ -128,19 +127,6 @@ def beside_its_own_colours(share, seed=0):
     rng = np.random.default_rng(seed)
     textures = [cv2.GaussianBlur(rng.normal(0, 1, (*mask.shape, 3)), (0, 0), 1.5) * 30 for _ in range(4)]
     return mask, [np.clip(clean + t, 0, 255).astype(np.uint8) for t in textures]
-
-
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
-def test_the_share_of_the_outline_beside_the_objects_own_colours_is_measured(share):
-    mask, images = beside_its_own_colours(share)
-    phi = np.where(mask, -1, 1) * (
-        cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
-        + cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5)
-        - 0.5
-    )
-    part = np.s_[30:150, 60:180]
-    given = images[0], np.ascontiguousarray(phi[part], np.float32), [1, 0.02, -0.02, 1, 119.5, 89.5]
-    assert _core.contour_shared_colors(*given)[0] == pytest.approx(share, abs=0.15)
 
 
 @pytest.mark.parametrize(("share", "seed"), [(0.0, 1), (0.25, 2), (0.75, 3), (1.0, 4)])

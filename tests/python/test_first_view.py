@@ -3,12 +3,10 @@
 
 import numpy as np
 import pytest
-from reconstruction_parts import planes_below, without_cavities
 from reconstruction_scene import begun
 
 import sdftrack as st
 from experiments.synth.standing import standing
-from sdftrack import _core
 from sdftrack.reconstruction import reconstructor as module
 
 CAMERA = st.Camera(200.0, 200.0, 79.5, 59.5, 160, 120)
@@ -44,38 +42,6 @@ def off_truth(star, results, seq):
 
 
 # --- where the object can be
-def test_the_room_is_above_the_table_and_behind_what_the_first_frame_leaves_on_each_ray():
-    rng = np.random.default_rng(0)
-    T = st.geometry.pose([0.2, -0.3, 0.1], [0.01, 0.02, 0.5])
-    from_m = np.full(CAMERA.shape, np.inf, np.float32)
-    from_m[30:90, 40:160] = 0  # cut by the right border
-    from_m[20:30] = 0.5
-    plane = np.array([0.0, -1.0, 0.0, 0.05, 0.004])
-    middle, radius = np.array([0.0, 0.0, 0.5]), 0.06
-    view = _core.FirstView(CAMERA._core, T, from_m, plane[None], middle.tolist(), radius)
-    points = rng.uniform(-0.4, 0.4, (3000, 3))
-    got = view.may_hold(points)
-    p = st.geometry.transform_points(T, points)
-    away = np.maximum(0, np.linalg.norm(p - middle, axis=1) - radius)  # a plane may bend by a tenth of it
-    above = p @ plane[:3] + plane[3] >= plane[4] + 0.1 * away
-    before = p[:, 2] > 0
-    px = np.clip(np.floor(CAMERA.project(p[before]) + 0.5), 0, [CAMERA.width - 1, CAMERA.height - 1])
-    column, row = px.astype(int).T
-    behind = p[before, 2] >= from_m[row, column]
-    np.testing.assert_array_equal(got[before], above[before] & behind)
-    assert not got[~before].any()
-    assert 200 < got.sum() < 2000
-
-
-def test_the_table_is_found_under_the_object(scene):
-    depth, mask = first(scene)
-    planes = planes_below(depth, mask, CAMERA, 0.12)
-    assert len(planes) == 1
-    up = scene.ground_truth[0][0][:3, 2]
-    assert planes[0, :3] @ up > np.cos(np.radians(2))
-    assert planes[0, 4] < 0.004
-
-
 @pytest.mark.parametrize("where", ["mask", "box"])
 def test_a_piece_of_the_table_is_no_object(scene, where):
     depth, mask = first(scene)
@@ -118,30 +84,6 @@ def test_a_box_around_an_object_on_a_table_takes_the_object(scene):
 
 
 # --- solid inside
-def hollow_box():
-    """phi and weight of a shell whose outside was seen, and nothing of what lies deep in it."""
-    phi = np.full((40, 40, 40), 2.0, np.float32)
-    weight = np.full(phi.shape, 5.0, np.float32)
-    phi[8:32, 8:32, 8:32] = -1
-    phi[12:28, 12:28, 12:28] = 1.5
-    weight[12:28, 12:28, 12:28] = 0
-    return phi, weight
-
-
-def test_what_seen_surface_encloses_is_inside():
-    phi, weight = hollow_box()
-    out = without_cavities(phi, weight)
-    assert (out[8:32, 8:32, 8:32] < 0).all()
-    np.testing.assert_array_equal(out[:8], phi[:8])
-
-
-def test_what_was_looked_into_stays_hollow():
-    phi, weight = hollow_box()
-    phi[12:28, 12:28, :12] = 1.5  # open in front, and seen to be empty
-    weight[12:28, 12:28, :28] = 5
-    np.testing.assert_array_equal(without_cavities(phi, weight), phi)
-
-
 def test_a_body_seen_all_round_has_its_volume():
     """A brick, larger than what frames say of its inside."""
     brick = st.SDF.box((0.12, 0.1, 0.08), voxels=80).to_mesh()

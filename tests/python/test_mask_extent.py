@@ -2,8 +2,6 @@
 """A reconstruction that has grown beyond the mask that it began with says so."""
 
 import numpy as np
-import pytest
-from reconstruction_parts import MaskExtent
 from reconstruction_scene import CAMERA, first_mask, sequence
 
 import sdftrack as st
@@ -48,53 +46,3 @@ def test_one_whose_mask_shows_all_of_it_is_not():
 
 def test_where_the_mask_bounds_the_shape_nothing_is_doubted():
     assert not any("beyond" in r.reason[0] for r in run(half(first_mask(sequence())), keep_to_mask=True)[1])
-
-
-class Volume:
-    """A core whose seen surface is a ball about the middle of its volume."""
-
-    voxel_m, origin = 0.002, (-0.063, -0.063, -0.063)
-
-    def __init__(self, radius_m):
-        z, y, x = np.mgrid[:64, :64, :64]
-        at = np.stack([x, y, z], -1) * self.voxel_m + self.origin
-        self.phi = (np.linalg.norm(at, axis=-1) - radius_m).astype(np.float32)
-        self.seen = np.full(self.phi.shape, 300, np.uint16)
-        self.surface_boxes = np.array([[0, 0, 0, 64, 64, 64]], np.int32)
-
-
-def disk(radius_px):
-    y, x = np.mgrid[: CAMERA.height, : CAMERA.width]
-    return np.hypot(x - CAMERA.cx, y - CAMERA.cy) <= radius_px
-
-
-def test_a_volume_that_is_replaced_is_looked_at_again():
-    T = np.eye(4)
-    T[2, 3] = 0.5
-    extent = MaskExtent(CAMERA, disk(15), T)
-    assert extent.beyond(Volume(0.03), 1, 200) > 0.5
-    assert extent.beyond(Volume(0.019), 2, 200) > 0.5  # not looked at again so soon
-    extent.forget()
-    assert extent.beyond(Volume(0.019), 2, 200) < 0.15
-
-
-@pytest.mark.parametrize("ratio", [1.0, 1.3, 1.6])
-def test_the_share_is_that_of_the_radii(ratio):
-    radius_m, far_m = 0.03, 0.5
-    seen_px = CAMERA.fx * radius_m / np.sqrt(far_m**2 - radius_m**2)
-    T = np.eye(4)
-    T[2, 3] = far_m
-    found = MaskExtent(CAMERA, disk(seen_px / ratio), T).beyond(Volume(radius_m), 1, 200)
-    assert found == pytest.approx(ratio - 1, abs=0.1)  # voxels are 1.6 pixels wide
-
-
-def test_where_the_mask_ends_with_the_image_nothing_is_known():
-    T = np.eye(4)
-    T[2, 3] = 0.5
-    cut = np.zeros((CAMERA.height, CAMERA.width), bool)
-    cut[100:140, :12] = True
-    T[0, 3] = -0.5 * CAMERA.cx / CAMERA.fx
-    assert MaskExtent(CAMERA, cut, T).beyond(Volume(0.012), 1, 200) < 0.3
-    beside = np.zeros_like(cut)
-    beside[100:140, 1:12] = True
-    assert MaskExtent(CAMERA, beside, T).beyond(Volume(0.012), 1, 200) > 0.5

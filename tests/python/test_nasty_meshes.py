@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from test_sdf import grid_points
 
-from sdftrack import _core
 from sdftrack.sdf import SDF
 
 MESHES = nasty.nasty_meshes()
@@ -79,18 +78,3 @@ def test_sheets_that_enclose_nothing_are_refused():
     sheet = nasty.box((0.1, 0.08, 0.06), w=(0, 0, 0))
     with pytest.raises(ValueError, match="flat"):
         SDF.from_mesh((sheet[0], sheet[1][:2]), voxels=40, holes="close")
-
-
-@pytest.mark.slow
-def test_every_voxel_of_an_open_mesh_has_the_sign_of_its_own_sum():
-    """Blocks share one sum; none of them may speak for a voxel on the other side of 1/2."""
-    v, f = nasty.without(nasty.ball(), lambda c: c[:, 2] < 0.02)
-    shape, voxel, origin = (44, 44, 44), 0.003, [-0.064, -0.0643, -0.0641]
-    values, gaps = _core.open_mesh_to_sdf(v, f, shape, voxel, origin)
-    assert gaps > 0
-    z, y, x = np.meshgrid(*(np.arange(44),) * 3, indexing="ij")
-    points = np.array(origin) + voxel * np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    pick = np.random.default_rng(1).choice(len(points), 12000, replace=False)
-    truth = winding_number(points[pick], v, f)
-    sure = np.abs(truth - 0.5) > 1e-3  # the dipoles' error near 1/2
-    assert np.array_equal((values.ravel()[pick] < 0)[sure], (truth > 0.5)[sure])

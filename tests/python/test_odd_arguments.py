@@ -32,36 +32,9 @@ def _ball(voxels=14):
     return st.SDF.sphere(0.05, voxels=voxels)
 
 
-def _shape():
-    ball = _ball()
-    return np.asarray(ball.values), ball.voxel_size, list(ball.origin)
-
-
-def _aligned():
-    return _core.ColorMap.aligned(32, 24)
-
-
-def _lines(points, reach):
-    counts = np.ones(4096, np.float32)
-    return _core.outline_lines(
-        _shape(), CAMERA._core, DEPTH, COLOR, _aligned(), (counts, counts), _poses(z=0.5), points, reach
-    )
-
-
-def _smoothed(*at, width=32):
-    ones = np.ones(len(at), np.float32)
-    return _core.smooth_foreground(np.array(at, np.int32), ones, 0.5 * ones, width, 30.0, 0.001)
-
-
 def _removed(x, y):
     noise = [0.001, 0.0, 0.0]
     return _core.remove_plane(DEPTH, CAMERA._core, None, x, y, 0.01, "rigid", noise, False, False, 1)
-
-
-def _counts(budget):
-    return _core.color_counts(
-        *_shape(), CAMERA._core, DEPTH, None, COLOR, _aligned(), _poses(z=0.5), 0.02, budget
-    )
 
 
 def _moved(delta):
@@ -105,11 +78,6 @@ def each(call, values, error, words):
     (lambda: _moved(np.zeros((2, 6))), ValueError, "delta: expected one number per unknown"),
     (lambda: st.contour.draw_outline(IMAGE[:0], MASK), TypeError, "image: expected"),
     (lambda: st.contour.draw_outline(IMAGE, MASK.T), TypeError, "mask: expected bool"),
-    (lambda: _lines(20, -1), ValueError, "expected"),
-    (lambda: _lines(0, 8), ValueError, "expected"),
-    (lambda: _smoothed(0, 1, -(2**31)), ValueError, "expected"),
-    (lambda: _smoothed(0, 1, 2, width=0), ValueError, "expected"),
-    (lambda: _counts(0), ValueError, "expected"),
     (lambda: _removed(2, 65536), ValueError, "expected"),
     (lambda: _removed(2, -1), ValueError, "expected"),
 )  # fmt: skip
@@ -154,16 +122,6 @@ def test_a_tolerance_beyond_the_image_is_that_of_the_image():
     one, other = np.zeros((4, 6), int), np.zeros((4, 6), int)
     one[:, 0], other[:, 5] = 1, 1
     assert metrics.boundary_recall(one, other, 2**24) == metrics.boundary_recall(one, other, 6) == 1
-
-
-def test_an_open_mesh_in_a_volume_of_more_than_32767_voxels_a_side():
-    """Places in a block were counted in 16 bits."""
-    mesh = st.SDF.sphere(0.05, voxels=14).to_mesh()
-    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)[:-8]
-    narrow = _core.open_mesh_to_sdf(vertices, faces, [12, 13, 40], 0.01, [-0.05, -0.05, -0.05], 6.0, 1)[0]
-    wide = _core.open_mesh_to_sdf(vertices, faces, [12, 13, 40_000], 0.01, [-0.05, -0.05, -0.05], 6.0, 1)[0]
-    assert np.array_equal(wide[:, :, :10] < 0, narrow[:, :, :10] < 0)
-    assert not (wide[:, :, 20:] < 0).any()
 
 
 def test_an_outline_is_drawn_into_an_image_of_any_layout():

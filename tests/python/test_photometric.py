@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Brightness of coloured surfaces: the energy, coloured volumes, and turns that the shape does not show."""
+"""Brightness of coloured surfaces: coloured volumes, and turns that the shape does not show."""
 
 import numpy as np
 import pytest
 from reconstruction_scene import begun
-from tracking_scene import increment
 
 import sdftrack as st
 from experiments.tracking.photometric import follow
-from reference.photometric import brightness_at, photometric_cost, ray_hit, surface_normal
-from sdftrack import _core
 from sdftrack.synth.objects import can_mesh, turning_can
-from sdftrack.tracking.core_conversion import rgb_seen
 
 RADIUS_M, VOXELS = 0.04, 48
-K = (500.0, 495.0, 159.5, 119.5)
-SIGMA = 0.03
 
 
 def pattern(p):
@@ -36,84 +30,6 @@ def painted(sdf):
 
 
 BALL = painted(st.SDF.sphere(RADIUS_M, voxels=VOXELS))
-
-
-def pose(seed=0, size=0.0):
-    """T_obj_cam of a ball 0.35 m in front, moved by a small increment."""
-    base = np.eye(4)
-    base[:3, 3] = [0.004, -0.003, -0.35]
-    rng = np.random.default_rng(seed)
-    return increment(size * rng.normal(size=6) * [1, 1, 1, 20, 20, 20]) @ base
-
-
-def pixels(T_obj_cam, count=400, gain=1.0, offset=0.0, noise=0.0, light=(0, 0, 0)):
-    """Pixels of the ball, with readings and brightness as they are seen at a pose."""
-    rng = np.random.default_rng(3)
-    u = rng.uniform(100, 220, 4 * count).astype(np.float32)
-    v = rng.uniform(60, 180, 4 * count).astype(np.float32)
-    rays = np.column_stack([(u - K[2]) / K[0], (v - K[3]) / K[1], np.ones(len(u))])
-    along, t = rays @ T_obj_cam[:3, :3].T, T_obj_cam[:3, 3]
-    a, b, c = (along**2).sum(1), along @ t, t @ t - RADIUS_M**2
-    d2 = b * b - a * c
-    keep = np.flatnonzero(d2 > 0.3 * d2.max())[:count]
-    depth = ((-b - np.sqrt(np.maximum(d2, 0))) / a)[keep]
-    p = t + depth[:, None] * along[keep]
-    grey = pattern(p) @ [0.299, 0.587, 0.114] / 255
-    normals = p @ T_obj_cam[:3, :3] / RADIUS_M  # camera frame
-    grey = (gain + normals @ light) * grey + offset + noise * rng.normal(size=len(grey))
-    return u[keep], v[keep], depth.astype(np.float32), grey.astype(np.float32)
-
-
-def energy(T, seen, settled=None, sdf=BALL):
-    shape = sdf.values, sdf.voxel_size, sdf.origin.tolist(), rgb_seen(sdf.colors)
-    return _core.photometric(shape, list(K), T if settled is None else settled, T, *seen, SIGMA)
-
-
-@pytest.mark.slow
-def test_the_cost_is_that_of_the_twin():
-    seen = pixels(pose(), gain=0.9, offset=0.05, noise=0.01)
-    settled, T = pose(), pose(1, 3e-4)
-    cost, _, _, tone, used = energy(T, seen, settled)
-    model, normals = [], []
-    field = BALL.values, BALL.voxel_size, BALL.origin
-    for u, v, depth, _ in zip(*seen, strict=True):
-        ray = np.array([(u - K[2]) / K[0], (v - K[3]) / K[1], 1])
-        hit = ray_hit(*field, T, ray, float(depth))
-        p = T[:3, :3] @ (hit * ray) + T[:3, 3]
-        model.append(brightness_at(BALL.colors, BALL.voxel_size, BALL.origin, p))
-        first = ray_hit(*field, settled, ray, float(depth))
-        normals.append(surface_normal(*field, settled, first * ray))
-    expected, best = photometric_cost(np.array(model), np.array(normals), seen[3].astype(float), SIGMA)
-    assert used == len(model) == 400
-    assert cost == pytest.approx(expected, rel=1e-3)
-    np.testing.assert_allclose(tone, best, atol=2e-3)
-
-
-@pytest.mark.parametrize("light", [(0, 0, 0), (0.15, -0.1, 0.1)], ids=["even", "from a side"])
-def test_it_finds_all_three_turns_of_a_ball_whatever_the_exposure_and_the_light(light):
-    truth = pose()
-    seen = pixels(truth, gain=0.8, offset=0.1, noise=0.01, light=light)
-    T = increment(np.r_[0, 0, 0, 0.02, -0.03, 0.025]) @ truth
-    for _ in range(12):
-        _, g, H, tone, _ = energy(T, seen)
-        turn = np.linalg.solve(H[3:, 3:], -g[3:])  # the middle stays: depth holds it
-        T = increment(np.r_[0, 0, 0, turn]) @ T
-    left = T[:3, :3] @ truth[:3, :3].T
-    assert np.degrees(np.arccos((np.trace(left) - 1) / 2)) < 0.2  # 0.05 voxel of 2.4 mm at the surface
-    np.testing.assert_allclose(tone, [0.8, *light, 0.1], atol=0.04)
-
-
-def test_unknown_colours_and_pixels_off_the_surface_say_nothing():
-    rgba = BALL.colors.copy()
-    rgba[..., 3] = 0
-    blank = st.SDF(BALL.values, BALL.voxel_size, BALL.origin, rgba)
-    seen = pixels(pose())
-    cost, gradient, H, _, used = energy(pose(), seen, sdf=blank)
-    assert (used, cost) == (0, 0)
-    assert not gradient.any()
-    assert not H.any()
-    far = (*seen[:2], seen[2] - np.float32(0.02), seen[3])  # a hand in front
-    assert energy(pose(), far)[-1] == 0
 
 
 # -- coloured volumes

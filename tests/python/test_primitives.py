@@ -5,11 +5,9 @@ import pickle
 
 import numpy as np
 import pytest
-from tracking_scene import increment
 
 import sdftrack as st
 from experiments.common.primitive_errors import measure
-from experiments.synth.patches import patch_scene
 from experiments.synth.solids import KINDS, posed_scene, random_solid, ray_depth, standing_scene
 from reference import primitives as twin
 from sdftrack import _core
@@ -158,151 +156,6 @@ def test_axes_are_named_by_their_lengths_and_a_start_keeps_its_names(kind):
             _core.primitive_distances(KIND[kind], size, moved(points, np.linalg.inv(fit.T_cam_obj)))[0],
             atol=2e-3,
         )
-
-
-# ---- energies ----
-def view_of(kind, noise=None):
-    if kind == "plane":
-        rng = np.random.default_rng(1)
-        truth = patch_scene("standing", PATCH, CAMERA, rng, (0.7, 0.8))
-        frame = st.Frame(noise(truth.depth, truth.cosine, rng))
-    else:
-        frame, truth = scene(kind, noise)
-    labels = truth.mask.astype(np.uint8)
-    # Few pixels: a window of the picture. The others say nothing.
-    labels[::2] = 2
-    view = _core.PrimitiveView.of_image(frame.depth, labels, CAMERA._core, 2)
-    view.set_plane(truth.plane[0].tolist(), truth.plane[1], True)
-    return view, truth
-
-
-@pytest.mark.parametrize("kind", ALL)
-def test_the_gradient_of_the_energy_is_the_slope_of_its_cost(kind):
-    """Beside the truth, by points, outline and table together, over pose and log sizes."""
-    view, truth = view_of(kind, Gaussian(NOISE_M))
-    options = _core.PrimitiveEnergyOptions()
-    options.scale_m, options.outline_scale_px = 0.004, 2.0
-    options.in_double = True  # differences of a micrometre
-    # Flat on the table its cost has a kink.
-    T0 = st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
-    size0 = np.array(lengths(kind)) * 1.03
-
-    def cost(delta):
-        T = increment(delta[:6]) @ T0
-        return view.energy(KIND[kind], T, (size0 * np.exp(delta[6:])).tolist(), options)["cost"]
-
-    n = 6 + len(size0)
-    gradient = view.energy(KIND[kind], T0, size0.tolist(), options)["gradient"]
-    h = 1e-6  # a longer step changes which rays meet the solid
-    slopes = np.array([(cost(h * e) - cost(-h * e)) / (2 * h) for e in np.eye(n)])
-    np.testing.assert_allclose(gradient, slopes, rtol=0.02, atol=0.02 * np.abs(slopes).max())
-
-
-@pytest.mark.parametrize(
-    ("kind", "rest", "turn"),
-    [
-        ("cone", "base", [0.03, 0.02, 0.01]),
-        ("cylinder", "base", [0.03, 0.02, 0.01]),
-        ("cylinder", "base", [np.pi + 0.03, 0.02, 0.01]),  # its other end is down
-        ("cylinder", "side", [np.pi / 2 + 0.03, 0.02, 0.01]),
-    ],
-)
-def test_what_lies_on_the_table_costs_its_gap_and_its_turns_and_pulls_by_the_slope_of_that(kind, rest, turn):
-    """The gap at the base's middle, or at the lower line of the side; a view of nothing but the table."""
-    truth = scene(kind)[1]
-    nothing = np.zeros(truth.mask.shape, np.uint8)
-    view = _core.PrimitiveView.of_image(truth.depth, nothing, CAMERA._core, 2)
-    options = _core.PrimitiveEnergyOptions()
-    view.set_plane(truth.plane[0].tolist(), truth.plane[1], True)
-    options.rest, options.shrink = _core.Rest.__members__[rest], 0.0
-    T0 = st.geometry.pose(turn, [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
-    size0 = 1.03 * np.array(lengths(kind))
-    ring = np.linspace(0, 2 * np.pi, 20001)
-    circle = np.column_stack([np.cos(ring), np.sin(ring), 0 * ring])
-    count = 6 + len(size0)
-
-    def twin_cost(delta):
-        (radius, height), T = size0 * np.exp(delta[6:]), np.linalg.inv(increment(delta[:6]) @ T0)
-        sines = T[:3, :3].T @ truth.plane[0]
-        if rest == "base":
-            ends = np.array([[0, 0, -height / 2], [0, 0, height / 2]])[: 1 if kind == "cone" else 2]
-            gap = (moved(ends, T) @ truth.plane[0] + truth.plane[1]).min()
-            turns = sines[:2]
-        else:
-            gap = (moved(radius * circle, T) @ truth.plane[0] + truth.plane[1]).min()
-            turns = sines[2:]
-        turns_cost = 0.5 * (turns @ turns) / options.resting_sigma_rad**2
-        return 0.5 * gap**2 / options.standing_sigma_m**2 + turns_cost
-
-    found = view.energy(KIND[kind], T0, size0.tolist(), options)
-    assert found["cost"] == pytest.approx(twin_cost(np.zeros(count)), rel=1e-6)  # the ring of 20,000 points
-    steps = STEP * np.eye(count)
-    slopes = np.array([(twin_cost(d) - twin_cost(-d)) / (2 * STEP) for d in steps])
-    np.testing.assert_allclose(found["gradient"], slopes, atol=1e-5 * np.abs(slopes).max())  # of differences
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_way_along_a_ray_ends_on_the_side_of_the_solid_that_is_seen(kind):
-    view, truth = view_of(kind, Gaussian(NOISE_M))
-    T, points = np.linalg.inv(truth.T_cam_obj), np.array(view.points)
-    found = view.energy(KIND[kind], T, lengths(kind), _core.PrimitiveEnergyOptions())["residuals"]
-    rays = points / points[:, 2:]
-    met = points + np.array(found)[:, None] * rays
-
-    def along(p):
-        """Distances at p, and the cosines of normals and rays."""
-        phi, grad, _ = _core.primitive_distances(KIND[kind], lengths(kind), moved(p, T))
-        return phi, np.einsum("ni,ni->n", grad @ T[:3, :3], rays) / np.linalg.norm(rays, axis=1)
-
-    steep = np.abs(along(points)[1]) > 0.4  # at a slant the residual is phi
-    phi, cosine = along(met)
-    assert steep.sum() > 20
-    there = (np.abs(phi) < 3e-5) & (cosine < 0)  # the last step ends within 20 micrometres
-    assert there[steep].mean() > 0.95  # beside an edge another face may be met, at a slant
-
-
-# Contributions in float: a residual's 6e-8 m is 1e-5 of the scale of 5 mm. Of the gradient, whose terms cancel, in
-# standard deviations.
-PACK_RTOL, PACK_SDS = 2e-5, 1e-3
-FAR_M = np.array([40.0, -30, 5])
-
-
-@pytest.mark.parametrize("kind", ALL)
-def test_points_many_at_a_time_cost_and_pull_as_they_do_one_by_one(kind):
-    points = moved(cloud(kind, 1003, NOISE_M), POSE) + FAR_M  # far from the frame's origin
-    view, options = _core.PrimitiveView.of_points(points), _core.PrimitiveEnergyOptions()
-    T = np.linalg.inv(POSE)
-    T[:3, 3] += [0.002, -0.001, 0.0015] - T[:3, :3] @ FAR_M
-    packs = view.energy(KIND[kind], T, lengths(kind), options)
-    options.in_double = True
-    single = view.energy(KIND[kind], T, lengths(kind), options)
-    assert packs["cost"] == pytest.approx(single["cost"], rel=PACK_RTOL)
-    np.testing.assert_allclose(packs["residuals"], single["residuals"], atol=1e-7)  # m; rounding of 0.1 m
-    unit = np.sqrt(np.diag(single["hessian"]) + 1)
-    np.testing.assert_allclose(packs["gradient"] / unit, single["gradient"] / unit, atol=PACK_SDS)
-    np.testing.assert_allclose(
-        packs["hessian"] / np.outer(unit, unit), single["hessian"] / np.outer(unit, unit), atol=10 * PACK_RTOL
-    )
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_frame_many_at_a_time_costs_and_pulls_as_pixel_by_pixel(kind):
-    """Along the rays, and of the outline; a pixel whose ray just meets the solid in one of both may miss it in the
-    other, so of the residuals all but a few are alike."""
-    view, truth = view_of(kind, Gaussian(NOISE_M))
-    options = _core.PrimitiveEnergyOptions()
-    options.outline_scale_px = 2.0
-    T = st.geometry.pose([0.03, 0.02, 0.01], [0.002, -0.001, 0.0015]) @ np.linalg.inv(truth.T_cam_obj)
-    packs = view.energy(KIND[kind], T, lengths(kind), options)
-    options.in_double = True
-    single = view.energy(KIND[kind], T, lengths(kind), options)
-    apart = np.abs(np.subtract(packs["residuals"], single["residuals"]))
-    assert np.mean(apart < 2e-6) > 0.99  # m; what is left of the surface after the last step, 20 um, squared
-    assert packs["outline_cost"] == pytest.approx(single["outline_cost"], rel=1e-4)
-    assert packs["cost"] == pytest.approx(single["cost"], rel=1e-3)
-    unit = np.sqrt(np.diag(single["hessian"]) + 1)
-    # a pixel on an edge
-    np.testing.assert_allclose(packs["gradient"] / unit, single["gradient"] / unit, atol=0.05)
 
 
 # ---- points ----

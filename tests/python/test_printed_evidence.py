@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The source's likelihood of a voxel (thesis Eqs. 4.28 to 4.31) and first guess (4.34), by formula and in the core."""
+"""The source's likelihood of a voxel (thesis Eqs. 4.28 to 4.31), by formula and in the core."""
 
 import numpy as np
 import pytest
-from reconstruction_parts import printed_prior
 
 import sdftrack as st
-from reference import levelset as reference
 
 SLANTED = st.Camera(500.0, 500.0, 160.0, 120.0, 321, 241)
 
@@ -44,12 +42,3 @@ def test_only_the_objects_readings_speak_and_all_of_them_do():
     mask[120, 160] = 0  # what is not the object's carves nothing
     assert said_at((0.0, 0.0, 0.3), depth, 0.008, mask) == 0
     assert said_at((0.0, 0.0, 0.502), depth, 0.008, mask) == 0
-
-
-def test_the_first_guess_is_the_printed_one():
-    phi = np.linspace(-40, 40, 81)
-    G = reference.first_guess(phi)
-    np.testing.assert_allclose([G[0], G[40], G[-1]], [0.75, 0.5, 0.25], atol=3e-5)  # a = 0.5
-    np.testing.assert_allclose(
-        printed_prior(0.002 * phi.astype(np.float32), 0.002), np.log(G / (1 - G)), atol=1e-6
-    )

@@ -215,7 +215,6 @@ def fuse(*region):
     (lambda: star(voxels=2000), ValueError, "GiB"),
     (lambda: star(evolution="printed").resume(frame(), mask=mask()), ValueError, "only one recording"),
     (lambda: begun().resume(frame()), ValueError, "one of mask, box and pose, got none"),
-    (lambda: core().grown((0, 0, 0), (10_000, 10_000, 10_000)), ValueError, "grown: expected"),
     (lambda: fuse(0, 0, 321, 240), ValueError, "region: expected"),
 )
 def test_a_reconstruction_that_cannot_be_says_why(call, error, words):

@@ -142,10 +142,6 @@ def huge(of):
     return np.lib.stride_tricks.as_strided(np.ones(1, np.float32), of, (0, 0, 0))
 
 
-def windings(vertices):
-    return _core.winding_numbers(vertices, BOX.faces, [8] * 3, 0.001, [0] * 3)
-
-
 def solid(kind, voxels):
     return _core.primitive_sdf(kind, [0.1], voxels, 0.01, [0, 0, 0])
 
@@ -161,7 +157,6 @@ BEYOND = [65536, 65536, 2]
     (lambda: solid("sphere", BEYOND), ValueError, r"than 2\^31 voxels"),
     (lambda: volume_of_box(BEYOND), ValueError, r"than 2\^31 vox"),
     (lambda: _core.redistance(huge(BEYOND), 0.01), (TypeError, ValueError), "."),
-    (lambda: windings(1e6 * BOX.vertices), ValueError, "mesh: expected vertices within 4095 voxels"),
 )
 def test_the_core_refuses_volumes_that_it_cannot_count(call, error, words):
     assert_refused(call, error, words)

@@ -5,7 +5,6 @@ import functools
 
 import numpy as np
 import pytest
-from reconstruction_parts import FirstView
 from reconstruction_scene import begun
 
 import sdftrack as st
@@ -224,23 +223,3 @@ def test_a_pose_that_the_frame_refutes_is_not_taken():
     shape = star.shape.values
     assert not star.resume(seq[0], pose=wrong).ok
     np.testing.assert_array_equal(star.shape.values, shape)
-
-
-def test_a_view_bounds_what_is_guessed_and_nothing_that_was_seen():
-    star, _ = first_recording()
-    core, T = star._volume.core, np.array(star._beginning.T_cam_obj)
-    up = np.array([[0.0, 0.0, -1.0, T[2, 3], 0.002]])  # a plane through the object, which is before it
-    view = FirstView(np.zeros(CAMERA.shape, np.float32), up)
-    bounded = core.continued(view.to_core(CAMERA, T, T[:3, 3], 0.1))
-    seen = core.weight > 0
-    np.testing.assert_array_equal(bounded.weight, core.weight)
-    np.testing.assert_array_equal(bounded.rgb_seen, core.rgb_seen)
-    np.testing.assert_array_equal(bounded.log_ratio[seen], core.log_ratio[seen])
-    z = core.origin[2] + core.voxel_m * np.arange(core.voxels[2])
-    behind, before = z > 0.003, z < -0.003
-    guessed = ~seen & (core.log_ratio > 0)
-    assert guessed[behind].any()
-    assert guessed[before].any()
-    assert (bounded.log_ratio[behind][guessed[behind]] < 0).all()
-    np.testing.assert_array_equal(bounded.log_ratio[before], core.log_ratio[before])
-    np.testing.assert_array_equal(core.continued(None).log_ratio, core.log_ratio)

@@ -54,49 +54,6 @@ def test_a_tiny_grid_agrees_with_every_point_against_every_triangle():
     assert np.array_equal(sdf.values < 0, truth < 0)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_signs_agree_with_the_winding_number_where_parts_overlap_and_where_one_is_hollow(seed):
-    a, faces = box_arrays()
-    T = random_rigid(seed)
-    b = a @ T[:3, :3].T * 0.8 + T[:3, 3]
-    hole = box_arrays((0.03, 0.02, 0.03))[0]
-    vertices = np.concatenate([a, b, hole])
-    faces = np.concatenate([faces, faces + 8, faces[:, ::-1] + 16])
-    shape, voxel, origin = (30, 30, 30), 0.0051, [-0.074, -0.0743, -0.0741]
-    winding = _core.winding_numbers(vertices, faces, shape, voxel, origin)
-    z, y, x = np.meshgrid(*(np.arange(30),) * 3, indexing="ij")
-    points = np.array(origin) + voxel * np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    truth = pytest.importorskip("igl").winding_number(vertices, faces.astype(np.int64), points).reshape(shape)
-    assert set(np.unique(winding)) == {0, 1, 2}
-    assert np.abs(winding - truth).max() < 1e-6
-
-
-def test_voxels_that_lie_exactly_on_edges_and_corners_get_a_consistent_sign():
-    vertices, faces = box_arrays((2, 2, 2), (3, 3, 3))  # all corners and both diagonals on voxel centres
-    winding = _core.winding_numbers(vertices, faces, (8, 8, 8), 1.0, [0.0, 0.0, 0.0])
-    assert winding[3, 3, 3] == 1
-    assert set(np.unique(winding)) == {0, 1}
-    outside = np.ones((8, 8, 8), bool)
-    outside[2:5, 2:5, 2:5] = False
-    assert not winding[outside].any()
-
-
-def test_sweeping_solves_the_upwind_differences_of_a_slope_of_1():
-    """At each voxel that was not known the squares of the steps up from its lower neighbours add up to h^2."""
-    rng = np.random.default_rng(5)
-    known, h = rng.random((7, 8, 9)) < 0.03, 0.01
-    u = np.where(known, rng.uniform(0, 0.02, known.shape), 0).astype(np.float32)
-    swept = _core.fast_sweep(known.astype(np.uint8), u, h)
-    assert np.array_equal(swept[known], u[known])
-    around = np.pad(swept.astype(np.float64), 1, constant_values=np.inf)
-    inner = (slice(1, -1),) * 3
-    squares = np.zeros(known.shape)
-    for axis in range(3):
-        lower = np.minimum(np.roll(around, 1, axis)[inner], np.roll(around, -1, axis)[inner])
-        squares += np.maximum(swept - lower, 0) ** 2
-    np.testing.assert_allclose(np.sqrt(squares[~known]), h, rtol=1e-4)  # of differences in float32
-
-
 MESHES = [
     f"meshes/{n}.ply"
     for n in ("bunny", "lm_ape", "lm_can", "lm_cat", "lm_driller", "lm_duck", "lm_glue", "spot")

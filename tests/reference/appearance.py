@@ -21,8 +21,6 @@ EDGE_PX, STEP_M = 2, 0.02
 BAND_VOXELS, OFF_BANDS = 3, 3
 FRONT_BANDS, FRONT_REACH_M, BESIDE_M, LOOKS_BEHIND = 1.5, 0.06, 0.006, 8  # of what stands in front
 MAX_FRONT_SHARE, FRONT_MARGIN = 0.3, 1.5
-CELL_M, MAX_CELL_PX, CONTINUES_M = 0.0065, 16, 0.012  # of the smoothing over the image
-IN_FRONT_M, IN_FRONT_PER_NOISE, IN_FRONT_LOG_ODDS = 0.005, 3, -6
 
 
 def color_bin(color: Array) -> Array:
@@ -38,11 +36,6 @@ def smoothed(share: Array) -> Array:
         p = np.pad(np.moveaxis(cube, axis, 0), ((1, 1), (0, 0), (0, 0)), mode="edge")
         cube = np.moveaxis((p[:-2] + 2 * p[1:-1] + p[2:]) / 4, 0, axis)
     return cube.ravel()
-
-
-def pool(share: Array, counts: Array, rate: float) -> Array:
-    """The linear opinion pool: (1 - rate) of what was known, rate of the new frame (thesis Eq. 4.22)."""
-    return (1 - rate) * share + rate * counts / counts.sum()
 
 
 def without_front(object_smooth: Array, front_share: Array) -> Array:
@@ -69,11 +62,6 @@ def posterior(
     if front_share is not None:
         f = without_front(f, front_share)
     return np.clip(prior * f / (prior * f + (1 - prior) * b), MIN_POSTERIOR, 1 - MIN_POSTERIOR)
-
-
-def overlap(object_share: Array, background_share: Array) -> float:
-    """Sum of sqrt(p_f p_b): 1 where the colours say nothing."""
-    return float(np.sqrt(smoothed(object_share) * smoothed(background_share)).sum())
 
 
 def seen_by_color(color_px: Array, color_depth: Array, reach_px: float = 1.0) -> Array:
@@ -133,38 +121,3 @@ def count_colors(
             if phi > FRONT_BANDS * band and hides(field, p_cam, phi, voxel_size):
                 front[color_bin(color[v, u])] += 1
     return on, off, front
-
-
-def smooth_foreground(
-    at: Array,
-    depth: Array,
-    foreground: Array,
-    width: int,
-    focal_px: float,
-    noise_m: float,
-    distance: Array | None,
-) -> Array:
-    """P_f of N pixels by the log odds of those around each that continue its surface.
-
-    `at` (N,): index in the depth image, in order; `distance` (N,): of each measurement from the surface, or None.
-    """
-    log_odds = np.log(foreground / (1 - foreground))
-    if distance is not None:
-        log_odds = log_odds + IN_FRONT_LOG_ODDS * (distance > max(IN_FRONT_M, IN_FRONT_PER_NOISE * noise_m))
-    size = int(np.clip(np.floor(CELL_M * focal_px / depth[len(depth) // 2] + 0.5), 1, MAX_CELL_PX))
-    v, u = at // width, at % width
-    place = np.stack([(v - v[0]) // size, u // size], -1)
-    cells: dict[tuple[int, int], list[int]] = {}
-    for i, key in enumerate(map(tuple, place)):
-        held = cells.setdefault(key, [])
-        if held and abs(depth[i] - depth[held[0]]) > CONTINUES_M:
-            if depth[i] > depth[held[0]]:
-                continue  # of two surfaces the nearer one
-            held.clear()
-        held.append(i)
-    out = np.empty(len(at))
-    for i, (row, column) in enumerate(place):
-        around = [cells.get((row + dy, column + dx), []) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
-        near = [k for held in around if held and abs(depth[held[0]] - depth[i]) < CONTINUES_M for k in held]
-        out[i] = 1 / (1 + np.exp(-np.mean(log_odds[[i, *near]])))
-    return out

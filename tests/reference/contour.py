@@ -44,50 +44,6 @@ def posterior_cost(phi: Array, foreground: Array, softness: float) -> tuple[Arra
     return -np.log(f), (gamma - H) / softness, H * (1 - H) / softness**2
 
 
-def registration(
-    phi: Array,
-    A: Array,
-    t: Array,
-    pixels: Array,
-    foreground: Array,
-    softness: float = 1.5,
-    affine: bool = False,
-) -> tuple[float, Array, Array]:
-    """Cost, gradient and Gauss-Newton Hessian of the warp.
-
-    Parameters
-    ----------
-    phi : (ny, nx)
-    A, t : (2, 2), (2,)
-    pixels : (2, N)
-        Columns and rows.
-    foreground : (N,)
-        Posteriors.
-
-    Returns
-    -------
-    float, (P,), (P, P)
-        P = 4 (log scale, angle, tx, ty) or 6 (m00, m01, m10, m11, tx, ty): the increment X <- M X + m.
-    """
-    x, y = np.linalg.inv(A) @ (pixels - np.asarray(t)[:, None])
-    value, gx, gy = sample(phi, x + (phi.shape[1] - 1) / 2, y + (phi.shape[0] - 1) / 2)
-    cost, slope, weight = posterior_cost(value, foreground, softness)
-    rows = [x * gx, y * gx, x * gy, y * gy] if affine else [x * gx + y * gy, x * gy - y * gx]
-    J = np.stack([*rows, gx, gy])
-    return float(cost.sum()), J @ slope, (J * weight) @ J.T
-
-
-def moved(A: Array, t: Array, delta: Array) -> tuple[Array, Array]:
-    """The warp after an increment of 4 or 6 unknowns."""
-    if len(delta) == 4:
-        c, s = np.exp(delta[0]) * np.cos(delta[1]), np.exp(delta[0]) * np.sin(delta[1])
-        M = np.array([[c, -s], [s, c]])
-    else:
-        M = np.eye(2) + np.reshape(delta[:4], (2, 2))
-    A_new = A @ np.linalg.inv(M)
-    return A_new, t - A_new @ np.asarray(delta[-2:])
-
-
 def shape_step(
     phi: Array,
     foreground: Array,
@@ -124,19 +80,6 @@ def _band(phi: Array, band: float) -> NDArray[np.bool_]:
             if b - a - 1 < BRIDGED:
                 row[a:b] = True
     return near
-
-
-def distance(inside: NDArray[np.bool_], radius: int) -> Array:
-    """Distance to the nearest cell of the other kind less half a cell, negative inside, at most `radius`."""
-    ny, nx = inside.shape
-    y, x = np.mgrid[:ny, :nx]
-    out = np.empty((ny, nx))
-    for j in range(ny):
-        for i in range(nx):
-            other = inside != inside[j, i]
-            d = np.sqrt(((x - i)[other] ** 2 + (y - j)[other] ** 2).min()) if other.any() else np.inf
-            out[j, i] = min(d - 0.5, radius) * (-1 if inside[j, i] else 1)
-    return out
 
 
 def opinions(before: Array, new: Array, rate: float, pool: str = "linear") -> Array:

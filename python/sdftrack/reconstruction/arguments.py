@@ -112,18 +112,14 @@ def find_object(
 ) -> _core.Beginning:
     """The object at a mask, a box, or the pose of the initial shape (see `sdftrack.imaging.pose_hint`)."""
     shape = None if initial is None else initial._core_args
-    return _core.find_object(depth, place, camera._core, shape, *_limits(options))
+    return _core.find_object(depth, place, camera._core, shape, options)
 
 
 def find_standing(
     depth: NDArray[np.float32], pose: Array, camera: Camera, shape: SDF, options: ReconstructorOptions
 ) -> _core.Beginning:
     """The object's pixels at the pose of a shape, whose outline is unknown, with the planes that it stands on."""
-    return _core.find_standing(depth, pose, camera._core, shape._core_args, *_limits(options))
-
-
-def _limits(options: ReconstructorOptions) -> tuple[bool, bool, int, float | None]:
-    return options.planes, options.keep_to_mask, options.mask_margin_px, options.noise_m
+    return _core.find_standing(depth, pose, camera._core, shape._core_args, options)
 
 
 def printed_tracker_options() -> TrackerOptions:

@@ -221,7 +221,7 @@ def _reconstruction(device: str) -> tuple[Any, Any]:
     mask = (depth < 1).astype(np.uint8)
     height, width = depth.shape
     core = _core.Reconstruction(
-        [43, 40, 41], voxel_m, [-0.1] * 3, None, _core.ReconstructionOptions(), 1, None, None, device_number(device)
+        [43, 40, 41], voxel_m, [-0.1] * 3, None, _core.ReconstructionOptions(), 1, None, device_number(device)
     )  # fmt: skip
     for turn in (0.0, 0.01, 0.02):
         turned = pose @ st.geometry.pose([0, turn, 0], [0, 0, 0])
